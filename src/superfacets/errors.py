@@ -1,0 +1,15 @@
+"""The errors that superfacets raises for a user's fault, and for a missing extra."""
+
+__all__ = ["MeshError", "MissingExtraError"]
+
+
+class MeshError(ValueError):
+    """The mesh, or the file that should hold one, cannot be used; the message says where and why."""
+
+
+class MissingExtraError(ImportError):
+    """A feature needs an optional dependency; the message holds the install line."""
+
+    def __init__(self, task: str, extra: str) -> None:
+        super().__init__(f"{task} needs an extra: pip install 'superfacets[{extra}]'")
+        self.extra = extra
