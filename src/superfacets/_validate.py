@@ -85,3 +85,143 @@ def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
     if array.dtype.kind not in "fiub" or array.dtype.kind == "b":
         raise MeshError(f"{name} must be numbers, got {array.dtype}")
     return array
+
+
+def checked_bounds(
+    bounds: Any, positions: npt.NDArray[np.float64]
+) -> npt.NDArray[np.float64]:
+    """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
+    if bounds is None:
+        return np.array([positions.min(axis=0), positions.max(axis=0)])
+    array = np.ascontiguousarray(bounds, dtype=np.float64)
+    if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
+        raise ValueError("bounds must hold a low and a high corner, shape (2, 3), finite")
+    return array
+
+
+def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
+    """Cell positions as a contiguous (N, 3) float64 array, N >= 1."""
+    array = np.ascontiguousarray(positions, dtype=np.float64)
+    if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
+        raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError("positions must be finite")
+    return array
+
+
+def checked_nonnegative_array(value: Any, n: int, name: str, per: str) -> npt.NDArray[np.float64]:
+    """A contiguous (n,) float64 array of finite numbers >= 0."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name} must be numbers, got {array.dtype}")
+    array = np.ascontiguousarray(array, dtype=np.float64)
+    if array.shape != (n,):
+        raise ValueError(f"{name} must have one value per {per}, shape ({n},), got {array.shape}")
+    valid = np.isfinite(array) & (array >= 0)
+    if not valid.all():
+        first = int(np.argmin(valid))
+        raise ValueError(f"{name}[{first}] is {array[first]}; it must be finite and not negative")
+    return array
+
+
+def checked_arcs(
+    offsets: Any, neighbors: Any, n_cells: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    """Arcs in CSR form, as (N + 1,) int64 offsets and (M,) int32 neighbors."""
+    starts = _integer_array(offsets, "offsets", np.int64)
+    targets = _integer_array(neighbors, "neighbors", np.int32)
+    if len(starts) != n_cells + 1:
+        raise ValueError(f"offsets must have shape ({n_cells + 1},), got {starts.shape}")
+    if starts[0] != 0 or starts[-1] != len(targets) or np.any(np.diff(starts) < 0):
+        raise ValueError("offsets must rise from 0 to the number of arcs")
+    if len(targets) and not 0 <= targets.min() <= targets.max() < n_cells:
+        raise ValueError(f"neighbors must be cells, 0 to {n_cells - 1}")
+    return starts, targets
+
+
+def checked_seeds(seeds: Any, n_cells: int) -> npt.NDArray[np.int32]:
+    """Distinct cells as a (K,) int32 array, K >= 1."""
+    array = _integer_array(seeds, "centers", np.int64)
+    if not 1 <= len(array):
+        raise ValueError("there must be at least one center")
+    if array.min() < 0 or array.max() >= n_cells:
+        place = int(np.argmax((array < 0) | (array >= n_cells)))
+        raise ValueError(f"centers[{place}] is {array[place]}; it must be 0 to {n_cells - 1}")
+    values, counts = np.unique(array, return_counts=True)
+    if len(values) < len(array):
+        raise ValueError(f"centers holds {values[np.argmax(counts > 1)]} more than once")
+    return array.astype(np.int32)
+
+
+def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels as an (N,) int32 array, and their number K; each of 0..K-1 must occur."""
+    array = _integer_array(labels, "labels", np.int64)
+    if len(array) != n_cells:
+        raise ValueError(f"there are {len(array)} labels for {n_cells} faces")
+    if array.min() < 0 or array.max() >= n_cells:
+        place = int(np.argmax((array < 0) | (array >= n_cells)))
+        raise ValueError(f"labels[{place}] is {array[place]}; labels are 0..K-1, K <= {n_cells}")
+    counts = np.bincount(array)
+    if not counts.all():
+        raise ValueError(f"no face has label {int(np.argmin(counts))}")
+    return array.astype(np.int32), len(counts)
+
+
+def checked_count(value: Any, name: str, high: int | None = None, of: str = "") -> int:
+    """An integer >= 1, at most `high`, which is the number of `of`."""
+    try:
+        count = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} must be an integer, got {value!r}") from None
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be an integer, got {value!r}")
+    if count < 1:
+        raise ValueError(f"{name} must be at least 1, got {count}")
+    if high is not None and count > high:
+        raise ValueError(f"{name} is {count} but there are only {high} {of}")
+    return count
+
+
+def checked_number(value: Any, name: str, *, zero: bool) -> float:
+    """A finite float > 0, or >= 0 where `zero` is allowed."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name} must be a number, got {value!r}") from None
+    if not math.isfinite(number) or number < 0 or (number == 0 and not zero):
+        expected = "finite and not negative" if zero else "finite and positive"
+        raise ValueError(f"{name} must be {expected}, got {value!r}")
+    return number
+
+
+def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
+    """One of the given names."""
+    if value not in choices:
+        raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
+    return value
+
+
+def checked_threads(n_threads: Any) -> int:
+    """The number of threads: as given, else SUPERFACETS_NUM_THREADS, else one per usable core."""
+    if n_threads is not None:
+        return checked_count(n_threads, "n_threads")
+    from_environment = os.environ.get("SUPERFACETS_NUM_THREADS", "")
+    if from_environment:
+        if not from_environment.isdecimal():
+            raise ValueError(f"SUPERFACETS_NUM_THREADS is {from_environment!r}, not a number")
+        return checked_count(int(from_environment), "SUPERFACETS_NUM_THREADS")
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _integer_array(value: Any, name: str, dtype: Any) -> npt.NDArray[Any]:
+    array = np.asarray(value)
+    if array.ndim != 1:
+        raise ValueError(f"{name} must be one-dimensional, got shape {array.shape}")
+    if array.size and array.dtype.kind not in "iu":
+        raise TypeError(f"{name} must be integers, got {array.dtype}")
+    limits = np.iinfo(dtype)
+    if array.size and not limits.min <= array.min() <= array.max() <= limits.max:
+        raise ValueError(f"{name} must fit in {np.dtype(dtype).name}")
+    return np.ascontiguousarray(array, dtype=dtype)

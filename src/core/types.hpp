@@ -1,0 +1,63 @@
+// The words that all stages share. Kernels take arrays in and give arrays out; they check nothing
+// (superfacets/_validate.py does), print nothing and know nothing of Python.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace superfacets {
+
+using Vertex = std::int32_t;
+using Face = std::int32_t;
+using Cell = std::int32_t;         // what the clusterer sees of a face
+using Label = std::int32_t;        // 0..K-1
+using PathLength = std::uint64_t;  // sum of arc lengths, in whole units
+
+inline constexpr Label kNoLabel = -1;
+
+struct Point {
+  double x, y, z;
+};
+static_assert(sizeof(Point) == 3 * sizeof(double), "points are rows of an (N, 3) array");
+
+struct Triangle {
+  Vertex corners[3];
+};
+static_assert(sizeof(Triangle) == 3 * sizeof(Vertex), "triangles are rows of an (F, 3) array");
+
+inline Point operator+(Point a, Point b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Point operator-(Point a, Point b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Point operator*(double s, Point a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+inline double dot(Point a, Point b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline double squared_norm(Point a) {
+  return dot(a, a);
+}
+inline double norm(Point a) {
+  return std::sqrt(squared_norm(a));
+}
+inline Point cross(Point a, Point b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// Cells and the arcs between them, in CSR form: the arcs that leave cell i are
+// offsets[i] .. offsets[i + 1] - 1.
+struct CellGraph {
+  std::span<const Point> positions;       // (N,)
+  std::span<const std::int64_t> offsets;  // (N + 1,)
+  std::span<const Cell> neighbors;        // (M,) where each arc leads
+  std::span<const float> lengths;         // (M,) whole units >= 1, from quantize_weights
+
+  Cell n_cells() const { return static_cast<Cell>(offsets.size()) - 1; }
+};
+
+}  // namespace superfacets

@@ -1,0 +1,143 @@
+#include "weights.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+
+#include "parallel.hpp"
+
+namespace superfacets {
+namespace {
+
+// The cross product of two edges of length L carries rounding errors up to about 4 eps L^2; below
+// twice that its direction means nothing, and the face counts as one without a normal.
+constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
+
+// Bits of a mean weight in units. Few enough that a path, which takes no arc twice, stays below
+// 2^53 on any graph of up to 2^32 arcs, and is exact even as a double; enough that two paths are
+// seldom equal by rounding alone.
+constexpr int kMeanWeightBits = 20;
+
+// Partial sums run over this many weights, whatever the number of threads.
+constexpr std::int64_t kSumChunk = 4096;
+
+// The unit normal, or a zero vector where the face has none.
+Point unit_normal(Point a, Point b, Point c) {
+  const Point direction = cross(b - a, c - a);
+  const double length = norm(direction);
+  const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
+  if (!(length > kNormalNoise * longest)) return {0.0, 0.0, 0.0};
+  return {direction.x / length, direction.y / length, direction.z / length};
+}
+
+std::vector<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
+  std::vector<Point> normals(arcs.faces.size());  // zero where a face has none
+  const auto n_faces = static_cast<std::int64_t>(normals.size());
+  parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t face = begin; face < end; ++face) {
+      const auto [a, b, c] = arcs.faces[face].corners;
+      normals[face] = unit_normal(arcs.vertices[a], arcs.vertices[b], arcs.vertices[c]);
+    }
+  });
+  return normals;
+}
+
+// Where two neighbors run through their edge alike, the normal of the one with the higher index is
+// turned, so that both arcs of the pair see the same fold.
+void orient(Face from, Face to, Point& normal_from, Point& normal_to) {
+  Point& turned = from < to ? normal_to : normal_from;
+  turned = -1.0 * turned;
+}
+
+// alpha eta |e| theta / pi. Each operand is symmetric in the two faces, bit for bit.
+double angular_term(Point normal_from, Point normal_to, Point step, double edge_length,
+                    const WeightOptions& options) {
+  // atan2 keeps full precision near 0 and pi, where acos of the dot product loses half the digits.
+  const double theta = std::atan2(norm(cross(normal_from, normal_to)), dot(normal_from, normal_to));
+  // Positive if each centroid lies above the plane of the other face, summed over both.
+  const double rise = dot(normal_from - normal_to, step);
+  const bool concave = options.inside_out ? rise < 0.0 : rise > 0.0;
+  const double eta = concave ? 1.0 : options.eta_convex;
+  return options.alpha * eta * edge_length * theta / std::numbers::pi;
+}
+
+double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face from,
+                  std::int64_t arc, const WeightOptions& options) {
+  const Face to = arcs.neighbors[arc];
+  const int side = arcs.sides[arc];
+  const Triangle& face = arcs.faces[from];
+  const Point start = arcs.vertices[face.corners[side]];
+  const Point end = arcs.vertices[face.corners[(side + 1) % 3]];
+  const Point middle = 0.5 * (start + end);
+  const Point c_from = arcs.centroids[from];
+  const Point c_to = arcs.centroids[to];
+  const double geodesic = norm(c_from - middle) + norm(middle - c_to);  // eq. 1
+
+  Point normal_from = normals[from];
+  Point normal_to = normals[to];
+  if (arcs.same_turn[arc]) orient(from, to, normal_from, normal_to);
+  const double angular =
+      angular_term(normal_from, normal_to, c_to - c_from, norm(end - start), options);  // eq. 2
+  return (geodesic + angular) / options.diagonal;                                       // eq. 3
+}
+
+double mean_of(std::span<const double> weights) {
+  double total = 0.0;
+  const auto n = static_cast<std::int64_t>(weights.size());
+  for (std::int64_t begin = 0; begin < n; begin += kSumChunk) {
+    double partial = 0.0;
+    for (const double weight : weights.subspan(begin, std::min(kSumChunk, n - begin))) {
+      partial += weight;
+    }
+    total += partial;
+  }
+  return n > 0 ? total / static_cast<double>(n) : 0.0;
+}
+
+}  // namespace
+
+void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, int n_threads,
+                        std::span<double> weights) {
+  const std::vector<Point> normals = unit_normals(arcs, n_threads);
+  const auto n_faces = static_cast<std::int64_t>(arcs.faces.size());
+  parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t face = begin; face < end; ++face) {
+      for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
+        weights[arc] = arc_weight(arcs, normals, static_cast<Face>(face), arc, options);
+      }
+    }
+  });
+}
+
+std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces) {
+  return std::count_if(faces.begin(), faces.end(), [&](const Triangle& face) {
+    const auto [a, b, c] = face.corners;
+    return squared_norm(unit_normal(vertices[a], vertices[b], vertices[c])) == 0.0;
+  });
+}
+
+double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces,
+                     Point origin) {
+  double six_volumes = 0.0;
+  for (const auto& [corners] : faces) {
+    const Point a = vertices[corners[0]] - origin;
+    const Point b = vertices[corners[1]] - origin;
+    const Point c = vertices[corners[2]] - origin;
+    six_volumes += dot(a, cross(b, c));
+  }
+  return six_volumes / 6.0;
+}
+
+double quantize_weights(std::span<const double> weights, std::span<float> lengths) {
+  // A power of two: rounding then only cuts the last bits of a weight, and a mean that differs in
+  // its last bits, because arcs come in another order, gives the same unit.
+  const double mean = mean_of(weights);
+  const double unit = mean > 0.0 ? std::ldexp(1.0, std::ilogb(mean) - kMeanWeightBits) : 1.0;
+  for (std::size_t arc = 0; arc < weights.size(); ++arc) {
+    // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
+    lengths[arc] = static_cast<float>(std::max(1.0, std::nearbyint(weights[arc] / unit)));
+  }
+  return unit;
+}
+
+}  // namespace superfacets

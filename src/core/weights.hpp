@@ -1,0 +1,43 @@
+// Stage 2: the length of each arc (eq. 1-3 of the paper), and its rounding to whole units.
+#pragma once
+
+#include "types.hpp"
+
+namespace superfacets {
+
+struct WeightOptions {
+  double alpha = 200.0;     // weight of the angular term, >= 0
+  double eta_convex = 0.2;  // what a convex edge counts, against 1 for a concave one
+  double diagonal = 1.0;    // d, of the bounding box of the vertices that faces use
+  bool inside_out = false;  // normals point inwards: concave and convex swap
+};
+
+// The arcs of a face graph with what eq. 1-3 need of them.
+struct ArcGeometry {
+  std::span<const Point> vertices;
+  std::span<const Triangle> faces;
+  std::span<const Point> centroids;
+  std::span<const std::int64_t> offsets;
+  std::span<const Face> neighbors;
+  std::span<const std::uint16_t> sides;
+  std::span<const std::uint8_t> same_turn;
+};
+
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. theta is in
+// [0, pi] and 0 where a face has no normal. The two arcs of a pair get the same bits.
+void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, int n_threads,
+                        std::span<double> weights);
+
+// Faces that have no normal: two corners at one position, or no area beyond rounding errors.
+std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);
+
+// Volume enclosed by the faces, negative if they are turned inwards. Means something on closed
+// meshes only. `origin` should be near the mesh.
+double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces,
+                     Point origin);
+
+// Rounds finite weights >= 0 to whole numbers >= 1 of a unit, which is returned: the power of two
+// that is 2^20 to 2^21 times smaller than the mean weight (1 if all weights are 0).
+double quantize_weights(std::span<const double> weights, std::span<float> lengths);
+
+}  // namespace superfacets

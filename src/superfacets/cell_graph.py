@@ -1,0 +1,117 @@
+"""What the clusterer sees: cells with a position and a measure, and weighted arcs between them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._validate import (
+    checked_arcs,
+    checked_bounds,
+    checked_nonnegative_array,
+    checked_positions,
+)
+
+__all__ = ["CellGraph", "box_diagonal"]
+
+
+@dataclass(frozen=True, eq=False)
+class CellGraph:
+    """Cells and weighted arcs, in CSR form: the input of seeding and clustering.
+
+    Faces of a mesh make one (`FaceGraph.with_weights`), but cells can be anything.
+
+    Parameters
+    ----------
+    positions : array_like, shape (N, 3)
+        A point that stands for each cell, finite. N >= 1.
+    measures : array_like, shape (N,)
+        Area of each cell (1 if all count alike), finite, >= 0.
+    offsets : array_like of integers, shape (N + 1,)
+        The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
+    neighbors : array_like of integers, shape (M,)
+        The cell that each arc leads to. Undirected graphs hold both directions.
+    weights : array_like, shape (M,)
+        The length of each arc, finite, >= 0, in any unit.
+    bounds : array_like, shape (2, 3), optional
+        Low and high corner of the box whose diagonal a ``radius`` is a fraction of; the bounding
+        box of the positions if not given.
+
+    Attributes
+    ----------
+    lengths : ndarray of float32, shape (M,)
+        The weights as whole numbers (>= 1) of `unit`: sums of these are exact, so shortest paths
+        are the same in whatever order they are found.
+    unit : float
+        The power of two that is 2**20 to 2**21 times smaller than the mean weight.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an array has the wrong shape, type or values.
+
+    Examples
+    --------
+    >>> path = CellGraph([[0, 0, 0], [1, 0, 0], [3, 0, 0]], [1, 1, 1], [0, 1, 3, 4],
+    ...                  [1, 0, 2, 1], [1.0, 1.0, 2.0, 2.0])
+    >>> path.n_cells, path.n_arcs, path.diagonal
+    (3, 4, 3.0)
+    >>> path.lengths * path.unit
+    array([1., 1., 2., 2.], dtype=float32)
+    """
+
+    positions: npt.NDArray[np.float64]
+    measures: npt.NDArray[np.float64]
+    offsets: npt.NDArray[np.int64]
+    neighbors: npt.NDArray[np.int32]
+    weights: npt.NDArray[np.float64]
+    bounds: npt.NDArray[np.float64] = None  # type: ignore[assignment]  # set in __post_init__
+    lengths: npt.NDArray[np.float32] = field(init=False, repr=False)
+    unit: float = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        positions = checked_positions(self.positions)
+        measures = checked_nonnegative_array(self.measures, len(positions), "measures", "cell")
+        offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
+        weights = checked_nonnegative_array(self.weights, len(neighbors), "weights", "arc")
+        lengths, unit = _core.quantize_weights(weights)
+        fields = {
+            "positions": positions,
+            "measures": measures,
+            "offsets": offsets,
+            "neighbors": neighbors,
+            "weights": weights,
+            "bounds": checked_bounds(self.bounds, positions),
+            "lengths": lengths,
+            "unit": unit,
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return len(self.positions)
+
+    @property
+    def n_arcs(self) -> int:
+        """Number of arcs, M: two for each pair of neighbors."""
+        return len(self.neighbors)
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of `bounds`, in the unit of the positions."""
+        return box_diagonal(self.bounds)
+
+    def __repr__(self) -> str:
+        return f"CellGraph({self.n_cells} cells, {self.n_arcs} arcs)"
+
+
+def box_diagonal(bounds: npt.NDArray[np.float64]) -> float:
+    """Length of the diagonal of a box given by its low and high corner, shape (2, 3)."""
+    x, y, z = (bounds[1] - bounds[0]).tolist()
+    return math.sqrt(x * x + y * y + z * z)

@@ -1,0 +1,146 @@
+"""Stage 3: the first centers."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._validate import checked_choice, checked_count, checked_number, checked_seeds
+from .cell_graph import CellGraph
+
+__all__ = ["INITS", "RegionSize", "place_seeds", "region_size"]
+
+INITS = ("farthest", "flood", "grid")
+"""Names of the ways to place seeds."""
+
+DEFAULT_N_SEGMENTS = 150
+"""The paper's k, where neither a number of regions nor a radius is asked for."""
+
+SEED_SPACING = 2.0
+"""Radii that a flooded region expands to, and the edge of a grid cube in radii."""
+
+
+class RegionSize(NamedTuple):
+    """How many regions are expected, and how large."""
+
+    n_segments: int
+    """k: asked for, or as many disks of the radius as have the area of all cells."""
+    radius: float
+    """r in the unit of the positions: asked for, or sqrt(A / (pi k))."""
+
+
+def region_size(
+    graph: CellGraph,
+    n_segments: int | None = None,
+    *,
+    radius: float | None = None,
+    init: str | npt.ArrayLike = "farthest",
+) -> RegionSize:
+    """Return the number and the radius of the regions that the arguments of `segment` ask for."""
+    if n_segments is not None and radius is not None:
+        raise ValueError("give n_segments or radius, not both")
+    area = float(graph.measures.sum())
+    if radius is not None:
+        r = checked_number(radius, "radius", zero=False) * graph.diagonal
+        k = area / (math.pi * r * r) if r > 0 else math.inf
+        return RegionSize(max(1, round(min(k, graph.n_cells))), r)
+    if n_segments is None:
+        k = len(np.asarray(init)) if not isinstance(init, str) else DEFAULT_N_SEGMENTS
+        k = min(k, graph.n_cells)
+    else:
+        k = checked_count(n_segments, "n_segments", graph.n_cells, "faces")
+    return RegionSize(k, math.sqrt(area / (math.pi * k)))
+
+
+def place_seeds(
+    graph: CellGraph,
+    n_segments: int | None = None,
+    *,
+    radius: float | None = None,
+    init: str | npt.ArrayLike = "farthest",
+) -> npt.NDArray[np.int32]:
+    """Return the first centers.
+
+    Parameters
+    ----------
+    graph : CellGraph
+    n_segments : int, optional
+        Number of regions k, 1 to N: the expected radius is then r = sqrt(A / (pi k)), A the sum of
+        all measures. 150 (N, if that is less) if neither this nor `radius` is given.
+    radius : float, optional
+        r as a fraction of the diagonal of the graph's bounds, > 0; k is then A / (pi r^2), rounded.
+    init : {"farthest", "flood", "grid"} or array_like of int
+        ``"farthest"``: the cell nearest to the centroid of all, then again and again the cell
+        farthest (Euclidean) from all seeds so far; exactly k seeds, in O((N + k) log N) in
+        practice. ``"flood"``: cells are visited in the order of their path length from that first
+        cell, and one that no region has reached yet starts a region, which expands to 2 r; each
+        further component is flooded from its lowest cell. ``"grid"``: the cells in each cube of
+        edge 2 r of a grid over the bounds are one region, whose center is taken. Flood and grid
+        give about as many seeds as the radius asks for. An array: these cells.
+
+    Returns
+    -------
+    ndarray of int32, shape (K,)
+        Distinct cells. Ties go to the lowest index.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, `n_segments` does not agree with given seeds, or the cells
+        have no area that a radius for flood or grid could be derived from.
+    TypeError
+        If an argument has the wrong type.
+
+    Examples
+    --------
+    >>> line = CellGraph([[x, 0, 0] for x in range(5)], [1] * 5, [0, 1, 3, 5, 7, 8],
+    ...                  [1, 0, 2, 1, 3, 2, 4, 3], [1] * 8)
+    >>> place_seeds(line, 3)
+    array([2, 0, 4], dtype=int32)
+    """
+    size = region_size(graph, n_segments, radius=radius, init=init)
+    if not isinstance(init, str):
+        return _given_seeds(graph, init, n_segments)
+    checked_choice(init, "init", INITS)
+    if init == "grid":
+        return _grid_seeds(graph, size)
+    first = _core.nearest_cell(
+        graph.positions, _core.weighted_mean(graph.positions, graph.measures)
+    )
+    seeds: npt.NDArray[np.int32]
+    if init == "farthest":
+        seeds = _core.farthest_seeds(graph.positions, first, size.n_segments)
+    else:
+        reach = SEED_SPACING * _positive_radius(size, init)
+        seeds = _core.flood_seeds(
+            graph.positions, graph.offsets, graph.neighbors, graph.lengths, first, reach
+        )
+    return seeds
+
+
+def _given_seeds(graph: CellGraph, seeds: Any, n_segments: int | None) -> npt.NDArray[np.int32]:
+    array = checked_seeds(seeds, graph.n_cells)
+    if n_segments is not None and n_segments != len(array):
+        raise ValueError(f"n_segments is {n_segments} but {len(array)} seeds are given")
+    return array
+
+
+def _grid_seeds(graph: CellGraph, size: RegionSize) -> npt.NDArray[np.int32]:
+    """Seeds by an update of the regions that the cubes of a grid make."""
+    corner = tuple(graph.bounds[0].tolist())
+    side = SEED_SPACING * _positive_radius(size, "grid")
+    labels = _core.grid_labels(graph.positions, corner, side)
+    seeds: npt.NDArray[np.int32] = _core.update_centers(
+        graph.positions, graph.measures, labels, int(labels.max()) + 1
+    )
+    return seeds
+
+
+def _positive_radius(size: RegionSize, init: str) -> float:
+    if size.radius > 0:
+        return size.radius
+    raise ValueError(f"init={init!r} needs a radius, and the faces have no area to derive it from")

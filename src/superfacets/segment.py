@@ -1,0 +1,324 @@
+"""Stage 4: the loop. Place seeds; label all cells; move the centers; repeat."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._validate import (
+    checked_choice,
+    checked_count,
+    checked_number,
+    checked_threads,
+)
+from .cell_graph import CellGraph
+from .classify import run_classify
+from .face_graph import build_face_graph
+from .mesh import as_mesh
+from .seeding import INITS, place_seeds, region_size
+from .weights import superfacet_weights
+
+__all__ = ["PAPER", "Segmentation", "segment", "segment_graph"]
+
+WEIGHTS = ("superfacets",)
+"""Names of the arc weights that `segment` knows."""
+
+PAPER: Mapping[str, Any] = MappingProxyType(
+    {"weights": "superfacets", "radius_factor": 2.0, "tol": 0.0}
+)
+"""Keywords that give the paper's algorithm to the letter: ``segment(mesh, 150, **PAPER)``.
+
+Expansions are halted at 2 r and the loop ends when no center changes, with the weights of eq. 1-3.
+"""
+
+StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
+Progress = Callable[[int, int], object]
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """Superfacets: a label for every face, and how they came about.
+
+    ``np.asarray(segmentation)`` is `labels`.
+    """
+
+    labels: npt.NDArray[np.int32]
+    """(N,) region of each face, 0..K-1, in the order of the input."""
+    centers: npt.NDArray[np.int32]
+    """(K,) the face that stands for each region; `labels` are the classification of these."""
+    n_iter: int
+    """How many times all faces were labeled."""
+    stop_reason: StopReason
+    """``"converged"``: the centers moved less than `tol`; ``"cycle"``: a set of centers came back;
+    ``"max_num_iter"``; ``"cancelled"``: `progress` returned False."""
+    timings: dict[str, float] = field(repr=False)
+    """Seconds of wall time in each stage."""
+    params: dict[str, Any] = field(repr=False)
+    """The parameters as used; ``expected_radius`` is r, in the unit of the vertices."""
+
+    @property
+    def n_segments(self) -> int:
+        """Number of regions, K."""
+        return len(self.centers)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        return np.array(self.labels, dtype=dtype, copy=copy)
+
+    def __repr__(self) -> str:
+        return (
+            f"Segmentation({len(self.labels)} cells, {self.n_segments} regions, "
+            f"{self.n_iter} iterations, {self.stop_reason})"
+        )
+
+
+def segment(
+    mesh: object,
+    n_segments: int | None = None,
+    *,
+    radius: float | None = None,
+    alpha: float = 200.0,
+    eta_convex: float = 0.2,
+    weights: str | npt.ArrayLike = "superfacets",
+    init: str | npt.ArrayLike = "farthest",
+    radius_factor: float | None = None,
+    max_num_iter: int = 50,
+    tol: float = 0.02,
+    weld: bool = True,
+    n_threads: int | None = None,
+    progress: Progress | None = None,
+) -> Segmentation:
+    """Label every face of a mesh with one of k compact regions that follow its concave creases.
+
+    Parameters
+    ----------
+    mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
+        Any triangle mesh: open, non-manifold, inconsistently oriented, degenerate, in many
+        components, or soup.
+    n_segments : int, optional
+        Number of regions k, 1 to the number of faces. 150 (or the number of faces, if that is
+        less) if neither this nor `radius` is given. One more region comes for each component that
+        gets no seed, and, with `radius_factor`, for faces that no center reaches.
+    radius : float, optional
+        Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
+    alpha : float, default 200.0
+        How much borders follow creases, >= 0. 0: regions as compact as they get.
+    eta_convex : float, default 0.2
+        How much a convex crease counts against a concave one, >= 0.
+    weights : "superfacets" or array_like, shape (M,)
+        Arc weights by name, or one per arc of ``build_face_graph(mesh, weld=weld)``: `alpha` and
+        `eta_convex` are then not used.
+    init : {"farthest", "flood", "grid"} or array_like of int
+        How seeds are placed, or the faces that are the seeds; see `place_seeds`. Only
+        ``"farthest"`` and given seeds keep to k exactly.
+    radius_factor : float, optional
+        Not given: each face belongs to the center with the shortest path to it, and regions are
+        connected. Given, the paper's way: an expansion halts at so many r from its center (2 in
+        the paper); regions may fall apart.
+    max_num_iter : int, default 50
+        At most so many times all faces are labeled.
+    tol : float, default 0.02
+        Stop when the root mean square of the centers' moves is at most this fraction of r. 0:
+        when no center changes, as in the paper.
+    weld : bool, default True
+        Count vertices at exactly the same position as one.
+    n_threads : int, optional
+        Threads to use: the environment variable ``SUPERFACETS_NUM_THREADS``, or one per core, if
+        not given. The labels do not depend on it.
+    progress : callable, optional
+        Called after each iteration with its number (from 1) and how many centers it moved;
+        returning False ends the loop with ``stop_reason="cancelled"``.
+
+    Returns
+    -------
+    Segmentation
+        Labels are int32, 0..K-1, one per face in the order of the input, and the same each time.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    References
+    ----------
+    Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014.
+
+    Examples
+    --------
+    >>> import superfacets
+    >>> mesh = superfacets.sample_mesh(2_000)
+    >>> segmentation = superfacets.segment(mesh, 20)
+    >>> segmentation.n_segments, segmentation.labels.dtype, segmentation.labels.max()
+    (20, dtype('int32'), np.int32(19))
+    """
+    threads = checked_threads(n_threads)
+    if isinstance(weights, str):  # wrong parameters are found before the mesh is read
+        checked_choice(weights, "weights", WEIGHTS)
+        alpha = checked_number(alpha, "alpha", zero=True)
+        eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+    timings: dict[str, float] = {}
+    with _timed(timings, "mesh"):
+        surface = as_mesh(mesh)
+    with _timed(timings, "face_graph"):
+        faces = build_face_graph(surface, weld=weld, n_threads=threads)
+    with _timed(timings, "weights"):
+        arc_weights = weights
+        if isinstance(weights, str):
+            arc_weights = superfacet_weights(
+                surface, faces, alpha=alpha, eta_convex=eta_convex, n_threads=threads
+            )
+        graph = faces.with_weights(arc_weights)
+    result = segment_graph(
+        graph,
+        n_segments,
+        radius=radius,
+        init=init,
+        radius_factor=radius_factor,
+        max_num_iter=max_num_iter,
+        tol=tol,
+        n_threads=threads,
+        progress=progress,
+    )
+    params = {"weld": weld, "weights": "given"}
+    if isinstance(weights, str):
+        params |= {"weights": weights, "alpha": alpha, "eta_convex": eta_convex}
+    return replace(result, timings=timings | result.timings, params=params | result.params)
+
+
+def segment_graph(
+    graph: CellGraph,
+    n_segments: int | None = None,
+    *,
+    radius: float | None = None,
+    init: str | npt.ArrayLike = "farthest",
+    radius_factor: float | None = None,
+    max_num_iter: int = 50,
+    tol: float = 0.02,
+    n_threads: int | None = None,
+    progress: Progress | None = None,
+) -> Segmentation:
+    """Label every cell of a graph of one's own with one of k compact regions.
+
+    The clustering behind `segment`, for cells of any kind: it knows positions, measures and
+    weighted arcs, and no mesh.
+
+    Parameters
+    ----------
+    graph : CellGraph
+    n_segments, radius, init, radius_factor, max_num_iter, tol, n_threads, progress
+        As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``.
+
+    Returns
+    -------
+    Segmentation
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    Examples
+    --------
+    >>> line = CellGraph([[x, 0, 0] for x in range(5)], [1] * 5, [0, 1, 3, 5, 7, 8],
+    ...                  [1, 0, 2, 1, 3, 2, 4, 3], [1] * 8)
+    >>> segment_graph(line, 2)
+    Segmentation(5 cells, 2 regions, 2 iterations, converged)
+    """
+    loop = _Loop(
+        checked_count(max_num_iter, "max_num_iter"),
+        checked_number(tol, "tol", zero=True),
+        None if radius_factor is None else checked_number(radius_factor, "radius_factor", zero=False),
+        checked_threads(n_threads),
+        progress,
+    )
+    timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
+    size = region_size(graph, n_segments, radius=radius, init=init)
+    with _timed(timings, "seeding"):
+        seeds = place_seeds(graph, n_segments, radius=radius, init=init)
+    labels, centers, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
+    params = {
+        "n_segments": n_segments if n_segments is not None or radius is not None else size.n_segments,
+        "radius": radius,
+        "expected_radius": size.radius,
+        "init": init if isinstance(init, str) else "given",
+        "radius_factor": radius_factor,
+        "max_num_iter": loop.max_num_iter,
+        "tol": loop.tol,
+    }
+    return Segmentation(labels, centers, n_iter, stop_reason, timings, params)
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """Checked parameters of the loop."""
+
+    max_num_iter: int
+    tol: float  # in radii
+    radius_factor: float | None  # None: exact
+    n_threads: int
+    progress: Progress | None
+
+
+def _iterate(
+    graph: CellGraph,
+    centers: npt.NDArray[np.int32],
+    radius: float,
+    loop: _Loop,
+    timings: dict[str, float],
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], int, StopReason]:
+    """Classify and update until one of the stop rules holds; add up the time of both."""
+    reach = None if loop.radius_factor is None else loop.radius_factor * radius
+    seen: set[bytes] = set()
+    for iteration in range(1, loop.max_num_iter + 1):
+        with _timed(timings, "classify"):
+            labels, _, centers = run_classify(graph, centers, reach, loop.n_threads)
+        with _timed(timings, "update"):
+            moved_to: npt.NDArray[np.int32] = _core.update_centers(
+                graph.positions, graph.measures, labels, len(centers)
+            )
+        n_moved = int(np.count_nonzero(moved_to != centers))
+        seen.add(_fingerprint(centers))
+        is_cancelled = loop.progress is not None and loop.progress(iteration, n_moved) is False
+        # The labels are those of `centers`: whatever ends the loop, where these would go is dropped.
+        if n_moved == 0 or _root_mean_square_move(graph, centers, moved_to) <= loop.tol * radius:
+            return labels, centers, iteration, "converged"
+        if is_cancelled:
+            return labels, centers, iteration, "cancelled"
+        if _fingerprint(moved_to) in seen:
+            return labels, centers, iteration, "cycle"
+        if iteration < loop.max_num_iter:
+            centers = moved_to
+    return labels, centers, iteration, "max_num_iter"
+
+
+def _root_mean_square_move(
+    graph: CellGraph, centers: npt.NDArray[np.int32], moved_to: npt.NDArray[np.int32]
+) -> float:
+    moves = graph.positions[moved_to] - graph.positions[centers]
+    return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
+
+
+def _fingerprint(centers: npt.NDArray[np.int32]) -> bytes:
+    """128 bits that tell sets of centers apart, so that the sets need not be kept."""
+    return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()
+
+
+@contextmanager
+def _timed(timings: dict[str, float], stage: str) -> Iterator[None]:
+    """Add the wall time of the block to that of a stage."""
+    start = time.perf_counter()
+    try:
+        yield
+    finally:
+        timings[stage] = timings.get(stage, 0.0) + time.perf_counter() - start
