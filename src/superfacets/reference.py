@@ -1,0 +1,301 @@
+"""Slow, readable twins of the kernels: what each stage computes, as plainly as it can be said.
+
+These are the oracle of the tests: on the same input the compiled stages give the same numbers, bit
+for bit. Where floats are added, the order is that of the kernels and part of the contract. Every
+function follows the stage of the same name; nothing here is meant to be fast.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections import defaultdict
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .cell_graph import CellGraph
+from .mesh import Mesh
+
+__all__ = [
+    "Arc",
+    "build_face_graph",
+    "classify_exact",
+    "classify_halted",
+    "farthest_seeds",
+    "flood_seeds",
+    "grid_seeds",
+    "iterate",
+    "measure_faces",
+    "quantize_weights",
+    "superfacet_weights",
+    "update_centers",
+]
+
+Floats = npt.NDArray[np.float64]
+
+
+class Arc(NamedTuple):
+    """A step from a face, over one of its sides, to a neighbor."""
+
+    face: int
+    side: int
+    neighbor: int
+    same_turn: bool
+
+
+def build_face_graph(mesh: Mesh, *, weld: bool = True) -> list[Arc]:
+    """All arcs, sorted by face, side and neighbor."""
+    vertex_at: dict[tuple[float, ...], int] = {}
+    corners = [
+        [vertex_at.setdefault(tuple(mesh.vertices[v].tolist()), v) if weld else v for v in face]
+        for face in mesh.faces.tolist()
+    ]
+    sides_on_edge: dict[tuple[int, int], dict[int, tuple[int, bool]]] = defaultdict(dict)
+    for face, (a, b, c) in enumerate(corners):
+        for side, (start, end) in enumerate(((a, b), (b, c), (c, a))):
+            if start != end:
+                edge = (min(start, end), max(start, end))
+                sides_on_edge[edge].setdefault(face, (side, start < end))
+    arcs = [
+        Arc(face, side, neighbor, ascending == neighbor_ascending)
+        for faces in sides_on_edge.values()
+        for face, (side, ascending) in faces.items()
+        for neighbor, (_, neighbor_ascending) in faces.items()
+        if face != neighbor
+    ]
+    return sorted(arcs)
+
+
+def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
+    """Centroids, shape (F, 3), and areas, shape (F,)."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    return (a + b + c) / 3.0, 0.5 * _norm(_cross(b - a, c - a))
+
+
+def superfacet_weights(mesh: Mesh, arcs: list[Arc], *, alpha: float, eta_convex: float) -> Floats:
+    """Weight of each arc, eq. 1-3 of the paper."""
+    used = mesh.vertices[np.unique(mesh.faces)]
+    diagonal = float(_norm(used.max(axis=0) - used.min(axis=0)))
+    inside_out = _is_inside_out(mesh, arcs, used.min(axis=0), diagonal)
+    centroids, _ = measure_faces(mesh)
+    normals = _unit_normals(mesh)
+    weights = []
+    for face, side, neighbor, same_turn in arcs:
+        start = mesh.vertices[mesh.faces[face, side]]
+        end = mesh.vertices[mesh.faces[face, (side + 1) % 3]]
+        middle = 0.5 * (start + end)
+        geodesic = _norm(centroids[face] - middle) + _norm(middle - centroids[neighbor])  # eq. 1
+        n_i, n_j = normals[face], normals[neighbor]
+        if same_turn:
+            n_i, n_j = (n_i, -n_j) if face < neighbor else (-n_i, n_j)
+        theta = math.atan2(_norm(_cross(n_i, n_j)), _dot(n_i, n_j))
+        rise = _dot(n_i - n_j, centroids[neighbor] - centroids[face])
+        concave = rise < 0 if inside_out else rise > 0
+        eta = 1.0 if concave else eta_convex
+        angular = alpha * eta * _norm(end - start) * theta / math.pi  # eq. 2
+        weights.append(float((geodesic + angular) / diagonal))  # eq. 3
+    return np.array(weights)
+
+
+def _unit_normals(mesh: Mesh) -> Floats:
+    """Unit normals; zero where a face has none."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    normals = _cross(b - a, c - a)
+    lengths = _norm(normals)
+    longest = np.max([_dot(b - a, b - a), _dot(c - b, c - b), _dot(a - c, a - c)], axis=0)
+    exists = lengths > 8 * np.finfo(np.float64).eps * longest
+    return np.where(exists[:, None], normals / np.where(exists, lengths, 1.0)[:, None], 0.0)
+
+
+def _is_inside_out(mesh: Mesh, arcs: list[Arc], origin: Floats, diagonal: float) -> bool:
+    """Whether the mesh is closed and encloses a negative volume."""
+    corners = mesh.vertices[mesh.faces]
+    # A side without an arc is on the boundary, unless its two ends are one place or its face runs
+    # through the same edge twice.
+    with_arc = {(arc.face, arc.side) for arc in arcs}
+    for face, triangle in enumerate(corners.tolist()):
+        edges = [frozenset((tuple(triangle[s]), tuple(triangle[(s + 1) % 3]))) for s in range(3)]
+        reached = {edges[side] for side in range(3) if (face, side) in with_arc}
+        if any(len(edge) == 2 and edge not in reached for edge in edges):
+            return False
+    a, b, c = (corners[:, corner] - origin for corner in range(3))
+    return float(np.sum(_dot(a, _cross(b, c)))) / 6.0 < -1e-12 * diagonal**3
+
+
+def quantize_weights(weights: Floats) -> tuple[npt.NDArray[np.float32], float]:
+    """Weights as whole numbers of a unit, and the unit."""
+    chunks = np.zeros((-(-len(weights) // 4096), 4096))
+    chunks.flat[: len(weights)] = weights
+    partial_sums = np.cumsum(chunks, axis=1)[:, -1]  # cumsum adds from left to right
+    mean = float(np.cumsum(partial_sums)[-1]) / len(weights) if len(weights) else 0.0
+    unit = 2.0 ** (math.frexp(mean)[1] - 1 - 20) if mean > 0 else 1.0
+    return np.maximum(1.0, np.rint(weights / unit)).astype(np.float32), unit
+
+
+def farthest_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
+    """Iterative farthest points, by looking at all cells for every seed."""
+    seeds = [_first_cell(graph)]
+    squared_distance = np.full(graph.n_cells, np.inf)
+    while True:
+        step = graph.positions - graph.positions[seeds[-1]]
+        squared_distance = np.minimum(squared_distance, _dot(step, step))
+        squared_distance[seeds[-1]] = -1.0
+        if len(seeds) == n_seeds:
+            return seeds
+        seeds.append(int(np.argmax(squared_distance)))
+
+
+def flood_seeds(graph: CellGraph, radius: float) -> list[int]:
+    """Cells in the order of their path length, that no region which expanded to 2 r had reached."""
+    seeds: list[int] = []
+    reached: set[int] = set()
+    visited: set[int] = set()
+    first = _first_cell(graph)
+    while len(visited) < graph.n_cells:
+        component = _expand(graph, first, math.inf)
+        for cell in sorted(component, key=lambda cell: (component[cell], cell)):
+            if cell not in reached:
+                seeds.append(cell)
+                reached.update(_expand(graph, cell, 2.0 * radius))
+        visited.update(component)
+        first = min(set(range(graph.n_cells)) - visited, default=0)
+    return seeds
+
+
+def grid_seeds(graph: CellGraph, radius: float) -> list[int]:
+    """Centers of the cells in each cube of edge 2 r, numbered by their lowest cell."""
+    label_of: dict[tuple[float, ...], int] = {}
+    cubes = np.floor((graph.positions - graph.bounds[0]) / (2.0 * radius))
+    labels = [label_of.setdefault(tuple(cube), len(label_of)) for cube in cubes.tolist()]
+    return update_centers(graph, np.array(labels))
+
+
+def classify_exact(graph: CellGraph, centers: list[int]) -> tuple[list[int], list[int]]:
+    """Labels by one expansion from all centers, and the centers with those of orphans."""
+    labels: dict[int, int] = {}
+    all_centers = list(centers)
+    queue = [(0, label, center) for label, center in enumerate(all_centers)]
+    while len(labels) < graph.n_cells:
+        if not queue:
+            orphan = min(set(range(graph.n_cells)) - labels.keys())
+            queue.append((0, len(all_centers), orphan))
+            all_centers.append(orphan)
+        length, label, cell = heapq.heappop(queue)
+        if cell not in labels:
+            labels[cell] = label
+            for neighbor, step in _arcs_of(graph, cell):
+                heapq.heappush(queue, (length + step, label, neighbor))
+    return [labels[cell] for cell in range(graph.n_cells)], all_centers
+
+
+def classify_halted(
+    graph: CellGraph, centers: list[int], reach: float
+) -> tuple[list[int], list[int]]:
+    """Labels by one expansion of each center, as the paper tells it, and all centers."""
+    best = [(math.inf, -1)] * graph.n_cells  # path length and label
+    all_centers: list[int] = []
+    waiting = list(centers)
+    while waiting:
+        label, center = len(all_centers), waiting.pop(0)
+        all_centers.append(center)
+        for cell, length in _expand(graph, center, reach).items():
+            best[cell] = min(best[cell], (length, label))
+        if not waiting and (math.inf, -1) in best:
+            waiting.append(best.index((math.inf, -1)))  # the first orphan
+    return [label for _, label in best], all_centers
+
+
+def update_centers(graph: CellGraph, labels: npt.NDArray[Any]) -> list[int]:
+    """The cell of each region nearest to the weighted mean of its positions."""
+    n_regions = int(labels.max()) + 1
+    areas = np.bincount(labels, graph.measures)  # bincount adds in the order of the cells
+    weights = np.where(areas[labels] > 0, graph.measures, 1.0)
+    totals = np.bincount(labels, weights)
+    means = [np.bincount(labels, weights * axis) / totals for axis in graph.positions.T]
+    step = graph.positions - np.transpose(means)[labels]
+    squared = _dot(step, step)
+    cells = np.arange(graph.n_cells)
+    return [int(min(cells[labels == r], key=lambda cell: squared[cell])) for r in range(n_regions)]
+
+
+def iterate(
+    graph: CellGraph,
+    seeds: list[int],
+    radius: float,
+    *,
+    radius_factor: float | None = None,
+    max_num_iter: int = 50,
+    tol: float = 0.02,
+) -> tuple[list[tuple[list[int], list[int]]], str]:
+    """Labels and centers of every iteration, and why the loop stopped."""
+    history: list[tuple[list[int], list[int]]] = []
+    centers = seeds
+    while True:
+        if radius_factor is None:
+            labels, centers = classify_exact(graph, centers)
+        else:
+            labels, centers = classify_halted(graph, centers, radius_factor * radius)
+        history.append((labels, centers))
+        moved_to = update_centers(graph, np.array(labels))
+        moves = graph.positions[moved_to] - graph.positions[centers]
+        if moved_to == centers or math.sqrt(np.mean(_dot(moves, moves))) <= tol * radius:
+            return history, "converged"
+        if sorted(moved_to) in [sorted(earlier) for _, earlier in history]:
+            return history, "cycle"
+        if len(history) == max_num_iter:
+            return history, "max_num_iter"
+        centers = moved_to
+
+
+def _expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
+    """Path lengths from a center, by Dijkstra's algorithm halted at `reach` (Euclidean)."""
+    lengths: dict[int, int] = {}
+    queue = [(0, center)]
+    while queue:
+        length, cell = heapq.heappop(queue)
+        if cell in lengths:
+            continue
+        lengths[cell] = length
+        step = graph.positions[cell] - graph.positions[center]
+        if _dot(step, step) <= reach * reach:
+            for neighbor, step_length in _arcs_of(graph, cell):
+                heapq.heappush(queue, (length + step_length, neighbor))
+    return lengths
+
+
+def _first_cell(graph: CellGraph) -> int:
+    """The cell nearest to the centroid of all."""
+    return update_centers(graph, np.zeros(graph.n_cells, dtype=np.int32))[0]
+
+
+def _arcs_of(graph: CellGraph, cell: int) -> list[tuple[int, int]]:
+    """Neighbor and length, in units, of each arc of a cell."""
+    arcs = slice(graph.offsets[cell], graph.offsets[cell + 1])
+    return [
+        (int(n), int(length))
+        for n, length in zip(graph.neighbors[arcs], graph.lengths[arcs], strict=True)
+    ]
+
+
+# Sums of products from left to right, as the kernels add them: numpy's own may take another order.
+
+
+def _dot(a: Floats, b: Floats) -> Any:
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def _norm(a: Floats) -> Any:
+    return np.sqrt(_dot(a, a))
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    return np.stack(
+        [
+            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
+            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
+            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
+        ],
+        axis=-1,
+    )
