@@ -1,6 +1,7 @@
 #include "seeding.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <numeric>
 #include <tuple>
@@ -68,17 +69,18 @@ std::vector<Cell> visiting_order(const CellGraph& graph, Cell first) {
   return order;
 }
 
+// A cube of the grid by its numbers along the axes: whole, and as doubles free of overflow.
 struct Cube {
-  std::int64_t x, y, z;
+  double x, y, z;
   bool operator==(const Cube&) const = default;
 };
 
 struct CubeHash {
   std::size_t operator()(const Cube& cube) const {
     // Odd multipliers near 2^64 / golden ratio; neighbors in space land far apart.
-    std::uint64_t h = static_cast<std::uint64_t>(cube.x) * 0x9e3779b97f4a7c15ULL;
-    h = (h ^ static_cast<std::uint64_t>(cube.y)) * 0xbf58476d1ce4e5b9ULL;
-    h = (h ^ static_cast<std::uint64_t>(cube.z)) * 0x94d049bb133111ebULL;
+    std::uint64_t h = std::bit_cast<std::uint64_t>(cube.x) * 0x9e3779b97f4a7c15ULL;
+    h = (h ^ h >> 32 ^ std::bit_cast<std::uint64_t>(cube.y)) * 0xbf58476d1ce4e5b9ULL;
+    h = (h ^ h >> 32 ^ std::bit_cast<std::uint64_t>(cube.z)) * 0x94d049bb133111ebULL;
     return static_cast<std::size_t>(h ^ h >> 32);
   }
 };
@@ -120,17 +122,14 @@ std::vector<Cell> flood_seeds(const CellGraph& graph, Cell first, double reach) 
 }
 
 std::vector<Label> grid_labels(std::span<const Point> positions, Point corner, double side) {
-  // Cubes so small that their numbers overflow are clamped to the last one that can be counted.
-  static constexpr double kLastStep = 0x1p62;
-  auto step = [side](double offset) {
-    return static_cast<std::int64_t>(std::min(std::floor(offset / side), kLastStep));
-  };
   std::unordered_map<Cube, Label, CubeHash> label_of;
   std::vector<Label> labels;
   labels.reserve(positions.size());
   for (const Point& p : positions) {
     const Point offset = p - corner;
-    const Cube cube{step(offset.x), step(offset.y), step(offset.z)};
+    // Adding 0.0 turns a -0.0 that floor keeps into 0.0, which must hash alike.
+    const Cube cube{std::floor(offset.x / side) + 0.0, std::floor(offset.y / side) + 0.0,
+                    std::floor(offset.z / side) + 0.0};
     labels.push_back(label_of.try_emplace(cube, static_cast<Label>(label_of.size())).first->second);
   }
   return labels;

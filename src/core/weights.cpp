@@ -53,7 +53,10 @@ void orient(Face from, Face to, Point& normal_from, Point& normal_to) {
 double angular_term(Point normal_from, Point normal_to, Point step, double edge_length,
                     const WeightOptions& options) {
   // atan2 keeps full precision near 0 and pi, where acos of the dot product loses half the digits.
-  const double theta = std::atan2(norm(cross(normal_from, normal_to)), dot(normal_from, normal_to));
+  // Where a normal is missing both arguments are 0; adding 0.0 keeps the second from being -0.0,
+  // which would make theta pi instead of 0.
+  const double theta =
+      std::atan2(norm(cross(normal_from, normal_to)), dot(normal_from, normal_to) + 0.0);
   // Positive if each centroid lies above the plane of the other face, summed over both.
   const double rise = dot(normal_from - normal_to, step);
   const bool concave = options.inside_out ? rise < 0.0 : rise > 0.0;

@@ -201,6 +201,13 @@ def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
     return value
 
 
+def checked_callable(value: Any, name: str) -> Any:
+    """Something that can be called, or None."""
+    if value is not None and not callable(value):
+        raise TypeError(f"{name} must be callable, got {value!r}")
+    return value
+
+
 def checked_threads(n_threads: Any) -> int:
     """The number of threads: as given, else SUPERFACETS_NUM_THREADS, else one per usable core."""
     if n_threads is not None:

@@ -49,8 +49,9 @@ def region_size(
         k = area / (math.pi * r * r) if r > 0 else math.inf
         return RegionSize(max(1, round(min(k, graph.n_cells))), r)
     if n_segments is None:
-        k = len(np.asarray(init)) if not isinstance(init, str) else DEFAULT_N_SEGMENTS
-        k = min(k, graph.n_cells)
+        k = min(DEFAULT_N_SEGMENTS, graph.n_cells)
+        if not isinstance(init, str):
+            k = len(checked_seeds(init, graph.n_cells))
     else:
         k = checked_count(n_segments, "n_segments", graph.n_cells, "faces")
     return RegionSize(k, math.sqrt(area / (math.pi * k)))

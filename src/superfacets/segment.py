@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._validate import (
+    checked_callable,
     checked_choice,
     checked_count,
     checked_number,
@@ -240,7 +241,7 @@ def segment_graph(
         checked_number(tol, "tol", zero=True),
         None if radius_factor is None else checked_number(radius_factor, "radius_factor", zero=False),
         checked_threads(n_threads),
-        progress,
+        checked_callable(progress, "progress"),
     )
     timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
     size = region_size(graph, n_segments, radius=radius, init=init)

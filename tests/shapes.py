@@ -1,0 +1,157 @@
+"""Small meshes and graphs whose segmentations, weights and arcs can be worked out by hand."""
+
+import math
+
+import numpy as np
+
+from superfacets import CellGraph, Mesh
+
+
+def strip(n_faces):
+    """A flat strip of right triangles with legs of 1:
+
+    1---3---5
+    |0/1|2/3| ...
+    0---2---4
+    """
+    n_vertices = n_faces + 2
+    vertices = [[v // 2, v % 2, 0] for v in range(n_vertices)]
+    faces = [[f, f + 2, f + 1] if f % 2 == 0 else [f, f + 1, f + 2] for f in range(n_faces)]
+    return Mesh(vertices, faces)
+
+
+def cube():
+    """The unit cube, normals outwards, two faces a side: faces 2s and 2s+1 make side s."""
+    vertices = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    return Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+
+
+def inside_out_cube():
+    return Mesh(cube().vertices, cube().faces[:, ::-1])
+
+
+def fold(degrees):
+    """Two triangles on the edge from (0,0,0) to (0,2,0), whose normals differ by `degrees`.
+
+    The first lies in the plane z = 0 on the side x < 0, its normal up. Positive angles lift the
+    other side: a valley, concave seen from above. Negative ones lower it: a ridge.
+    """
+    angle = math.radians(degrees)
+    tip = [3 * math.cos(angle), 1, 3 * math.sin(angle)]
+    return Mesh([[0, 0, 0], [0, 2, 0], [-3, 1, 0], tip], [[0, 1, 2], [1, 0, 3]])
+
+
+def two_islands():
+    """Two strips of four faces, 10 apart in y."""
+    one = strip(4)
+    return Mesh(
+        np.concatenate([one.vertices, one.vertices + [0, 10, 0]]),
+        np.concatenate([one.faces, one.faces + one.n_vertices]),
+    )
+
+
+def moebius(n_quads=12):
+    """A Moebius band: its last faces meet the first ones with the opposite orientation."""
+    vertices = []
+    for step in range(n_quads):
+        turn = 2 * math.pi * step / n_quads
+        for across in (-1, 1):
+            r = 4 + across * math.cos(turn / 2)
+            vertices.append([r * math.cos(turn), r * math.sin(turn), across * math.sin(turn / 2)])
+    faces = []
+    for step in range(n_quads):
+        a, b = 2 * step, 2 * step + 1
+        c, d = (a + 2, b + 2) if step < n_quads - 1 else (1, 0)
+        faces += [[a, c, b], [b, c, d]]
+    return Mesh(vertices, faces)
+
+
+def bowtie():
+    """Two triangles that touch at a vertex only."""
+    return Mesh(
+        [[0, 0, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[0, 1, 2], [0, 3, 4]]
+    )
+
+
+def fins(n_fins=3):
+    """Triangles around one edge, all of which run through it from (0,0,0) to (0,0,1)."""
+    turns = [2 * math.pi * fin / n_fins for fin in range(n_fins)]
+    tips = [[math.cos(turn), math.sin(turn), 0.5] for turn in turns]
+    return Mesh([[0, 0, 0], [0, 0, 1], *tips], [[0, 1, 2 + fin] for fin in range(n_fins)])
+
+
+def slivers():
+    """A good triangle, a collinear one on its long side, a point-like one and a doubled corner."""
+    vertices = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [1, 1, 0], [5, 5, 5]]
+    return Mesh(vertices, [[0, 1, 2], [2, 1, 3], [4, 4, 4], [0, 1, 1]])
+
+
+def soup(mesh):
+    """The same triangles with vertices of their own."""
+    return Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * mesh.n_faces).reshape(-1, 3))
+
+
+def bumpy_sheet(n=24, seed=0):
+    """A square sheet of 2 n^2 faces with a ridge, a valley and noise, so that ties do not occur."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    z = 0.3 * np.abs(x - 0.37) - 0.2 * np.abs(y - 0.61)
+    vertices = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    vertices += rng.uniform(-0.15 / n, 0.15 / n, vertices.shape)
+    corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    a, b, c, d = corner, corner + n + 1, corner + n + 2, corner + 1
+    return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+
+
+def line_graph(weights, measures=None):
+    """Cells at x = 0, 1, 2, ... in a row, with the given weights between them."""
+    n = len(weights) + 1
+    arcs = [(i, i + step) for i in range(n) for step in (-1, 1) if 0 <= i + step < n]
+    return CellGraph(
+        [[x, 0, 0] for x in range(n)],
+        np.ones(n) if measures is None else measures,
+        np.concatenate([[0], np.cumsum([sum(i == a for a, _ in arcs) for i in range(n)])]),
+        np.array([b for _, b in arcs], dtype=np.int32),
+        [weights[min(a, b)] for a, b in arcs],
+    )
+
+
+def random_graph(n, n_edges, seed, weight_values=None):
+    """Cells at random places and undirected edges at random: any number of components, parallel arcs.
+
+    `weight_values` are drawn from; few of them make many ties.
+    """
+    rng = np.random.default_rng(seed)
+    ends = rng.integers(0, n, (n_edges, 2))
+    ends = ends[ends[:, 0] != ends[:, 1]]
+    weights = rng.uniform(0.1, 2, len(ends))
+    if weight_values is not None:
+        weights = rng.choice(weight_values, len(ends))
+    sources = np.concatenate([ends[:, 0], ends[:, 1]])
+    targets = np.concatenate([ends[:, 1], ends[:, 0]])
+    order = np.argsort(sources, kind="stable")
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=n))])
+    measures = rng.uniform(0, 1, n) * (rng.uniform(size=n) > 0.1)
+    positions = rng.uniform(-1, 1, (n, 3))
+    return CellGraph(
+        positions, measures, offsets, targets[order], np.concatenate([weights, weights])[order]
+    )
+
+
+def count_pieces(graph, labels):
+    """Connected pieces of all regions together."""
+    labels = np.asarray(labels)
+    parent = list(range(len(labels)))
+
+    def root(cell):
+        while parent[cell] != cell:
+            parent[cell] = parent[parent[cell]]
+            cell = parent[cell]
+        return cell
+
+    sources = np.repeat(np.arange(len(labels)), np.diff(graph.offsets))
+    inside = labels[sources] == labels[graph.neighbors]
+    for a, b in zip(sources[inside].tolist(), graph.neighbors[inside].tolist(), strict=True):
+        parent[root(a)] = root(b)
+    return sum(root(cell) == cell for cell in range(len(labels)))

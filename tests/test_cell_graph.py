@@ -1,0 +1,46 @@
+"""Cell graphs that users bring: what is checked."""
+
+import numpy as np
+import pytest
+
+from superfacets import CellGraph
+
+PAIR = {
+    "positions": [[0, 0, 0], [3, 4, 0]],
+    "measures": [1, 1],
+    "offsets": [0, 1, 2],
+    "neighbors": [1, 0],
+    "weights": [1, 1],
+}
+
+
+def test_lists_become_arrays_of_exact_types():
+    graph = CellGraph(**PAIR)
+    types = [graph.positions, graph.measures, graph.offsets, graph.neighbors, graph.weights]
+    assert [a.dtype.name for a in types] == ["float64", "float64", "int64", "int32", "float64"]
+    assert graph.diagonal == 5
+    assert repr(graph) == "CellGraph(2 cells, 2 arcs)"
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"positions": [[0, 0]]}, r"positions must have shape \(N, 3\)"),
+        ({"positions": np.zeros((0, 3))}, r"positions must have shape \(N, 3\) with N >= 1"),
+        ({"positions": [[0, 0, 0], [np.nan, 0, 0]]}, "positions must be finite"),
+        ({"measures": [1]}, r"measures must have one value per cell, shape \(2,\), got \(1,\)"),
+        ({"measures": [1, -1]}, r"measures\[1\] is -1.0; it must be finite and not negative"),
+        ({"offsets": [0, 1]}, r"offsets must have shape \(3,\)"),
+        ({"offsets": [0, 2, 1]}, "offsets must rise from 0 to the number of arcs"),
+        ({"offsets": [1, 1, 2]}, "offsets must rise from 0"),
+        ({"offsets": [0, 1, 3]}, "offsets must rise from 0"),
+        ({"neighbors": [1, 2]}, "neighbors must be cells, 0 to 1"),
+        ({"neighbors": [1, -1]}, "neighbors must be cells, 0 to 1"),
+        ({"neighbors": [1, 2**40]}, "neighbors must fit in int32"),
+        ({"bounds": [[0, 0, 0], [-1, 0, 0]]}, "bounds must hold a low and a high corner"),
+        ({"bounds": [0, 1]}, "bounds must hold a low and a high corner"),
+    ],
+)
+def test_inconsistent_arrays_are_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        CellGraph(**(PAIR | change))

@@ -1,0 +1,105 @@
+"""Stage 4a: labels on graphs small enough to follow every path."""
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import CellGraph, build_face_graph, classify
+
+
+def test_each_cell_gets_the_center_with_the_shortest_path():
+    line = shapes.line_graph([1.0, 5.0, 1.0, 1.0])
+    labels, centers, distances = classify(line, [0, 4])
+    assert labels.tolist() == [0, 0, 1, 1, 1]
+    assert centers.tolist() == [0, 4]
+    assert distances.tolist() == [0, 1, 2, 1, 0]
+    assert labels.dtype == centers.dtype == np.int32
+
+
+def test_equal_distances_go_to_the_lower_label():
+    line = shapes.line_graph([1.0, 1.0])
+    assert classify(line, [0, 2]).labels.tolist() == [0, 0, 1]
+    assert classify(line, [2, 0]).labels.tolist() == [1, 0, 0]
+    assert classify(line, [2, 0], reach=10).labels.tolist() == [1, 0, 0]
+
+
+def test_a_tie_is_passed_on_to_the_cells_behind_it():
+    """0 and 1 meet in 2 after equal ways; 3 hangs on 2 and must follow it, whoever came first."""
+    star = CellGraph(
+        np.arange(12).reshape(4, 3), [1] * 4, [0, 1, 2, 5, 6], [2, 2, 0, 1, 3, 2], [1.0] * 6
+    )
+    for centers in ([0, 1], [1, 0]):
+        for reach in (None, 100.0):
+            labels = classify(star, centers, reach=reach).labels
+            assert labels[2] == labels[3] == 0
+
+
+def test_a_component_without_a_center_becomes_one_region_of_its_own():
+    graph = build_face_graph(shapes.two_islands())
+    cells = graph.with_weights(np.ones(graph.n_arcs))
+    labels, centers, distances = classify(cells, [1])
+    assert labels.tolist() == [0] * 4 + [1] * 4
+    assert centers.tolist() == [1, 4]
+    assert distances.tolist() == [1, 0, 1, 2, 0, 1, 2, 3]
+
+
+def test_an_expansion_labels_the_first_cells_out_of_reach_and_halts():
+    line = shapes.line_graph([1.0] * 6)
+    labels, centers, _ = classify(line, [0], reach=1.0)
+    # 0 and 1 are within reach of 0, so 2 is labeled and 3 an orphan. It reaches 1 to 5 likewise and
+    # is nearer to 2; then 6 is an orphan, and nearer to 5.
+    assert labels.tolist() == [0, 0, 1, 1, 1, 2, 2]
+    assert centers.tolist() == [0, 3, 6]
+
+
+def test_an_orphan_takes_cells_that_it_is_nearer_to():
+    line = shapes.line_graph([1.0, 9.0, 1.0])
+    labels, centers, _ = classify(line, [0], reach=1.0)
+    assert centers.tolist() == [0, 3]
+    assert labels.tolist() == [0, 0, 1, 1]
+
+
+def test_the_bound_is_euclidean_and_not_along_the_path():
+    """Arcs that weigh a thousand times their length do not halt an expansion."""
+    line = shapes.line_graph([1000.0] * 4)
+    assert classify(line, [0], reach=3.0).centers.tolist() == [0]
+
+
+def test_a_reach_of_zero_labels_the_neighbors_of_each_center():
+    line = shapes.line_graph([1.0] * 4)
+    assert classify(line, [2], reach=0).labels.tolist() == [1, 0, 0, 0, 2]
+
+
+def test_every_cell_can_be_a_center():
+    line = shapes.line_graph([1.0] * 4)
+    for reach in (None, 3.0):
+        assert classify(line, [4, 3, 2, 1, 0], reach=reach).labels.tolist() == [4, 3, 2, 1, 0]
+
+
+def test_one_unit_decides_between_paths_longer_than_a_float_can_count():
+    """Both ends of a row of 40 arcs, each 2^20 units long, are equally far from its middle."""
+    weights = [1.0] * 40
+    assert classify(shapes.line_graph(weights), [0, 40]).labels[20] == 0
+    weights[3] += 2.0**-20
+    graph = shapes.line_graph(weights)
+    assert graph.unit == 2.0**-20
+    assert classify(graph, [0, 40]).labels[20] == 1
+
+
+def test_wrong_centers_and_reach_are_refused():
+    line = shapes.line_graph([1.0] * 4)
+    with pytest.raises(ValueError, match=r"centers\[0\] is 9"):
+        classify(line, [9])
+    with pytest.raises(ValueError, match="reach must be finite and not negative"):
+        classify(line, [0], reach=-1)
+
+
+@pytest.mark.parametrize("reach", [None, 0.5])
+def test_labels_do_not_depend_on_the_number_of_threads(reach):
+    graph = shapes.random_graph(3000, 9000, seed=3, weight_values=[1.0, 2.0])
+    centers = np.arange(0, 3000, 20)
+    one, *others = (classify(graph, centers, reach=reach, n_threads=n) for n in (1, 2, 8))
+    for other in others:
+        assert np.array_equal(one.labels, other.labels)
+        assert np.array_equal(one.centers, other.centers)
+        assert np.array_equal(one.distances, other.distances)

@@ -1,0 +1,130 @@
+"""Stage 1: arcs of hand-made meshes, counted on paper."""
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import EdgeCounts, Mesh, MeshError, build_face_graph
+
+
+def arcs_of(graph):
+    """(face, side, neighbor, same_turn) of each arc."""
+    faces = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    columns = (faces, graph.sides, graph.neighbors, graph.same_turn)
+    return list(zip(*(column.tolist() for column in columns), strict=True))
+
+
+def test_a_strip_is_a_path():
+    graph = build_face_graph(shapes.strip(4))
+    assert sorted((face, neighbor) for face, _, neighbor, _ in arcs_of(graph)) == [
+        (0, 1), (1, 0), (1, 2), (2, 1), (2, 3), (3, 2),
+    ]  # fmt: skip
+    assert graph.edge_counts == EdgeCounts(edges=9, boundary=6, non_manifold=0, inconsistent=0)
+    assert graph.measures.tolist() == [0.5] * 4
+    assert graph.positions[0].tolist() == [1 / 3, 1 / 3, 0]
+
+
+def test_sides_tell_which_edge_is_crossed():
+    mesh = shapes.strip(2)  # faces 0 2 1 and 1 2 3, over the edge from 1 to 2
+    assert arcs_of(build_face_graph(mesh)) == [(0, 1, 1, 0), (1, 0, 0, 0)]
+
+
+def test_every_face_of_a_cube_has_three_neighbors():
+    graph = build_face_graph(shapes.cube())
+    assert np.diff(graph.offsets).tolist() == [3] * 12
+    assert graph.edge_counts == EdgeCounts(edges=18, boundary=0, non_manifold=0, inconsistent=0)
+    assert graph.bounds.tolist() == [[0, 0, 0], [1, 1, 1]]
+    assert graph.diagonal == np.sqrt(3)
+
+
+def test_islands_have_no_arc_between_them():
+    graph = build_face_graph(shapes.two_islands())
+    island = np.arange(8) // 4
+    sources = np.repeat(np.arange(8), np.diff(graph.offsets))
+    assert np.array_equal(island[sources], island[graph.neighbors])
+    assert graph.n_arcs == 12
+
+
+def test_a_moebius_band_has_one_inconsistent_edge():
+    graph = build_face_graph(shapes.moebius(12))
+    assert graph.edge_counts == EdgeCounts(edges=48, boundary=24, non_manifold=0, inconsistent=1)
+    assert graph.same_turn.sum() == 2
+    assert [(f, n) for f, _, n, turn in arcs_of(graph) if turn] == [(0, 23), (23, 0)]
+
+
+def test_a_shared_vertex_makes_no_neighbors():
+    graph = build_face_graph(shapes.bowtie())
+    assert graph.n_arcs == 0
+    assert graph.neighbors.dtype == np.int32
+    assert graph.offsets.tolist() == [0, 0, 0]
+
+
+def test_all_pairs_around_a_non_manifold_edge_are_neighbors():
+    graph = build_face_graph(shapes.fins(4))
+    assert arcs_of(graph) == [
+        (face, 0, neighbor, 1) for face in range(4) for neighbor in range(4) if face != neighbor
+    ]
+    assert graph.edge_counts == EdgeCounts(edges=9, boundary=8, non_manifold=1, inconsistent=0)
+
+
+def test_degenerate_faces_stay_cells_and_never_meet_themselves():
+    graph = build_face_graph(shapes.slivers())
+    # 0 (0 1 2) and 1 (2 1 3) share the edge 1-2; 3 (0 1 1) runs twice along 0-1, shared with 0.
+    assert arcs_of(graph) == [(0, 0, 3, 1), (0, 1, 1, 0), (1, 0, 0, 0), (3, 0, 0, 1)]
+    assert graph.n_cells == 4
+    assert graph.measures.tolist() == [2.0, 0.0, 0.0, 0.0]
+
+
+def test_faces_that_share_two_edges_have_two_arcs():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]])
+    assert build_face_graph(mesh).neighbors.tolist() == [1, 1, 1, 0, 0, 0]
+
+
+def test_soup_is_connected_by_position_unless_asked_not_to():
+    mesh = shapes.soup(shapes.cube())
+    welded = build_face_graph(mesh)
+    assert np.array_equal(welded.neighbors, build_face_graph(shapes.cube()).neighbors)
+    assert build_face_graph(mesh, weld=False).n_arcs == 0
+
+
+def test_negative_zero_is_the_same_position_as_zero():
+    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [-0.0, -0.0, 0], [1, -0.0, 0], [0, -1, -0.0]]
+    assert build_face_graph(Mesh(vertices, [[0, 1, 2], [4, 3, 5]])).n_arcs == 2
+
+
+def test_positions_that_differ_in_the_last_bit_are_not_welded():
+    almost = np.nextafter(1.0, 2.0)
+    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0], [almost, 0, 0], [0, -1, 0]]
+    assert build_face_graph(Mesh(vertices, [[0, 1, 2], [4, 3, 5]])).n_arcs == 0
+
+
+def test_a_regular_lattice_of_positions_is_welded_right():
+    steps = np.arange(40) / 8
+    lattice = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    n = len(lattice)
+    triangles = np.stack([np.arange(n - 2), np.arange(1, n - 1), np.arange(2, n)], axis=1)
+    twice = Mesh(np.concatenate([lattice, lattice]), np.concatenate([triangles, triangles + n]))
+    once = Mesh(lattice, np.concatenate([triangles, triangles]))
+    assert np.array_equal(build_face_graph(twice).neighbors, build_face_graph(once).neighbors)
+
+
+def test_unused_vertices_do_not_count_for_the_bounds():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [99, 99, 99]], [[0, 1, 2]])
+    assert build_face_graph(mesh).bounds.tolist() == [[0, 0, 0], [1, 1, 0]]
+
+
+def test_an_absurd_number_of_faces_on_one_edge_is_refused_before_memory_is_taken():
+    n = 20_000
+    angles = np.linspace(0, 1, n)
+    tips = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
+    vertices = np.concatenate([[[0, 0, 0], [0, 0, 1]], tips])
+    faces = np.stack([np.zeros(n, int), np.ones(n, int), np.arange(2, n + 2)], axis=1)
+    with pytest.raises(MeshError, match="399980000 pairs .* one edge is shared by 20000 faces"):
+        build_face_graph(Mesh(vertices, faces))
+
+
+def test_the_graph_does_not_depend_on_the_number_of_threads():
+    mesh = shapes.bumpy_sheet(120)
+    one, eight = (build_face_graph(mesh, n_threads=n) for n in (1, 8))
+    assert np.array_equal(one.positions, eight.positions)
+    assert np.array_equal(one.measures, eight.measures)

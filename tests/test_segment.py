@@ -1,0 +1,281 @@
+"""Stage 4: the loop, its stops, and what comes back."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets
+from superfacets import (
+    PAPER,
+    Mesh,
+    build_face_graph,
+    classify,
+    segment,
+    segment_graph,
+    superfacet_weights,
+    update_centers,
+)
+
+
+@pytest.fixture(scope="module")
+def sheet():
+    return shapes.bumpy_sheet(32)
+
+
+def graph_of(mesh, **options):
+    graph = build_face_graph(mesh)
+    return graph.with_weights(superfacet_weights(mesh, graph, **options))
+
+
+def test_labels_are_int32_and_count_from_zero_without_gaps(sheet):
+    result = segment(sheet, 20)
+    assert result.labels.dtype == result.centers.dtype == np.int32
+    assert result.labels.shape == (sheet.n_faces,)
+    assert np.array_equal(np.unique(result.labels), np.arange(20))
+    assert result.n_segments == 20
+
+
+@pytest.mark.parametrize("k", [1, 2, 37, 300])
+def test_exact_regions_are_connected_and_exactly_as_many_as_asked(sheet, k):
+    result = segment(sheet, k)
+    assert result.n_segments == k
+    assert shapes.count_pieces(build_face_graph(sheet), result.labels) == k
+
+
+@pytest.mark.parametrize("options", [{}, dict(PAPER), {"max_num_iter": 3}, {"tol": 0.5}])
+def test_labels_are_the_classification_of_the_centers_whatever_stopped_the_loop(sheet, options):
+    result = segment(sheet, 20, **options)
+    graph = graph_of(sheet)
+    reach = None
+    if "radius_factor" in options:
+        reach = options["radius_factor"] * result.params["expected_radius"]
+    again = classify(graph, result.centers, reach=reach)
+    assert np.array_equal(result.labels, again.labels)
+    assert np.array_equal(result.labels[result.centers], np.arange(20))
+
+
+def test_a_crease_becomes_a_border():
+    """A sheet folded into a valley: no region has faces on both of its sides."""
+    n = 20
+    x, y = np.meshgrid(np.linspace(-1, 1, 2 * n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    vertices = np.stack([x, y, np.abs(x)], axis=-1).reshape(-1, 3)
+    corner = (np.arange(2 * n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    a, b, c, d = corner, corner + n + 1, corner + n + 2, corner + 1
+    mesh = Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
+    is_left = build_face_graph(mesh).positions[:, 0] < 0
+
+    def straddling(alpha):
+        labels = segment(mesh, 12, alpha=alpha).labels
+        left = np.bincount(labels, is_left)
+        return np.count_nonzero((left > 0) & (left < np.bincount(labels)))
+
+    assert straddling(alpha=200) == 0
+    assert straddling(alpha=0) > 0
+
+
+def test_two_islands_never_share_a_region():
+    result = segment(shapes.two_islands(), 3)
+    assert result.n_segments == 3
+    assert not set(result.labels[:4]) & set(result.labels[4:])
+
+
+def test_a_component_without_a_seed_adds_a_region():
+    result = segment(shapes.two_islands(), 1)
+    assert result.n_segments == 2
+    assert result.labels.tolist() == [0] * 4 + [1] * 4
+
+
+def test_as_many_regions_as_faces_leaves_each_alone():
+    mesh = shapes.bumpy_sheet(6)
+    result = segment(mesh, mesh.n_faces)
+    assert sorted(result.labels.tolist()) == list(range(mesh.n_faces))
+
+
+@pytest.mark.parametrize("make", [
+    shapes.cube, shapes.inside_out_cube, shapes.moebius, shapes.bowtie, shapes.fins,
+    shapes.slivers, shapes.two_islands, lambda: shapes.soup(shapes.cube()),
+    lambda: shapes.strip(1), lambda: shapes.fold(180),
+])  # fmt: skip
+@pytest.mark.parametrize("options", [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}])
+def test_awkward_meshes_are_segmented_into_connected_or_halted_regions(make, options):
+    mesh = make()
+    for k in {1, mesh.n_faces}:
+        result = segment(mesh, k, **options)
+        assert np.array_equal(np.unique(result.labels), np.arange(result.n_segments))
+
+
+def test_without_number_or_radius_there_are_150_regions(sheet):
+    assert segment(sheet).n_segments == 150
+    assert segment(shapes.cube()).n_segments == 12  # or as many as there are faces
+
+
+def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
+    result = segment(sheet, radius=0.1)
+    graph = build_face_graph(sheet)
+    assert result.params["expected_radius"] == 0.1 * graph.diagonal
+    disks = graph.measures.sum() / (np.pi * (0.1 * graph.diagonal) ** 2)
+    assert result.n_segments == round(disks)
+
+
+def test_tol_zero_runs_until_no_center_changes(sheet):
+    result = segment(sheet, 20, tol=0, max_num_iter=500)
+    assert result.stop_reason in ("converged", "cycle")
+    if result.stop_reason == "converged":
+        moved = update_centers(graph_of(sheet), result.labels)
+        assert np.array_equal(moved, result.centers)
+    assert segment(sheet, 20, tol=1).n_iter == 1
+
+
+def test_the_first_small_move_converges(sheet):
+    result = segment(sheet, 20, tol=0.1)
+    assert result.stop_reason == "converged"
+    graph = graph_of(sheet)
+    moved = update_centers(graph, result.labels)
+    move = graph.positions[moved] - graph.positions[result.centers]
+    root_mean_square = np.sqrt((move**2).sum(axis=1).mean())
+    assert root_mean_square <= 0.1 * result.params["expected_radius"]
+    before = segment(sheet, 20, tol=0, max_num_iter=result.n_iter - 1)
+    assert before.stop_reason == "max_num_iter"
+
+
+def test_centers_that_come_back_end_the_loop_as_a_cycle():
+    """A ring of cells that hold their centers at odd places: the loop flips for ever."""
+    found = []
+    for seed in range(60):
+        graph = shapes.random_graph(40, 70, seed=seed, weight_values=[1.0, 2.0])
+        result = segment_graph(graph, 6, tol=0, max_num_iter=1000)
+        assert result.stop_reason in ("converged", "cycle")
+        if result.stop_reason == "cycle":
+            found.append(result.n_iter)
+            moved = update_centers(graph, result.labels)
+            assert not np.array_equal(moved, result.centers)
+    assert found
+
+
+def test_max_num_iter_ends_the_loop(sheet):
+    result = segment(sheet, 20, tol=0, max_num_iter=2)
+    assert (result.n_iter, result.stop_reason) == (2, "max_num_iter")
+
+
+def test_progress_hears_of_every_iteration(sheet):
+    calls = []
+    result = segment(sheet, 20, progress=lambda *call: calls.append(call))
+    assert [iteration for iteration, _ in calls] == list(range(1, result.n_iter + 1))
+    assert all(0 <= moved <= 20 for _, moved in calls)
+    assert calls[0][1] > 0
+
+
+def test_progress_can_cancel_and_what_is_there_is_returned(sheet):
+    result = segment(sheet, 20, progress=lambda iteration, _: iteration < 2)
+    assert (result.n_iter, result.stop_reason) == (2, "cancelled")
+    assert np.array_equal(result.labels, segment(sheet, 20, max_num_iter=2).labels)
+
+
+def test_only_false_cancels(sheet):
+    assert segment(sheet, 20, progress=lambda *_: None).stop_reason == "converged"
+
+
+def test_an_interrupt_in_progress_comes_through(sheet):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        segment(sheet, 20, progress=interrupt)
+
+
+def test_given_weights_take_the_place_of_the_paper_s(sheet):
+    graph = build_face_graph(sheet)
+    weights = superfacet_weights(sheet, graph, alpha=50)
+    given = segment(sheet, 20, weights=weights)
+    assert np.array_equal(given.labels, segment(sheet, 20, alpha=50).labels)
+    assert given.params["weights"] == "given"
+    assert "alpha" not in given.params
+
+
+def test_given_seeds_are_the_first_centers(sheet):
+    result = segment(sheet, init=[5, 600, 1200], max_num_iter=1)
+    assert result.centers.tolist() == [5, 600, 1200]
+
+
+def test_segment_graph_does_the_work_of_segment(sheet):
+    result = segment(sheet, 20)
+    assert np.array_equal(result.labels, segment_graph(graph_of(sheet), 20).labels)
+
+
+def test_a_path_is_read(sheet, tmp_path):
+    path = tmp_path / "sheet.off"
+    lines = [f"OFF\n{sheet.n_vertices} {sheet.n_faces} 0"]
+    lines += [" ".join(map(repr, vertex)) for vertex in sheet.vertices.tolist()]
+    lines += ["3 " + " ".join(map(str, face)) for face in sheet.faces.tolist()]
+    path.write_text("\n".join(lines) + "\n")
+    assert np.array_equal(segment(path, 20).labels, segment(sheet, 20).labels)
+
+
+def test_the_result_is_its_labels_to_numpy(sheet):
+    result = segment(sheet, 20)
+    assert np.array_equal(np.asarray(result), result.labels)
+    assert np.asarray(result, dtype=np.int64).dtype == np.int64
+    assert np.asarray(result) is result.labels
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        result.labels = None
+
+
+def test_the_result_says_what_was_done_and_how_long_it_took(sheet):
+    result = segment(sheet, 20, alpha=100)
+    stages = ["mesh", "face_graph", "weights", "seeding", "classify", "update"]
+    assert list(result.timings) == stages
+    assert all(seconds >= 0 for seconds in result.timings.values())
+    assert result.params["alpha"] == 100
+    assert result.params["n_segments"] == 20
+    assert repr(result).startswith(f"Segmentation({sheet.n_faces} cells, 20 regions, ")
+
+
+def test_paper_is_read_only_and_changes_what_it_says(sheet):
+    assert dict(PAPER) == {"weights": "superfacets", "radius_factor": 2.0, "tol": 0.0}
+    with pytest.raises(TypeError):
+        PAPER["tol"] = 1
+    result = segment(sheet, 20, **PAPER)
+    assert result.params["radius_factor"] == 2.0
+    assert result.params["tol"] == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
+        ({"n_segments": 3000}, ValueError, "n_segments is 3000 but there are only 2048 faces"),
+        ({"n_segments": 2, "radius": 0.1}, ValueError, "not both"),
+        ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
+        ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
+        ({"weights": "stk"}, ValueError, "weights must be one of superfacets, got 'stk'"),
+        ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
+        ({"init": "here"}, ValueError, "init must be one of"),
+        ({"radius_factor": 0}, ValueError, "radius_factor must be finite and positive"),
+        ({"max_num_iter": 0}, ValueError, "max_num_iter must be at least 1"),
+        ({"max_num_iter": 1.5}, TypeError, "max_num_iter must be an integer"),
+        ({"tol": -0.1}, ValueError, "tol must be finite and not negative"),
+        ({"tol": None}, TypeError, "tol must be a number"),
+        ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
+        ({"progress": 1}, TypeError, "progress must be callable, got 1"),
+    ],
+)
+def test_wrong_parameters_are_refused(sheet, options, error, message):
+    with pytest.raises(error, match=message):
+        segment(sheet, **options)
+
+
+def test_the_environment_sets_the_number_of_threads(sheet, monkeypatch):
+    expected = segment(sheet, 20, n_threads=1).labels
+    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "3")
+    assert np.array_equal(segment(sheet, 20).labels, expected)
+    for bad in ("0", "many", "-1"):
+        monkeypatch.setenv("SUPERFACETS_NUM_THREADS", bad)
+        with pytest.raises(ValueError, match="SUPERFACETS_NUM_THREADS"):
+            segment(sheet, 20)
+
+
+def test_everything_public_has_a_docstring():
+    for name in set(superfacets.__all__) - {"PAPER"}:  # a constant
+        assert getattr(superfacets, name).__doc__, name

@@ -1,0 +1,46 @@
+"""Stage 4b: centers of regions with known means."""
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import update_centers
+
+
+def test_the_center_is_the_cell_nearest_to_the_mean():
+    line = shapes.line_graph([1.0] * 6)
+    centers = update_centers(line, [0, 0, 0, 1, 1, 1, 1])
+    assert centers.tolist() == [1, 4]  # the second mean, 4.5, is as near to 5
+    assert centers.dtype == np.int32
+
+
+def test_the_mean_is_weighted_by_area():
+    line = shapes.line_graph([1.0] * 4, measures=[1, 1, 1, 1, 8])
+    assert update_centers(line, [0] * 5).tolist() == [3]  # the mean is (0+1+2+3+32)/12 = 3.17
+
+
+def test_a_region_without_area_has_a_plain_mean():
+    line = shapes.line_graph([1.0] * 4, measures=[1, 1, 0, 0, 0])
+    assert update_centers(line, [0, 0, 1, 1, 1]).tolist() == [0, 3]
+
+
+def test_a_center_may_lie_outside_the_region_it_came_from_but_never_of_its_own():
+    line = shapes.line_graph([1.0] * 4)
+    assert update_centers(line, [0, 1, 1, 1, 0]).tolist() == [0, 2]
+
+
+@pytest.mark.parametrize(
+    ("labels", "error", "message"),
+    [
+        ([0, 0, 2, 2, 2], ValueError, "no face has label 1"),
+        ([0, 0, -1, 0, 0], ValueError, r"labels\[2\] is -1; labels are 0..K-1"),
+        ([0, 0, 0, 0, 9], ValueError, r"labels\[4\] is 9; labels are 0..K-1, K <= 5"),
+        ([0, 0, 0], ValueError, "there are 3 labels for 5 faces"),
+        ([0.0] * 5, TypeError, "labels must be integers"),
+        ([2**60] * 5, ValueError, r"labels\[0\] is 1152921504606846976"),
+        ([2**63] * 5, ValueError, "labels must fit in int64"),
+    ],
+)
+def test_labels_with_gaps_or_faults_are_refused(labels, error, message):
+    with pytest.raises(error, match=message):
+        update_centers(shapes.line_graph([1.0] * 4), labels)
