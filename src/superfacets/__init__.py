@@ -9,7 +9,7 @@ from .info import MeshInfo, mesh_info
 # from .io import read_labels, read_mesh, write_labels, write_mesh
 from .mesh import Mesh
 # from .render import render
-# from .sample import sample_mesh
+from .sample import sample_mesh
 from .seeding import place_seeds
 from .segment import PAPER, Segmentation, segment, segment_graph
 from .update import update_centers

@@ -12,7 +12,7 @@ from . import _core
 from ._validate import checked_choice, checked_count, checked_number, checked_seeds
 from .cell_graph import CellGraph
 
-__all__ = ["INITS", "RegionSize", "place_seeds", "region_size"]
+__all__ = ["INITS", "RegionSize", "check_size", "place_seeds", "region_size"]
 
 INITS = ("farthest", "flood", "grid")
 """Names of the ways to place seeds."""
@@ -33,6 +33,16 @@ class RegionSize(NamedTuple):
     """r in the unit of the positions: asked for, or sqrt(A / (pi k))."""
 
 
+def check_size(n_segments: int | None, radius: float | None) -> None:
+    """Raise an error where the two do not go together, or one is wrong on any mesh."""
+    if n_segments is not None and radius is not None:
+        raise ValueError("give n_segments or radius, not both")
+    if n_segments is not None:
+        checked_count(n_segments, "n_segments")
+    if radius is not None:
+        checked_number(radius, "radius", zero=False)
+
+
 def region_size(
     graph: CellGraph,
     n_segments: int | None = None,
@@ -41,11 +51,10 @@ def region_size(
     init: str | npt.ArrayLike = "farthest",
 ) -> RegionSize:
     """Return the number and the radius of the regions that the arguments of `segment` ask for."""
-    if n_segments is not None and radius is not None:
-        raise ValueError("give n_segments or radius, not both")
+    check_size(n_segments, radius)
     area = float(graph.measures.sum())
     if radius is not None:
-        r = checked_number(radius, "radius", zero=False) * graph.diagonal
+        r = float(radius) * graph.diagonal
         k = area / (math.pi * r * r) if r > 0 else math.inf
         return RegionSize(max(1, round(min(k, graph.n_cells))), r)
     if n_segments is None:

@@ -26,7 +26,7 @@ from .cell_graph import CellGraph
 from .classify import run_classify
 from .face_graph import build_face_graph
 from .mesh import as_mesh
-from .seeding import INITS, place_seeds, region_size
+from .seeding import check_size, place_seeds, region_size
 from .weights import superfacet_weights
 
 __all__ = ["PAPER", "Segmentation", "segment", "segment_graph"]
@@ -158,43 +158,33 @@ def segment(
     Examples
     --------
     >>> import superfacets
-    >>> mesh = superfacets.sample_mesh(2_000)
+    >>> mesh = superfacets.sample_mesh(5_000)
     >>> segmentation = superfacets.segment(mesh, 20)
     >>> segmentation.n_segments, segmentation.labels.dtype, segmentation.labels.max()
     (20, dtype('int32'), np.int32(19))
     """
-    threads = checked_threads(n_threads)
-    if isinstance(weights, str):  # wrong parameters are found before the mesh is read
+    # Wrong parameters are found before the mesh is read.
+    check_size(n_segments, radius)
+    loop = _Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
+    alpha = checked_number(alpha, "alpha", zero=True)
+    eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+    mesh_params = {"weld": weld, "weights": "given"}
+    if isinstance(weights, str):
         checked_choice(weights, "weights", WEIGHTS)
-        alpha = checked_number(alpha, "alpha", zero=True)
-        eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+        mesh_params |= {"weights": weights, "alpha": alpha, "eta_convex": eta_convex}
     timings: dict[str, float] = {}
     with _timed(timings, "mesh"):
         surface = as_mesh(mesh)
     with _timed(timings, "face_graph"):
-        faces = build_face_graph(surface, weld=weld, n_threads=threads)
+        faces = build_face_graph(surface, weld=weld, n_threads=loop.n_threads)
     with _timed(timings, "weights"):
-        arc_weights = weights
         if isinstance(weights, str):
-            arc_weights = superfacet_weights(
-                surface, faces, alpha=alpha, eta_convex=eta_convex, n_threads=threads
+            weights = superfacet_weights(
+                surface, faces, alpha=alpha, eta_convex=eta_convex, n_threads=loop.n_threads
             )
-        graph = faces.with_weights(arc_weights)
-    result = segment_graph(
-        graph,
-        n_segments,
-        radius=radius,
-        init=init,
-        radius_factor=radius_factor,
-        max_num_iter=max_num_iter,
-        tol=tol,
-        n_threads=threads,
-        progress=progress,
-    )
-    params = {"weld": weld, "weights": "given"}
-    if isinstance(weights, str):
-        params |= {"weights": weights, "alpha": alpha, "eta_convex": eta_convex}
-    return replace(result, timings=timings | result.timings, params=params | result.params)
+        graph = faces.with_weights(weights)
+    result = _segment_cells(graph, n_segments, radius, init, loop)
+    return replace(result, timings=timings | result.timings, params=mesh_params | result.params)
 
 
 def segment_graph(
@@ -236,28 +226,9 @@ def segment_graph(
     >>> segment_graph(line, 2)
     Segmentation(5 cells, 2 regions, 2 iterations, converged)
     """
-    loop = _Loop(
-        checked_count(max_num_iter, "max_num_iter"),
-        checked_number(tol, "tol", zero=True),
-        None if radius_factor is None else checked_number(radius_factor, "radius_factor", zero=False),
-        checked_threads(n_threads),
-        checked_callable(progress, "progress"),
-    )
-    timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
-    size = region_size(graph, n_segments, radius=radius, init=init)
-    with _timed(timings, "seeding"):
-        seeds = place_seeds(graph, n_segments, radius=radius, init=init)
-    labels, centers, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
-    params = {
-        "n_segments": n_segments if n_segments is not None or radius is not None else size.n_segments,
-        "radius": radius,
-        "expected_radius": size.radius,
-        "init": init if isinstance(init, str) else "given",
-        "radius_factor": radius_factor,
-        "max_num_iter": loop.max_num_iter,
-        "tol": loop.tol,
-    }
-    return Segmentation(labels, centers, n_iter, stop_reason, timings, params)
+    check_size(n_segments, radius)
+    loop = _Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
+    return _segment_cells(graph, n_segments, radius, init, loop)
 
 
 @dataclass(frozen=True)
@@ -269,6 +240,45 @@ class _Loop:
     radius_factor: float | None  # None: exact
     n_threads: int
     progress: Progress | None
+
+    @classmethod
+    def checked(
+        cls, max_num_iter: int, tol: float, radius_factor: float | None, n_threads: int | None,
+        progress: Progress | None,
+    ) -> _Loop:  # fmt: skip
+        if radius_factor is not None:
+            radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
+        return cls(
+            checked_count(max_num_iter, "max_num_iter"),
+            checked_number(tol, "tol", zero=True),
+            radius_factor,
+            checked_threads(n_threads),
+            checked_callable(progress, "progress"),
+        )
+
+
+def _segment_cells(
+    graph: CellGraph,
+    n_segments: int | None,
+    radius: float | None,
+    init: str | npt.ArrayLike,
+    loop: _Loop,
+) -> Segmentation:
+    timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
+    with _timed(timings, "seeding"):
+        size = region_size(graph, n_segments, radius=radius, init=init)
+        seeds = place_seeds(graph, n_segments, radius=radius, init=init)
+    labels, centers, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
+    params = {
+        "n_segments": None if radius is not None else size.n_segments,
+        "radius": radius,
+        "expected_radius": size.radius,
+        "init": init if isinstance(init, str) else "given",
+        "radius_factor": loop.radius_factor,
+        "max_num_iter": loop.max_num_iter,
+        "tol": loop.tol,
+    }
+    return Segmentation(labels, centers, n_iter, stop_reason, timings, params)
 
 
 def _iterate(

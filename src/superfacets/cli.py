@@ -1,0 +1,257 @@
+"""The command `superfacets`."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NoReturn
+
+import click
+
+from . import __version__
+from .errors import MeshError, MissingExtraError
+from .info import MeshInfo, mesh_info
+from .io import check_outputs, read_labels, read_mesh, write_outputs
+from .mesh import Mesh
+from .render import RenderError, render
+from .sample import sample_mesh
+from .seeding import INITS
+from .segment import PAPER, Segmentation, segment
+
+__all__ = ["main"]
+
+EXIT_DATA, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
+
+FILE = click.Path(path_type=Path)
+POSITIVE = click.FloatRange(min=0, min_open=True)
+NOT_NEGATIVE = click.FloatRange(min=0)
+
+
+def main() -> NoReturn:
+    """Run the command. A fault of the user's is one line on stderr and an exit status."""
+    try:
+        commands.main(standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        sys.exit(EXIT_USAGE)
+    except click.UsageError as error:
+        _fail(error.format_message(), EXIT_USAGE)
+    except click.Abort:
+        _fail("interrupted", EXIT_INTERRUPTED)
+    except OSError as error:
+        _fail(_text_of_os_error(error), EXIT_DATA)
+    except (MeshError, MissingExtraError, RenderError) as error:
+        _fail(str(error), EXIT_DATA)
+    except MemoryError:
+        _fail("not enough memory", EXIT_DATA)
+    sys.exit(0)
+
+
+def _fail(message: str, status: int) -> NoReturn:
+    one_line = " ".join(message.split())
+    click.echo(f"superfacets: error: {one_line}", err=True)
+    sys.exit(status)
+
+
+def _text_of_os_error(error: OSError) -> str:
+    if error.filename is None or error.strerror is None:
+        return str(error)
+    return f"{error.filename}: {error.strerror}"
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, message="superfacets %(version)s")
+def commands() -> None:
+    """Oversegment meshes into superfacets: compact, connected regions that follow the creases."""
+
+
+# fmt: off
+@commands.command("segment")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.option("-n", "--n-segments", type=click.IntRange(min=1),
+              help="Number of regions.  [default: 150]")
+@click.option("-r", "--radius", type=POSITIVE,
+              help="Radius of a region, as a fraction of the mesh's diagonal, instead of -n.")
+@click.option("-a", "--alpha", type=NOT_NEGATIVE, default=200.0, show_default=True,
+              help="How much borders follow creases.")
+@click.option("--eta", "eta_convex", type=NOT_NEGATIVE, default=0.2, show_default=True,
+              help="What a convex crease counts against a concave one.")
+@click.option("--init", type=click.Choice(INITS), default="farthest", show_default=True,
+              help="How the first centers are placed.")
+@click.option("--paper", is_flag=True, help="The algorithm of the paper, to the letter.")
+@click.option("--max-iter", "max_num_iter", type=click.IntRange(min=1), default=50,
+              show_default=True, help="At most so many iterations.")
+@click.option("--tol", type=NOT_NEGATIVE,
+              help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]")
+@click.option("--threads", "n_threads", type=click.IntRange(min=1),
+              help="Threads to use.  [default: one per core]")
+@click.option("-o", "--output", "outputs", metavar="OUT", type=FILE, multiple=True,
+              help="A .ply (mesh with labels and colors) or a .npy, .seg or .txt (labels); may be"
+                   " given several times.  [default: IN.superfacets.ply]")
+@click.option("--ascii", is_flag=True, help="Write .ply files as text.")
+@click.option("--json", "as_json", is_flag=True, help="Print the facts of the run as JSON.")
+# fmt: on
+def segment_command(
+    mesh: Path, outputs: tuple[Path, ...], ascii: bool, as_json: bool, **options: Any  # noqa: A002
+) -> None:
+    """Segment the mesh in the file IN and write its labels."""
+    paths = list(outputs) or [mesh.with_name(f"{mesh.stem}.superfacets.ply")]
+    _check_outputs(mesh, paths)
+    timings: dict[str, float] = {}
+    with _timed(timings, "mesh"):
+        surface = read_mesh(mesh)
+    result = _segment(surface, **options)
+    with _timed(timings, "export"):
+        write_outputs(paths, surface, result.labels, ascii=ascii)
+    stages = {**result.timings, **timings}
+    if as_json:
+        click.echo(json.dumps(_facts(mesh, result, stages, paths)))
+    else:
+        click.echo(_summary(mesh, result, stages, paths))
+
+
+@commands.command("info")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
+def info_command(mesh: Path, as_json: bool) -> None:
+    """Print counts and sizes of the mesh in the file IN."""
+    info = mesh_info(read_mesh(mesh))
+    if as_json:
+        click.echo(json.dumps({"file": str(mesh), **dataclasses.asdict(info)}))
+    else:
+        click.echo("\n".join(f"{name:<20} {value}" for name, value in _rows_of_info(info)))
+
+
+@commands.command("render")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.option("-o", "--output", metavar="OUT", type=FILE, required=True, help="A .png file.")
+@click.option("--labels", metavar="L", type=FILE,
+              help="A .npy, .seg, .txt or labeled .ply; those in IN, if it has any, otherwise.")  # fmt: skip
+def render_command(mesh: Path, output: Path, labels: Path | None) -> None:
+    """Draw a shaded picture of the mesh in the file IN, with its regions and dark borders."""
+    if output.suffix.lower() != ".png":
+        raise click.UsageError(f"{output}: pictures are written as .png")
+    surface = read_mesh(mesh)
+    shown = _labels_of(mesh, surface) if labels is None else read_labels(labels, surface.n_faces)
+    render(surface, shown, output=output)
+    click.echo(f"wrote {output}")
+
+
+@commands.command("demo")
+@click.option("-o", "--output", metavar="DIR", type=FILE, default=Path("superfacets-demo"),
+              show_default=True, help="Folder for the results.")  # fmt: skip
+def demo_command(output: Path) -> None:
+    """Segment a sample mesh that comes along, and write a labeled mesh and a picture of it."""
+    output.mkdir(parents=True, exist_ok=True)
+    labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
+    timings: dict[str, float] = {}
+    with _timed(timings, "mesh"):
+        surface = sample_mesh()
+    result = _segment(surface)
+    with _timed(timings, "export"):
+        write_outputs([labeled], surface, result.labels)
+    click.echo(_summary(Path("bear"), result, {**result.timings, **timings}, [labeled]))
+    render(surface, result.labels, output=picture)
+    click.echo(f"wrote {picture}")
+
+
+def _check_outputs(mesh: Path, paths: list[Path]) -> None:
+    """Find what is wrong with output files before the work is done."""
+    try:
+        check_outputs(paths)
+    except MeshError:
+        raise
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
+    if any(path.exists() and mesh.exists() and path.samefile(mesh) for path in paths):
+        raise click.UsageError(f"{mesh}: the output would take the place of the input")
+
+
+def _segment(
+    mesh: Mesh, *, paper: bool = False, tol: float | None = None, **options: Any
+) -> Segmentation:
+    """Segment with a progress bar on a terminal; wrong parameters are faults of usage."""
+    from tqdm import tqdm
+
+    chosen = {**(PAPER if paper else {}), **({} if tol is None else {"tol": tol})}
+    total = options.get("max_num_iter")
+    with tqdm(total=total, unit="iteration", leave=False, disable=None) as bar:
+
+        def progress(_: int, n_moved: int) -> None:
+            bar.set_postfix(centers_moved=n_moved, refresh=False)
+            bar.update()
+
+        try:
+            return segment(mesh, progress=progress, **options, **chosen)
+        except MeshError:
+            raise
+        except (ValueError, TypeError) as error:
+            raise click.UsageError(str(error)) from error
+
+
+def _labels_of(path: Path, mesh: Mesh) -> Any:
+    """The labels that a file holds along with its mesh; None if it has none."""
+    if path.suffix.lower() != ".ply":
+        return None
+    try:
+        return read_labels(path, mesh.n_faces)
+    except MeshError:
+        return None
+
+
+def _facts(
+    mesh: Path, result: Segmentation, timings: Mapping[str, float], paths: list[Path]
+) -> dict[str, Any]:
+    return {
+        "file": str(mesh),
+        "n_faces": len(result.labels),
+        "n_segments": result.n_segments,
+        "n_iter": result.n_iter,
+        "stop_reason": result.stop_reason,
+        "seconds": dict(timings),
+        "params": result.params,
+        "outputs": [str(path) for path in paths],
+    }
+
+
+def _summary(
+    mesh: Path, result: Segmentation, timings: Mapping[str, float], paths: list[Path]
+) -> str:
+    seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
+    written = "\n".join(f"wrote {path}" for path in paths)
+    return (
+        f"{written}\n{mesh.name}: {len(result.labels)} faces, {result.n_segments} regions, "
+        f"{result.n_iter} iterations, {result.stop_reason}; seconds: {seconds}"
+    )
+
+
+def _rows_of_info(info: MeshInfo) -> list[tuple[str, str]]:
+    low, high = (" ".join(f"{value:g}" for value in corner) for corner in info.bounds)
+    return [
+        ("faces", str(info.n_faces)),
+        ("vertices", str(info.n_vertices)),
+        ("distinct positions", str(info.n_positions)),
+        ("components", str(info.n_components)),
+        ("edges", str(info.n_edges)),
+        ("boundary edges", str(info.n_boundary_edges)),
+        ("non-manifold edges", str(info.n_nonmanifold_edges)),
+        ("inconsistent edges", str(info.n_inconsistent_edges)),
+        ("degenerate faces", str(info.n_degenerate_faces)),
+        ("inside out", "yes" if info.is_inside_out else "no"),
+        ("bounding box", f"{low} to {high}"),
+        ("diagonal", f"{info.diagonal:g}"),
+        ("area", f"{info.area:g}"),
+    ]
+
+
+@contextmanager
+def _timed(timings: dict[str, float], stage: str) -> Iterator[None]:
+    """Note the wall time of the block as that of a stage."""
+    start = time.perf_counter()
+    yield
+    timings[stage] = time.perf_counter() - start

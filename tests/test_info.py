@@ -1,0 +1,40 @@
+"""Counts of hand-made meshes."""
+
+import pytest
+import shapes
+
+from superfacets import mesh_info
+
+
+def test_a_cube_is_closed_and_consistent():
+    info = mesh_info(shapes.cube())
+    assert (info.n_faces, info.n_vertices, info.n_positions, info.n_edges) == (12, 8, 8, 18)
+    assert (info.n_components, info.n_boundary_edges, info.n_nonmanifold_edges) == (1, 0, 0)
+    assert not info.is_inside_out
+    assert info.area == 6
+    assert info.bounds == ((0, 0, 0), (1, 1, 1))
+    assert info.diagonal == pytest.approx(3**0.5)
+
+
+def test_soup_has_more_vertices_than_positions_and_boundaries_where_not_welded():
+    soup = shapes.soup(shapes.cube())
+    assert (mesh_info(soup).n_vertices, mesh_info(soup).n_positions) == (36, 8)
+    assert mesh_info(soup).n_boundary_edges == 0
+    assert mesh_info(soup, weld=False).n_boundary_edges == 36
+    assert mesh_info(soup, weld=False).n_components == 12
+
+
+@pytest.mark.parametrize(
+    ("make", "field", "count"),
+    [
+        (shapes.inside_out_cube, "is_inside_out", True),
+        (shapes.two_islands, "n_components", 2),
+        (shapes.bowtie, "n_components", 2),
+        (shapes.moebius, "n_inconsistent_edges", 1),
+        (shapes.fins, "n_nonmanifold_edges", 1),
+        (shapes.slivers, "n_degenerate_faces", 3),
+        (lambda: shapes.strip(4), "n_boundary_edges", 6),
+    ],
+)
+def test_what_is_odd_about_a_mesh_is_counted(make, field, count):
+    assert getattr(mesh_info(make()), field) == count

@@ -1,0 +1,115 @@
+"""Labels stay the same when what does not matter changes."""
+
+import numpy as np
+import pytest
+import shapes
+from models import read_off
+
+from superfacets import PAPER, Mesh, build_face_graph, sample_mesh, segment, superfacet_weights
+
+MODES = [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}]
+
+
+@pytest.fixture(scope="module", params=["sheet", "sample", "bunny", "model"])
+def mesh(request):
+    """Meshes without ties: two made here, two scanned. Nor do they have orphans at k = 90: which of
+    these becomes a center goes by the index too."""
+    if request.param == "sheet":
+        return shapes.bumpy_sheet(40)
+    if request.param == "sample":
+        return sample_mesh(8000)
+    data_dir = request.getfixturevalue("data_dir")
+    if request.param == "model":
+        return read_off(data_dir / "psb" / "off" / "257.off")
+    pytest.importorskip("lagrange")
+    from superfacets import read_mesh
+
+    return read_mesh(data_dir / "meshes" / "bunny.ply")
+
+
+def same_regions(one, two):
+    """Whether two labelings are the same up to names."""
+    pairs = np.unique(np.stack([one, two]), axis=1).shape[1]
+    return pairs == one.max() + 1 == two.max() + 1
+
+
+def rotation(seed):
+    matrix, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    return matrix * np.sign(np.linalg.det(matrix))
+
+
+@pytest.mark.parametrize("options", MODES)
+def test_labels_are_the_same_for_any_number_of_threads(mesh, options):
+    one, two, eight = (segment(mesh, 90, n_threads=n, **options) for n in (1, 2, 8))
+    for other in (two, eight):
+        assert np.array_equal(one.labels, other.labels)
+        assert np.array_equal(one.centers, other.centers)
+        assert one.n_iter == other.n_iter
+
+
+@pytest.mark.parametrize("options", MODES)
+def test_labels_are_the_same_every_time(mesh, options):
+    assert np.array_equal(
+        segment(mesh, 90, **options).labels, segment(mesh, 90, **options).labels
+    )
+
+
+@pytest.mark.parametrize("scale", [2.0**-20, 2.0**20, 1e-6, 1e6])
+@pytest.mark.parametrize("options", MODES)
+def test_labels_do_not_depend_on_the_unit_of_length(mesh, options, scale):
+    scaled = Mesh(mesh.vertices * scale, mesh.faces)
+    result = segment(scaled, 90, **options)
+    assert np.array_equal(result.labels, segment(mesh, 90, **options).labels)
+
+
+def test_weights_keep_every_bit_under_scaling_by_powers_of_two(mesh):
+    scaled = Mesh(mesh.vertices * 2.0**-20, mesh.faces)
+    assert np.array_equal(
+        superfacet_weights(scaled, build_face_graph(scaled)),
+        superfacet_weights(mesh, build_face_graph(mesh)),
+    )
+
+
+def test_weights_do_not_change_under_rigid_motion(mesh):
+    """But for rounding, and for the diagonal: the bounding box turns with the axes, not the mesh."""
+    moved = Mesh(mesh.vertices @ rotation(3).T + [3, -2, 1], mesh.faces)
+    graph, moved_graph = build_face_graph(mesh), build_face_graph(moved)
+    weights = superfacet_weights(mesh, graph) * graph.diagonal
+    moved_weights = superfacet_weights(moved, moved_graph) * moved_graph.diagonal
+    # Where a fold is within rounding of flat, concave and convex are a matter of luck.
+    assert np.abs(weights - moved_weights).max() <= 1e-6 * weights.max()
+
+
+def test_shifting_by_whole_steps_changes_nothing():
+    """Coordinates that stay exact when shifted give the same labels."""
+    mesh = shapes.bumpy_sheet(30)
+    exact = np.round(mesh.vertices * 2**20) / 2**20
+    labels = segment((exact, mesh.faces), 40).labels
+    assert np.array_equal(segment((exact + [8, -4, 2], mesh.faces), 40).labels, labels)
+
+
+@pytest.mark.parametrize("options", MODES)
+def test_labels_do_not_depend_on_the_order_of_vertices(mesh, options):
+    order = np.random.default_rng(4).permutation(mesh.n_vertices)
+    place = np.argsort(order)
+    permuted = Mesh(mesh.vertices[order], place[mesh.faces])
+    assert np.array_equal(
+        segment(permuted, 90, **options).labels, segment(mesh, 90, **options).labels
+    )
+
+
+@pytest.mark.parametrize("options", MODES)
+def test_regions_do_not_depend_on_the_order_of_faces(mesh, options):
+    order = np.random.default_rng(5).permutation(mesh.n_faces)
+    permuted = segment(Mesh(mesh.vertices, mesh.faces[order]), 90, **options).labels
+    assert same_regions(permuted, segment(mesh, 90, **options).labels[order])
+
+
+def test_soup_gives_the_labels_of_the_mesh_it_came_from(mesh):
+    assert np.array_equal(segment(shapes.soup(mesh), 90).labels, segment(mesh, 90).labels)
+
+
+def test_turning_a_closed_mesh_inside_out_keeps_its_regions():
+    mesh = sample_mesh(8000)
+    inside_out = Mesh(mesh.vertices, mesh.faces[:, [0, 2, 1]])
+    assert same_regions(segment(inside_out, 90).labels, segment(mesh, 90).labels)
