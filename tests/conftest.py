@@ -26,4 +26,6 @@ def data_dir() -> Path:
 @pytest.fixture(scope="session")
 def benchmark_paths(data_dir: Path) -> list[Path]:
     """The models of the Princeton Segmentation Benchmark that are there, smallest file first."""
-    return sorted((data_dir / "psb" / "off").glob("*.off"), key=lambda p: (p.stat().st_size, p.name))
+    return sorted(
+        (data_dir / "psb" / "off").glob("*.off"), key=lambda p: (p.stat().st_size, p.name)
+    )

@@ -69,9 +69,7 @@ def moebius(n_quads=12):
 
 def bowtie():
     """Two triangles that touch at a vertex only."""
-    return Mesh(
-        [[0, 0, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[0, 1, 2], [0, 3, 4]]
-    )
+    return Mesh([[0, 0, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[0, 1, 2], [0, 3, 4]])
 
 
 def fins(n_fins=3):
@@ -89,7 +87,9 @@ def slivers():
 
 def soup(mesh):
     """The same triangles with vertices of their own."""
-    return Mesh(mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * mesh.n_faces).reshape(-1, 3))
+    return Mesh(
+        mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * mesh.n_faces).reshape(-1, 3)
+    )
 
 
 def bumpy_sheet(n=24, seed=0):
@@ -118,7 +118,7 @@ def line_graph(weights, measures=None):
 
 
 def random_graph(n, n_edges, seed, weight_values=None):
-    """Cells at random places and undirected edges at random: any number of components, parallel arcs.
+    """Cells at random places, undirected edges at random: many components, and parallel arcs.
 
     `weight_values` are drawn from; few of them make many ties.
     """

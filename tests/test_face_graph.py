@@ -119,7 +119,7 @@ def test_an_absurd_number_of_faces_on_one_edge_is_refused_before_memory_is_taken
     tips = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
     vertices = np.concatenate([[[0, 0, 0], [0, 0, 1]], tips])
     faces = np.stack([np.zeros(n, int), np.ones(n, int), np.arange(2, n + 2)], axis=1)
-    with pytest.raises(MeshError, match="399980000 pairs .* one edge is shared by 20000 faces"):
+    with pytest.raises(MeshError, match=r"399980000 pairs .* one edge is shared by 20000 faces"):
         build_face_graph(Mesh(vertices, faces))
 
 

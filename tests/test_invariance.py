@@ -49,9 +49,7 @@ def test_labels_are_the_same_for_any_number_of_threads(mesh, options):
 
 @pytest.mark.parametrize("options", MODES)
 def test_labels_are_the_same_every_time(mesh, options):
-    assert np.array_equal(
-        segment(mesh, 90, **options).labels, segment(mesh, 90, **options).labels
-    )
+    assert np.array_equal(segment(mesh, 90, **options).labels, segment(mesh, 90, **options).labels)
 
 
 @pytest.mark.parametrize("scale", [2.0**-20, 2.0**20, 1e-6, 1e6])
@@ -71,7 +69,7 @@ def test_weights_keep_every_bit_under_scaling_by_powers_of_two(mesh):
 
 
 def test_weights_do_not_change_under_rigid_motion(mesh):
-    """But for rounding, and for the diagonal: the bounding box turns with the axes, not the mesh."""
+    """But for rounding, and for the diagonal: the bounding box does not turn with the mesh."""
     moved = Mesh(mesh.vertices @ rotation(3).T + [3, -2, 1], mesh.faces)
     graph, moved_graph = build_face_graph(mesh), build_face_graph(moved)
     weights = superfacet_weights(mesh, graph) * graph.diagonal

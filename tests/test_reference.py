@@ -1,4 +1,4 @@
-"""Compiled stages equal their readable twins, bit for bit: hand-made meshes, graphs, real models."""
+"""Compiled stages equal their readable twins, bit for bit."""
 
 import numpy as np
 import pytest

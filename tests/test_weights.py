@@ -174,7 +174,9 @@ def test_weights_do_not_depend_on_the_number_of_threads():
 
 
 def test_lengths_are_whole_units_near_a_millionth_of_the_mean():
-    graph = build_face_graph(shapes.bumpy_sheet(16)).with_weights(weights_of(shapes.bumpy_sheet(16)))
+    graph = build_face_graph(shapes.bumpy_sheet(16)).with_weights(
+        weights_of(shapes.bumpy_sheet(16))
+    )
     assert np.array_equal(graph.lengths, np.rint(graph.lengths))
     assert 2**20 <= graph.weights.mean() / graph.unit < 2**21
     assert np.abs(graph.lengths * graph.unit - graph.weights).max() <= graph.weights.max() * 2**-20

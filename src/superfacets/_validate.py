@@ -38,7 +38,7 @@ def checked_vertices(vertices: Any) -> npt.NDArray[np.float64]:
 
 
 def checked_faces(faces: Any, n_vertices: int) -> npt.NDArray[np.int32]:
-    """Triangles as a contiguous (F, 3) int32 array of valid indices; a MeshError if they are not."""
+    """Triangles as a contiguous (F, 3) int32 array of valid indices; a MeshError if not."""
     array = _numeric_array(faces, "faces")
     if array.size == 0:
         raise MeshError("the mesh has no faces")
@@ -58,7 +58,8 @@ def checked_faces(faces: Any, n_vertices: int) -> npt.NDArray[np.int32]:
 def _raise_index_error(faces: npt.NDArray[Any], n_vertices: int) -> None:
     face, corner = np.argwhere((faces < 0) | (faces >= n_vertices))[0]
     raise MeshError(
-        f"faces[{face}] refers to vertex {faces[face, corner]} but the mesh has {n_vertices} vertices"
+        f"faces[{face}] refers to vertex {faces[face, corner]}"
+        f" but the mesh has {n_vertices} vertices"
     )
 
 
@@ -87,9 +88,7 @@ def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
     return array
 
 
-def checked_bounds(
-    bounds: Any, positions: npt.NDArray[np.float64]
-) -> npt.NDArray[np.float64]:
+def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
@@ -142,7 +141,7 @@ def checked_arcs(
 def checked_seeds(seeds: Any, n_cells: int) -> npt.NDArray[np.int32]:
     """Distinct cells as a (K,) int32 array, K >= 1."""
     array = _integer_array(seeds, "centers", np.int64)
-    if not 1 <= len(array):
+    if not len(array) >= 1:
         raise ValueError("there must be at least one center")
     if array.min() < 0 or array.max() >= n_cells:
         place = int(np.argmax((array < 0) | (array >= n_cells)))

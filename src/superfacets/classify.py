@@ -75,7 +75,7 @@ def classify(
     if reach is not None:
         reach = checked_number(reach, "reach", zero=True)
     labels, lengths, all_centers = run_classify(graph, array, reach, checked_threads(n_threads))
-    return Classification(labels, all_centers, lengths * graph.unit)
+    return Classification(labels, all_centers, lengths.astype(np.float64) * graph.unit)
 
 
 def run_classify(
@@ -84,7 +84,5 @@ def run_classify(
     """Labels, path lengths in units and centers, without checks; for the loop of `segment`."""
     arcs = (graph.positions, graph.offsets, graph.neighbors, graph.lengths)
     if reach is None:
-        labels, lengths, all_centers = _core.classify_exact(*arcs, centers)
-    else:
-        labels, lengths, all_centers = _core.classify_halted(*arcs, centers, reach, n_threads)
-    return labels, lengths, all_centers
+        return _core.classify_exact(*arcs, centers)
+    return _core.classify_halted(*arcs, centers, reach, n_threads)

@@ -70,34 +70,74 @@ def commands() -> None:
     """Oversegment meshes into superfacets: compact, connected regions that follow the creases."""
 
 
-# fmt: off
 @commands.command("segment")
 @click.argument("mesh", metavar="IN", type=FILE)
-@click.option("-n", "--n-segments", type=click.IntRange(min=1),
-              help="Number of regions.  [default: 150]")
-@click.option("-r", "--radius", type=POSITIVE,
-              help="Radius of a region, as a fraction of the mesh's diagonal, instead of -n.")
-@click.option("-a", "--alpha", type=NOT_NEGATIVE, default=200.0, show_default=True,
-              help="How much borders follow creases.")
-@click.option("--eta", "eta_convex", type=NOT_NEGATIVE, default=0.2, show_default=True,
-              help="What a convex crease counts against a concave one.")
-@click.option("--init", type=click.Choice(INITS), default="farthest", show_default=True,
-              help="How the first centers are placed.")
+@click.option(
+    "-n", "--n-segments", type=click.IntRange(min=1), help="Number of regions.  [default: 150]"
+)
+@click.option(
+    "-r",
+    "--radius",
+    type=POSITIVE,
+    help="Radius of a region, as a fraction of the mesh's diagonal, instead of -n.",
+)
+@click.option(
+    "-a",
+    "--alpha",
+    type=NOT_NEGATIVE,
+    default=200.0,
+    show_default=True,
+    help="How much borders follow creases.",
+)
+@click.option(
+    "--eta",
+    "eta_convex",
+    type=NOT_NEGATIVE,
+    default=0.2,
+    show_default=True,
+    help="What a convex crease counts against a concave one.",
+)
+@click.option(
+    "--init",
+    type=click.Choice(INITS),
+    default="farthest",
+    show_default=True,
+    help="How the first centers are placed.",
+)
 @click.option("--paper", is_flag=True, help="The algorithm of the paper, to the letter.")
-@click.option("--max-iter", "max_num_iter", type=click.IntRange(min=1), default=50,
-              show_default=True, help="At most so many iterations.")
-@click.option("--tol", type=NOT_NEGATIVE,
-              help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]")
-@click.option("--threads", "n_threads", type=click.IntRange(min=1),
-              help="Threads to use.  [default: one per core]")
-@click.option("-o", "--output", "outputs", metavar="OUT", type=FILE, multiple=True,
-              help="A .ply (mesh with labels and colors) or a .npy, .seg or .txt (labels); may be"
-                   " given several times.  [default: IN.superfacets.ply]")
+@click.option(
+    "--max-iter",
+    "max_num_iter",
+    type=click.IntRange(min=1),
+    default=50,
+    show_default=True,
+    help="At most so many iterations.",
+)
+@click.option(
+    "--tol",
+    type=NOT_NEGATIVE,
+    help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]",
+)
+@click.option(
+    "--threads",
+    "n_threads",
+    type=click.IntRange(min=1),
+    help="Threads to use.  [default: one per core]",
+)
+@click.option(
+    "-o",
+    "--output",
+    "outputs",
+    metavar="OUT",
+    type=FILE,
+    multiple=True,
+    help="A .ply (mesh with labels and colors) or a .npy, .seg or .txt (labels); may be"
+    " given several times.  [default: IN.superfacets.ply]",
+)
 @click.option("--ascii", is_flag=True, help="Write .ply files as text.")
 @click.option("--json", "as_json", is_flag=True, help="Print the facts of the run as JSON.")
-# fmt: on
 def segment_command(
-    mesh: Path, outputs: tuple[Path, ...], ascii: bool, as_json: bool, **options: Any  # noqa: A002
+    mesh: Path, outputs: tuple[Path, ...], ascii: bool, as_json: bool, **options: Any
 ) -> None:
     """Segment the mesh in the file IN and write its labels."""
     paths = list(outputs) or [mesh.with_name(f"{mesh.stem}.superfacets.ply")]
@@ -130,8 +170,12 @@ def info_command(mesh: Path, as_json: bool) -> None:
 @commands.command("render")
 @click.argument("mesh", metavar="IN", type=FILE)
 @click.option("-o", "--output", metavar="OUT", type=FILE, required=True, help="A .png file.")
-@click.option("--labels", metavar="L", type=FILE,
-              help="A .npy, .seg, .txt or labeled .ply; those in IN, if it has any, otherwise.")  # fmt: skip
+@click.option(
+    "--labels",
+    metavar="L",
+    type=FILE,
+    help="A .npy, .seg, .txt or labeled .ply; those in IN, if it has any, otherwise.",
+)
 def render_command(mesh: Path, output: Path, labels: Path | None) -> None:
     """Draw a shaded picture of the mesh in the file IN, with its regions and dark borders."""
     if output.suffix.lower() != ".png":
@@ -143,8 +187,15 @@ def render_command(mesh: Path, output: Path, labels: Path | None) -> None:
 
 
 @commands.command("demo")
-@click.option("-o", "--output", metavar="DIR", type=FILE, default=Path("superfacets-demo"),
-              show_default=True, help="Folder for the results.")  # fmt: skip
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    type=FILE,
+    default=Path("superfacets-demo"),
+    show_default=True,
+    help="Folder for the results.",
+)
 def demo_command(output: Path) -> None:
     """Segment a sample mesh that comes along, and write a labeled mesh and a picture of it."""
     output.mkdir(parents=True, exist_ok=True)

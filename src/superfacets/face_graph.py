@@ -132,11 +132,22 @@ def build_face_graph(mesh: Mesh, *, weld: bool = True, n_threads: int | None = N
     else:
         representative = np.arange(mesh.n_vertices, dtype=np.int32)
     try:
-        *arcs, counts = _core.build_face_graph(mesh.faces, representative)
+        offsets, neighbors, sides, same_turn, counts = _core.build_face_graph(
+            mesh.faces, representative
+        )
     except ValueError as error:  # std::length_error: too many arcs
         raise MeshError(str(error)) from None
     centroids, areas = _core.measure_faces(mesh.vertices, mesh.faces, threads)
-    return FaceGraph(centroids, areas, *arcs, _bounds_of_faces(mesh), EdgeCounts(*counts))
+    return FaceGraph(
+        centroids,
+        areas,
+        offsets,
+        neighbors,
+        sides,
+        same_turn,
+        _bounds_of_faces(mesh),
+        EdgeCounts(*counts),
+    )
 
 
 def _bounds_of_faces(mesh: Mesh) -> npt.NDArray[np.float64]:

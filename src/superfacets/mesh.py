@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._validate import checked_faces, checked_vertices, check_extent
+from ._validate import check_extent, checked_faces, checked_vertices
 from .errors import MeshError
 
 __all__ = ["Mesh", "as_mesh"]

@@ -90,7 +90,9 @@ def superfacet_weights(mesh: Mesh, arcs: list[Arc], *, alpha: float, eta_convex:
         n_i, n_j = normals[face], normals[neighbor]
         if same_turn:
             n_i, n_j = (n_i, -n_j) if face < neighbor else (-n_i, n_j)
-        theta = math.atan2(_norm(_cross(n_i, n_j)), _dot(n_i, n_j)) if n_i.any() and n_j.any() else 0.0
+        theta = (
+            math.atan2(_norm(_cross(n_i, n_j)), _dot(n_i, n_j)) if n_i.any() and n_j.any() else 0.0
+        )
         rise = _dot(n_i - n_j, centroids[neighbor] - centroids[face])
         concave = rise < 0 if inside_out else rise > 0
         eta = 1.0 if concave else eta_convex

@@ -121,15 +121,12 @@ def place_seeds(
     first = _core.nearest_cell(
         graph.positions, _core.weighted_mean(graph.positions, graph.measures)
     )
-    seeds: npt.NDArray[np.int32]
     if init == "farthest":
-        seeds = _core.farthest_seeds(graph.positions, first, size.n_segments)
-    else:
-        reach = SEED_SPACING * _positive_radius(size, init)
-        seeds = _core.flood_seeds(
-            graph.positions, graph.offsets, graph.neighbors, graph.lengths, first, reach
-        )
-    return seeds
+        return _core.farthest_seeds(graph.positions, first, size.n_segments)
+    reach = SEED_SPACING * _positive_radius(size, init)
+    return _core.flood_seeds(
+        graph.positions, graph.offsets, graph.neighbors, graph.lengths, first, reach
+    )
 
 
 def _given_seeds(graph: CellGraph, seeds: Any, n_segments: int | None) -> npt.NDArray[np.int32]:
@@ -141,13 +138,10 @@ def _given_seeds(graph: CellGraph, seeds: Any, n_segments: int | None) -> npt.ND
 
 def _grid_seeds(graph: CellGraph, size: RegionSize) -> npt.NDArray[np.int32]:
     """Seeds by an update of the regions that the cubes of a grid make."""
-    corner = tuple(graph.bounds[0].tolist())
+    x, y, z = graph.bounds[0].tolist()
     side = SEED_SPACING * _positive_radius(size, "grid")
-    labels = _core.grid_labels(graph.positions, corner, side)
-    seeds: npt.NDArray[np.int32] = _core.update_centers(
-        graph.positions, graph.measures, labels, int(labels.max()) + 1
-    )
-    return seeds
+    labels = _core.grid_labels(graph.positions, (x, y, z), side)
+    return _core.update_centers(graph.positions, graph.measures, labels, int(labels.max()) + 1)
 
 
 def _positive_radius(size: RegionSize, init: str) -> float:

@@ -295,13 +295,11 @@ def _iterate(
         with _timed(timings, "classify"):
             labels, _, centers = run_classify(graph, centers, reach, loop.n_threads)
         with _timed(timings, "update"):
-            moved_to: npt.NDArray[np.int32] = _core.update_centers(
-                graph.positions, graph.measures, labels, len(centers)
-            )
+            moved_to = _core.update_centers(graph.positions, graph.measures, labels, len(centers))
         n_moved = int(np.count_nonzero(moved_to != centers))
         seen.add(_fingerprint(centers))
         is_cancelled = loop.progress is not None and loop.progress(iteration, n_moved) is False
-        # The labels are those of `centers`: whatever ends the loop, where these would go is dropped.
+        # The labels are those of `centers`; whatever ends the loop, the last move is dropped.
         if n_moved == 0 or _root_mean_square_move(graph, centers, moved_to) <= loop.tol * radius:
             return labels, centers, iteration, "converged"
         if is_cancelled:

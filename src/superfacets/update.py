@@ -45,7 +45,4 @@ def update_centers(graph: CellGraph, labels: npt.ArrayLike) -> npt.NDArray[np.in
     array([1, 3], dtype=int32)
     """
     array, n_regions = checked_labels(labels, graph.n_cells)
-    centers: npt.NDArray[np.int32] = _core.update_centers(
-        graph.positions, graph.measures, array, n_regions
-    )
-    return centers
+    return _core.update_centers(graph.positions, graph.measures, array, n_regions)

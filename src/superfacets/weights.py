@@ -13,7 +13,7 @@ from .mesh import Mesh
 __all__ = ["is_inside_out", "superfacet_weights"]
 
 _VOLUME_NOISE = 1e-12
-"""Fraction of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
+"""Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
 
 
 def superfacet_weights(
@@ -71,8 +71,8 @@ def superfacet_weights(
     A square of edge 1, folded along its diagonal by 90 degrees, as a ridge and as a valley:
 
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]]
-    >>> ridge, valley = Mesh(vertices, [[0, 1, 2], [0, 2, 3]]), Mesh(vertices, [[2, 1, 0], [3, 2, 0]])
-    >>> for mesh in (ridge, valley):
+    >>> for faces in ([0, 1, 2], [0, 2, 3]), ([2, 1, 0], [3, 2, 0]):
+    ...     mesh = Mesh(vertices, faces)
     ...     superfacet_weights(mesh, build_face_graph(mesh), alpha=10).round(3).tolist()
     [1.008, 1.008]
     [3.317, 3.317]
@@ -81,7 +81,7 @@ def superfacet_weights(
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
     if graph.n_cells != mesh.n_faces:
         raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
-    weights: npt.NDArray[np.float64] = _core.superfacet_weights(
+    return _core.superfacet_weights(
         mesh.vertices,
         mesh.faces,
         graph.positions,
@@ -95,13 +95,12 @@ def superfacet_weights(
         is_inside_out(mesh, graph),
         checked_threads(n_threads),
     )
-    return weights
 
 
 def is_inside_out(mesh: Mesh, graph: FaceGraph) -> bool:
     """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
     if graph.edge_counts.boundary:
         return False
-    origin = tuple(graph.bounds[0].tolist())
-    volume: float = _core.signed_volume(mesh.vertices, mesh.faces, origin)
+    x, y, z = graph.bounds[0].tolist()
+    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z))
     return volume < -_VOLUME_NOISE * graph.diagonal**3
