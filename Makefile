@@ -1,0 +1,55 @@
+# Everything runs in a virtual environment of its own, made on first use. `make` lists the targets.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name '*.py' -o -name '*.pyi' -o -name '*.[ch]pp')
+
+.PHONY: help demo test lint docs figures sanitize dist clean
+
+help: ## list the targets
+	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+demo: $(BIN)/superfacets ## segment the sample mesh, write a labeled mesh and a picture
+	@tools/ensure-gl $(BIN)/python
+	$(BIN)/superfacets demo -o demo
+
+test: $(VENV)/groups ## run all tests
+	@tools/ensure-gl $(BIN)/python
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/groups ## formats, lints and types of Python and C++
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run --Werror src/core/*.[ch]pp
+	$(BIN)/clang-tidy --quiet src/core/*.cpp -- -std=c++20 -Isrc/core $$($(BIN)/python tools/include-flags)
+
+docs: $(VENV)/groups ## build the documentation; warnings are errors
+	$(BIN)/sphinx-build -W --keep-going -q -E docs docs/_build/html
+	@echo docs/_build/html/index.html
+
+figures: $(BIN)/superfacets ## draw the pictures of the README and the documentation anew
+	@tools/ensure-gl $(BIN)/python
+	$(BIN)/python docs/make_figures.py
+
+sanitize: $(VENV)/groups ## run the tests of the core under ASan, UBSan and TSan
+	tools/sanitize $(BIN)/python
+
+dist: $(VENV)/groups ## build sdist and wheel, install each into an empty environment, and try it
+	tools/try-dist $(BIN)/python
+
+clean: ## remove all that was built
+	rm -rf $(VENV) build dist demo docs/_build docs/api
+
+$(VENV)/made:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	@touch $@
+
+$(BIN)/superfacets: $(VENV)/made $(SOURCES)
+	$(BIN)/python -m pip install --quiet ".[all]"
+	@touch $@
+
+$(VENV)/groups: $(BIN)/superfacets
+	$(BIN)/python -m pip install --quiet --group dev
+	@touch $@
