@@ -183,12 +183,13 @@ void measure_faces(std::span<const Point> vertices, std::span<const Triangle> fa
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
-      const auto [a, b, c] = faces[face].corners;
-      const Point sum = vertices[a] + vertices[b] + vertices[c];
+      const auto& corners = faces[face].corners;
+      const Point a = vertices[corners[0]];
+      const Point b = vertices[corners[1]];
+      const Point c = vertices[corners[2]];
+      const Point sum = a + b + c;
       centroids[face] = {sum.x / 3.0, sum.y / 3.0, sum.z / 3.0};
-      const Point first = vertices[b] - vertices[a];
-      const Point second = vertices[c] - vertices[a];
-      areas[face] = 0.5 * norm(cross(first, second));
+      areas[face] = 0.5 * norm(cross(b - a, c - a));
     }
   });
 }

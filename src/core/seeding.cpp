@@ -6,6 +6,7 @@
 #include <numeric>
 #include <tuple>
 #include <unordered_map>
+#include <utility>
 
 #include "classify.hpp"
 #include "farthest.hpp"
@@ -103,7 +104,7 @@ std::vector<Cell> farthest_seeds(std::span<const Point> positions, Cell first, C
   FarthestPoints points(positions);
   std::vector<Cell> seeds{first};
   points.place(first);
-  while (static_cast<Cell>(seeds.size()) < n_seeds) {
+  while (std::cmp_less(seeds.size(), n_seeds)) {
     seeds.push_back(points.farthest());
     points.place(seeds.back());
   }

@@ -22,7 +22,10 @@ constexpr int kMeanWeightBits = 20;
 constexpr std::int64_t kSumChunk = 4096;
 
 // The unit normal, or a zero vector where the face has none.
-Point unit_normal(Point a, Point b, Point c) {
+Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
+  const Point a = vertices[face.corners[0]];
+  const Point b = vertices[face.corners[1]];
+  const Point c = vertices[face.corners[2]];
   const Point direction = cross(b - a, c - a);
   const double length = norm(direction);
   const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
@@ -35,8 +38,7 @@ std::vector<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
   const auto n_faces = static_cast<std::int64_t>(normals.size());
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
-      const auto [a, b, c] = arcs.faces[face].corners;
-      normals[face] = unit_normal(arcs.vertices[a], arcs.vertices[b], arcs.vertices[c]);
+      normals[face] = unit_normal(arcs.vertices, arcs.faces[face]);
     }
   });
   return normals;
@@ -114,18 +116,17 @@ void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, i
 
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces) {
   return std::count_if(faces.begin(), faces.end(), [&](const Triangle& face) {
-    const auto [a, b, c] = face.corners;
-    return squared_norm(unit_normal(vertices[a], vertices[b], vertices[c])) == 0.0;
+    return squared_norm(unit_normal(vertices, face)) == 0.0;
   });
 }
 
 double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces,
                      Point origin) {
   double six_volumes = 0.0;
-  for (const auto& [corners] : faces) {
-    const Point a = vertices[corners[0]] - origin;
-    const Point b = vertices[corners[1]] - origin;
-    const Point c = vertices[corners[2]] - origin;
+  for (const Triangle& face : faces) {
+    const Point a = vertices[face.corners[0]] - origin;
+    const Point b = vertices[face.corners[1]] - origin;
+    const Point c = vertices[face.corners[2]] - origin;
     six_volumes += dot(a, cross(b, c));
   }
   return six_volumes / 6.0;
