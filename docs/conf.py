@@ -1,0 +1,33 @@
+"""Settings of the documentation."""
+
+import superfacets
+
+project = "superfacets"
+author = copyright = "The superfacets developers"
+release = superfacets.__version__
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+]
+exclude_patterns = ["_build"]
+nitpicky = True
+# Types of other projects and words of numpydoc's type descriptions, which have no page here.
+nitpick_ignore_regex = [
+    (r"py:.*", r"(numpy|np|npt|collections|os|pathlib|types)\..*"),
+    (r"py:.*", r"(array_like|ndarray|optional|default|callable|path|float64|float32|int32|int64)"),
+    (r"py:.*", r"(uint16|uint8|Path|PathLike|StopReason|Progress|npt|NDArray|ArrayLike|Any|shape)"),
+    (r"py:.*", r"(pair|of|or|mesh|trimesh|PyVista|Open3D|integers|int|\(.*|.*\)|\{.*|.*\}|\d+.*)"),
+    (r"py:.*", r".*(superfacets|farthest|flood|grid).*"),
+]
+
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3
+autodoc_typehints = "none"  # the docstrings say more
+numpydoc_show_class_members = False
+
+html_theme = "furo"
+html_title = "superfacets"
