@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import click
+import numpy as np
+import numpy.typing as npt
 
 from . import __version__
 from .errors import MeshError, MissingExtraError
@@ -182,6 +184,8 @@ def render_command(mesh: Path, output: Path, labels: Path | None) -> None:
         raise click.UsageError(f"{output}: pictures are written as .png")
     surface = read_mesh(mesh)
     shown = _labels_of(mesh, surface) if labels is None else read_labels(labels, surface.n_faces)
+    if shown is not None:  # labels of others may have gaps
+        shown = np.unique(shown, return_inverse=True)[1]
     render(surface, shown, output=output)
     click.echo(f"wrote {output}")
 
@@ -215,8 +219,6 @@ def _check_outputs(mesh: Path, paths: list[Path]) -> None:
     """Find what is wrong with output files before the work is done."""
     try:
         check_outputs(paths)
-    except MeshError:
-        raise
     except ValueError as error:
         raise click.UsageError(str(error)) from error
     if any(path.exists() and mesh.exists() and path.samefile(mesh) for path in paths):
@@ -245,7 +247,7 @@ def _segment(
             raise click.UsageError(str(error)) from error
 
 
-def _labels_of(path: Path, mesh: Mesh) -> Any:
+def _labels_of(path: Path, mesh: Mesh) -> npt.NDArray[Any] | None:
     """The labels that a file holds along with its mesh; None if it has none."""
     if path.suffix.lower() != ".ply":
         return None

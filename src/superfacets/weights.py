@@ -70,6 +70,7 @@ def superfacet_weights(
     --------
     A square of edge 1, folded along its diagonal by 90 degrees, as a ridge and as a valley:
 
+    >>> from superfacets import build_face_graph
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]]
     >>> for faces in ([0, 1, 2], [0, 2, 3]), ([2, 1, 0], [3, 2, 0]):
     ...     mesh = Mesh(vertices, faces)

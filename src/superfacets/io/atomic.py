@@ -1,0 +1,94 @@
+"""Files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import stat
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+__all__ = ["StrPath", "atomic_outputs", "checked_targets"]
+
+StrPath = str | os.PathLike[str]
+
+
+@contextlib.contextmanager
+def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
+    """Give a temporary path for each of `paths`; rename all when the block ends well.
+
+    The temporary files lie in the folders of `paths`, exist, and are empty. If the block raises,
+    be it KeyboardInterrupt, they are removed and files at `paths` are left as they were. A new
+    file gets the permissions that any new file gets; a file that replaces another keeps the
+    other's. A link stays: the file that it points to is replaced.
+
+    All is written before anything is renamed, but several renames are not one step: if a later one
+    fails (the folder was taken away meanwhile), the earlier ones stand.
+
+    Raises
+    ------
+    OSError
+        If a path cannot be written, see `checked_targets`.
+    ValueError
+        If two paths are the same file.
+    """
+    targets = checked_targets(paths)
+    # Named before any is made, so that an interrupt at any moment finds what to remove.
+    temporaries = [
+        target.with_name(f".{target.name[:40]}.{secrets.token_hex(6)}.tmp") for target in targets
+    ]
+    try:
+        for temporary, target in zip(temporaries, targets, strict=True):
+            _create(temporary, target)
+        yield temporaries
+        for temporary, target in zip(temporaries, targets, strict=True):
+            temporary.replace(target)
+    finally:
+        for temporary in temporaries:
+            with contextlib.suppress(OSError):  # it was renamed, or never made
+                temporary.unlink()
+
+
+def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
+    """The files that outputs at `paths` would make or replace, links followed.
+
+    Raises
+    ------
+    OSError
+        If a folder does not exist or may not be written, if a file is write-protected, or if
+        something other than a file is there (a folder, a device).
+    ValueError
+        If two paths are the same file.
+    """
+    targets: list[Path] = []
+    for path in paths:
+        target = Path(os.path.realpath(path))
+        _check_target(path, target)
+        if target in targets:
+            raise ValueError(f"{path}: the same output is given twice")
+        targets.append(target)
+    return targets
+
+
+def _check_target(path: StrPath, target: Path) -> None:
+    folder = target.parent
+    if not folder.exists():
+        raise FileNotFoundError(f"{path}: the folder {folder} does not exist")
+    if not folder.is_dir():
+        raise NotADirectoryError(f"{path}: {folder} is not a folder")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(f"{path}: the folder {folder} is not writable")
+    if target.is_dir():
+        raise IsADirectoryError(f"{path}: is a folder, not a file")
+    if target.exists() and not target.is_file():
+        raise OSError(f"{path}: is not a regular file")
+    if target.exists() and not os.access(target, os.W_OK):
+        raise PermissionError(f"{path}: the file is write-protected")
+
+
+def _create(temporary: Path, target: Path) -> None:
+    """Make an empty file with the permissions of the target, or of any new file."""
+    temporary.touch(exist_ok=False)
+    if target.exists():
+        temporary.chmod(stat.S_IMODE(target.stat().st_mode))

@@ -1,0 +1,535 @@
+"""Stage 7: pictures of meshes and their regions, made without a display."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import math
+import os
+import sys
+import uuid
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._validate import checked_choice, checked_count, checked_labels, checked_number
+from .colors import region_colors
+from .errors import MissingExtraError
+from .face_graph import FaceGraph, build_face_graph
+from .mesh import Mesh, as_mesh
+
+__all__ = ["RenderError", "View", "ensure_gl", "render"]
+
+FloatArray = npt.NDArray[np.float64]
+Picture = npt.NDArray[np.uint8]
+
+MAX_SIDE = 8192
+"""Longest side of a picture: twice this, for anti-aliasing, is what graphics drivers allow."""
+
+# Each pixel is the mean of this many by this many: what smooths borders and outlines.
+_SAMPLES = 2
+
+# Half of the angle that the picture's height spans, degrees: a long lens, little distortion.
+_HALF_VIEW_ANGLE = 10.0
+
+# Share of the height or width left free, so that outlines are not cut by the frame.
+_MARGIN = 0.03
+
+# Edges sharper than this, in degrees, are shaded as edges: more than the facets of a coarse sphere
+# make (500 faces: 14), less than the creases of a machine part.
+_CREASE_ANGLE = 40.0
+
+# How far border lines are drawn before the surface, as a fraction of the diagonal: 3 to 4 pixels
+# of a usual picture, enough for a line's width on a surface that is tilted by 70 degrees.
+_LINE_LIFT = 0.003
+
+# How far, as a fraction of the diagonal, the surface darkens what is near (ambient occlusion):
+# concave creases stand out.
+_SHADOW_REACH = 0.05
+
+# Mesa writes to stderr why a device cannot be started.
+_QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
+
+_PLAIN_COLOR = (205, 197, 184)
+_LINE_COLOR = (28, 28, 32)
+
+# Direction toward each light (right, up, toward the viewer) and its strength: a key light from the
+# upper left, fills from the right, the eye and below. Together they just reach white.
+_LIGHTS = (
+    ((-0.5, 0.9, 1.0), 0.60),
+    ((0.9, 0.2, 0.7), 0.22),
+    ((0.0, 0.0, 1.0), 0.30),
+    ((0.0, -1.0, 0.3), 0.15),
+)
+
+# For each axis that may point up: the directions right and toward the viewer at azimuth 0.
+_FRAMES = {
+    "x": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    "y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "z": ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)),
+}
+
+
+class RenderError(RuntimeError):
+    """No picture can be made on this machine; the message says what to install."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """Where a picture is taken from. The whole mesh fills the frame at zoom 1.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a value is out of range or not a number.
+    """
+
+    azimuth: float = 30.0
+    """Degrees that the viewer walks around the mesh, to the viewer's right, from its front."""
+    elevation: float = 15.0
+    """Degrees above the horizon, -90 (from below) to 90 (from above)."""
+    up: str = "y"
+    """Axis that points up: "x", "y" or "z". The front is +z, but -y where z points up."""
+    zoom: float = 1.0
+    """Magnification about the middle of the picture, > 0."""
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.azimuth):
+            raise ValueError(f"azimuth must be finite, got {self.azimuth}")
+        if not -90 <= self.elevation <= 90:
+            raise ValueError(f"elevation must be -90 to 90 degrees, got {self.elevation}")
+        checked_choice(self.up, "up", tuple(_FRAMES))
+        checked_number(self.zoom, "zoom", zero=False)
+
+
+def render(
+    mesh: object,
+    labels: npt.ArrayLike | None = None,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    colors: npt.ArrayLike | None = None,
+    size: tuple[int, int] = (1200, 900),
+    view: View | None = None,
+    border_width: float | None = None,
+    background: str = "white",
+) -> Picture:
+    """Return a shaded picture of a mesh, its regions colored and outlined.
+
+    No display is needed: on Linux, Mesa's EGL or OSMesa will do. Shading is smooth, but for creases
+    of more than 40 degrees. Borders between regions are drawn where faces of two labels share an
+    edge; vertices at exactly the same position count as one. A file is complete or not there: an
+    existing one is replaced at the very end. Time is linear in faces and in pixels.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        Anything that `as_mesh` takes.
+    labels : array_like of integers, shape (F,), optional
+        Region of each face, 0 to K - 1. Without labels the mesh is plain.
+    output : path, optional
+        Where to write the picture, as PNG.
+    colors : array_like of uint8, shape (F, 3), optional
+        Color of each face, sRGB; by default `face_colors`.
+    size : (int, int), default (1200, 900)
+        Width and height in pixels, at most 8192 each.
+    view : View, optional
+        Where the picture is taken from; by default from the right and a little above, y up.
+    border_width : float, optional
+        Pixels; 0 draws no borders. By default a 450th of the picture's height (but 1 at least) for
+        up to 400 regions, falling with the size of regions to two fifths of that.
+    background : str, default "white"
+        Name or "#rrggbb" of a color.
+
+    Returns
+    -------
+    ndarray of uint8, shape (height, width, 3)
+        Red, green and blue, sRGB; row 0 is at the top.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If another argument is not as described.
+    MissingExtraError
+        If PyVista is not installed.
+    RenderError
+        If there is no OpenGL on this machine; the message says what to install.
+    OSError
+        If the file cannot be written.
+    """
+    checked_mesh = as_mesh(mesh)
+    frame = (_checked_side(size, 0), _checked_side(size, 1))
+    path = None if output is None else _checked_path(output)
+    pyvista = _import_pyvista()
+    backdrop = _checked_background(pyvista, background)
+    scene = _build_scene(checked_mesh, labels, colors)
+    camera = _place_camera(scene.points, view or View(), frame[0] / frame[1])
+    width = _line_width(border_width, frame[1], scene.n_regions, camera.zoom)
+    picture = _draw(pyvista, scene, camera, frame, width, backdrop)
+    if path is not None:
+        _write_png(picture, path)
+    return picture
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """What is drawn, scaled and moved to a box of diagonal 1 around the origin."""
+
+    points: FloatArray  # (P, 3), no two at one place, all used
+    triangles: npt.NDArray[np.int64]  # (F, 3)
+    colors: Picture  # (F, 3)
+    borders: npt.NDArray[np.int64]  # (B, 2), ends of edges between regions
+    n_regions: int  # 1 without labels
+
+
+@dataclass(frozen=True)
+class _Camera:
+    """A perspective camera."""
+
+    position: FloatArray
+    target: FloatArray
+    up: FloatArray
+    zoom: float
+
+
+def _checked_side(size: tuple[int, int], side: int) -> int:
+    """Width (side 0) or height (side 1) in pixels."""
+    if not isinstance(size, (tuple, list)) or len(size) != 2:
+        raise ValueError(f"size must be (width, height), got {size!r}")
+    count = checked_count(size[side], "size")
+    if count > MAX_SIDE:
+        raise ValueError(f"size must be at most {MAX_SIDE} pixels a side, got {count}")
+    return count
+
+
+def _checked_path(output: str | os.PathLike[str]) -> Path:
+    """Path of a PNG in a folder that exists: better known before the picture is made than after."""
+    path = Path(output)
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"output must end in .png, got {path.name!r}")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"there is no folder {str(path.parent)!r} to write {path.name} to")
+    return path
+
+
+def _checked_background(pyvista: Any, background: str) -> tuple[int, int, int]:
+    """Red, green and blue of a color given by name or as "#rrggbb"."""
+    try:
+        red, green, blue = pyvista.Color(background).int_rgb
+    except (ValueError, TypeError):
+        raise ValueError(
+            f'background must be the name of a color or "#rrggbb", got {background!r}'
+        ) from None
+    return red, green, blue
+
+
+def _checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
+    """Colors of faces as an (F, 3) uint8 array."""
+    array = np.asarray(colors)
+    if array.shape != (n_faces, 3):
+        raise ValueError(f"colors must have shape ({n_faces}, 3), got {array.shape}")
+    if array.dtype != np.uint8:
+        raise TypeError(f"colors must be uint8, 0 to 255, got {array.dtype}")
+    return np.ascontiguousarray(array)
+
+
+def _build_scene(mesh: Mesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None) -> _Scene:
+    """Weld, drop unused vertices, scale to unit size, color and find the borders."""
+    corners = _core.weld_vertices(mesh.vertices)[mesh.faces]
+    used = np.zeros(mesh.n_vertices, dtype=bool)
+    used[corners] = True
+    triangles = (np.cumsum(used) - 1)[corners]
+    points = mesh.vertices[used]
+    low, high = points.min(axis=0), points.max(axis=0)
+    points = (points - (low + high) / 2) / np.linalg.norm(high - low)
+    face_colors = np.tile(np.array(_PLAIN_COLOR, dtype=np.uint8), (mesh.n_faces, 1))
+    borders, n_regions = np.empty((0, 2), dtype=np.int64), 1
+    if labels is not None:
+        checked, n_regions = checked_labels(labels, mesh.n_faces)
+        graph = build_face_graph(mesh)
+        face_colors = region_colors(graph, checked)[checked]
+        borders = _border_edges(graph, triangles, checked)
+    if colors is not None:
+        face_colors = _checked_colors(colors, mesh.n_faces)
+    return _Scene(points, triangles, face_colors, borders, n_regions)
+
+
+def _border_edges(
+    graph: FaceGraph, triangles: npt.NDArray[np.int64], labels: npt.NDArray[np.int32]
+) -> npt.NDArray[np.int64]:
+    """Ends, (B, 2), of the edges between faces of different labels, each pair of faces once."""
+    sources = np.repeat(np.arange(len(triangles), dtype=np.int32), np.diff(graph.offsets))
+    between = (labels[sources] != labels[graph.neighbors]) & (sources < graph.neighbors)
+    faces, sides = sources[between], graph.sides[between]
+    return np.stack([triangles[faces, sides], triangles[faces, (sides + 1) % 3]], axis=1)
+
+
+def _place_camera(points: FloatArray, view: View, aspect: float) -> _Camera:
+    """Camera from which the points just fill the frame."""
+    right, toward, up = _view_axes(view)
+    middle = np.zeros(3)
+    for axis in (right, up, toward):
+        along = points @ axis
+        middle += (along.min() + along.max()) / 2 * axis
+    offsets = points - middle
+    depth = offsets @ toward
+    slope = math.tan(math.radians(_HALF_VIEW_ANGLE)) * (1 - _MARGIN)
+    reach = np.maximum(np.abs(offsets @ up), np.abs(offsets @ right) / aspect)
+    distance = float((depth + reach / slope).max())
+    return _Camera(middle + distance * toward, middle, up, view.zoom)
+
+
+def _view_axes(view: View) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit vectors to the right, toward the viewer and up, as the viewer sees them."""
+    right, front = (np.array(axis) for axis in _FRAMES[view.up])
+    azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)
+    outward = math.cos(azimuth) * front + math.sin(azimuth) * right
+    right = math.cos(azimuth) * right - math.sin(azimuth) * front
+    pole = np.cross(outward, right)
+    toward = math.cos(elevation) * outward + math.sin(elevation) * pole
+    return right, toward, np.cross(toward, right)
+
+
+def _line_width(wanted: float | None, height: int, n_regions: int, zoom: float) -> float:
+    """Width of borders in pixels: thinner where regions are small."""
+    if wanted is not None:
+        return checked_number(wanted, "border_width", zero=True)
+    return max(1.0, height / 450) * min(1.0, max(0.4, zoom * math.sqrt(400 / n_regions)))
+
+
+def _import_pyvista() -> Any:
+    """Return the module. Importing it does not touch OpenGL yet."""
+    try:
+        import pyvista
+    except ModuleNotFoundError:
+        raise MissingExtraError("rendering", "viz") from None
+    except ImportError as error:
+        raise RenderError(f"PyVista cannot be loaded: {error}") from error
+    return pyvista
+
+
+def _draw(
+    pyvista: Any,
+    scene: _Scene,
+    camera: _Camera,
+    frame: tuple[int, int],
+    line_width: float,
+    background: tuple[int, int, int],
+) -> Picture:
+    """Draw at twice the size, and average."""
+    width, height = frame[0] * _SAMPLES, frame[1] * _SAMPLES
+    with _quiet_vtk():
+        plotter = pyvista.Plotter(
+            off_screen=True,
+            window_size=(width, height),
+            lighting="none",
+            theme=pyvista.themes.DocumentTheme(),  # not the user's, so that pictures are alike
+        )
+        try:
+            plotter.set_background(background)
+            _add_surface(pyvista, plotter, scene)
+            if line_width > 0 and len(scene.borders):
+                _add_borders(pyvista, plotter, scene, camera, line_width * _SAMPLES)
+            _aim(pyvista, plotter, camera)
+            samples = plotter.screenshot(return_img=True)
+        finally:
+            plotter.close()
+    if samples.shape != (height, width, 3):
+        raise RenderError(f"the driver made {samples.shape} samples, not {(height, width, 3)}")
+    blocks = samples.reshape(frame[1], _SAMPLES, frame[0], _SAMPLES, 3)
+    return np.asarray(blocks.mean(axis=(1, 3)).round(), dtype=np.uint8)
+
+
+def _add_surface(pyvista: Any, plotter: Any, scene: _Scene) -> None:
+    """Add the faces, with normals that are shared but across creases."""
+    surface = pyvista.PolyData.from_regular_faces(
+        scene.points.astype(np.float32), scene.triangles
+    ).compute_normals(
+        cell_normals=False,
+        split_vertices=True,
+        feature_angle=_CREASE_ANGLE,
+        consistent_normals=False,
+        non_manifold_traversal=False,
+    )
+    surface.cell_data["color"] = scene.colors
+    actor = plotter.add_mesh(
+        surface, scalars="color", preference="cell", rgb=True, show_scalar_bar=False
+    )
+    actor.prop.interpolation = "Phong"
+    actor.prop.ambient, actor.prop.diffuse = 0.16, 0.95
+    actor.prop.specular, actor.prop.specular_power = 0.08, 20.0
+
+
+def _add_borders(
+    pyvista: Any, plotter: Any, scene: _Scene, camera: _Camera, line_width: float
+) -> None:
+    """Add the border lines, a little nearer to the camera so that the surface does not hide them.
+
+    Moving a point along its line of sight changes its depth but not its place in the picture.
+    """
+    ends, borders = np.unique(scene.borders, return_inverse=True)
+    sight = scene.points[ends] - camera.position
+    distances = np.linalg.norm(sight, axis=1, keepdims=True)
+    lifted = camera.position + sight * (1 - _LINE_LIFT / distances)
+    borders = borders.reshape(-1, 2)
+    cells = np.column_stack([np.full(len(borders), 2), borders])
+    lines = pyvista.PolyData(lifted.astype(np.float32), lines=cells.ravel())
+    plotter.add_mesh(
+        lines,
+        color=_LINE_COLOR,
+        line_width=line_width,
+        lighting=False,
+        render_lines_as_tubes=True,  # plain lines are thinner where they run diagonally
+    )
+
+
+def _aim(pyvista: Any, plotter: Any, camera: _Camera) -> None:
+    """Set the camera, the lights that move with it, and soft shadows in creases."""
+    plotter.camera.position = camera.position
+    plotter.camera.focal_point = camera.target
+    plotter.camera.up = camera.up
+    half = math.tan(math.radians(_HALF_VIEW_ANGLE)) / camera.zoom
+    plotter.camera.view_angle = 2 * math.degrees(math.atan(half))
+    plotter.reset_camera_clipping_range()
+    plotter.enable_ssao(radius=_SHADOW_REACH, bias=0.06 * _SHADOW_REACH, kernel_size=64, blur=True)
+    for direction, strength in _LIGHTS:
+        light = pyvista.Light(position=direction, light_type="camera light", intensity=strength)
+        light.positional = False
+        plotter.add_light(light)
+
+
+@contextlib.contextmanager
+def _quiet_vtk() -> Iterator[None]:
+    """Let VTK draw off screen, in silence; its and the process's settings come back afterward."""
+    window = ensure_gl()
+    wanted = dict(_QUIET_EGL)
+    if window is not None:
+        wanted["VTK_DEFAULT_OPENGL_WINDOW"] = window
+    from vtkmodules.vtkCommonCore import vtkObject
+
+    shows_warnings = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.GlobalWarningDisplayOff()
+    try:
+        with _environment(wanted):
+            yield
+    finally:
+        vtkObject.SetGlobalWarningDisplay(shows_warnings)
+
+
+@contextlib.contextmanager
+def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
+    """Set the variables that the user has not set, for a while."""
+    missing = [name for name in wanted if name not in os.environ]
+    os.environ.update({name: wanted[name] for name in missing})
+    try:
+        yield
+    finally:
+        for name in missing:
+            os.environ.pop(name, None)
+
+
+def ensure_gl() -> str | None:
+    """Return the kind of window that VTK should make here, or None to leave it the choice.
+
+    VTK ends the process where it finds no OpenGL, so this looks first. A display comes first
+    because mixing it with EGL in one process, where a user's own windows are open, is not safe.
+
+    Raises
+    ------
+    RenderError
+        If nothing is found that VTK can draw with; the message says what to install.
+    """
+    if not sys.platform.startswith("linux"):
+        return None
+    probes = {
+        "vtkXOpenGLRenderWindow": _has_display,
+        "vtkEGLRenderWindow": _has_egl,
+        "vtkOSOpenGLRenderWindow": _has_osmesa,
+    }
+    chosen = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW", "")
+    for window in [chosen] if chosen in probes else probes:
+        with _environment(_QUIET_EGL):
+            usable = probes[window]()
+        if usable:
+            return None if window == "vtkXOpenGLRenderWindow" else window
+    setting = f" for VTK_DEFAULT_OPENGL_WINDOW={chosen}" if chosen in probes else ""
+    raise RenderError(
+        f"no OpenGL was found{setting}: apt install libegl1 libgl1-mesa-dri (or libosmesa6)"
+    )
+
+
+def _load_library(name: str) -> Any:
+    """Shared library, or None where it cannot be loaded."""
+    try:
+        return ctypes.CDLL(name)
+    except OSError:
+        return None
+
+
+def _has_display() -> bool:
+    """Whether an X server answers, and can do OpenGL."""
+    x11, glx = _load_library("libX11.so.6"), _load_library("libGL.so.1")
+    if not os.environ.get("DISPLAY") or x11 is None or glx is None:
+        return False
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    x11.XOpenDisplay.argtypes = [ctypes.c_char_p]
+    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
+    glx.glXQueryExtension.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
+    display = x11.XOpenDisplay(None)
+    if not display:
+        return False
+    answer = (ctypes.c_int * 2)()
+    found = glx.glXQueryExtension(display, ctypes.byref(answer, 0), ctypes.byref(answer, 4))
+    x11.XCloseDisplay(display)
+    return bool(found)
+
+
+def _has_egl() -> bool:
+    """Whether EGL has a device that it can start, as VTK will ask it to.
+
+    The library alone is not enough: without a vendor's part it has no devices, and without a
+    driver it cannot start them. A started device is left so: others in the process may use it.
+    """
+    egl = _load_library("libEGL.so.1")
+    if egl is None:
+        return False
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    egl.eglGetProcAddress.argtypes = [ctypes.c_char_p]
+    egl.eglInitialize.argtypes = [ctypes.c_void_p] * 3
+    query_address = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
+    display_address = egl.eglGetProcAddress(b"eglGetPlatformDisplayEXT")
+    if not query_address or not display_address:
+        return False
+    pointer, integer = ctypes.c_void_p, ctypes.c_int
+    query = ctypes.CFUNCTYPE(integer, integer, pointer, pointer)(query_address)
+    get_display = ctypes.CFUNCTYPE(pointer, integer, pointer, pointer)(display_address)
+    devices, n_devices = (pointer * 16)(), integer(0)
+    if not query(len(devices), devices, ctypes.byref(n_devices)):
+        return False
+    platform_device = 0x313F  # EGL_PLATFORM_DEVICE_EXT
+    displays = [get_display(platform_device, device, None) for device in devices[: n_devices.value]]
+    return any(display and egl.eglInitialize(display, None, None) for display in displays)
+
+
+def _has_osmesa() -> bool:
+    """Whether Mesa's software renderer is there, under a name that VTK looks for."""
+    return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
+
+
+def _write_png(picture: Picture, path: Path) -> None:
+    """Write beside the final place, then rename: the path never holds half a picture."""
+    from PIL import Image  # comes with PyVista
+
+    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
+    try:
+        with partial.open("xb") as file:
+            Image.fromarray(picture).save(file, format="PNG")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)

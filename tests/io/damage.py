@@ -1,0 +1,88 @@
+"""Read randomly damaged files; run by a test, in a process of its own that may crash or hang.
+
+Arguments: seed, number of damaged files of each format. Prints what is neither read nor refused.
+"""
+
+import random
+import sys
+import tempfile
+import warnings
+from pathlib import Path
+
+import mesh_files
+
+from superfacets import Mesh, MeshError
+from superfacets.io import LABEL_ENDINGS, read_labels, read_mesh, write_labels, write_mesh
+
+
+def damaged(data: bytes, source: random.Random) -> bytes:
+    """The file with some bytes replaced, removed, doubled, or swapped for telling text."""
+    content = bytearray(data)
+    for _ in range(source.choice((1, 1, 2, 5))):
+        place = source.randrange(len(content) + 1)
+        width = source.choice((1, 1, 1, 4, 20))
+        kind = source.randrange(4)
+        if kind == 0:
+            content[place : place + width] = source.randbytes(width)
+        elif kind == 1:
+            del content[place : place + width]
+        elif kind == 2:
+            content[place:place] = content[place : place + width]
+        else:
+            words = (b"-1", b"nan", b"1e999", b"99999999999", b"\n", b" ", b"\0", b"\xff" * 4, b"/")
+            content[place : place + width] = source.choice(words)
+        content = content or bytearray(b"x")
+    return bytes(content)
+
+
+def whole_label_files(folder: Path) -> dict[str, bytes]:
+    for ending in (".npy", ".seg"):
+        write_labels(folder / f"whole{ending}", [3, 1, 2])
+    for name, ascii in (("binary.ply", False), ("ascii.ply", True)):
+        mesh = (mesh_files.VERTICES, mesh_files.FACES)
+        write_mesh(folder / name, mesh, [3, 1], colors=[[1, 2, 3]] * 2, ascii=ascii)
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def check(read, path: Path, data: bytes) -> bool:
+    """Whether the file was read; an error that is not a MeshError passes."""
+    path.write_bytes(data)
+    try:
+        result = read(path)
+    except MeshError as error:
+        text = str(error)
+        if not text.startswith(f"{path}: ") or len(text) > len(str(path)) + 400 or "\n" in text:
+            raise AssertionError(f"bad message: {text!r}") from None
+        return False
+    if isinstance(result, Mesh):
+        Mesh(result.vertices, result.faces)
+    return True
+
+
+def main() -> None:
+    source = random.Random(int(sys.argv[1]))
+    n_cases = int(sys.argv[2])
+    warnings.simplefilter("error")
+    n_read = n_refused = 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        files = [(read_labels, *item) for item in whole_label_files(folder).items()]
+        files += [(read_mesh, *item) for item in mesh_files.whole_files().items()]
+        for read, file_name, data in files:
+            path = folder / f"damaged{Path(file_name).suffix}"
+            assert read is read_mesh or path.suffix in LABEL_ENDINGS
+            assert check(read, path, data)
+            for case in range(n_cases):
+                broken = damaged(data, source)
+                try:
+                    was_read = check(read, path, broken)
+                except BaseException:
+                    print(f"{read.__name__} of {file_name}, case {case}: {broken!r}", flush=True)
+                    raise
+                n_read += was_read
+                n_refused += not was_read
+    print(n_read, n_refused)
+
+
+if __name__ == "__main__":
+    main()

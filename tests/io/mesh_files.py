@@ -1,0 +1,126 @@
+"""Tiny mesh files of every format, built byte by byte, all of the same bent square."""
+
+import json
+import struct
+
+import numpy as np
+
+VERTICES = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.5], [9, 9, 9]], dtype=np.float64)
+"""The last one is used by no face."""
+
+FACES = np.array([[0, 1, 2], [0, 2, 3]])
+
+CORNERS = VERTICES[FACES].reshape(-1, 3)
+"""Vertices of a format that has three per face."""
+
+SOUP_FACES = np.arange(6).reshape(2, 3)
+
+ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+def text_of(rows) -> str:
+    return "".join(" ".join(str(value) for value in row) + "\n" for row in rows)
+
+
+def ply_header(form="ascii", *, n_vertices=5, n_faces=2, kind="float", faces=None) -> str:
+    properties = "".join(f"property {kind} {axis}\n" for axis in "xyz")
+    faces = faces or "property list uchar int vertex_indices\n"
+    return (
+        f"ply\nformat {form} 1.0\ncomment of nobody\nelement vertex {n_vertices}\n{properties}"
+        f"element face {n_faces}\n{faces}end_header\n"
+    )
+
+
+def ply_text(vertices=VERTICES, faces=FACES, **header) -> bytes:
+    header = {"n_vertices": len(vertices), "n_faces": len(faces), **header}
+    rows = [[len(face), *face] for face in faces]
+    return (ply_header(**header) + text_of(vertices) + text_of(rows)).encode()
+
+
+def ply_binary(form="binary_little_endian", vertices=VERTICES, faces=FACES, **header) -> bytes:
+    header = {"n_vertices": len(vertices), "n_faces": len(faces), **header}
+    order = ORDERS[form]
+    letter = {"float": "f", "double": "d"}[header.get("kind", "float")]
+    body = b"".join(struct.pack(f"{order}3{letter}", *vertex) for vertex in vertices)
+    body += b"".join(struct.pack(f"{order}B{len(face)}i", len(face), *face) for face in faces)
+    return ply_header(form, **header).encode() + body
+
+
+def obj(vertices=VERTICES, faces=FACES) -> bytes:
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices]
+    lines += ["f " + " ".join(str(index + 1) for index in face) for face in faces]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def off(vertices=VERTICES, faces=FACES) -> bytes:
+    rows = [[len(face), *face] for face in faces]
+    return (f"OFF\n{len(vertices)} {len(faces)} 0\n" + text_of(vertices) + text_of(rows)).encode()
+
+
+def tri(vertices=VERTICES, faces=FACES) -> bytes:
+    return (f"{len(vertices)}\n{text_of(vertices)}{len(faces)}\n{text_of(faces)}").encode()
+
+
+def stl_binary(corners=CORNERS, *, head=b"made by a test", n_faces=None) -> bytes:
+    triangles = np.reshape(corners, (-1, 9))
+    data = head.ljust(80, b" ") + struct.pack("<I", len(triangles) if n_faces is None else n_faces)
+    return data + b"".join(struct.pack("<12fH", 0, 0, 1, *nine, 7) for nine in triangles)
+
+
+def stl_text(corners=CORNERS, name="square") -> bytes:
+    text = f"solid {name}\n"
+    for triangle in np.reshape(corners, (-1, 3, 3)).tolist():
+        vertices = "".join(f"      vertex {x} {y} {z}\n" for x, y, z in triangle)
+        text += f"  facet normal 0 0 1\n    outer loop\n{vertices}    endloop\n  endfacet\n"
+    return (text + f"endsolid {name}\n").encode()
+
+
+def gltf_buffer(vertices=VERTICES, faces=FACES) -> bytes:
+    return np.asarray(vertices, "<f4").tobytes() + np.asarray(faces, "<u2").tobytes()
+
+
+def gltf_document(nodes=None, **changes) -> dict:
+    """One mesh of one primitive; `changes` replace whole lists of the document."""
+    nodes = nodes or [{"mesh": 0}]
+    return {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": nodes,
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 60},
+            {"buffer": 0, "byteOffset": 60, "byteLength": 12},
+        ],
+        "buffers": [{"byteLength": 72}],
+        **changes,
+    }
+
+
+def glb(document=None, buffer=None) -> bytes:
+    text = json.dumps(document or gltf_document()).encode()
+    text += b" " * (-len(text) % 4)
+    buffer = gltf_buffer() if buffer is None else buffer
+    buffer += b"\0" * (-len(buffer) % 4)
+    chunks = struct.pack("<2I", len(text), 0x4E4F534A) + text
+    chunks += struct.pack("<2I", len(buffer), 0x004E4942) + buffer
+    return struct.pack("<4s2I", b"glTF", 2, 12 + len(chunks)) + chunks
+
+
+def whole_files() -> dict[str, bytes]:
+    """A file of each format by a name with its ending."""
+    return {
+        "ascii.ply": ply_text(),
+        "little.ply": ply_binary(),
+        "big.ply": ply_binary("binary_big_endian", kind="double"),
+        "square.obj": obj(),
+        "square.off": off(),
+        "square.tri": tri(),
+        "binary.stl": stl_binary(),
+        "ascii.stl": stl_text(),
+        "square.glb": glb(),
+    }

@@ -1,0 +1,142 @@
+"""Files that appear whole or not at all."""
+
+import os
+import stat
+
+import pytest
+
+from superfacets.io import atomic_outputs, check_outputs, write_labels
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def permissions(path):
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+def test_files_appear_when_the_block_ends(tmp_path):
+    (tmp_path / "b").write_text("old")
+    with atomic_outputs([tmp_path / "a", str(tmp_path / "b")]) as temporaries:
+        for temporary in temporaries:
+            assert temporary.parent == tmp_path
+            temporary.write_text("new")
+        assert (tmp_path / "b").read_text() == "old"
+        assert not (tmp_path / "a").exists()
+    assert names(tmp_path) == ["a", "b"]
+    assert (tmp_path / "a").read_text() == (tmp_path / "b").read_text() == "new"
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit])
+def test_nothing_changes_where_the_block_raises(tmp_path, error):
+    (tmp_path / "b").write_text("old")
+
+    def write_and_fail(temporaries):
+        temporaries[0].write_text("new")
+        temporaries[1].write_text("new")
+        raise error
+
+    with pytest.raises(error), atomic_outputs([tmp_path / "a", tmp_path / "b"]) as temporaries:
+        write_and_fail(temporaries)
+    assert names(tmp_path) == ["b"]
+    assert (tmp_path / "b").read_text() == "old"
+
+
+def test_a_temporary_file_that_was_taken_away_is_an_os_error(tmp_path):
+    with pytest.raises(FileNotFoundError), atomic_outputs([tmp_path / "a"]) as (temporary,):
+        temporary.unlink()
+    assert names(tmp_path) == []
+
+
+def test_nothing_is_left_where_a_temporary_file_cannot_be_made(tmp_path, monkeypatch):
+    made = []
+
+    def make(temporary, target):
+        made.append(temporary)
+        temporary.touch()
+        if len(made) == 2:
+            raise OSError("no space")
+
+    monkeypatch.setattr("superfacets.io.atomic._create", make)
+    with pytest.raises(OSError, match="no space"), atomic_outputs([tmp_path / "a", tmp_path / "b"]):
+        raise AssertionError("the block must not run")
+    assert len(made) == 2
+    assert names(tmp_path) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such permissions")
+@pytest.mark.parametrize("mask", [0o022, 0o077, 0o002])
+def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path, mask):
+    before = os.umask(mask)
+    try:
+        write_labels(tmp_path / "a.seg", [0])
+        (tmp_path / "b").touch()
+    finally:
+        os.umask(before)
+    assert permissions(tmp_path / "a.seg") == permissions(tmp_path / "b") == 0o666 & ~mask
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such permissions")
+def test_a_replaced_file_keeps_its_permissions(tmp_path):
+    path = tmp_path / "a.seg"
+    path.touch()
+    path.chmod(0o640)
+    write_labels(path, [0])
+    assert path.read_text() == "0\n"
+    assert permissions(path) == 0o640
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_a_link_stays_and_its_file_is_replaced(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "a.seg").symlink_to(tmp_path / "folder" / "b.seg")
+    write_labels(tmp_path / "a.seg", [5])
+    assert (tmp_path / "a.seg").is_symlink()
+    assert (tmp_path / "folder" / "b.seg").read_text() == "5\n"
+
+
+def test_names_as_long_as_can_be(tmp_path):
+    path = tmp_path / ("ü" * 125 + ".seg")
+    write_labels(path, [5])
+    assert path.read_text() == "5\n"
+
+
+@pytest.mark.parametrize("call", [check_outputs, lambda paths: write_labels(paths[0], [0])])
+def test_targets_that_cannot_be_written_are_os_errors(tmp_path, call, monkeypatch):
+    with pytest.raises(FileNotFoundError, match=r"a\.seg: the folder .*absent does not exist"):
+        call([tmp_path / "absent" / "a.seg"])
+    (tmp_path / "file").touch()
+    with pytest.raises(NotADirectoryError, match=r"a\.seg: .*file is not a folder"):
+        call([tmp_path / "file" / "a.seg"])
+    (tmp_path / "folder.seg").mkdir()
+    with pytest.raises(IsADirectoryError, match=r"folder\.seg: is a folder, not a file"):
+        call([tmp_path / "folder.seg"])
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
+    with pytest.raises(PermissionError, match=r"a\.seg: the folder .* is not writable"):
+        call([tmp_path / "a.seg"])
+
+
+def test_a_write_protected_file_is_an_os_error(tmp_path, monkeypatch):
+    (tmp_path / "a.seg").touch()
+    monkeypatch.setattr(os, "access", lambda path, mode: path == tmp_path)
+    with pytest.raises(PermissionError, match=r"a\.seg: the file is write-protected"):
+        check_outputs([tmp_path / "a.seg"])
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_an_os_error_and_is_not_replaced(tmp_path):
+    os.mkfifo(tmp_path / "a.seg")
+    with pytest.raises(OSError, match=r"a\.seg: is not a regular file"):
+        write_labels(tmp_path / "a.seg", [0])
+    assert stat.S_ISFIFO((tmp_path / "a.seg").stat().st_mode)
+
+
+def test_the_same_file_twice_is_refused(tmp_path):
+    (tmp_path / "folder").mkdir()
+    twice = [tmp_path / "a.seg", tmp_path / "folder" / ".." / "a.seg"]
+    with pytest.raises(ValueError, match=r"a\.seg: the same output is given twice"):
+        check_outputs(twice)
+    with pytest.raises(ValueError, match="twice"), atomic_outputs(twice):
+        raise AssertionError("the block must not run")
+    assert names(tmp_path) == ["folder"]

@@ -1,0 +1,59 @@
+"""Files that were cut or damaged are refused, or hold all that was left whole; nothing crashes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import mesh_files
+import numpy as np
+import pytest
+from mesh_files import whole_files
+
+from superfacets import MeshError
+from superfacets.io import read_mesh
+
+FILES = whole_files()
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_cut_at_any_byte_is_refused_or_complete(read, tmp_path, name):
+    whole = read(name, FILES[name])
+    n_read = 0
+    for size in range(len(FILES[name])):
+        (tmp_path / name).write_bytes(FILES[name][:size])
+        try:
+            mesh = read_mesh(tmp_path / name)
+        except MeshError:
+            continue
+        n_read += 1
+        n_faces = mesh.n_faces if name.endswith(".obj") else whole.n_faces
+        assert np.array_equal(mesh.faces, whole.faces[:n_faces])
+        assert np.array_equal(mesh.vertices, whole.vertices)
+    # Without its last newline, or the name of the solid behind `endsolid`, a text is complete. An
+    # OBJ file declares no counts: cut after its first face, it is a whole file of one face.
+    assert n_read == {
+        "ascii.ply": 1,
+        "square.obj": 3,
+        "square.off": 1,
+        "square.tri": 1,
+        "ascii.stl": len(" square\n"),
+    }.get(name, 0)
+
+
+@pytest.mark.parametrize("make", [mesh_files.ply_text, mesh_files.off, mesh_files.tri])
+@pytest.mark.parametrize("n_lines", [1, 2])
+def test_a_text_that_lacks_its_last_lines_is_refused(refuse, make, n_lines):
+    ending = {"ply_text": ".ply", "off": ".off", "tri": ".tri"}[make.__name__]
+    lines = make().splitlines(keepends=True)
+    refuse(f"a{ending}", b"".join(lines[:-n_lines]), "cut?")
+
+
+def test_randomly_damaged_files_are_read_or_refused():
+    script = Path(__file__).with_name("damage.py")
+    command = [sys.executable, "-X", "faulthandler", str(script), "7", "60"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stderr == ""
+    n_read, n_refused = (int(number) for number in done.stdout.split())
+    assert n_read + n_refused == 13 * 60
+    assert n_refused > n_read

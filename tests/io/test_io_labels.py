@@ -1,0 +1,199 @@
+"""Reading labels."""
+
+import io
+
+import numpy as np
+import pytest
+from mesh_files import ORDERS, VERTICES, ply_header, ply_text
+from numpy.testing import assert_array_equal
+
+from superfacets import MeshError
+from superfacets.io import LABEL_ENDINGS, read_labels, write_labels, write_mesh
+
+LABELS = np.array([3, 0, 2**31 - 1], dtype=np.int32)
+
+
+def npy(array, **options) -> bytes:
+    file = io.BytesIO()
+    np.save(file, array, **options)
+    return file.getvalue()
+
+
+def ply_with_labels(form="ascii", kind="int", labels=(3, 0)) -> bytes:
+    faces = (
+        f"property list uchar int vertex_indices\nproperty {kind} label\nproperty float quality\n"
+    )
+    header = ply_header(form, faces=faces).encode()
+    if form == "ascii":
+        rows = "".join(f"4 0 1 2 3 {label} 0.5\n" for label in labels)
+        return header + ("0 0 0\n" * 5 + rows).encode()
+    order = ORDERS[form]
+    code = {"int": "i4", "uchar": "u1", "short": "i2", "uint32": "u4", "double": "f8"}[kind]
+    row = np.dtype(
+        [("n", "u1"), ("face", order + "i4", 4), ("label", order + code), ("q", order + "f4")]
+    )
+    table = np.array([(4, (0, 1, 2, 3), label, 0.5) for label in labels], dtype=row)
+    return header + VERTICES.astype(order + "f4").tobytes() + table.tobytes()
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read_content(name, data, n_faces=None):
+        path = tmp_path / name
+        path.write_bytes(data)
+        return read_labels(path, n_faces)
+
+    return read_content
+
+
+@pytest.fixture
+def refuse(read, tmp_path):
+    def expect_refusal(name, data, message, n_faces=None):
+        with pytest.raises(MeshError) as caught:
+            read(name, data, n_faces)
+        text = str(caught.value)
+        assert text.startswith(f"{tmp_path / name}: ")
+        assert "\n" not in text
+        assert message in text
+
+    return expect_refusal
+
+
+@pytest.mark.parametrize("ending", [".npy", ".seg", ".txt"])
+def test_labels_come_back_as_they_were_written(tmp_path, ending):
+    path = tmp_path / f"a{ending.upper()}"
+    write_labels(path, LABELS)
+    labels = read_labels(path, 3)
+    assert labels.dtype == np.int32
+    assert_array_equal(labels, LABELS)
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+def test_labels_come_back_from_a_written_mesh(tmp_path, ascii):
+    faces = [[0, 1, 2], [0, 2, 3], [1, 2, 3]]
+    write_mesh(
+        tmp_path / "a.ply", (VERTICES, faces), LABELS, colors=np.zeros((3, 3), int), ascii=ascii
+    )
+    assert_array_equal(read_labels(tmp_path / "a.ply", 3), LABELS)
+
+
+@pytest.mark.parametrize("dtype", ["i1", "u1", "<i2", ">i2", "<u4", ">i4", "<i8", ">u8"])
+def test_npy_of_any_integer_type(read, dtype):
+    assert_array_equal(read("a.npy", npy(np.array([5, 0, 7], dtype))), [5, 0, 7])
+
+
+@pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
+def test_npy_of_any_version(read, version):
+    file = io.BytesIO()
+    np.lib.format.write_array(file, LABELS, version=version)
+    assert_array_equal(read("a.npy", file.getvalue()), LABELS)
+
+
+@pytest.mark.parametrize("data", [b"3\n0\n2\n", b"3\r\n0\r\n2", b" 3 \n\n0\n+2\n\n"])
+def test_text_as_it_is_found(read, data):
+    assert_array_equal(read("a.seg", data, 3), [3, 0, 2])
+    assert_array_equal(read("a.txt", data), [3, 0, 2])
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+@pytest.mark.parametrize("kind", ["int", "uchar", "short", "uint32"])
+def test_ply_of_any_integer_type_and_with_polygons(read, form, kind):
+    assert_array_equal(read("a.ply", ply_with_labels(form, kind), 2), [3, 0])
+
+
+@pytest.mark.parametrize(("name", "data"), [("a.npy", npy(LABELS)), ("a.seg", b"1\n2\n3\n")])
+def test_another_number_of_faces_is_refused(refuse, name, data):
+    refuse(name, data, "there are 3 labels but the mesh has 1 face", n_faces=1)
+    refuse(name, data, "there are 3 labels but the mesh has 4 faces", n_faces=4)
+
+
+@pytest.mark.parametrize(
+    ("array", "message"),
+    [
+        (np.array([[1, 2]]), "labels must be one-dimensional: the .npy header is"),
+        (np.array(1), "labels must be one-dimensional: the .npy header is"),
+        (np.array([1.0, 2.0]), "labels must be integers: the .npy header is"),
+        (np.array([True]), "labels must be integers: the .npy header is"),
+        (np.array(["a"]), "labels must be integers: the .npy header is"),
+        (np.array([(1, 2)], dtype="i4,i4"), "labels must be integers: the .npy header is"),
+        (np.array([1, -1]), "labels[1] is -1; it must be 0 to 2147483647"),
+        (np.array([1, 2**31]), "labels[1] is 2147483648; it must be 0 to 2147483647"),
+        (np.array([2**64 - 1], dtype="u8"), "labels[0] is 18446744073709551615"),
+        (np.array([], dtype=int), "there are no labels"),
+    ],
+)
+def test_npy_of_something_else_is_refused(refuse, array, message):
+    refuse("a.npy", npy(array), message)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"hello", "not a .npy file"),
+        (npy(LABELS)[:9], "the header of the .npy file is cut"),
+        (npy(LABELS)[:60], "the header of the .npy file is cut"),
+        (npy(LABELS)[:-1], "declares 12 bytes of labels but 11 follow: is the file cut?"),
+        (npy(LABELS) + b"1", "declares 12 bytes of labels but 13 follow: is the file cut?"),
+        (
+            npy(LABELS).replace(b"(3,)", b"(9999999999,)"),
+            "declares 39999999996 bytes of labels but",
+        ),
+        (npy(LABELS).replace(b"(3,)", b"(" + b"9" * 99 + b",)"), "must be one-dimensional"),
+    ],
+)
+def test_npy_that_is_wrong_is_refused(refuse, data, message):
+    refuse("a.npy", data, message)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"1\n2.0\n", "line 2: expected an integer, got '2.0'"),
+        (b"1\n\nx\n", "line 3: expected an integer, got 'x'"),
+        (b"1\n-\n", "line 2: expected an integer, got '-'"),
+        (b"1\n2 3\n", "line 2: expected one integer, got '2 3'"),
+        (b"1\n-2\n", "labels[1] is -2"),
+        (b"99999999999999999999\n", "labels[0] is 9223372036854775807"),
+        (b"\n \n", "there are no labels"),
+        (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "line 1: expected one integer"),
+    ],
+)
+def test_text_of_something_else_is_refused(refuse, data, message):
+    refuse("a.seg", data, message)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (ply_text(), "the PLY faces have no property label"),
+        (ply_with_labels(kind="list uchar int"), "the PLY faces have no property label"),
+        (ply_with_labels(kind="float"), "labels must be integers: the PLY file declares another"),
+        (ply_with_labels(labels=(1.5, 2)), "labels must be integers, got 1.5"),
+        (ply_with_labels(labels=(1, -2)), "labels[1] is -2"),
+        (ply_text(faces=[]), "the PLY file has no faces"),
+        (b"1\n2\n", "not a PLY file"),
+    ],
+)
+def test_ply_without_labels_is_refused(refuse, data, message):
+    refuse("a.ply", data, message)
+
+
+@pytest.mark.parametrize("name", ["a.npy", "a.seg", "a.txt", "a.ply"])
+def test_an_empty_file_is_refused(refuse, name):
+    refuse(name, b"", "the file is empty")
+
+
+@pytest.mark.parametrize(("name", "ending"), [("a.csv", ".csv"), ("a", "none")])
+def test_an_unknown_ending_is_refused(refuse, name, ending):
+    refuse(name, b"1\n", f"expected the ending .npy, .ply, .seg, .txt, got {ending}")
+    assert LABEL_ENDINGS == (".npy", ".ply", ".seg", ".txt")
+
+
+def test_a_missing_file_is_an_os_error(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"a\.seg: no such file"):
+        read_labels(tmp_path / "a.seg")
+
+
+def test_a_real_segmentation(data_dir):
+    path = next((data_dir / "psb" / "seg" / "Benchmark" / "1").glob("*.seg"))
+    assert read_labels(path).tolist() == [int(line) for line in path.read_text().split()]

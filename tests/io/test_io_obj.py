@@ -1,0 +1,180 @@
+"""Reading OBJ."""
+
+import numpy as np
+import pytest
+from mesh_files import FACES, VERTICES, obj
+from numpy.testing import assert_array_equal
+
+from superfacets import MeshError
+from superfacets.io import read_mesh, text
+
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+
+def test_vertices_and_faces_are_those_of_the_file_in_their_order(read):
+    mesh = read("a.obj", obj())
+    assert_array_equal(mesh.vertices, VERTICES)
+    assert_array_equal(mesh.faces, FACES)
+
+
+@pytest.mark.parametrize("newline", [b"\n", b"\r\n", b"\r"])
+def test_line_ends_of_every_system(read, newline):
+    assert_array_equal(read("a.obj", obj().replace(b"\n", newline)).faces, FACES)
+
+
+def test_a_byte_order_mark_and_a_missing_last_newline(read):
+    assert_array_equal(read("a.obj", b"\xef\xbb\xbf" + obj().rstrip()).vertices, VERTICES)
+
+
+def test_decimals_are_rounded_to_the_nearest_double(read):
+    numbers = ["0.348799", "6.9e-05", "0.12345678901234567", "-1e-320", "+.5", "5.", "1E3"]
+    lines = [f"v {number} 0 1\n" for number in numbers]
+    mesh = read("a.obj", ("".join(lines) + "f 1 2 3\n").encode())
+    assert mesh.vertices[:, 0].tolist() == [float(number) for number in numbers]
+
+
+def test_texture_seams_and_normals_do_not_split_vertices(read):
+    extra = "vt 0 0\nvt 1 0\nvt .5 .5\nvn 0 0 1\nvn 0 1 0\nvp 1 2\n"
+    faces = "f 1/1/1 2/2/1 3/3/1\nf 1/3/2 3/1/2 4/2/2\nf 1//1 2//1 4//2\nf 2/1 3/2 4/3\nf 1/ 2/ 4\n"
+    mesh = read("a.obj", (SQUARE + extra + faces).encode())
+    assert mesh.n_vertices == 4
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3], [0, 1, 3]]
+
+
+def test_groups_objects_and_materials_are_one_mesh_in_file_order(read):
+    data = (
+        f"mtllib no.mtl\no a\n{SQUARE}usemtl x\nf 1 2 3\no b\nv 5 5 5\nf 1 2 5\ng c\nusemtl x\n"
+        "s off\nf 3 4 5\no a\nf 1 2 4\nl 1 2\np 1\n"
+    )
+    mesh = read("a.obj", data.encode())
+    assert mesh.n_vertices == 5
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 1, 4], [2, 3, 4], [0, 1, 3]]
+
+
+def test_negative_indices_count_back_from_the_vertices_so_far(read):
+    mesh = read("a.obj", (SQUARE + "f -4 -3 -2\nv 2 2 2\nf -1/1 -2//7 -3/2/2\n").encode())
+    assert mesh.faces.tolist() == [[0, 1, 2], [4, 3, 2]]
+
+
+def test_faces_may_come_before_their_vertices(read):
+    assert read("a.obj", ("f 1 2 3\n" + SQUARE).encode()).faces.tolist() == [[0, 1, 2]]
+
+
+def test_weights_and_colors_of_vertices_are_skipped(read):
+    data = "v 0 0 0 1\nv 1 0 0 .1 .2 .3\nv 0 1 0\nv 1 1 1 1 .1 .2 .3\nf 1 2 3\nf 2 3 4\n"
+    assert read("a.obj", data.encode()).vertices[:, 0].tolist() == [0, 1, 0, 1]
+
+
+def test_comments_indents_tabs_and_continued_lines(read):
+    data = f"# a\n\n  {SQUARE}\tf\t1 2 \\\n 3 # and why\nf 1 \\\r\n3 4 \t\n#f 1 2 4\n"
+    mesh = read("a.obj", data.encode())
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_degenerate_faces_are_kept(read):
+    assert read("a.obj", (SQUARE + "f 1 1 2\nf 1 2 3\n").encode()).faces[0].tolist() == [0, 0, 1]
+
+
+@pytest.mark.parametrize("block", [1, 7, 64])
+def test_the_size_of_blocks_does_not_matter(read, monkeypatch, block):
+    data = obj() + b"vt 0 0\nf -1/1 2/1 3/1\nv 7 7 7\nf 1/1/1 -1/1/1 2\n" + b" " * 100
+    expected = read("a.obj", data)
+    monkeypatch.setattr(text, "BLOCK", block)
+    mesh = read("a.obj", data)
+    assert_array_equal(mesh.vertices, expected.vertices)
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [4, 1, 2], [0, 5, 1]]
+
+
+def test_polygons_are_counted_and_refused(refuse):
+    data = SQUARE + "f 1 2 3\nf 1/1 2/1 3/1 4/1\nf 4 3 2 1\nf 1 2 3 4 1\n"
+    message = "3 of 4 faces are polygons, the first is faces[1] with 4 corners; only triangles are"
+    refuse("a.obj", data.encode(), message)
+
+
+@pytest.mark.parametrize(
+    ("line", "n_corners"), [("f", "0 corners"), ("f 1", "1 corner"), ("f 1 2", "2 corners")]
+)
+def test_a_last_face_that_was_cut_is_refused(refuse, line, n_corners):
+    refuse(
+        "a.obj", (SQUARE + "f 1 2 3\n" + line).encode(), f"faces[1] has {n_corners}: is the file"
+    )
+
+
+@pytest.mark.parametrize("index", [0, 5, -5, 9223372036854775807, -9223372036854775807])
+def test_indices_out_of_range_are_refused_as_the_file_writes_them(refuse, index):
+    data = SQUARE + f"f 1 2 3\nf 1 2 {index}\n"
+    message = f"line 6: faces[1] refers to vertex {index} but the vertices are 1 to 4"
+    refuse("a.obj", data.encode(), message)
+
+
+@pytest.mark.parametrize("digits", [20, 5000])
+@pytest.mark.parametrize("sign", ["", "-"])
+def test_indices_of_many_digits_are_refused(refuse, digits, sign):
+    refuse("a.obj", f"{SQUARE}f 1 2 {sign}{'9' * digits}\n".encode(), "line 5: faces[0] refers to")
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-Infinity", "1e999"])
+def test_coordinates_that_are_not_finite_are_refused(refuse, value):
+    data = SQUARE.replace("1 1 0", f"1 {value} 0") + "f 1 2 3\n"
+    refuse("a.obj", data.encode(), "vertices[2] is not finite")
+
+
+@pytest.mark.parametrize("token", ["one", "0x10", "1d3", "1,5", "--1", "-", "1_0", "1e"])
+def test_coordinates_that_are_no_numbers_are_refused(refuse, token):
+    data = SQUARE.replace("1 1 0", f"1 {token} 0") + "f 1 2 3\n"
+    refuse("a.obj", data.encode(), f"line 3: expected a number, got '{token}'")
+
+
+@pytest.mark.parametrize("token", ["a", "1.0", "-", "+", "2/x", "3/-", "1e0"])
+def test_indices_that_are_no_integers_are_refused(refuse, token):
+    data = f"{SQUARE}f 1 2 3\nf 1 2 {token}\n"
+    refuse("a.obj", data.encode(), f"line 6: expected an integer, got '{token.split('/')[-1]}'")
+
+
+def test_a_corner_without_a_vertex_is_refused(refuse):
+    refuse(
+        "a.obj", (SQUARE + "f 1/1 2/1 3/1\nf 1 2 /3\n").encode(), "line 6: a corner has no vertex"
+    )
+
+
+def test_a_vertex_of_two_coordinates_is_refused(refuse):
+    refuse(
+        "a.obj",
+        (SQUARE + "v 1 2\nf 1 2 3\n").encode(),
+        "line 5: a vertex needs 3 coordinates, got 2",
+    )
+
+
+@pytest.mark.parametrize(
+    "data", [b"hello\nworld\n", b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, b"\n \n"]
+)
+def test_foreign_content_is_refused(refuse, data):
+    refuse("a.obj", data, "not an OBJ file: it has no `v` and no `f` lines")
+
+
+def test_a_point_cloud_is_refused(refuse):
+    refuse("a.obj", SQUARE.encode(), "the mesh has no faces")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("beast", "32240 of 32364 faces are polygons, the first is faces[0] with 4 corners"),
+        ("suzanne", "468 of 500 faces are polygons, the first is faces[0] with 4 corners"),
+    ],
+)
+def test_real_polygons_are_refused(data_dir, name, message):
+    with pytest.raises(MeshError) as caught:
+        read_mesh(data_dir / "meshes" / f"{name}.obj")
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["spot", "cow", "fandisk"])
+def test_real_files_are_read_as_lagrange_reads_them(data_dir, name):
+    lagrange = pytest.importorskip("lagrange")
+    path = data_dir / "meshes" / f"{name}.obj"
+    mesh = read_mesh(path)
+    other = lagrange.io.load_mesh(path, quiet=True)
+    assert_array_equal(mesh.faces, other.facets)
+    # lagrange misrounds decimals by a unit in the last place.
+    np.testing.assert_allclose(mesh.vertices, other.vertices, rtol=1e-15, atol=0)

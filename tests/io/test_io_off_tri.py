@@ -1,0 +1,172 @@
+"""Reading OFF and .tri."""
+
+import numpy as np
+import pytest
+from mesh_files import FACES, VERTICES, off, tri
+from numpy.testing import assert_array_equal
+
+from superfacets.io import read_mesh, text
+
+V4 = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n"
+
+
+@pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
+def test_vertices_and_faces_are_those_of_the_file_in_their_order(read, name, data):
+    mesh = read(name, data)
+    assert_array_equal(mesh.vertices, VERTICES)
+    assert_array_equal(mesh.faces, FACES)
+
+
+@pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
+@pytest.mark.parametrize("newline", [b"\r\n", b"\r", b"\n\n\n"])
+def test_line_ends_and_blank_lines(read, name, data, newline):
+    assert_array_equal(read(name, data.replace(b"\n", newline)).faces, FACES)
+
+
+@pytest.mark.parametrize(("name", "make"), [("a.off", off), ("a.tri", tri)])
+def test_decimals_are_rounded_to_the_nearest_double(read, name, make):
+    vertices = np.random.default_rng(5).normal(size=(100, 3))
+    assert_array_equal(read(name, make(vertices)).vertices, vertices)
+
+
+@pytest.mark.parametrize(("name", "data"), [("a.off", off()), ("a.tri", tri())])
+@pytest.mark.parametrize("block", [1, 30])
+def test_the_size_of_blocks_does_not_matter(read, monkeypatch, name, data, block):
+    monkeypatch.setattr(text, "BLOCK", block)
+    mesh = read(name, data)
+    assert_array_equal(mesh.vertices, VERTICES)
+    assert_array_equal(mesh.faces, FACES)
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["OFF\n4 1 0\n", "OFF 4 1 5\n", "OFF\n4 1\n", "OFF4 1 0\n", "\n OFF # x\n\n#y\n 4 1 0 # z\n"],
+)
+def test_headers_as_they_are_found(read, head):
+    mesh = read("a.off", f"{head}{V4}# faces\n 3 0 1 2 # the only one\n\n".encode())
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+
+
+@pytest.mark.parametrize("word", ["COFF", "NOFF", "CNOFF", "STOFF", "STCNOFF"])
+def test_colors_and_normals_of_vertices_are_skipped(read, word):
+    vertices = "0 0 0 1 2 3 255\n1 0 0 1 2 3 255\n1 1 0 .1 .2 .3 1\n0 1 0 1 2 3\n"
+    mesh = read("a.off", f"{word}\n4 1 0\n{vertices}3 1 2 3\n".encode())
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+
+
+@pytest.mark.parametrize("color", ["", " 7", " 255 0 0", " 0.5 0.25 0.125 1"])
+def test_colors_of_faces_are_skipped(read, color):
+    mesh = read("a.off", f"OFF\n4 2 0\n{V4}3 0 1 2{color}\n3 0 2 3{color}\n".encode())
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_only_some_faces_may_have_colors(read):
+    mesh = read("a.off", f"OFF\n4 3 0\n{V4}3 0 1 2\n3 0 2 3 9 9 9\n3 0 1 3 .5 .5 .5 1\n".encode())
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 3]]
+
+
+@pytest.mark.parametrize("color", ["", " 0.5 0.5 0.5"])
+def test_polygons_are_counted_and_refused(refuse, color):
+    data = f"OFF\n4 3 0\n{V4}3 0 1 2{color}\n4 0 1 2 3{color}\n4 3 2 1 0\n"
+    message = "2 of 3 faces are polygons, the first is faces[1] with 4 corners; only triangles"
+    refuse("a.off", data.encode(), message)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("OFF\n", "OOF\n", "not an OFF file"),
+        ("OFF\n", "", "not an OFF file"),
+        ("OFF\n", "4OFF\n", "not an OFF file"),
+        ("OFF\n", "OFFICE\n", "not an OFF file"),
+        ("OFF\n", "OFF BINARY\n", "binary OFF files are not supported"),
+        ("4 2 0", "4 two 0", "expected the counts of vertices, faces and edges, got '4 two 0'"),
+        ("4 2 0", "4", "expected the counts of vertices, faces and edges, got '4'"),
+        ("4 2 0", "4 -2 0", "expected the counts"),
+        ("4 2 0", "4 2 0 0", "expected the counts"),
+        ("4 2 0", "4 3 0", "declares 4 vertices and 3 faces but only 6 lines follow"),
+        ("4 2 0", f"4 {'9' * 5000} 0", "but only 6 lines follow: is the file cut?"),
+        ("4 2 0", "4000000000 4000000000 0", "but only 6 lines follow"),
+        ("4 2 0", "4 1 0", "line 8 comes after all that the header declares"),
+        ("1 1 0\n", "1 1\n", "line 5: a vertex needs 3 coordinates, got 2"),
+        ("1 1 0\n", "1 one 0\n", "line 5: expected a number, got 'one'"),
+        ("1 1 0\n", "1 nan 0\n", "vertices[2] is not finite"),
+        ("1 1 0\n", "1 1e999 0\n", "vertices[2] is not finite"),
+        ("3 0 2 3", "3 0 2", "line 8: a face of 3 corners needs as many indices, got 2"),
+        ("3 0 2 3", "3.5 0 2 3", "corner counts must be integers, got 3.5"),
+        ("3 0 2 3", "3 0 2.5 3", "vertex indices must be integers, got 2.5"),
+        ("3 0 2 3", "3 0 2 x", "line 8: expected a number, got 'x'"),
+        ("3 0 2 3", "3 0 2 -", "line 8: expected a number, got '-'"),
+        ("3 0 2 3", "2 0 2 3", "faces[1] has 2 corners"),
+        ("3 0 2 3", "-3 0 2 3", "faces[1] has -3 corners"),
+        ("3 0 2 3", "3 0 2 4", "faces[1] refers to vertex 4 but the mesh has 4 vertices"),
+        ("3 0 2 3", "3 0 2 -1", "faces[1] refers to vertex -1 but the mesh has 4 vertices"),
+        ("3 0 2 3", "3 0 2 1e300", "vertex indices must be integers, got 1e+300"),
+        ("3 0 2 3", "3 0 2 nan", "vertex indices must be integers, got nan"),
+    ],
+)
+def test_off_files_that_are_wrong_are_refused(refuse, old, new, message):
+    data = f"OFF\n4 2 0\n{V4}3 0 1 2\n3 0 2 3\n"
+    assert old in data
+    refuse("a.off", data.replace(old, new, 1).encode(), message)
+
+
+@pytest.mark.parametrize("data", [b"OFF", b"OFF\n", b"OFF\n0 0 0\n", b"OFF\n4 0 0\n" + V4.encode()])
+def test_off_files_without_faces_are_refused(refuse, data):
+    refuse("a.off", data, "expected the counts" if len(data) < 5 else "the mesh has no faces")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("4\n", "four\n", "expected a vertex count at line 1"),
+        ("4\n", "OFF\n", "expected a vertex count at line 1"),
+        ("4\n", "4 4\n", "expected a vertex count at line 1"),
+        ("4\n", "5\n", "line 6: a vertex needs 3 numbers, got 1"),
+        ("4\n", "3\n", "expected a triangle count at line 5"),
+        ("4\n", "9\n", "declares 9 vertices but only 7 lines follow: is it cut?"),
+        ("4\n", f"{'9' * 5000}\n", "vertices but only 7 lines follow: is it cut?"),
+        ("\n2\n", "\n3\n", "declares 3 triangles but only 2 lines follow: is it cut?"),
+        ("\n2\n", "\n1\n", "line 8 comes after the last declared triangle"),
+        ("1 1 0\n", "1 1\n", "line 4: a vertex needs 3 numbers, got 2"),
+        ("1 1 0\n", "1 one 0\n", "line 4: expected a number, got 'one'"),
+        ("1 1 0\n", "1 inf 0\n", "vertices[2] is not finite"),
+        ("0 2 3\n", "0 2\n", "line 8: a triangle needs 3 numbers, got 2"),
+        ("0 2 3\n", "0 2 3 1\n", "line 8: a triangle needs 3 numbers, got 4"),
+        ("0 2 3\n", "0 2 1.5\n", "line 8: expected an integer, got '1.5'"),
+        ("0 2 3\n", "0 2 -\n", "line 8: expected an integer, got '-'"),
+        ("0 2 3\n", "0 2 4\n", "faces[1] refers to vertex 4 but the mesh has 4 vertices"),
+        ("0 2 3\n", "0 2 -4\n", "faces[1] refers to vertex -4 but the mesh has 4 vertices"),
+    ],
+)
+def test_tri_files_that_are_wrong_are_refused(refuse, old, new, message):
+    data = f"4\n{V4}2\n0 1 2\n0 2 3\n"
+    assert old in data
+    refuse("a.tri", data.replace(old, new, 1).encode(), message)
+
+
+def test_tri_files_that_end_early_are_refused(refuse):
+    refuse("a.tri", b" \n", "expected a vertex count at the end of the file")
+    refuse("a.tri", f"4\n{V4}".encode(), "expected a triangle count at the end of the file")
+    refuse("a.tri", f"4\n{V4}0\n".encode(), "the mesh has no faces")
+
+
+@pytest.mark.parametrize("name", ["a.off", "a.tri"])
+def test_a_picture_is_refused(refuse, name):
+    refuse(name, b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "OFF file" if name == "a.off" else "count")
+
+
+def test_benchmark_models_have_a_label_per_face(data_dir):
+    for number in (1, 125, 305):
+        mesh = read_mesh(data_dir / "psb" / "off" / f"{number}.off")
+        seg = next((data_dir / "psb" / "seg" / "Benchmark" / str(number)).glob("*.seg"))
+        assert mesh.n_faces == len(seg.read_text().split())
+
+
+def test_a_benchmark_model_is_read_exactly(data_dir):
+    path = data_dir / "psb" / "off" / "125.off"
+    rows = [line.split() for line in path.read_text().splitlines()]
+    n_vertices = int(rows[1][0])
+    mesh = read_mesh(path)
+    assert_array_equal(mesh.vertices, [[float(x) for x in row] for row in rows[2 : 2 + n_vertices]])
+    assert_array_equal(mesh.faces, [[int(i) for i in row[1:]] for row in rows[2 + n_vertices :]])

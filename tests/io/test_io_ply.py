@@ -1,0 +1,257 @@
+"""Reading PLY."""
+
+import struct
+
+import mesh_files as files
+import numpy as np
+import pytest
+from mesh_files import FACES, VERTICES, ply_binary, ply_header, ply_text, text_of
+from numpy.testing import assert_array_equal
+
+from superfacets import MeshError
+from superfacets.io import read_mesh
+
+FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
+
+
+def ply(form, **options):
+    return ply_text(**options) if form == "ascii" else ply_binary(form, **options)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_vertices_and_faces_are_those_of_the_file_in_their_order(read, form):
+    mesh = read("a.ply", ply(form))
+    assert_array_equal(mesh.vertices, VERTICES)
+    assert_array_equal(mesh.faces, FACES)
+
+
+def test_the_ending_may_be_in_upper_case(read):
+    assert read("A.PLY", ply_text()).n_faces == 2
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_doubles_are_exact(read, form):
+    vertices = np.array([[0.1, 1e-300, -1 / 3], [1e22, 2**-1074, 0.3], [123456789.123456789, 1, 2]])
+    mesh = read("a.ply", ply(form, vertices=vertices, faces=[[0, 1, 2]], kind="double"))
+    assert_array_equal(mesh.vertices, vertices)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_floats_are_those_of_single_precision(read, form):
+    mesh = read("a.ply", ply(form, vertices=VERTICES + 0.1))
+    assert_array_equal(mesh.vertices, (VERTICES + 0.1).astype(np.float32))
+
+
+def test_windows_line_ends_before_a_binary_body(read):
+    header, _, body = ply_binary().partition(b"end_header\n")
+    data = (header + b"end_header\n").replace(b"\n", b"\r\n") + body
+    assert_array_equal(read("a.ply", data).vertices, VERTICES)
+
+
+@pytest.mark.parametrize("newline", [b"\r\n", b"\r"])
+def test_ascii_with_other_line_ends(read, newline):
+    assert_array_equal(read("a.ply", ply_text().replace(b"\n", newline)).faces, FACES)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_other_properties_and_elements_are_skipped(read, form):
+    header = (
+        f"ply\nformat {form} 1.0\nobj_info x\nelement skip 2\nproperty list int short s\n"
+        "element vertex 3\nproperty uchar red\nproperty double z\nproperty float y\n"
+        "property short x\nelement nothing 4000000000\nelement face 1\nproperty char flag\n"
+        "property list uchar float uv\nproperty list uchar uint vertex_index\n"
+        "property ushort label\nelement edge 1\nproperty int a\nproperty uint b\nend_header\n"
+    )
+    if form == "ascii":
+        body = b"0\n2 5 6\n9 3 2 1\n9 6 5 4\n9 9 8 8\n-1 6 0 0 1 0 .5 1 3 2 1 0 77\n0 1\n"
+    else:
+        order = files.ORDERS[form]
+        body = struct.pack(f"{order}i i2h", 0, 2, 5, 6)
+        for z, y, x in ((3, 2, 1), (6, 5, 4), (9, 8, 8)):
+            body += struct.pack(f"{order}Bdfh", 9, z, y, x)
+        body += struct.pack(f"{order}bB6f", -1, 6, 0, 0, 1, 0, 0.5, 1)
+        body += struct.pack(f"{order}B3IHiI", 3, 2, 1, 0, 77, 0, 1)
+    mesh = read("a.ply", header.encode() + body)
+    assert_array_equal(mesh.vertices, [[1, 2, 3], [4, 5, 6], [8, 8, 9]])
+    assert_array_equal(mesh.faces, [[2, 1, 0]])
+
+
+def test_triangles_between_lists_of_several_lengths_are_read(read):
+    faces = "property list uchar int vertex_indices\nproperty list uchar float uv\n"
+    header = ply_header("binary_little_endian", faces=faces).encode()
+    body = VERTICES.astype("<f4").tobytes()
+    body += struct.pack("<B3i B2f", 3, *FACES[0], 2, 0, 1) + struct.pack("<B3i B", 3, *FACES[1], 0)
+    assert_array_equal(read("a.ply", header + body).faces, FACES)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_polygons_are_counted_and_refused(refuse, form):
+    quads = ply(form, faces=[[0, 1, 2], [0, 1, 2, 3], [0, 2, 3], [0, 1, 2, 3, 4]])
+    message = "2 of 4 faces are polygons, the first is faces[1] with 4 corners; only triangles"
+    refuse("a.ply", quads, message)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_quads_alone_are_refused(refuse, form):
+    refuse("a.ply", ply(form, faces=[[0, 1, 2, 3]] * 2), "2 of 2 faces are polygons")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(("face", "message"), [([0, 1], "2 corners"), ([], "0 corners")])
+def test_faces_of_too_few_corners_are_refused(refuse, form, face, message):
+    refuse("a.ply", ply(form, faces=[[0, 1, 2], face]), f"faces[1] has {message}")
+
+
+def test_one_corner_is_singular(refuse):
+    refuse("a.ply", ply_text(faces=[[4]]), "faces[0] has 1 corner:")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("index", [-1, 5, 2**31 - 1])
+def test_indices_out_of_range_are_refused(refuse, form, index):
+    message = f"faces[1] refers to vertex {index} but the mesh has 5 vertices"
+    refuse("a.ply", ply(form, faces=[[0, 1, 2], [0, 1, index]]), message)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_coordinates_that_are_not_finite_are_refused(refuse, form, value):
+    vertices = VERTICES.copy()
+    vertices[2, 1] = value
+    refuse("a.ply", ply(form, vertices=vertices), "vertices[2] is not finite")
+
+
+def test_a_decimal_beyond_single_precision_is_refused(refuse):
+    refuse("a.ply", ply_text(vertices=VERTICES * 1e39), "vertices[1] is not finite")
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_point_cloud_is_refused(refuse, form):
+    refuse("a.ply", ply(form, faces=[]), "no faces: is it a point cloud?")
+
+
+def test_a_ply_file_without_the_element_face_is_refused(refuse):
+    header = ply_header().replace("element face 2\nproperty list uchar int vertex_indices\n", "")
+    refuse("a.ply", header.encode() + text_of(VERTICES).encode(), "no faces: is it a point cloud?")
+
+
+def test_triangle_strips_are_refused(refuse):
+    header = ply_header().replace("element face 2", "element tristrips 1")
+    data = header + text_of(VERTICES) + "4 0 1 2 -1\n"
+    refuse("a.ply", data.encode(), "triangle strips (element tristrips), which are not supported")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    ("counts", "element"),
+    [({"n_faces": 4_000_000_000}, "face"), ({"n_vertices": 10**40}, "vertex")],
+)
+def test_claims_of_billions_are_refused_at_once(refuse, form, counts, element):
+    refuse("a.ply", ply(form, **counts), f"rows of element '{element}' but the file ends after")
+
+
+def test_a_list_of_billions_is_refused_at_once(refuse):
+    header = ply_header(
+        "binary_little_endian", n_faces=1, faces="property list uint int vertex_indices\n"
+    )
+    body = VERTICES.astype("<f4").tobytes() + struct.pack("<I3i", 4_000_000_000, 0, 1, 2)
+    refuse("a.ply", header.encode() + body, "the file ends in row 0")
+
+
+@pytest.mark.parametrize("form", FORMS[1:])
+def test_a_list_of_negative_length_is_refused(refuse, form):
+    header = ply_header(form, n_faces=1, faces="property list char int vertex_indices\n")
+    data = header.encode() + bytes(60) + struct.pack("b3i", -3, 0, 1, 2)
+    refuse("a.ply", data, "a list of -3 numbers")
+
+
+def test_an_ascii_list_of_negative_length_is_refused(refuse):
+    refuse("a.ply", ply_text().replace(b"3 0 1 2", b"-3 0 1 2"), "a list of -3 numbers")
+
+
+def test_the_length_of_an_ascii_list_must_be_an_integer(refuse):
+    refuse("a.ply", ply_text().replace(b"3 0 1 2", b"3.5 0 1 2"), "lengths of lists must be int")
+
+
+def test_ascii_indices_must_be_integers(refuse):
+    data = ply_text().replace(b"3 0 1 2", b"3 0 1.5 2")
+    refuse("a.ply", data, "vertex indices must be integers, got 1.5")
+
+
+@pytest.mark.parametrize("row", ["3 0 1", "3 0 1 2 3", "2 0", "99999999999999999999 0 1 2"])
+def test_ascii_rows_of_another_length_than_declared_are_refused(refuse, row):
+    data = ply_text().replace(b"3 0 1 2\n", row.encode() + b"\n")
+    refuse("a.ply", data, "do not make a row as the PLY header declares it")
+
+
+def test_words_in_an_ascii_body_are_refused_with_their_line(refuse):
+    data = ply_text().replace(b"0.0 1.0 0.5", b"0.0 one 0.5")
+    refuse("a.ply", data, "line 14: expected a number, got 'one'")
+
+
+def test_more_rows_than_declared_are_refused(refuse):
+    refuse("a.ply", ply_text() + b"3 0 1 2\n", "line 18 comes after all that the PLY header")
+    refuse("a.ply", ply_binary() + b"3", "1 byte follow all that the PLY header declares")
+
+
+def test_blanks_may_follow(read):
+    assert read("a.ply", ply_text() + b" \n\n").n_faces == 2
+    assert read("a.ply", ply_binary() + b"\n\0\0").n_faces == 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("ply\n", "plx\n", "not a PLY file"),
+        ("end_header\n", "", "no line end_header"),
+        ("format ascii 1.0", "format ebcdic 1.0", "where `format` and one of"),
+        ("format ascii 1.0", "", "where `format` and one of"),
+        ("format ascii 1.0", "format ascii 2.0", "version '2.0' is not supported"),
+        ("element face 2", "element face two", "holds 'element face two' where"),
+        ("element face 2", "element face -2", "holds 'element face -2' where"),
+        ("element face 2", "element face ²", "where an element with its count"),
+        ("element face 2", "element vertex 2", "declares element vertex twice"),
+        ("comment of nobody", "property float w", "'property float w' where an element"),
+        ("float x", "quadruple x", "where a property with a type and a name"),
+        ("property float x", "property", "where a property with a type and a name"),
+        ("list uchar int", "list float int", "where an integer type for the length"),
+        ("list uchar int", "list uchar float", "must hold integers"),
+        ("list uchar int", "int", "have no list vertex_indices"),
+        ("vertex_indices", "corners", "have no list vertex_indices"),
+        ("float z", "float w", "element vertex has no property z"),
+        ("float z", "list uchar float z", "element vertex has no property z"),
+        ("element vertex", "element point", "has no element vertex"),
+    ],
+)
+def test_a_header_that_declares_something_else_is_refused(refuse, old, new, message):
+    data = ply_text().decode()
+    assert old in data
+    refuse("a.ply", data.replace(old, new, 1).encode("latin-1"), message)
+
+
+def test_a_header_of_one_line_is_refused(refuse):
+    refuse("a.ply", b"ply\nend_header\n", "where `format` and one of")
+
+
+def test_a_header_line_is_shown_cut_and_on_one_line(refuse):
+    data = ply_text().replace(b"comment of nobody", b"x" * 5000)
+    refuse("a.ply", data, "where an element with its count, or a property should be")
+
+
+def test_strips_of_a_real_file_are_refused(data_dir):
+    with pytest.raises(MeshError, match="triangle strips"):
+        read_mesh(data_dir / "meshes" / "igea_tristrips.ply")
+
+
+@pytest.mark.parametrize(
+    ("name", "n_vertices", "n_faces"),
+    [("bunny", 35947, 69451), ("hand", 53054, 105860), ("horse", 48485, 96966)],
+)
+def test_real_files_are_read_as_lagrange_reads_them(data_dir, name, n_vertices, n_faces):
+    lagrange = pytest.importorskip("lagrange")
+    path = data_dir / "meshes" / f"{name}.ply"
+    mesh = read_mesh(path)
+    assert (mesh.n_vertices, mesh.n_faces) == (n_vertices, n_faces)
+    other = lagrange.io.load_mesh(path, quiet=True)
+    assert_array_equal(mesh.vertices, other.vertices)
+    assert_array_equal(mesh.faces, other.facets)

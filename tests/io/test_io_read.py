@@ -1,0 +1,102 @@
+"""What `read_mesh` does for every format."""
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+from mesh_files import glb, ply_binary, ply_text, stl_binary, whole_files
+
+from superfacets import MeshError
+from superfacets.io import MESH_ENDINGS, read_mesh
+from superfacets.mesh import as_mesh
+
+
+@pytest.mark.parametrize("ending", MESH_ENDINGS)
+def test_an_empty_file_is_refused(refuse, ending):
+    refuse(f"a{ending}", b"", "the file is empty")
+
+
+@pytest.mark.parametrize(("name", "ending"), [("a.fbx", ".fbx"), ("a", "none"), (".ply", "none")])
+def test_an_unknown_ending_is_refused(refuse, name, ending):
+    endings = ".glb, .gltf, .obj, .off, .ply, .stl, .tri"
+    refuse(name, b"ply", f"expected the ending {endings}, got {ending}")
+
+
+@pytest.mark.parametrize("ending", MESH_ENDINGS)
+def test_a_file_of_another_format_is_refused(read, ending):
+    for name, data in whole_files().items():
+        if not name.endswith(ending) and not (ending == ".gltf" and name.endswith(".glb")):
+            with pytest.raises(MeshError):
+                read(f"a{ending}", data)
+
+
+def test_all_faces_at_one_point_are_refused(refuse):
+    refuse("a.ply", ply_text(vertices=[[1, 1, 1]] * 5), "all faces lie at one point")
+
+
+@pytest.mark.parametrize(
+    ("name", "make"), [("a.ply", ply_binary), ("a.stl", stl_binary), ("a.glb", glb)]
+)
+def test_a_signaling_nan_is_refused_without_a_warning(refuse, name, make):
+    one, signaling_nan = b"\0\0\x80\x3f", b"\1\0\x80\x7f"
+    data = make()
+    place = data.rindex(one)
+    refuse(name, data[:place] + signaling_nan + data[place + 4 :], "is not finite: ")
+
+
+def test_a_missing_file_is_an_os_error(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"a\.ply: no such file"):
+        read_mesh(tmp_path / "a.ply")
+
+
+def test_a_folder_is_an_os_error(tmp_path):
+    (tmp_path / "a.ply").mkdir()
+    with pytest.raises(IsADirectoryError, match=r"a\.ply: is a folder, not a file"):
+        read_mesh(tmp_path / "a.ply")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_an_os_error_and_does_not_hang(tmp_path):
+    os.mkfifo(tmp_path / "a.ply")
+    with pytest.raises(OSError, match=r"a\.ply: is not a regular file"):
+        read_mesh(tmp_path / "a.ply")
+
+
+def test_a_file_that_may_not_be_read_is_an_os_error(tmp_path, monkeypatch):
+    (tmp_path / "a.ply").write_bytes(ply_text())
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may read everything
+    with pytest.raises(PermissionError, match=r"a\.ply: may not be read"):
+        read_mesh(tmp_path / "a.ply")
+
+
+def test_paths_may_be_text(tmp_path):
+    (tmp_path / "a.ply").write_bytes(ply_text())
+    assert read_mesh(str(tmp_path / "a.ply")).n_faces == 2
+    assert as_mesh(str(tmp_path / "a.ply")).n_faces == 2
+
+
+def test_nothing_is_printed(read, capfd):
+    for name, data in whole_files().items():
+        read(name, data)
+        with pytest.raises(MeshError):
+            read(name, data[: len(data) // 2])
+    assert capfd.readouterr() == ("", "")
+
+
+def test_reading_imports_nothing_but_numpy():
+    others = {"lagrange", "trimesh", "pyvista", "scipy", "vtk", "matplotlib", "meshio", "PIL"}
+    code = f"import sys, superfacets.io; print({others} & sys.modules.keys())"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"
+
+
+def test_the_bunny_is_read_fast(data_dir):
+    path = data_dir / "meshes" / "bunny.ply"
+    durations = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        read_mesh(path)
+        durations.append(time.perf_counter() - begin)
+    assert min(durations) < 0.05

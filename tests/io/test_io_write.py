@@ -1,0 +1,228 @@
+"""Writing meshes and labels."""
+
+import numpy as np
+import pytest
+from mesh_files import FACES, VERTICES
+from numpy.testing import assert_array_equal
+
+from superfacets import Mesh
+from superfacets.io import (
+    check_outputs,
+    read_labels,
+    read_mesh,
+    write_labels,
+    write_mesh,
+    write_outputs,
+)
+
+LABELS = [7, 0]
+
+COLORS = np.array([[255, 0, 10], [1, 2, 3]], dtype=np.uint8)
+
+
+@pytest.fixture
+def mesh():
+    return Mesh(VERTICES, FACES)
+
+
+@pytest.fixture
+def fake_colors(monkeypatch):
+    """`face_colors` gives face f the color (f, region, 0); the regions that it got are returned."""
+    import superfacets.colors
+
+    calls = []
+
+    def face_colors(mesh, labels):
+        calls.append(labels.tolist())
+        colors = [np.arange(mesh.n_faces), labels, np.zeros(mesh.n_faces)]
+        return np.stack(colors, axis=1).astype(np.uint8)
+
+    monkeypatch.setattr(superfacets.colors, "face_colors", face_colors)
+    return calls
+
+
+def test_the_ascii_file_is_what_the_documentation_says(tmp_path, mesh):
+    write_mesh(tmp_path / "a.ply", mesh, LABELS, colors=COLORS, ascii=True)
+    assert (tmp_path / "a.ply").read_text() == (
+        "ply\nformat ascii 1.0\nelement vertex 5\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        "element face 2\nproperty list uchar int vertex_indices\n"
+        "property int label\nproperty float quality\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n"
+        "end_header\n0 0 0\n1 0 0\n1 1 0\n0 1 0.5\n9 9 9\n"
+        "3 0 1 2 7 7 255 0 10 255\n3 0 2 3 0 0 1 2 3 255\n"
+    )
+
+
+def test_the_binary_file_is_what_the_documentation_says(tmp_path, mesh):
+    write_mesh(tmp_path / "a.ply", mesh, LABELS, colors=COLORS)
+    header, _, body = (tmp_path / "a.ply").read_bytes().partition(b"end_header\n")
+    assert b"format binary_little_endian 1.0\n" in header
+    row = [("n", "u1"), ("face", "<i4", 3), ("label", "<i4"), ("quality", "<f4"), ("rgba", "u1", 4)]
+    rows = np.array(
+        [(3, (0, 1, 2), 7, 7, (255, 0, 10, 255)), (3, (0, 2, 3), 0, 0, (1, 2, 3, 255))], dtype=row
+    )
+    assert body == VERTICES.astype("<f4").tobytes() + rows.tobytes()
+
+
+def test_a_mesh_alone_has_no_labels_and_no_colors(tmp_path, mesh):
+    write_mesh(tmp_path / "a.ply", mesh)
+    header = (tmp_path / "a.ply").read_bytes().partition(b"end_header")[0]
+    assert b"label" not in header
+    assert b"red" not in header
+
+
+def test_colors_need_no_labels(tmp_path, mesh):
+    write_mesh(tmp_path / "a.ply", mesh, colors=COLORS.tolist(), ascii=True)
+    text = (tmp_path / "a.ply").read_text()
+    assert "label" not in text
+    assert text.endswith("3 0 1 2 255 0 10 255\n3 0 2 3 1 2 3 255\n")
+
+
+def test_labels_without_colors_get_colors(tmp_path, mesh, fake_colors):
+    write_mesh(tmp_path / "a.ply", mesh, LABELS, ascii=True)
+    assert (tmp_path / "a.ply").read_text().endswith("7 7 0 1 0 255\n3 0 2 3 0 0 1 0 0 255\n")
+    assert fake_colors == [[1, 0]]  # the gap between the labels is closed
+
+
+def test_labels_get_the_colors_of_face_colors(tmp_path, mesh):
+    colors = pytest.importorskip("superfacets.colors")
+    write_mesh(tmp_path / "a.ply", mesh, [0, 1], ascii=True)
+    expected = " ".join(str(channel) for channel in colors.face_colors(mesh, [0, 1])[1])
+    assert (tmp_path / "a.ply").read_text().endswith(f"1 1 {expected} 255\n")
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+@pytest.mark.parametrize(
+    ("vertices", "kind"),
+    [
+        (VERTICES.astype(np.float32) + np.float32(0.1), "float"),
+        (VERTICES + 0.1, "double"),
+        (VERTICES * 1e39, "double"),
+        (VERTICES - 1e-300, "double"),
+        (VERTICES * 2.0**-148, "float"),
+    ],
+)
+def test_coordinates_come_back_exactly_in_the_smaller_type_that_can_hold_them(
+    tmp_path, ascii, vertices, kind
+):
+    mesh = Mesh(vertices, FACES)
+    write_mesh(tmp_path / "a.ply", mesh, ascii=ascii)
+    assert f"property {kind} x\n".encode() in (tmp_path / "a.ply").read_bytes()
+    assert_array_equal(read_mesh(tmp_path / "a.ply").vertices, mesh.vertices)
+    assert_array_equal(read_mesh(tmp_path / "a.ply").faces, mesh.faces)
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+def test_many_rows_come_back(tmp_path, ascii, monkeypatch):
+    monkeypatch.setattr("superfacets.io.ply_write.ROWS_AT_ONCE", 1000)
+    random = np.random.default_rng(1)
+    mesh = Mesh(random.normal(size=(2345, 3)), random.integers(0, 2345, (4321, 3)))
+    labels = random.integers(0, 2**31, 4321)
+    write_mesh(tmp_path / "a.ply", mesh, labels, colors=np.zeros((4321, 3), int), ascii=ascii)
+    assert_array_equal(read_mesh(tmp_path / "a.ply").vertices, mesh.vertices)
+    assert_array_equal(read_mesh(tmp_path / "a.ply").faces, mesh.faces)
+    assert_array_equal(read_labels(tmp_path / "a.ply"), labels)
+
+
+def test_a_pair_of_arrays_is_a_mesh(tmp_path):
+    write_mesh(tmp_path / "A.PLY", (VERTICES, FACES))
+    assert read_mesh(tmp_path / "A.PLY").n_faces == 2
+
+
+def test_label_files_hold_what_the_documentation_says(tmp_path):
+    write_labels(tmp_path / "a.npy", LABELS)
+    write_labels(tmp_path / "a.seg", LABELS)
+    write_labels(tmp_path / "a.txt", np.array(LABELS, dtype=np.uint8))
+    stored = np.load(tmp_path / "a.npy")
+    assert stored.dtype == np.dtype("<i4")
+    assert_array_equal(stored, LABELS)
+    assert (tmp_path / "a.seg").read_bytes() == b"7\n0\n"
+    assert (tmp_path / "a.txt").read_bytes() == b"7\n0\n"
+
+
+@pytest.mark.parametrize(
+    ("labels", "message"),
+    [
+        ([1], "there are 1 label but the mesh has 2 faces"),
+        ([[1, 2]], "labels must be one-dimensional, got shape"),
+        ([1.0, 2.0], "labels must be integers, got float64"),
+        ([True, False], "labels must be integers, got bool"),
+        ([0, -1], r"labels\[1\] is -1; it must be 0 to 2147483647"),
+        ([0, 2**31], r"labels\[1\] is 2147483648"),
+        ([], "there are no labels"),
+    ],
+)
+def test_labels_that_are_wrong_are_refused_and_nothing_is_written(tmp_path, mesh, labels, message):
+    with pytest.raises(ValueError, match=message):
+        write_mesh(tmp_path / "a.ply", mesh, labels, colors=COLORS)
+    with pytest.raises(ValueError, match=message):
+        write_outputs([tmp_path / "a.seg"], mesh, labels)
+    if len(labels) != 1 or np.ndim(labels) == 2:
+        with pytest.raises(ValueError, match=message):
+            write_labels(tmp_path / "a.seg", labels)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("colors", "message"),
+    [
+        ([[1, 2, 3]], r"colors must have shape \(2, 3\), got \(1, 3\)"),
+        ([[0.5, 0.5, 0.5]] * 2, "colors must be integers from 0 to 255"),
+        ([[0, 0, 256]] * 2, "colors must be integers from 0 to 255"),
+        ([[0, 0, -1]] * 2, "colors must be integers from 0 to 255"),
+    ],
+)
+def test_colors_that_are_wrong_are_refused(tmp_path, mesh, colors, message):
+    with pytest.raises(ValueError, match=message):
+        write_mesh(tmp_path / "a.ply", mesh, LABELS, colors=colors)
+    assert not list(tmp_path.iterdir())
+
+
+def test_unknown_endings_are_refused(tmp_path, mesh):
+    with pytest.raises(ValueError, match=r"a\.obj: expected the ending \.ply, got \.obj"):
+        write_mesh(tmp_path / "a.obj", mesh)
+    with pytest.raises(ValueError, match=r"a\.ply: expected the ending \.npy, \.seg, \.txt, got"):
+        write_labels(tmp_path / "a.ply", LABELS)
+    for call in (check_outputs, lambda paths: write_outputs(paths, mesh, LABELS)):
+        with pytest.raises(
+            ValueError, match=r"expected the ending \.ply, \.npy, \.seg, \.txt, got"
+        ):
+            call([tmp_path / "a.npy", tmp_path / "a.off"])
+    assert not list(tmp_path.iterdir())
+
+
+def test_outputs_are_written_by_their_endings(tmp_path, mesh, fake_colors):
+    names = ["a.ply", "a.npy", "a.seg", "b.TXT", "b.PLY"]
+    check_outputs([tmp_path / name for name in names])
+    assert not list(tmp_path.iterdir())
+    write_outputs([str(tmp_path / name) for name in names], mesh, LABELS, ascii=True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
+    for name in names:
+        assert_array_equal(read_labels(tmp_path / name, 2), LABELS)
+    assert (
+        (tmp_path / "a.ply").read_text().endswith("3 0 1 2 7 7 0 1 0 255\n3 0 2 3 0 0 1 0 0 255\n")
+    )
+    assert len(fake_colors) == 1
+
+
+def test_labels_alone_need_no_colors(tmp_path, mesh, fake_colors):
+    write_outputs([tmp_path / "a.seg"], mesh, LABELS)
+    assert fake_colors == []
+
+
+def test_no_outputs_are_fine(mesh):
+    check_outputs([])
+    write_outputs([], mesh, LABELS)
+
+
+def test_either_all_outputs_are_written_or_none(tmp_path, mesh, monkeypatch):
+    def fail(*_, **__):
+        raise KeyboardInterrupt
+
+    (tmp_path / "a.seg").write_text("old")
+    monkeypatch.setattr("superfacets.io.write.write_ply", fail)
+    with pytest.raises(KeyboardInterrupt):
+        write_outputs([tmp_path / "a.seg", tmp_path / "a.npy", tmp_path / "a.ply"], mesh, [0, 1])
+    assert [path.name for path in tmp_path.iterdir()] == ["a.seg"]
+    assert (tmp_path / "a.seg").read_text() == "old"
