@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name '*.py' -o -name '*.pyi' -o -name '*.[ch]pp')
 
-.PHONY: help demo test lint docs figures sanitize dist clean
+.PHONY: help demo test lint docs figures timings sanitize dist clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -31,6 +31,9 @@ docs: $(VENV)/groups ## build the documentation; warnings are errors
 figures: $(BIN)/superfacets ## draw the pictures of the README and the documentation anew
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/python docs/make_figures.py
+
+timings: $(BIN)/superfacets ## print the timing table of the README
+	$(BIN)/python benchmarks/timings.py
 
 sanitize: $(VENV)/groups ## run the tests of the core under ASan, UBSan and TSan
 	tools/sanitize $(BIN)/python

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import superfacets as sf
-from superfacets.render import View, ensure_gl
+from superfacets.render import ensure_gl
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (900, 720)
@@ -73,9 +73,7 @@ def draw_arcs(mesh, name):
     lifted = graph.positions + 0.006 * surface.compute_normals().face_normals
     arcs = pyvista.PolyData(lifted, lines=lines.ravel())
     plotter.add_mesh(arcs, color=DARK / 255, line_width=3)
-    plotter.add_points(
-        lifted, color=DARK / 255, point_size=9, render_points_as_spheres=True
-    )
+    plotter.add_points(lifted, color=DARK / 255, point_size=9, render_points_as_spheres=True)
     plotter.enable_anti_aliasing("ssaa")
     plotter.camera_position = [(1.6, 2.0, 3.2), (0.46, 1.3, 0.1), (0, 1, 0)]
     plotter.camera.zoom(5)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import termios
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -78,7 +79,7 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
     options = [
         (["-n", 30, "-a", 50, "--eta", 1], {"n_segments": 30, "alpha": 50, "eta_convex": 1}),
         (["-r", 0.1, "--init", "grid"], {"radius": 0.1, "init": "grid"}),
-        (["-n", 30, "--init", "flood", "--max-iter", 3], {"n_segments": 30, "init": "flood", "max_num_iter": 3}),
+        (["--init", "flood", "--max-iter", 3], {"init": "flood", "max_num_iter": 3}),
         (["-n", 30, "--tol", 0.3, "--threads", 2], {"n_segments": 30, "tol": 0.3}),
         (["-n", 30, "--paper"], {"n_segments": 30, "radius_factor": 2.0, "tol": 0}),
         (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, "radius_factor": 2.0, "tol": 0.3}),
@@ -239,7 +240,8 @@ def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
     if not can_render():
         pytest.skip("no OpenGL to draw with")
     plain, labeled, given = (tmp_path / f"{name}.png" for name in ("plain", "labeled", "given"))
-    assert run("segment", sheet, "-n", 20, "-o", tmp_path / "l.ply", "-o", tmp_path / "l.npy")[0] == 0
+    both = ["-o", tmp_path / "l.ply", "-o", tmp_path / "l.npy"]
+    assert run("segment", sheet, "-n", 20, *both)[0] == 0
     assert run("render", sheet, "-o", plain)[:2] == (0, f"wrote {plain}\n")
     assert run("render", tmp_path / "l.ply", "-o", labeled)[0] == 0
     assert run("render", sheet, "--labels", tmp_path / "l.npy", "-o", given)[0] == 0
@@ -309,7 +311,7 @@ def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
 
 
 def test_the_command_is_installed():
-    assert shutil.which("superfacets", path=os.path.dirname(sys.executable))
+    assert shutil.which("superfacets", path=Path(sys.executable).parent)
 
 
 def test_the_bunny_takes_less_than_a_second_as_a_whole_process(data_dir, tmp_path):

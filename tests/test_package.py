@@ -34,7 +34,8 @@ def test_importing_needs_numpy_and_the_core_alone():
     printed = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     ).stdout
-    assert printed.strip() in ("['superfacets']", "['numpy', 'superfacets']")  # numpy loads parts of itself late
+    # numpy loads parts of itself late.
+    assert printed.strip() in ("['superfacets']", "['numpy', 'superfacets']")
 
 
 def test_the_version_is_that_of_the_package():

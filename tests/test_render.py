@@ -193,11 +193,11 @@ def test_outlines_are_as_wide_as_asked_for(gl):
 
 
 def test_outlines_keep_their_width_where_the_surface_is_tilted(gl):
-    for azimuth in (50, 65):
+    for azimuth in (50, 70):
         view = View(azimuth=azimuth, elevation=0)
         picture = render(strip(4), [0, 0, 1, 1], size=SIZE, view=view, border_width=4)
         widths = dark(picture)[20:100].sum(axis=1)
-        assert widths.min() >= 3
+        assert widths.min() >= 3.5
 
 
 def test_no_line_is_drawn_within_a_region_or_at_its_boundary(gl):

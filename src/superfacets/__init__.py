@@ -2,15 +2,12 @@
 
 from .cell_graph import CellGraph
 from .classify import Classification, classify
-
 from .colors import face_colors
 from .errors import MeshError, MissingExtraError
 from .face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .info import MeshInfo, mesh_info
-
 from .io import read_labels, read_mesh, write_labels, write_mesh
 from .mesh import Mesh
-
 from .render import RenderError, View, render
 from .sample import sample_mesh
 from .seeding import place_seeds

@@ -15,7 +15,9 @@ def build_face_graph(
 ) -> tuple[
     _Longs, _Ints, npt.NDArray[np.uint16], npt.NDArray[np.uint8], tuple[int, int, int, int]
 ]: ...
-def measure_faces(vertices: _Doubles, faces: _Ints, n_threads: int) -> tuple[_Doubles, _Doubles]: ...
+def measure_faces(
+    vertices: _Doubles, faces: _Ints, n_threads: int
+) -> tuple[_Doubles, _Doubles]: ...
 def superfacet_weights(
     vertices: _Doubles,
     faces: _Ints,

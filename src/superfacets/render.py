@@ -44,9 +44,9 @@ _MARGIN = 0.03
 # make (500 faces: 14), less than the creases of a machine part.
 _CREASE_ANGLE = 40.0
 
-# How far border lines are drawn before the surface, as a fraction of the diagonal: 3 to 4 pixels
-# of a usual picture, enough for a line's width on a surface that is tilted by 70 degrees.
-_LINE_LIFT = 0.003
+# How far border lines are drawn before the surface, in widths of the line: enough for the whole
+# width to be seen on a surface that is tilted by 70 degrees (tan 70 / 2).
+_LINE_LIFT = 1.4
 
 # How far, as a fraction of the diagonal, the surface darkens what is near (ambient occlusion):
 # concave creases stand out.
@@ -169,8 +169,9 @@ def render(
     pyvista = _import_pyvista()
     backdrop = _checked_background(pyvista, background)
     scene = _build_scene(checked_mesh, labels, colors)
-    camera = _place_camera(scene.points, view or View(), frame[0] / frame[1])
-    width = _line_width(border_width, frame[1], scene.n_regions, camera.zoom)
+    view = view or View()
+    camera = _place_camera(scene.points, view, frame[0] / frame[1])
+    width = _line_width(border_width, frame[1], scene.n_regions, view.zoom)
     picture = _draw(pyvista, scene, camera, frame, width, backdrop)
     if path is not None:
         _write_png(picture, path)
@@ -195,7 +196,7 @@ class _Camera:
     position: FloatArray
     target: FloatArray
     up: FloatArray
-    zoom: float
+    half_slope: float  # half of the height seen, per distance
 
 
 def _checked_side(size: tuple[int, int], side: int) -> int:
@@ -279,10 +280,10 @@ def _place_camera(points: FloatArray, view: View, aspect: float) -> _Camera:
         middle += (along.min() + along.max()) / 2 * axis
     offsets = points - middle
     depth = offsets @ toward
-    slope = math.tan(math.radians(_HALF_VIEW_ANGLE)) * (1 - _MARGIN)
+    slope = math.tan(math.radians(_HALF_VIEW_ANGLE))
     reach = np.maximum(np.abs(offsets @ up), np.abs(offsets @ right) / aspect)
-    distance = float((depth + reach / slope).max())
-    return _Camera(middle + distance * toward, middle, up, view.zoom)
+    distance = float((depth + reach / (slope * (1 - _MARGIN))).max())
+    return _Camera(middle + distance * toward, middle, up, slope / view.zoom)
 
 
 def _view_axes(view: View) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -375,8 +376,8 @@ def _add_borders(
     """
     ends, borders = np.unique(scene.borders, return_inverse=True)
     sight = scene.points[ends] - camera.position
-    distances = np.linalg.norm(sight, axis=1, keepdims=True)
-    lifted = camera.position + sight * (1 - _LINE_LIFT / distances)
+    pixel = 2 * camera.half_slope / plotter.window_size[1]  # in units of the distance
+    lifted = camera.position + sight * (1 - _LINE_LIFT * line_width * pixel)
     borders = borders.reshape(-1, 2)
     cells = np.column_stack([np.full(len(borders), 2), borders])
     lines = pyvista.PolyData(lifted.astype(np.float32), lines=cells.ravel())
@@ -394,8 +395,7 @@ def _aim(pyvista: Any, plotter: Any, camera: _Camera) -> None:
     plotter.camera.position = camera.position
     plotter.camera.focal_point = camera.target
     plotter.camera.up = camera.up
-    half = math.tan(math.radians(_HALF_VIEW_ANGLE)) / camera.zoom
-    plotter.camera.view_angle = 2 * math.degrees(math.atan(half))
+    plotter.camera.view_angle = 2 * math.degrees(math.atan(camera.half_slope))
     plotter.reset_camera_clipping_range()
     plotter.enable_ssao(radius=_SHADOW_REACH, bias=0.06 * _SHADOW_REACH, kernel_size=64, blur=True)
     for direction, strength in _LIGHTS:
