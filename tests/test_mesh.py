@@ -41,6 +41,13 @@ def test_callers_arrays_are_never_changed():
     assert np.array_equal(mesh.faces, faces)
 
 
+def test_a_signaling_nan_is_refused_without_a_warning():
+    vertices = np.array(TRIANGLE, dtype=np.float32)
+    vertices.view(np.uint32)[1, 0] = 0x7FA00000
+    with pytest.raises(MeshError, match=r"vertices\[1\] is not finite"):
+        Mesh(vertices, [[0, 1, 2]])
+
+
 @pytest.mark.parametrize(
     ("vertices", "faces", "message"),
     [

@@ -81,15 +81,18 @@ def test_a_square_fills_the_height_but_for_the_margin(gl, side):
     assert columns[[0, -1]] == pytest.approx([20 + margin, 139 - margin], abs=1.5)
 
 
-@pytest.mark.parametrize("elevation", [-90, -30, 0, 45, 90])
-@pytest.mark.parametrize("azimuth", [0, 100, 260])
+@pytest.mark.parametrize("elevation", [-90, 0, 45, 90])
+@pytest.mark.parametrize("azimuth", [0, 100])
 def test_the_whole_mesh_touches_the_frame_but_never_leaves_it(gl, bear, azimuth, elevation):
     picture = render(bear, size=SIZE, view=View(azimuth=azimuth, elevation=elevation))
     shown = (picture < 250).any(axis=2)
     assert not shown[[0, -1]].any()
     assert not shown[:, [0, -1]].any()
+    for axis, side in enumerate(SIZE[::-1]):
+        first, last = np.flatnonzero(shown.any(axis=1 - axis))[[0, -1]]
+        assert first == pytest.approx(side - 1 - last, abs=2.5)  # in the middle
     rows, columns = shown.any(axis=1).sum() / 120, shown.any(axis=0).sum() / 160
-    assert max(rows, columns) > 0.9
+    assert max(rows, columns) > 0.94
 
 
 def test_zoom_magnifies_about_the_middle(gl):
@@ -118,9 +121,9 @@ def test_azimuth_walks_to_the_right_and_elevation_upward(gl):
     assert red.sum() > 1.5 * blue.sum() > 0
     assert np.argwhere(red)[:, 1].mean() < np.argwhere(blue)[:, 1].mean()
     assert np.argwhere(green)[:, 0].max() < np.argwhere(red)[:, 0].mean()
-    red, green, blue = shares(70, 70)
+    red, green, blue = shares(70, 45)
     assert blue.sum() > 1.5 * red.sum() > 0
-    assert green.sum() > 1.5 * blue.sum()
+    assert green.sum() > 1.5 * red.sum()
     assert not shares(20, -20)[1].any()
 
 
@@ -195,9 +198,9 @@ def test_outlines_are_as_wide_as_asked_for(gl):
 def test_outlines_keep_their_width_where_the_surface_is_tilted(gl):
     for azimuth in (50, 70):
         view = View(azimuth=azimuth, elevation=0)
-        picture = render(strip(4), [0, 0, 1, 1], size=SIZE, view=view, border_width=4)
+        picture = render(strip(4), [0, 0, 1, 1], size=SIZE, view=view, border_width=8)
         widths = dark(picture)[20:100].sum(axis=1)
-        assert widths.min() >= 3.5
+        assert widths.min() >= 7
 
 
 def test_no_line_is_drawn_within_a_region_or_at_its_boundary(gl):
@@ -585,9 +588,11 @@ def test_drawing_prints_nothing_and_leaves_the_environment_as_it_was(gl):
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux may lack OpenGL")
 def test_a_machine_without_drivers_gets_an_error_and_no_crash(gl):
-    """Hides the vendors from EGL, and any display; where OSMesa is installed it steps in."""
-    done = run_python(DRAW_IN_NEW_PROCESS, __EGL_VENDOR_LIBRARY_FILENAMES="/none", DISPLAY="")
-    if done.returncode == 0:
-        pytest.skip("OSMesa is installed")
+    """Asks for EGL, and hides its vendors from it."""
+    done = run_python(
+        DRAW_IN_NEW_PROCESS,
+        VTK_DEFAULT_OPENGL_WINDOW="vtkEGLRenderWindow",
+        __EGL_VENDOR_LIBRARY_FILENAMES="/none",
+    )
     assert done.returncode == 1
     assert done.stderr.rstrip().splitlines()[-1].endswith("(or libosmesa6)")

@@ -8,7 +8,7 @@ import pytest
 from superfacets import sample
 from superfacets.sample import PART_NAMES, sample_mesh, sample_parts
 
-COUNTS = [3_000, 5_000, 20_000, 60_000, 150_000]
+COUNTS = [3_000, 5_000, 20_000, 100_000]
 
 
 @pytest.fixture(scope="module", params=COUNTS)

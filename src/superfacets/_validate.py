@@ -29,7 +29,8 @@ def checked_vertices(vertices: Any) -> npt.NDArray[np.float64]:
         raise MeshError(f"vertices must have shape (V, 3), got {array.shape}")
     if len(array) > MAX_CELLS:
         raise MeshError(f"the mesh has {len(array)} vertices; at most {MAX_CELLS} are supported")
-    array = np.ascontiguousarray(array, dtype=np.float64)
+    with np.errstate(invalid="ignore"):  # a signaling NaN of a narrower type; found just below
+        array = np.ascontiguousarray(array, dtype=np.float64)
     finite = np.isfinite(array).all(axis=1)
     if not finite.all():
         first = int(np.argmin(finite))

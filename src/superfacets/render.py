@@ -274,16 +274,25 @@ def _border_edges(
 def _place_camera(points: FloatArray, view: View, aspect: float) -> _Camera:
     """Camera from which the points just fill the frame."""
     right, toward, up = _view_axes(view)
-    middle = np.zeros(3)
-    for axis in (right, up, toward):
-        along = points @ axis
-        middle += (along.min() + along.max()) / 2 * axis
-    offsets = points - middle
-    depth = offsets @ toward
+    across, height, depth = points @ right, points @ up, points @ toward
+    across_middle, height_middle, depth_middle = map(_midrange, (across, height, depth))
     slope = math.tan(math.radians(_HALF_VIEW_ANGLE))
-    reach = np.maximum(np.abs(offsets @ up), np.abs(offsets @ right) / aspect)
-    distance = float((depth + reach / (slope * (1 - _MARGIN))).max())
-    return _Camera(middle + distance * toward, middle, up, slope / view.zoom)
+    distance = 0.0
+    # In perspective the middle of the box is not that of the picture, but the error falls more
+    # than fivefold each turn.
+    for _ in range(4):
+        x, y, z = across - across_middle, height - height_middle, depth - depth_middle
+        reach = np.maximum(np.abs(y), np.abs(x) / aspect) / (slope * (1 - _MARGIN))
+        distance = float((z + reach).max())
+        across_middle += distance * _midrange(x / (distance - z))
+        height_middle += distance * _midrange(y / (distance - z))
+    target = across_middle * right + height_middle * up + depth_middle * toward
+    return _Camera(target + distance * toward, target, up, slope / view.zoom)
+
+
+def _midrange(values: FloatArray) -> float:
+    """Mean of the least and the largest value."""
+    return float(values.min() + values.max()) / 2
 
 
 def _view_axes(view: View) -> tuple[FloatArray, FloatArray, FloatArray]:
