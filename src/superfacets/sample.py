@@ -9,6 +9,7 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -88,6 +89,10 @@ class _Ellipsoids:
 
     def nearest(self, points: FloatArray) -> npt.NDArray[np.int32]:
         """Index of the solid with the least signed distance to each point, to first order."""
+        blocks = [self._nearest_in_block(block) for block in _blocks(points)]
+        return np.concatenate(blocks)
+
+    def _nearest_in_block(self, points: FloatArray) -> npt.NDArray[np.int32]:
         least = np.full(len(points), np.inf)
         nearest = np.zeros(len(points), dtype=np.int32)
         for solid in range(len(self.centers)):
@@ -202,6 +207,11 @@ def _ellipsoids() -> _Ellipsoids:
         frames=(rotations / radii[:, None, :]).transpose(0, 2, 1),
         reach=np.sqrt(((rotations * radii[:, None, :]) ** 2).sum(axis=2)),
     )
+
+
+def _blocks(rows: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
+    """Cut into views of 16,384 rows, whose intermediate results stay in the cache."""
+    return [rows[start : start + 16_384] for start in range(0, len(rows), 16_384)]
 
 
 def _rotation(about_x: float, about_y: float, about_z: float) -> FloatArray:
@@ -433,10 +443,11 @@ def _project(
     """Move points onto all of their solids at once, by Newton steps of least length."""
     projected = points.copy()
     for solids, members in groups:
-        moved = points[members]
-        for _ in range(n_steps):
-            moved = moved - _newton_step(moved, solids, spacing)
-        projected[members] = moved
+        for block in _blocks(members):
+            moved = points[block]
+            for _ in range(n_steps):
+                moved = moved - _newton_step(moved, solids, spacing)
+            projected[block] = moved
     return projected
 
 
