@@ -172,6 +172,18 @@ auto bind_classify_exact(const Rows<double>& positions, const Array<std::int64_t
   return wrap(without_gil([&] { return classify_exact(graph, input); }));
 }
 
+auto bind_reclassify_exact(const Rows<double>& positions, const Array<std::int64_t>& offsets,
+                           const Array<Cell>& neighbors, const Array<float>& lengths,
+                           const Array<Cell>& centers, const Array<Label>& previous_labels,
+                           const Array<PathLength>& previous_lengths,
+                           const Array<Cell>& previous_centers) {
+  const CellGraph graph = cell_graph(positions, offsets, neighbors, lengths);
+  const ClassificationView previous{view(previous_labels), view(previous_lengths),
+                                    view(previous_centers)};
+  const auto input = view(centers);
+  return wrap(without_gil([&] { return reclassify_exact(graph, input, previous); }));
+}
+
 auto bind_classify_halted(const Rows<double>& positions, const Array<std::int64_t>& offsets,
                           const Array<Cell>& neighbors, const Array<float>& lengths,
                           const Array<Cell>& centers, double reach, int n_threads) {
@@ -218,6 +230,10 @@ NB_MODULE(_core, module) {
   module.def("classify_exact", &bind_classify_exact, "positions"_a.noconvert(),
              "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
              "centers"_a.noconvert());
+  module.def("reclassify_exact", &bind_reclassify_exact, "positions"_a.noconvert(),
+             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
+             "centers"_a.noconvert(), "previous_labels"_a.noconvert(),
+             "previous_lengths"_a.noconvert(), "previous_centers"_a.noconvert());
   module.def("classify_halted", &bind_classify_halted, "positions"_a.noconvert(),
              "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
              "centers"_a.noconvert(), "reach"_a, "n_threads"_a);

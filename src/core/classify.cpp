@@ -4,8 +4,8 @@
 #include <limits>
 #include <mutex>
 
+#include "bucket_queue.hpp"
 #include "parallel.hpp"
-#include "radix_heap.hpp"
 
 namespace superfacets {
 namespace {
@@ -35,19 +35,45 @@ bool improve(Classification& result, Cell cell, PathLength length, Label label) 
   return true;
 }
 
-// Dijkstra's algorithm from all cells in the heap at once. Arcs are at least 1 unit long, so when a
-// cell leaves the heap every path as short as its own has been seen, and its label is final.
-void expand_all(const CellGraph& graph, RadixHeap& heap, Classification& result) {
-  while (!heap.empty()) {
-    const auto [length, cell] = heap.pop();
-    if (length != result.lengths[cell]) continue;  // a shorter path was found since
+// Finds shortest paths from all cells in the queue at once. A cell whose label or path improves
+// goes back into the queue, so when that is empty nothing can improve: each cell has the least pair
+// (length, label) over all paths, in whatever order cells came.
+void expand_all(const CellGraph& graph, BucketQueue& queue, Classification& result) {
+  while (!queue.empty()) {
+    const BucketQueue::Entry entry = queue.pop();
+    const Cell cell = entry.cell;
+    const PathLength length = result.lengths[cell];
+    if (entry.is_stale(length)) continue;
     const Label label = result.labels[cell];
     for (std::int64_t arc = graph.offsets[cell]; arc < graph.offsets[cell + 1]; ++arc) {
       const Cell neighbor = graph.neighbors[arc];
       const PathLength longer = length + static_cast<PathLength>(graph.lengths[arc]);
-      const PathLength before = result.lengths[neighbor];
-      if (improve(result, neighbor, longer, label) && longer < before) heap.push(longer, neighbor);
+      if (improve(result, neighbor, longer, label)) queue.push(longer, neighbor);
     }
+  }
+}
+
+void erase_moved(std::span<const Cell> previous_centers, Classification& result) {
+  std::vector<std::uint8_t> has_moved;  // (K,)
+  for (std::size_t label = 0; label < previous_centers.size(); ++label) {
+    has_moved.push_back(result.centers[label] != previous_centers[label]);
+  }
+  for (std::size_t cell = 0; cell < result.labels.size(); ++cell) {
+    if (!has_moved[result.labels[cell]]) continue;
+    result.labels[cell] = kNoLabel;
+    result.lengths[cell] = kUnreached;
+  }
+}
+
+void queue_beside_erased(const CellGraph& graph, const Classification& result, BucketQueue& queue) {
+  for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
+    if (result.labels[cell] == kNoLabel) continue;
+    const auto neighbors =
+        graph.neighbors.subspan(graph.offsets[cell], graph.offsets[cell + 1] - graph.offsets[cell]);
+    const bool is_beside = std::any_of(neighbors.begin(), neighbors.end(), [&](Cell neighbor) {
+      return result.labels[neighbor] == kNoLabel;
+    });
+    if (is_beside) queue.push(result.lengths[cell], cell);
   }
 }
 
@@ -58,12 +84,11 @@ class HaltedExpansion {
       : graph_(graph), squared_reach_(reach * reach), length_(graph.n_cells(), kUnreached) {}
 
   void run(Cell center, Label label, Classification& result) {
-    heap_.restart();
     relax(center, 0);
-    while (!heap_.empty()) {
-      const auto [length, cell] = heap_.pop();
-      if (length != length_[cell]) continue;
-      if (is_within_reach(center, cell)) expand(cell, length);
+    while (!queue_.empty()) {
+      const BucketQueue::Entry entry = queue_.pop();
+      if (entry.is_stale(length_[entry.cell])) continue;
+      if (is_within_reach(center, entry.cell)) expand(entry.cell, length_[entry.cell]);
     }
     for (const Cell cell : touched_) {
       improve(result, cell, length_[cell], label);
@@ -87,12 +112,12 @@ class HaltedExpansion {
     if (length >= length_[cell]) return;
     if (length_[cell] == kUnreached) touched_.push_back(cell);
     length_[cell] = length;
-    heap_.push(length, cell);
+    queue_.push(length, cell);
   }
 
   const CellGraph& graph_;
   const double squared_reach_;
-  RadixHeap heap_;                  // empty between runs
+  BucketQueue queue_;               // empty between runs
   std::vector<PathLength> length_;  // (N,) path from the present center; unreached between runs
   std::vector<Cell> touched_;       // the cells that this center reached
 };
@@ -119,20 +144,41 @@ void adopt_orphans(const CellGraph& graph, double reach, Classification& result)
 
 Classification classify_exact(const CellGraph& graph, std::span<const Cell> centers) {
   Classification result = without_labels(graph.n_cells(), centers);
-  RadixHeap heap;
+  BucketQueue queue;
   for (std::size_t label = 0; label < centers.size(); ++label) {
     improve(result, centers[label], 0, static_cast<Label>(label));
-    heap.push(0, centers[label]);
+    queue.push(0, centers[label]);
   }
-  expand_all(graph, heap, result);
+  expand_all(graph, queue, result);
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
     if (result.labels[cell] != kNoLabel) continue;
     improve(result, cell, 0, static_cast<Label>(result.centers.size()));
     result.centers.push_back(cell);
-    heap.restart();
-    heap.push(0, cell);
-    expand_all(graph, heap, result);
+    queue.push(0, cell);
+    expand_all(graph, queue, result);
   }
+  return result;
+}
+
+Classification reclassify_exact(const CellGraph& graph, std::span<const Cell> centers,
+                                const ClassificationView& previous) {
+  Classification result;
+  result.labels.assign(previous.labels.begin(), previous.labels.end());
+  result.lengths.assign(previous.lengths.begin(), previous.lengths.end());
+  result.centers.assign(centers.begin(), centers.end());
+  erase_moved(previous.centers, result);
+
+  // Every pair (length, label) that is left belongs to a path from a center that stayed, and
+  // between two such cells nothing can improve. What can starts from the new places of centers
+  // that moved, or from a cell that is left beside an erased one.
+  BucketQueue queue;
+  queue_beside_erased(graph, result, queue);
+  for (std::size_t label = 0; label < centers.size(); ++label) {
+    if (centers[label] == previous.centers[label]) continue;
+    improve(result, centers[label], 0, static_cast<Label>(label));
+    queue.push(0, centers[label]);
+  }
+  expand_all(graph, queue, result);
   return result;
 }
 

@@ -11,10 +11,23 @@ struct Classification {
   std::vector<Cell> centers;        // (K,) those given, then one for each orphan that became one
 };
 
+// A classification that somebody else owns.
+struct ClassificationView {
+  std::span<const Label> labels;
+  std::span<const PathLength> lengths;
+  std::span<const Cell> centers;
+};
+
 // The true nearest center of every cell, the lower label among equals; regions are connected. A
 // component without a center gets one, at its lowest cell. Time O((N + M) log C) at worst, C the
 // length of the longest arc; each cell is settled once.
 Classification classify_exact(const CellGraph& graph, std::span<const Cell> centers);
+
+// The same after centers have moved, from the labels and lengths that belong to `previous` centers,
+// as many as now: only the regions whose center moved are erased and grown again, and those around
+// give way to them. There must be a center in every component. Time O(N) plus what grows.
+Classification reclassify_exact(const CellGraph& graph, std::span<const Cell> centers,
+                                const ClassificationView& previous);
 
 // The paper's classification: each center expands on its own by Dijkstra's algorithm. A cell
 // farther than `reach` (Euclidean) from the center is labeled but not expanded. Where expansions

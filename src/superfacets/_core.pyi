@@ -50,6 +50,16 @@ def grid_labels(positions: _Doubles, corner: _Point, side: float) -> _Ints: ...
 def classify_exact(
     positions: _Doubles, offsets: _Longs, neighbors: _Ints, lengths: _Floats, centers: _Ints
 ) -> tuple[_Ints, npt.NDArray[np.uint64], _Ints]: ...
+def reclassify_exact(
+    positions: _Doubles,
+    offsets: _Longs,
+    neighbors: _Ints,
+    lengths: _Floats,
+    centers: _Ints,
+    previous_labels: _Ints,
+    previous_lengths: npt.NDArray[np.uint64],
+    previous_centers: _Ints,
+) -> tuple[_Ints, npt.NDArray[np.uint64], _Ints]: ...
 def classify_halted(
     positions: _Doubles,
     offsets: _Longs,

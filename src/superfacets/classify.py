@@ -78,11 +78,25 @@ def classify(
     return Classification(labels, all_centers, lengths.astype(np.float64) * graph.unit)
 
 
+class Paths(NamedTuple):
+    """Result of a kernel: labels, path lengths in units, and centers."""
+
+    labels: npt.NDArray[np.int32]
+    lengths: npt.NDArray[np.uint64]
+    centers: npt.NDArray[np.int32]
+
+
 def run_classify(
-    graph: CellGraph, centers: npt.NDArray[np.int32], reach: float | None, n_threads: int
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.uint64], npt.NDArray[np.int32]]:
-    """Labels, path lengths in units and centers, without checks; for the loop of `segment`."""
+    graph: CellGraph,
+    centers: npt.NDArray[np.int32],
+    reach: float | None,
+    n_threads: int,
+    previous: Paths | None = None,
+) -> Paths:
+    """Classify without checks, for the loop of `segment`; `previous` is what to start from."""
     arcs = (graph.positions, graph.offsets, graph.neighbors, graph.lengths)
-    if reach is None:
-        return _core.classify_exact(*arcs, centers)
-    return _core.classify_halted(*arcs, centers, reach, n_threads)
+    if reach is not None:
+        return Paths(*_core.classify_halted(*arcs, centers, reach, n_threads))
+    if previous is not None:
+        return Paths(*_core.reclassify_exact(*arcs, centers, *previous))
+    return Paths(*_core.classify_exact(*arcs, centers))

@@ -23,7 +23,7 @@ from ._validate import (
     checked_threads,
 )
 from .cell_graph import CellGraph
-from .classify import run_classify
+from .classify import Paths, run_classify
 from .face_graph import build_face_graph
 from .mesh import as_mesh
 from .seeding import check_size, place_seeds, region_size
@@ -291,9 +291,11 @@ def _iterate(
     """Classify and update until one of the stop rules holds; add up the time of both."""
     reach = None if loop.radius_factor is None else loop.radius_factor * radius
     seen: set[bytes] = set()
+    paths: Paths | None = None
     for iteration in range(1, loop.max_num_iter + 1):
         with _timed(timings, "classify"):
-            labels, _, centers = run_classify(graph, centers, reach, loop.n_threads)
+            paths = run_classify(graph, centers, reach, loop.n_threads, paths)
+        labels, centers = paths.labels, paths.centers
         with _timed(timings, "update"):
             moved_to = _core.update_centers(graph.positions, graph.measures, labels, len(centers))
         n_moved = int(np.count_nonzero(moved_to != centers))
