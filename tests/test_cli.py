@@ -260,7 +260,7 @@ def test_the_demo_makes_a_labeled_mesh_and_a_picture(run, tmp_path):
 
 
 def can_render():
-    from superfacets.render import RenderError, ensure_gl
+    from superfacets.gl import RenderError, ensure_gl
 
     pytest.importorskip("pyvista")
     try:

@@ -154,6 +154,23 @@ def test_labels_are_left_as_they_are():
 )
 def test_labels_that_are_no_regions_are_refused(labels, error, message):
     with pytest.raises(error, match=message):
-        face_colors(strip(4), labels)
-    with pytest.raises(error, match=message):
         region_colors(build_face_graph(strip(4)), labels)
+
+
+def test_faces_may_have_labels_of_any_numbers():
+    mesh = strip(4)
+    expected = face_colors(mesh, [0, 1, 2, 2])
+    np.testing.assert_array_equal(face_colors(mesh, [-5, 0, 7, 7]), expected)
+
+
+@pytest.mark.parametrize(
+    ("labels", "error", "message"),
+    [
+        ([0, 1, 2], ValueError, "3 labels for 4 faces"),
+        ([[0, 1, 2, 3]], ValueError, "one-dimensional"),
+        ([0.0, 1.0, 0.0, 1.0], TypeError, "must be integers"),
+    ],
+)
+def test_labels_that_are_not_one_number_a_face_are_refused(labels, error, message):
+    with pytest.raises(error, match=message):
+        face_colors(strip(4), labels)

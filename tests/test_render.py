@@ -13,7 +13,8 @@ from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip
 
 from superfacets import Mesh, MissingExtraError, render, sample_mesh
 from superfacets.colors import face_colors
-from superfacets.render import RenderError, View, ensure_gl
+from superfacets.gl import RenderError, ensure_gl
+from superfacets.render import View
 from superfacets.sample import sample_parts
 
 drawing = sys.modules["superfacets.render"]  # the package's attribute is the function
@@ -341,7 +342,7 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
     from PIL import Image
 
     def write_half(self, file, format):
-        file.write(b"half of it")
+        file.write_bytes(b"half of it")
         raise OSError(28, "No space left on device")
 
     path = tmp_path / "picture.png"
@@ -357,7 +358,6 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
     ("arguments", "error", "message"),
     [
         ({"labels": [0, 1, 2]}, ValueError, "3 labels for 2 faces"),
-        ({"labels": [0, 2]}, ValueError, "2"),
         ({"labels": [0.5, 1.0]}, TypeError, "labels must be integers"),
         ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),
         ({"colors": np.zeros((2, 3))}, TypeError, "colors must be uint8"),
@@ -382,7 +382,7 @@ def test_wrong_arguments_are_named_and_leave_no_file(gl, tmp_path, arguments, er
 def test_a_path_that_cannot_hold_a_picture_is_refused_before_it_is_made(tmp_path):
     with pytest.raises(ValueError, match=r"output must end in \.png, got 'picture.jpg'"):
         render(square(), output=tmp_path / "picture.jpg")
-    with pytest.raises(FileNotFoundError, match="no folder"):
+    with pytest.raises(FileNotFoundError, match="does not exist"):
         render(square(), output=tmp_path / "nowhere" / "picture.png")
 
 

@@ -5,10 +5,11 @@ from .classify import Classification, classify
 from .colors import face_colors
 from .errors import MeshError, MissingExtraError
 from .face_graph import EdgeCounts, FaceGraph, build_face_graph
+from .gl import RenderError
 from .info import MeshInfo, mesh_info
 from .io import read_labels, read_mesh, write_labels, write_mesh
 from .mesh import Mesh
-from .render import RenderError, View, render
+from .render import View, render
 from .sample import sample_mesh
 from .seeding import place_seeds
 from .segment import PAPER, Segmentation, segment, segment_graph

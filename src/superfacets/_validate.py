@@ -167,6 +167,15 @@ def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return array.astype(np.int32), len(counts)
 
 
+def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels of any numbers, renamed to 0..K-1 in their order, and K; for pictures and colors."""
+    array = _integer_array(labels, "labels", np.int64)
+    if len(array) != n_cells:
+        raise ValueError(f"there are {len(array)} labels for {n_cells} faces")
+    values, compact = np.unique(array, return_inverse=True)
+    return compact.astype(np.int32), len(values)
+
+
 def checked_count(value: Any, name: str, high: int | None = None, of: str = "") -> int:
     """An integer >= 1, at most `high`, which is the number of `of`."""
     try:

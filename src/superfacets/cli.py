@@ -5,22 +5,21 @@ from __future__ import annotations
 import dataclasses
 import json
 import sys
-import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
 import click
-import numpy as np
 import numpy.typing as npt
 
 from . import __version__
+from ._timing import timed
 from .errors import MeshError, MissingExtraError
+from .gl import RenderError
 from .info import MeshInfo, mesh_info
 from .io import check_outputs, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
-from .render import RenderError, render
+from .render import render
 from .sample import sample_mesh
 from .seeding import INITS
 from .segment import PAPER, Segmentation, segment
@@ -145,10 +144,10 @@ def segment_command(
     paths = list(outputs) or [mesh.with_name(f"{mesh.stem}.superfacets.ply")]
     _check_outputs(mesh, paths)
     timings: dict[str, float] = {}
-    with _timed(timings, "mesh"):
+    with timed(timings, "mesh"):
         surface = read_mesh(mesh)
     result = _segment(surface, **options)
-    with _timed(timings, "export"):
+    with timed(timings, "export"):
         write_outputs(paths, surface, result.labels, ascii=ascii)
     stages = {**result.timings, **timings}
     if as_json:
@@ -184,8 +183,6 @@ def render_command(mesh: Path, output: Path, labels: Path | None) -> None:
         raise click.UsageError(f"{output}: pictures are written as .png")
     surface = read_mesh(mesh)
     shown = _labels_of(mesh, surface) if labels is None else read_labels(labels, surface.n_faces)
-    if shown is not None:  # labels of others may have gaps
-        shown = np.unique(shown, return_inverse=True)[1]
     render(surface, shown, output=output)
     click.echo(f"wrote {output}")
 
@@ -205,10 +202,10 @@ def demo_command(output: Path) -> None:
     output.mkdir(parents=True, exist_ok=True)
     labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
     timings: dict[str, float] = {}
-    with _timed(timings, "mesh"):
+    with timed(timings, "mesh"):
         surface = sample_mesh()
     result = _segment(surface)
-    with _timed(timings, "export"):
+    with timed(timings, "export"):
         write_outputs([labeled], surface, result.labels)
     click.echo(_summary(Path("bear"), result, {**result.timings, **timings}, [labeled]))
     render(surface, result.labels, output=picture)
@@ -300,11 +297,3 @@ def _rows_of_info(info: MeshInfo) -> list[tuple[str, str]]:
         ("diagonal", f"{info.diagonal:g}"),
         ("area", f"{info.area:g}"),
     ]
-
-
-@contextmanager
-def _timed(timings: dict[str, float], stage: str) -> Iterator[None]:
-    """Note the wall time of the block as that of a stage."""
-    start = time.perf_counter()
-    yield
-    timings[stage] = time.perf_counter() - start

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ._validate import checked_labels
+from ._validate import checked_labels, compact_labels
 from .mesh import Mesh
 
 __all__ = ["MIN_COLOR_DISTANCE", "PALETTE", "face_colors", "region_colors"]
@@ -51,7 +51,7 @@ def face_colors(mesh: Mesh, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     ----------
     mesh : Mesh
     labels : array_like of integers, shape (F,)
-        Region of each face, 0 to K - 1.
+        Region of each face, any numbers.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def face_colors(mesh: Mesh, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     Raises
     ------
     ValueError, TypeError
-        If there is not one label per face, or a label of 0..K-1 is missing.
+        If there is not one label per face, or they are not integers.
 
     Examples
     --------
@@ -72,8 +72,8 @@ def face_colors(mesh: Mesh, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     """
     from .face_graph import build_face_graph
 
-    checked, _ = checked_labels(labels, mesh.n_faces)
-    return region_colors(build_face_graph(mesh), checked)[checked]
+    compact, _ = compact_labels(labels, mesh.n_faces)
+    return region_colors(build_face_graph(mesh), compact)[compact]
 
 
 def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import ctypes
 import math
 import os
-import sys
-import uuid
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,13 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._validate import checked_choice, checked_count, checked_labels, checked_number
+from ._validate import checked_choice, checked_count, checked_number, compact_labels
 from .colors import region_colors
 from .errors import MissingExtraError
 from .face_graph import FaceGraph, build_face_graph
+from .gl import RenderError, quiet_vtk
+from .io.atomic import atomic_outputs, checked_targets
 from .mesh import Mesh, as_mesh
 
-__all__ = ["RenderError", "View", "ensure_gl", "render"]
+__all__ = ["View", "render"]
 
 FloatArray = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
@@ -52,9 +49,6 @@ _LINE_LIFT = 1.4
 # concave creases stand out.
 _SHADOW_REACH = 0.05
 
-# Mesa writes to stderr why a device cannot be started.
-_QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
-
 _PLAIN_COLOR = (205, 197, 184)
 _LINE_COLOR = (28, 28, 32)
 
@@ -73,10 +67,6 @@ _FRAMES = {
     "y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
     "z": ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)),
 }
-
-
-class RenderError(RuntimeError):
-    """No picture can be made on this machine; the message says what to install."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,7 +120,7 @@ def render(
     mesh : Mesh or mesh-like
         Anything that `as_mesh` takes.
     labels : array_like of integers, shape (F,), optional
-        Region of each face, 0 to K - 1. Without labels the mesh is plain.
+        Region of each face, any numbers. Without labels the mesh is plain.
     output : path, optional
         Where to write the picture, as PNG.
     colors : array_like of uint8, shape (F, 3), optional
@@ -214,8 +204,7 @@ def _checked_path(output: str | os.PathLike[str]) -> Path:
     path = Path(output)
     if path.suffix.lower() != ".png":
         raise ValueError(f"output must end in .png, got {path.name!r}")
-    if not path.parent.is_dir():
-        raise FileNotFoundError(f"there is no folder {str(path.parent)!r} to write {path.name} to")
+    checked_targets([path])
     return path
 
 
@@ -252,7 +241,7 @@ def _build_scene(mesh: Mesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike
     face_colors = np.tile(np.array(_PLAIN_COLOR, dtype=np.uint8), (mesh.n_faces, 1))
     borders, n_regions = np.empty((0, 2), dtype=np.int64), 1
     if labels is not None:
-        checked, n_regions = checked_labels(labels, mesh.n_faces)
+        checked, n_regions = compact_labels(labels, mesh.n_faces)
         graph = build_face_graph(mesh)
         face_colors = region_colors(graph, checked)[checked]
         borders = _border_edges(graph, triangles, checked)
@@ -334,7 +323,7 @@ def _draw(
 ) -> Picture:
     """Draw at twice the size, and average."""
     width, height = frame[0] * _SAMPLES, frame[1] * _SAMPLES
-    with _quiet_vtk():
+    with quiet_vtk():
         plotter = pyvista.Plotter(
             off_screen=True,
             window_size=(width, height),
@@ -413,132 +402,8 @@ def _aim(pyvista: Any, plotter: Any, camera: _Camera) -> None:
         plotter.add_light(light)
 
 
-@contextlib.contextmanager
-def _quiet_vtk() -> Iterator[None]:
-    """Let VTK draw off screen, in silence; its and the process's settings come back afterward."""
-    window = ensure_gl()
-    wanted = dict(_QUIET_EGL)
-    if window is not None:
-        wanted["VTK_DEFAULT_OPENGL_WINDOW"] = window
-    from vtkmodules.vtkCommonCore import vtkObject
-
-    shows_warnings = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.GlobalWarningDisplayOff()
-    try:
-        with _environment(wanted):
-            yield
-    finally:
-        vtkObject.SetGlobalWarningDisplay(shows_warnings)
-
-
-@contextlib.contextmanager
-def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
-    """Set the variables that the user has not set, for a while."""
-    missing = [name for name in wanted if name not in os.environ]
-    os.environ.update({name: wanted[name] for name in missing})
-    try:
-        yield
-    finally:
-        for name in missing:
-            os.environ.pop(name, None)
-
-
-def ensure_gl() -> str | None:
-    """Return the kind of window that VTK should make here, or None to leave it the choice.
-
-    VTK ends the process where it finds no OpenGL, so this looks first. A display comes first
-    because mixing it with EGL in one process, where a user's own windows are open, is not safe.
-
-    Raises
-    ------
-    RenderError
-        If nothing is found that VTK can draw with; the message says what to install.
-    """
-    if not sys.platform.startswith("linux"):
-        return None
-    probes = {
-        "vtkXOpenGLRenderWindow": _has_display,
-        "vtkEGLRenderWindow": _has_egl,
-        "vtkOSOpenGLRenderWindow": _has_osmesa,
-    }
-    chosen = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW", "")
-    for window in [chosen] if chosen in probes else probes:
-        with _environment(_QUIET_EGL):
-            usable = probes[window]()
-        if usable:
-            return None if window == "vtkXOpenGLRenderWindow" else window
-    setting = f" for VTK_DEFAULT_OPENGL_WINDOW={chosen}" if chosen in probes else ""
-    raise RenderError(
-        f"no OpenGL was found{setting}: apt install libegl1 libgl1-mesa-dri (or libosmesa6)"
-    )
-
-
-def _load_library(name: str) -> Any:
-    """Shared library, or None where it cannot be loaded."""
-    try:
-        return ctypes.CDLL(name)
-    except OSError:
-        return None
-
-
-def _has_display() -> bool:
-    """Whether an X server answers, and can do OpenGL."""
-    x11, glx = _load_library("libX11.so.6"), _load_library("libGL.so.1")
-    if not os.environ.get("DISPLAY") or x11 is None or glx is None:
-        return False
-    x11.XOpenDisplay.restype = ctypes.c_void_p
-    x11.XOpenDisplay.argtypes = [ctypes.c_char_p]
-    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
-    glx.glXQueryExtension.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
-    display = x11.XOpenDisplay(None)
-    if not display:
-        return False
-    answer = (ctypes.c_int * 2)()
-    found = glx.glXQueryExtension(display, ctypes.byref(answer, 0), ctypes.byref(answer, 4))
-    x11.XCloseDisplay(display)
-    return bool(found)
-
-
-def _has_egl() -> bool:
-    """Whether EGL has a device that it can start, as VTK will ask it to.
-
-    The library alone is not enough: without a vendor's part it has no devices, and without a
-    driver it cannot start them. A started device is left so: others in the process may use it.
-    """
-    egl = _load_library("libEGL.so.1")
-    if egl is None:
-        return False
-    egl.eglGetProcAddress.restype = ctypes.c_void_p
-    egl.eglGetProcAddress.argtypes = [ctypes.c_char_p]
-    egl.eglInitialize.argtypes = [ctypes.c_void_p] * 3
-    query_address = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
-    display_address = egl.eglGetProcAddress(b"eglGetPlatformDisplayEXT")
-    if not query_address or not display_address:
-        return False
-    pointer, integer = ctypes.c_void_p, ctypes.c_int
-    query = ctypes.CFUNCTYPE(integer, integer, pointer, pointer)(query_address)
-    get_display = ctypes.CFUNCTYPE(pointer, integer, pointer, pointer)(display_address)
-    devices, n_devices = (pointer * 16)(), integer(0)
-    if not query(len(devices), devices, ctypes.byref(n_devices)):
-        return False
-    platform_device = 0x313F  # EGL_PLATFORM_DEVICE_EXT
-    displays = [get_display(platform_device, device, None) for device in devices[: n_devices.value]]
-    return any(display and egl.eglInitialize(display, None, None) for display in displays)
-
-
-def _has_osmesa() -> bool:
-    """Whether Mesa's software renderer is there, under a name that VTK looks for."""
-    return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
-
-
 def _write_png(picture: Picture, path: Path) -> None:
-    """Write beside the final place, then rename: the path never holds half a picture."""
     from PIL import Image  # comes with PyVista
 
-    partial = path.with_name(f".{path.name}.{uuid.uuid4().hex}.part")
-    try:
-        with partial.open("xb") as file:
-            Image.fromarray(picture).save(file, format="PNG")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with atomic_outputs([path]) as (partial,):
+        Image.fromarray(picture).save(partial, format="PNG")

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, Literal
@@ -15,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._timing import timed
 from ._validate import (
     checked_callable,
     checked_choice,
@@ -173,11 +172,11 @@ def segment(
         checked_choice(weights, "weights", WEIGHTS)
         mesh_params |= {"weights": weights, "alpha": alpha, "eta_convex": eta_convex}
     timings: dict[str, float] = {}
-    with _timed(timings, "mesh"):
+    with timed(timings, "mesh"):
         surface = as_mesh(mesh)
-    with _timed(timings, "face_graph"):
+    with timed(timings, "face_graph"):
         faces = build_face_graph(surface, weld=weld, n_threads=loop.n_threads)
-    with _timed(timings, "weights"):
+    with timed(timings, "weights"):
         if isinstance(weights, str):
             weights = superfacet_weights(
                 surface, faces, alpha=alpha, eta_convex=eta_convex, n_threads=loop.n_threads
@@ -265,7 +264,7 @@ def _segment_cells(
     loop: _Loop,
 ) -> Segmentation:
     timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
-    with _timed(timings, "seeding"):
+    with timed(timings, "seeding"):
         size = region_size(graph, n_segments, radius=radius, init=init)
         seeds = place_seeds(graph, n_segments, radius=radius, init=init)
     labels, centers, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
@@ -293,10 +292,10 @@ def _iterate(
     seen: set[bytes] = set()
     paths: Paths | None = None
     for iteration in range(1, loop.max_num_iter + 1):
-        with _timed(timings, "classify"):
+        with timed(timings, "classify"):
             paths = run_classify(graph, centers, reach, loop.n_threads, paths)
         labels, centers = paths.labels, paths.centers
-        with _timed(timings, "update"):
+        with timed(timings, "update"):
             moved_to = _core.update_centers(graph.positions, graph.measures, labels, len(centers))
         n_moved = int(np.count_nonzero(moved_to != centers))
         seen.add(_fingerprint(centers))
@@ -323,13 +322,3 @@ def _root_mean_square_move(
 def _fingerprint(centers: npt.NDArray[np.int32]) -> bytes:
     """128 bits that tell sets of centers apart, so that the sets need not be kept."""
     return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()
-
-
-@contextmanager
-def _timed(timings: dict[str, float], stage: str) -> Iterator[None]:
-    """Add the wall time of the block to that of a stage."""
-    start = time.perf_counter()
-    try:
-        yield
-    finally:
-        timings[stage] = timings.get(stage, 0.0) + time.perf_counter() - start

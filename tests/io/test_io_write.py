@@ -81,8 +81,8 @@ def test_colors_need_no_labels(tmp_path, mesh):
 
 def test_labels_without_colors_get_colors(tmp_path, mesh, fake_colors):
     write_mesh(tmp_path / "a.ply", mesh, LABELS, ascii=True)
-    assert (tmp_path / "a.ply").read_text().endswith("7 7 0 1 0 255\n3 0 2 3 0 0 1 0 0 255\n")
-    assert fake_colors == [[1, 0]]  # the gap between the labels is closed
+    assert (tmp_path / "a.ply").read_text().endswith("7 7 0 7 0 255\n3 0 2 3 0 0 1 0 0 255\n")
+    assert fake_colors == [[7, 0]]
 
 
 def test_labels_get_the_colors_of_face_colors(tmp_path, mesh):
@@ -201,7 +201,7 @@ def test_outputs_are_written_by_their_endings(tmp_path, mesh, fake_colors):
     for name in names:
         assert_array_equal(read_labels(tmp_path / name, 2), LABELS)
     assert (
-        (tmp_path / "a.ply").read_text().endswith("3 0 1 2 7 7 0 1 0 255\n3 0 2 3 0 0 1 0 0 255\n")
+        (tmp_path / "a.ply").read_text().endswith("3 0 1 2 7 7 0 7 0 255\n3 0 2 3 0 0 1 0 0 255\n")
     )
     assert len(fake_colors) == 1
 

@@ -172,8 +172,7 @@ def _checked_colors(
             return None
         from ..colors import face_colors
 
-        # Labels that are read from files may have gaps, which face_colors does not take.
-        return face_colors(mesh, np.unique(labels, return_inverse=True)[1])
+        return face_colors(mesh, labels)
     array = np.asarray(colors)
     if array.shape != (mesh.n_faces, 3):
         raise ValueError(f"colors must have shape ({mesh.n_faces}, 3), got {array.shape}")

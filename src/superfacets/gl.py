@@ -1,0 +1,137 @@
+"""What it takes to draw without a display: finding OpenGL before VTK does, and keeping it quiet."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+__all__ = ["RenderError", "ensure_gl", "quiet_vtk"]
+
+# Mesa writes to stderr why a device cannot be started.
+_QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
+
+
+class RenderError(RuntimeError):
+    """No picture can be made on this machine; the message says what to install."""
+
+
+@contextlib.contextmanager
+def quiet_vtk() -> Iterator[None]:
+    """Let VTK draw off screen, in silence; its and the process's settings come back afterward."""
+    window = ensure_gl()
+    wanted = dict(_QUIET_EGL)
+    if window is not None:
+        wanted["VTK_DEFAULT_OPENGL_WINDOW"] = window
+    from vtkmodules.vtkCommonCore import vtkObject
+
+    shows_warnings = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.GlobalWarningDisplayOff()
+    try:
+        with _environment(wanted):
+            yield
+    finally:
+        vtkObject.SetGlobalWarningDisplay(shows_warnings)
+
+
+@contextlib.contextmanager
+def _environment(wanted: Mapping[str, str]) -> Iterator[None]:
+    """Set the variables that the user has not set, for a while."""
+    missing = [name for name in wanted if name not in os.environ]
+    os.environ.update({name: wanted[name] for name in missing})
+    try:
+        yield
+    finally:
+        for name in missing:
+            os.environ.pop(name, None)
+
+
+def ensure_gl() -> str | None:
+    """Return the kind of window that VTK should make here, or None to leave it the choice.
+
+    VTK ends the process where it finds no OpenGL, so this looks first. A display comes first
+    because mixing it with EGL in one process, where a user's own windows are open, is not safe.
+
+    Raises
+    ------
+    RenderError
+        If nothing is found that VTK can draw with; the message says what to install.
+    """
+    if not sys.platform.startswith("linux"):
+        return None
+    probes = {
+        "vtkXOpenGLRenderWindow": _has_display,
+        "vtkEGLRenderWindow": _has_egl,
+        "vtkOSOpenGLRenderWindow": _has_osmesa,
+    }
+    chosen = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW", "")
+    for window in [chosen] if chosen in probes else probes:
+        with _environment(_QUIET_EGL):
+            usable = probes[window]()
+        if usable:
+            return None if window == "vtkXOpenGLRenderWindow" else window
+    setting = f" for VTK_DEFAULT_OPENGL_WINDOW={chosen}" if chosen in probes else ""
+    raise RenderError(
+        f"no OpenGL was found{setting}: apt install libegl1 libgl1-mesa-dri (or libosmesa6)"
+    )
+
+
+def _load_library(name: str) -> Any:
+    """Shared library, or None where it cannot be loaded."""
+    try:
+        return ctypes.CDLL(name)
+    except OSError:
+        return None
+
+
+def _has_display() -> bool:
+    """Whether an X server answers, and can do OpenGL."""
+    x11, glx = _load_library("libX11.so.6"), _load_library("libGL.so.1")
+    if not os.environ.get("DISPLAY") or x11 is None or glx is None:
+        return False
+    x11.XOpenDisplay.restype = ctypes.c_void_p
+    x11.XOpenDisplay.argtypes = [ctypes.c_char_p]
+    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
+    glx.glXQueryExtension.argtypes = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p]
+    display = x11.XOpenDisplay(None)
+    if not display:
+        return False
+    answer = (ctypes.c_int * 2)()
+    found = glx.glXQueryExtension(display, ctypes.byref(answer, 0), ctypes.byref(answer, 4))
+    x11.XCloseDisplay(display)
+    return bool(found)
+
+
+def _has_egl() -> bool:
+    """Whether EGL has a device that it can start, as VTK will ask it to.
+
+    The library alone is not enough: without a vendor's part it has no devices, and without a
+    driver it cannot start them. A started device is left so: others in the process may use it.
+    """
+    egl = _load_library("libEGL.so.1")
+    if egl is None:
+        return False
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    egl.eglGetProcAddress.argtypes = [ctypes.c_char_p]
+    egl.eglInitialize.argtypes = [ctypes.c_void_p] * 3
+    query_address = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
+    display_address = egl.eglGetProcAddress(b"eglGetPlatformDisplayEXT")
+    if not query_address or not display_address:
+        return False
+    pointer, integer = ctypes.c_void_p, ctypes.c_int
+    query = ctypes.CFUNCTYPE(integer, integer, pointer, pointer)(query_address)
+    get_display = ctypes.CFUNCTYPE(pointer, integer, pointer, pointer)(display_address)
+    devices, n_devices = (pointer * 16)(), integer(0)
+    if not query(len(devices), devices, ctypes.byref(n_devices)):
+        return False
+    platform_device = 0x313F  # EGL_PLATFORM_DEVICE_EXT
+    displays = [get_display(platform_device, device, None) for device in devices[: n_devices.value]]
+    return any(display and egl.eglInitialize(display, None, None) for display in displays)
+
+
+def _has_osmesa() -> bool:
+    """Whether Mesa's software renderer is there, under a name that VTK looks for."""
+    return any(_load_library(f"libOSMesa.so.{version}") is not None for version in (8, 6))
