@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from superfacets import sample
-from superfacets.sample import PART_NAMES, sample_mesh, sample_parts
+from superfacets.sample import PART_NAMES, lattice, net, sample_mesh, sample_parts
+from superfacets.sample import bear as creature
 
 COUNTS = [3_000, 5_000, 20_000, 100_000]
 
@@ -26,16 +26,16 @@ def make_solids(monkeypatch):
     """Puts other solids in the place of the bear's."""
 
     def replace(*solids):
-        monkeypatch.setattr(sample, "_SOLIDS", solids)
-        sample._ellipsoids.cache_clear()
+        monkeypatch.setattr(creature, "SOLIDS", solids)
+        creature.ellipsoids.cache_clear()
 
     yield replace
     monkeypatch.undo()
-    sample._ellipsoids.cache_clear()
+    creature.ellipsoids.cache_clear()
 
 
 def ball(x, radius):
-    return sample._Solid("ball", (x, 0.0, 0.0), (radius, radius, radius))
+    return creature.Solid("ball", (x, 0.0, 0.0), (radius, radius, radius))
 
 
 def directed_sides(faces):
@@ -118,7 +118,7 @@ def test_normals_point_outward(bear):
 
 
 def test_vertices_lie_on_the_union_of_the_solids(default_bear):
-    solids = sample._ellipsoids()
+    solids = creature.ellipsoids()
     levels = [solids.levels(s, default_bear.vertices)[0] for s in range(len(PART_NAMES))]
     np.testing.assert_allclose(np.min(levels, axis=0), 0, atol=1e-9)
 
@@ -130,7 +130,7 @@ def test_no_face_is_flat_or_folded(default_bear):
     centroids = default_bear.vertices[default_bear.faces].mean(axis=1)
     gradients = np.empty_like(centroids)
     for part in range(len(PART_NAMES)):
-        gradients[parts == part] = sample._ellipsoids().levels(part, centroids[parts == part])[1]
+        gradients[parts == part] = creature.ellipsoids().levels(part, centroids[parts == part])[1]
     gradients /= np.linalg.norm(gradients, axis=1, keepdims=True)
     assert np.einsum("fi,fi->f", gradients, normals(default_bear)).min() > 0.9
 
@@ -212,9 +212,9 @@ def test_any_set_of_grid_points_gets_a_manifold_border(seed):
     inside = np.zeros((12, 11, 10), dtype=bool)
     inside[2:-2, 2:-2, 2:-2] = np.random.default_rng(seed).random((8, 7, 6)) < 0.3
     inside[5, 5, 5] = True
-    lattice = sample._without_pinches(sample._Lattice(inside, np.zeros(3), 1.0))
-    assert (lattice.inside >= inside).all()
-    quads = sample._surface_net(lattice).quads
+    repaired = lattice.without_pinches(lattice.Lattice(inside, np.zeros(3), 1.0))
+    assert (repaired.inside >= inside).all()
+    quads = net.surface_net(repaired).quads
     sides = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     assert len(np.unique(sides, axis=0)) == len(sides)
     start = np.arange(4 * len(quads))
