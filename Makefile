@@ -45,6 +45,7 @@ clean: ## remove all that was built
 	rm -rf $(VENV) build dist demo docs/_build docs/api
 
 $(VENV)/made:
+	@tools/ensure-toolchain $(PYTHON)
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
 	@touch $@
