@@ -51,6 +51,7 @@ $(VENV)/made:
 	@touch $@
 
 $(BIN)/superfacets: $(VENV)/made $(SOURCES)
+	@tools/ensure-toolchain $(BIN)/python
 	$(BIN)/python -m pip install --quiet ".[all]"
 	@touch $@
 
