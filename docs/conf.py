@@ -6,6 +6,8 @@ project = "superfacets"
 author = copyright = "The superfacets developers"
 release = superfacets.__version__
 
+default_role = "autolink"
+
 extensions = [
     "myst_parser",
     "numpydoc",

@@ -99,6 +99,20 @@ def test_json_is_one_object_with_the_facts(run, sheet):
     assert facts["outputs"] == [str(sheet.with_name("sheet.superfacets.ply"))]
 
 
+def test_more_regions_than_asked_for_are_explained(run, tmp_path):
+    path = tmp_path / "islands.ply"
+    write_mesh(path, shapes.two_islands())
+    status, out, err = run("segment", path, "-n", 1)
+    assert status == 0
+    assert "2 regions" in out
+    assert err == (
+        "superfacets: note: 1 more regions than asked for,"
+        " for components of the mesh that got no seed\n"
+    )
+    assert "no center reached" in run("segment", path, "-n", 1, "--paper")[2]
+    assert run("segment", path, "-n", 2)[2] == ""
+
+
 def test_ascii_writes_text(run, sheet):
     run("segment", sheet, "-n", 5, "--ascii")
     text = sheet.with_name("sheet.superfacets.ply").read_text("ascii")
@@ -246,6 +260,10 @@ def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
     assert run("render", tmp_path / "l.ply", "-o", labeled)[0] == 0
     assert run("render", sheet, "--labels", tmp_path / "l.npy", "-o", given)[0] == 0
     assert labeled.read_bytes() == given.read_bytes() != plain.read_bytes()
+    turned = tmp_path / "turned.png"
+    view = ["--up", "z", "--azimuth", "-40", "--elevation", "50"]
+    assert run("render", tmp_path / "l.ply", "-o", turned, *view)[0] == 0
+    assert turned.read_bytes() != labeled.read_bytes()
 
 
 def test_the_demo_makes_a_labeled_mesh_and_a_picture(run, tmp_path):
@@ -308,6 +326,11 @@ def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
     os.close(theirs)
     os.close(ours)
     assert "iteration" in shown
+
+
+def test_the_package_can_be_run_as_a_module(sheet):
+    command = [sys.executable, "-m", "superfacets", "info", str(sheet)]
+    assert "1152" in subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
 def test_the_command_is_installed():

@@ -90,6 +90,13 @@ def test_objects_that_are_no_meshes_are_refused_with_what_is_accepted():
         as_mesh((1, 2, 3))
 
 
+def test_a_scene_is_refused_with_the_way_to_a_mesh():
+    trimesh = pytest.importorskip("trimesh")
+    scene = trimesh.Scene(trimesh.creation.box())
+    with pytest.raises(TypeError, match=r"Scene does not .* of a Scene pass \.to_mesh\(\)"):
+        as_mesh(scene)
+
+
 def test_a_mesh_of_trimesh_keeps_its_faces_in_order():
     trimesh = pytest.importorskip("trimesh")
     original = shapes.bumpy_sheet(6)

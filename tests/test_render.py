@@ -367,6 +367,7 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
         ({"size": (9, 8193)}, ValueError, "at most 8192"),
         ({"size": (9.5, 9)}, TypeError, "size must be an integer"),
         ({"border_width": -1}, ValueError, "border_width"),
+        ({"view": "xy"}, TypeError, "view must be a superfacets.View, got 'xy'"),
         ({"border_width": "thin"}, TypeError, "border_width"),
         ({"background": "no color"}, ValueError, "background must be .*'no color'"),
         ({"background": None, "labels": [0]}, ValueError, "labels|background"),

@@ -247,6 +247,7 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
         ({"n_segments": 3000}, ValueError, "n_segments is 3000 but there are only 2048 faces"),
         ({"n_segments": 2, "radius": 0.1}, ValueError, "not both"),
+        ({"n_segments": np.zeros((9, 3), int)}, TypeError, r"a mesh is one \(vertices, faces\)"),
         ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
         ({"weights": "stk"}, ValueError, "weights must be one of superfacets, got 'stk'"),
@@ -264,6 +265,21 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
 def test_wrong_parameters_are_refused(sheet, options, error, message):
     with pytest.raises(error, match=message):
         segment(sheet, **options)
+
+
+def test_stages_take_any_mesh_and_say_what_graph_they_want(sheet):
+    pair = (sheet.vertices, sheet.faces)
+    graph = build_face_graph(pair)
+    weights = superfacet_weights(pair, graph)
+    assert np.array_equal(weights, superfacet_weights(sheet, graph))
+    for call in (
+        lambda: segment_graph(sheet, 3),
+        lambda: superfacets.place_seeds(graph, 3),
+        lambda: classify(graph, [0]),
+        lambda: update_centers(pair, [0]),
+    ):
+        with pytest.raises(TypeError, match=r"expected a CellGraph, got (Mesh|FaceGraph|tuple)"):
+            call()
 
 
 def test_the_environment_sets_the_number_of_threads(sheet, monkeypatch):

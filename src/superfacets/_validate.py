@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import operator
 import os
+import reprlib
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,10 @@ def checked_faces(faces: Any, n_vertices: int) -> npt.NDArray[np.int32]:
     if array.size == 0:
         raise MeshError("the mesh has no faces")
     if array.ndim == 2 and array.shape[1] > 3:
-        raise MeshError(f"faces have {array.shape[1]} corners; only triangles are supported yet")
+        raise MeshError(
+            f"faces have {array.shape[1]} corners; only triangles are supported yet:"
+            " triangulate the mesh first"
+        )
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"faces must have shape (F, 3), got {array.shape}")
     if array.dtype.kind not in "iu":
@@ -178,12 +182,11 @@ def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
 
 def checked_count(value: Any, name: str, high: int | None = None, of: str = "") -> int:
     """An integer >= 1, at most `high`, which is the number of `of`."""
-    try:
-        count = operator.index(value)
-    except TypeError:
-        raise TypeError(f"{name} must be an integer, got {value!r}") from None
-    if isinstance(value, (bool, np.bool_)):
-        raise TypeError(f"{name} must be an integer, got {value!r}")
+    if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
+    if isinstance(value, np.ndarray):
+        raise TypeError(f"{name} must be an integer, got an array: a mesh is one (vertices, faces)")
+    count = operator.index(value)
     if count < 1:
         raise ValueError(f"{name} must be at least 1, got {count}")
     if high is not None and count > high:

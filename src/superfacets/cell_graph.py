@@ -16,7 +16,7 @@ from ._validate import (
     checked_positions,
 )
 
-__all__ = ["CellGraph", "box_diagonal"]
+__all__ = ["CellGraph", "box_diagonal", "checked_graph"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,9 @@ class CellGraph:
     positions : array_like, shape (N, 3)
         A point that stands for each cell, finite. N >= 1.
     measures : array_like, shape (N,)
-        Area of each cell (1 if all count alike), finite, >= 0.
+        Area of each cell, in the squared unit of the positions, finite, >= 0: what a cell weighs in
+        the mean of its region. The sum A makes the expected radius r = sqrt(A / (pi k)), which
+        `tol`, `radius`, ``"flood"``, ``"grid"`` and the halted mode go by.
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
@@ -104,11 +106,21 @@ class CellGraph:
 
     @property
     def diagonal(self) -> float:
-        """Length of the diagonal of `bounds`, in the unit of the positions."""
+        """Length of the diagonal of ``bounds``, in the unit of the positions."""
         return box_diagonal(self.bounds)
 
     def __repr__(self) -> str:
         return f"CellGraph({self.n_cells} cells, {self.n_arcs} arcs)"
+
+
+def checked_graph(graph: object) -> CellGraph:
+    """Raise a TypeError where a mesh or a graph without weights is taken for a cell graph."""
+    if isinstance(graph, CellGraph):
+        return graph
+    raise TypeError(
+        f"expected a CellGraph, got {type(graph).__name__}; of a mesh,"
+        " build_face_graph(mesh).with_weights(weights) is one"
+    )
 
 
 def box_diagonal(bounds: npt.NDArray[np.float64]) -> float:

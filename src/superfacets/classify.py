@@ -9,20 +9,27 @@ import numpy.typing as npt
 
 from . import _core
 from ._validate import checked_number, checked_seeds, checked_threads
-from .cell_graph import CellGraph
+from .cell_graph import CellGraph, checked_graph
 
 __all__ = ["Classification", "classify"]
 
 
 class Classification(NamedTuple):
-    """Labels of all cells, and the centers that they belong to."""
+    """Labels of all cells, and the centers that they belong to.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (N,)
+        Place in ``centers`` of the center of each cell, 0..K-1.
+    centers : ndarray of int32, shape (K,)
+        The centers given, then the orphans that became centers.
+    distances : ndarray of float64, shape (N,)
+        Length of the shortest path from its center to each cell, in the unit of the weights.
+    """
 
     labels: npt.NDArray[np.int32]
-    """(N,) place in `centers` of the center of each cell, 0..K-1."""
     centers: npt.NDArray[np.int32]
-    """(K,) the centers given, then the orphans that became centers."""
     distances: npt.NDArray[np.float64]
-    """(N,) length of the shortest path from its center to each cell, in the unit of the weights."""
 
 
 def classify(
@@ -71,6 +78,7 @@ def classify(
     >>> classify(line, [0, 4]).labels
     array([0, 0, 0, 1, 1], dtype=int32)
     """
+    checked_graph(graph)
     array = checked_seeds(centers, graph.n_cells)
     if reach is not None:
         reach = checked_number(reach, "reach", zero=True)

@@ -19,7 +19,7 @@ from .gl import RenderError
 from .info import MeshInfo, mesh_info
 from .io import check_outputs, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
-from .render import render
+from .render import View, render
 from .sample import sample_mesh
 from .seeding import INITS
 from .segment import PAPER, Segmentation, segment
@@ -41,7 +41,8 @@ def main() -> NoReturn:
         click.echo(error.format_message(), err=True)
         sys.exit(EXIT_USAGE)
     except click.UsageError as error:
-        _fail(error.format_message(), EXIT_USAGE)
+        place = error.ctx.command_path if error.ctx else "superfacets"
+        _fail(f"{error.format_message()} (see {place} --help)", EXIT_USAGE)
     except click.Abort:
         _fail("interrupted", EXIT_INTERRUPTED)
     except OSError as error:
@@ -150,6 +151,9 @@ def segment_command(
     with timed(timings, "export"):
         write_outputs(paths, surface, result.labels, ascii=ascii)
     stages = {**result.timings, **timings}
+    asked = result.params["n_segments"]
+    if asked is not None and options["init"] == "farthest" and result.n_segments > asked:
+        click.echo(_note_on_more(result.n_segments - asked, options["paper"]), err=True)
     if as_json:
         click.echo(json.dumps(_facts(mesh, result, stages, paths)))
     else:
@@ -172,18 +176,36 @@ def info_command(mesh: Path, as_json: bool) -> None:
 @click.argument("mesh", metavar="IN", type=FILE)
 @click.option("-o", "--output", metavar="OUT", type=FILE, required=True, help="A .png file.")
 @click.option(
+    "--up",
+    type=click.Choice(("x", "y", "z")),
+    default="y",
+    show_default=True,
+    help="Axis that points up.",
+)
+@click.option("--azimuth", type=float, default=30.0, show_default=True, help="Degrees around.")
+@click.option(
+    "--elevation",
+    type=click.FloatRange(-90, 90),
+    default=15.0,
+    show_default=True,
+    help="Degrees above the horizon.",
+)
+@click.option(
     "--labels",
     metavar="L",
     type=FILE,
     help="A .npy, .seg, .txt or labeled .ply; those in IN, if it has any, otherwise.",
 )
-def render_command(mesh: Path, output: Path, labels: Path | None) -> None:
+def render_command(
+    mesh: Path, output: Path, up: str, azimuth: float, elevation: float, labels: Path | None
+) -> None:
     """Draw a shaded picture of the mesh in the file IN, with its regions and dark borders."""
     if output.suffix.lower() != ".png":
         raise click.UsageError(f"{output}: pictures are written as .png")
     surface = read_mesh(mesh)
     shown = _labels_of(mesh, surface) if labels is None else read_labels(labels, surface.n_faces)
-    render(surface, shown, output=output)
+    view = View(azimuth=azimuth, elevation=elevation, up=up)
+    render(surface, shown, output=output, view=view)
     click.echo(f"wrote {output}")
 
 
@@ -252,6 +274,13 @@ def _labels_of(path: Path, mesh: Mesh) -> npt.NDArray[Any] | None:
         return read_labels(path, mesh.n_faces)
     except MeshError:
         return None
+
+
+def _note_on_more(n_more: int, paper: bool) -> str:
+    why = "components of the mesh that got no seed"
+    if paper:
+        why += ", or faces that no center reached"
+    return f"superfacets: note: {n_more} more regions than asked for, for {why}"
 
 
 def _facts(

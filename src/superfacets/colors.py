@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._validate import checked_labels, compact_labels
-from .mesh import Mesh
+from .mesh import as_mesh
 
 __all__ = ["MIN_COLOR_DISTANCE", "PALETTE", "face_colors", "region_colors"]
 
@@ -44,12 +44,13 @@ class _Arcs(Protocol):
     def neighbors(self) -> npt.NDArray[np.int32]: ...
 
 
-def face_colors(mesh: Mesh, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+def face_colors(mesh: object, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     """Return a color for each face, by region, clearly different where regions share an edge.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or mesh-like
+        As for `segment`.
     labels : array_like of integers, shape (F,)
         Region of each face, any numbers.
 
@@ -65,13 +66,14 @@ def face_colors(mesh: Mesh, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
 
     Examples
     --------
-    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> face_colors(square, [0, 1])
     array([[255, 155, 180],
            [ 80, 160, 220]], dtype=uint8)
     """
     from .face_graph import build_face_graph
 
+    mesh = as_mesh(mesh)
     compact, _ = compact_labels(labels, mesh.n_faces)
     return region_colors(build_face_graph(mesh), compact)[compact]
 

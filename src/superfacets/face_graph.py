@@ -12,7 +12,7 @@ from . import _core
 from ._validate import checked_threads
 from .cell_graph import CellGraph, box_diagonal
 from .errors import MeshError
-from .mesh import Mesh
+from .mesh import Mesh, as_mesh
 
 __all__ = ["EdgeCounts", "FaceGraph", "build_face_graph"]
 
@@ -94,7 +94,7 @@ class FaceGraph:
         return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"
 
 
-def build_face_graph(mesh: Mesh, *, weld: bool = True, n_threads: int | None = None) -> FaceGraph:
+def build_face_graph(mesh: object, *, weld: bool = True, n_threads: int | None = None) -> FaceGraph:
     """Return the graph of the faces of a mesh that share an edge.
 
     All pairs of faces around a non-manifold edge are neighbors; a boundary edge has no arc. Faces
@@ -104,7 +104,8 @@ def build_face_graph(mesh: Mesh, *, weld: bool = True, n_threads: int | None = N
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or mesh-like
+        As for `segment`.
     weld : bool, default True
         Count vertices at exactly the same position as one, so that triangle soup and meshes with
         seams are connected. If False, only faces that name the same vertices are neighbors.
@@ -126,6 +127,7 @@ def build_face_graph(mesh: Mesh, *, weld: bool = True, n_threads: int | None = N
     >>> graph.edge_counts
     EdgeCounts(edges=5, boundary=4, non_manifold=0, inconsistent=0)
     """
+    mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
     if weld:
         representative = _core.weld_vertices(mesh.vertices)

@@ -9,7 +9,7 @@ import numpy as np
 from . import _core
 from .classify import classify
 from .face_graph import FaceGraph, build_face_graph
-from .mesh import Mesh
+from .mesh import as_mesh
 from .weights import is_inside_out
 
 __all__ = ["MeshInfo", "mesh_info"]
@@ -47,22 +47,24 @@ class MeshInfo:
     """Length of the diagonal of that box."""
 
 
-def mesh_info(mesh: Mesh, *, weld: bool = True) -> MeshInfo:
+def mesh_info(mesh: object, *, weld: bool = True) -> MeshInfo:
     """Return counts and sizes of a mesh.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or mesh-like
+        As for `segment`.
     weld : bool, default True
         Count vertices at exactly the same position as one when edges are found.
 
     Examples
     --------
-    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> info = mesh_info(square)
     >>> info.n_components, info.n_boundary_edges, info.area
     (1, 4, 1.0)
     """
+    mesh = as_mesh(mesh)
     graph = build_face_graph(mesh, weld=weld)
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()

@@ -107,7 +107,8 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
         return np.asarray(source.points), _triangles_of_polydata(source)
     raise TypeError(
         f"{type(source).__name__} does not look like a triangle mesh: expected a superfacets.Mesh,"
-        " a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista (PolyData) or Open3D"
+        " a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista (PolyData) or Open3D;"
+        " of a Scene pass .to_mesh(), of a grid .extract_surface().triangulate()"
     )
 
 

@@ -73,6 +73,17 @@ _FRAMES = {
 class View:
     """Where a picture is taken from. The whole mesh fills the frame at zoom 1.
 
+    Parameters
+    ----------
+    azimuth : float, default 30.0
+        Degrees that the viewer walks around the mesh, to the viewer's right, from its front.
+    elevation : float, default 15.0
+        Degrees above the horizon, -90 (from below) to 90 (from above).
+    up : {"y", "x", "z"}
+        Axis that points up. The front is +z, but -y where z points up.
+    zoom : float, default 1.0
+        Magnification about the middle of the picture, > 0.
+
     Raises
     ------
     ValueError, TypeError
@@ -80,13 +91,9 @@ class View:
     """
 
     azimuth: float = 30.0
-    """Degrees that the viewer walks around the mesh, to the viewer's right, from its front."""
     elevation: float = 15.0
-    """Degrees above the horizon, -90 (from below) to 90 (from above)."""
     up: str = "y"
-    """Axis that points up: "x", "y" or "z". The front is +z, but -y where z points up."""
     zoom: float = 1.0
-    """Magnification about the middle of the picture, > 0."""
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.azimuth):
@@ -118,7 +125,7 @@ def render(
     Parameters
     ----------
     mesh : Mesh or mesh-like
-        Anything that `as_mesh` takes.
+        As for `segment`.
     labels : array_like of integers, shape (F,), optional
         Region of each face, any numbers. Without labels the mesh is plain.
     output : path, optional
@@ -159,7 +166,7 @@ def render(
     pyvista = _import_pyvista()
     backdrop = _checked_background(pyvista, background)
     scene = _build_scene(checked_mesh, labels, colors)
-    view = view or View()
+    view = _checked_view(view)
     camera = _place_camera(scene.points, view, frame[0] / frame[1])
     width = _line_width(border_width, frame[1], scene.n_regions, view.zoom)
     picture = _draw(pyvista, scene, camera, frame, width, backdrop)
@@ -187,6 +194,12 @@ class _Camera:
     target: FloatArray
     up: FloatArray
     half_slope: float  # half of the height seen, per distance
+
+
+def _checked_view(view: View | None) -> View:
+    if view is not None and not isinstance(view, View):
+        raise TypeError(f"view must be a superfacets.View, got {view!r}")
+    return view or View()
 
 
 def _checked_side(size: tuple[int, int], side: int) -> int:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._validate import checked_choice, checked_count, checked_number, checked_seeds
-from .cell_graph import CellGraph
+from .cell_graph import CellGraph, checked_graph
 
 __all__ = ["INITS", "RegionSize", "check_size", "place_seeds", "region_size"]
 
@@ -112,6 +112,7 @@ def place_seeds(
     >>> place_seeds(line, 3)
     array([2, 0, 4], dtype=int32)
     """
+    checked_graph(graph)
     size = region_size(graph, n_segments, radius=radius, init=init)
     if not isinstance(init, str):
         return _given_seeds(graph, init, n_segments)

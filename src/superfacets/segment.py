@@ -21,7 +21,7 @@ from ._validate import (
     checked_number,
     checked_threads,
 )
-from .cell_graph import CellGraph
+from .cell_graph import CellGraph, checked_graph
 from .classify import Paths, run_classify
 from .face_graph import build_face_graph
 from .mesh import as_mesh
@@ -49,22 +49,34 @@ Progress = Callable[[int, int], object]
 class Segmentation:
     """Superfacets: a label for every face, and how they came about.
 
-    ``np.asarray(segmentation)`` is `labels`.
+    ``np.asarray(segmentation)`` is ``labels``.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (N,)
+        Region of each face, 0..K-1, in the order of the input.
+    centers : ndarray of int32, shape (K,)
+        The face that stands for each region; the labels are the classification of these.
+    n_segments : int
+        Number of regions, K.
+    n_iter : int
+        How many times all faces were labeled.
+    stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
+        The centers moved less than `tol`; a set of centers came back; as many iterations as
+        allowed; `progress` returned False.
+    timings : dict of str to float
+        Seconds of wall time in each stage.
+    params : dict
+        The parameters as used. ``expected_radius`` is r in the unit of the vertices, where
+        ``radius`` is the fraction of the diagonal that was asked for, or None.
     """
 
     labels: npt.NDArray[np.int32]
-    """(N,) region of each face, 0..K-1, in the order of the input."""
     centers: npt.NDArray[np.int32]
-    """(K,) the face that stands for each region; `labels` are the classification of these."""
     n_iter: int
-    """How many times all faces were labeled."""
     stop_reason: StopReason
-    """``"converged"``: the centers moved less than `tol`; ``"cycle"``: a set of centers came back;
-    ``"max_num_iter"``; ``"cancelled"``: `progress` returned False."""
     timings: dict[str, float] = field(repr=False)
-    """Seconds of wall time in each stage."""
     params: dict[str, Any] = field(repr=False)
-    """The parameters as used; ``expected_radius`` is r, in the unit of the vertices."""
 
     @property
     def n_segments(self) -> int:
@@ -225,6 +237,7 @@ def segment_graph(
     >>> segment_graph(line, 2)
     Segmentation(5 cells, 2 regions, 1 iterations, converged)
     """
+    checked_graph(graph)
     check_size(n_segments, radius)
     loop = _Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
     return _segment_cells(graph, n_segments, radius, init, loop)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._validate import checked_labels
-from .cell_graph import CellGraph
+from .cell_graph import CellGraph, checked_graph
 
 __all__ = ["update_centers"]
 
@@ -44,5 +44,6 @@ def update_centers(graph: CellGraph, labels: npt.ArrayLike) -> npt.NDArray[np.in
     >>> update_centers(line, [0, 0, 0, 1, 1])
     array([1, 3], dtype=int32)
     """
+    checked_graph(graph)
     array, n_regions = checked_labels(labels, graph.n_cells)
     return _core.update_centers(graph.positions, graph.measures, array, n_regions)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from . import _core
 from ._validate import checked_number, checked_threads
 from .face_graph import FaceGraph
-from .mesh import Mesh
+from .mesh import Mesh, as_mesh
 
 __all__ = ["is_inside_out", "superfacet_weights"]
 
@@ -17,7 +17,7 @@ _VOLUME_NOISE = 1e-12
 
 
 def superfacet_weights(
-    mesh: Mesh,
+    mesh: object,
     graph: FaceGraph,
     *,
     alpha: float = 200.0,
@@ -41,7 +41,8 @@ def superfacet_weights(
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or mesh-like
+        As for `segment`.
     graph : FaceGraph
         Of the same mesh, from `build_face_graph`.
     alpha : float, default 200.0
@@ -78,6 +79,7 @@ def superfacet_weights(
     [1.008, 1.008]
     [3.317, 3.317]
     """
+    mesh = as_mesh(mesh)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
     if graph.n_cells != mesh.n_faces:

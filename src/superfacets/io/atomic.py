@@ -44,6 +44,11 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         yield temporaries
         for temporary, target in zip(temporaries, targets, strict=True):
             temporary.replace(target)
+    except OSError as error:  # say what was being written, where the system does not
+        unnamed = error.filename is None or Path(error.filename) in temporaries
+        if unnamed and error.errno is not None:
+            error.filename = ", ".join(str(path) for path in paths)
+        raise
     finally:
         for temporary in temporaries:
             with contextlib.suppress(OSError):  # it was renamed, or never made

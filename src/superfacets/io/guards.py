@@ -64,7 +64,7 @@ def check_triangles(corner_counts: npt.NDArray[Any]) -> None:
         )
     raise MeshError(
         f"{len(others)} of {len(corner_counts)} faces are polygons, the first is faces[{first}]"
-        f" with {n_corners} corners; only triangles are supported yet"
+        f" with {n_corners} corners; only triangles are supported yet: triangulate the mesh first"
     )
 
 

@@ -108,7 +108,7 @@ def _check_facets(keywords: npt.NDArray[np.int8], numbers: npt.NDArray[np.int64]
     if expected[place] == ENDLOOP and keywords[place] == VERTEX:
         raise MeshError(
             f"line {numbers[place]}: faces[{place // 7}] has more than 3 corners;"
-            " only triangles are supported yet"
+            " only triangles are supported yet: triangulate the mesh first"
         )
     wanted = KEYWORDS[expected[place]].decode()
     raise MeshError(f"line {numbers[place]}: expected the keyword {wanted}")

@@ -1,0 +1,5 @@
+"""``python -m superfacets`` is the command `superfacets`."""
+
+from .cli import main
+
+main()
