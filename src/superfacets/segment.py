@@ -171,8 +171,8 @@ def segment(
     >>> import superfacets
     >>> mesh = superfacets.sample_mesh(5_000)
     >>> segmentation = superfacets.segment(mesh, 20)
-    >>> segmentation.n_segments, segmentation.labels.dtype, segmentation.labels.max()
-    (20, dtype('int32'), np.int32(19))
+    >>> segmentation.n_segments, segmentation.labels.dtype, int(segmentation.labels.max())
+    (20, dtype('int32'), 19)
     """
     # Wrong parameters are found before the mesh is read.
     check_size(n_segments, radius)
