@@ -1,10 +1,12 @@
 """Stage 4a: labels on graphs small enough to follow every path."""
 
+import heapq
+
 import numpy as np
 import pytest
 import shapes
 
-from superfacets import CellGraph, build_face_graph, classify
+from superfacets import CellGraph, build_face_graph, classify, segment_graph
 
 
 def test_each_cell_gets_the_center_with_the_shortest_path():
@@ -77,13 +79,54 @@ def test_every_cell_can_be_a_center():
 
 
 def test_one_unit_decides_between_paths_longer_than_a_float_can_count():
-    """Both ends of a row of 40 arcs, each 2^20 units long, are equally far from its middle."""
+    """Both ends of a row of 40 arcs, each 2^23 units long or longer, are as far from its middle."""
     weights = [1.0] * 40
-    assert classify(shapes.line_graph(weights), [0, 40]).labels[20] == 0
-    weights[3] += 2.0**-20
     graph = shapes.line_graph(weights)
-    assert graph.unit == 2.0**-20
-    assert classify(graph, [0, 40]).labels[20] == 1
+    assert classify(graph, [0, 40]).labels[20] == 0
+    assert graph.unit <= 2.0**-23
+    weights[3] += 2.0**-23  # the last bit that a float keeps of 1.0
+    assert classify(shapes.line_graph(weights), [0, 40]).labels[20] == 1
+
+
+@pytest.mark.parametrize("heavy", [1e3, 1e6, 1e9, 1e30])
+def test_a_few_huge_weights_cost_no_time(heavy):
+    """Nearly all arcs then fall into one bucket; label correction in it would never end."""
+    graph = build_face_graph(shapes.bumpy_sheet(60))
+    rng = np.random.default_rng(0)
+    weights = rng.uniform(1, 2, graph.n_arcs)
+    weights[rng.uniform(size=graph.n_arcs) < 0.01] *= heavy
+    cells = graph.with_weights(weights)
+    labels, lengths = reference_labels(cells, [0, 99, 5000])
+    result = classify(cells, [0, 99, 5000])
+    assert result.labels.tolist() == labels
+    assert np.array_equal(result.distances, np.array(lengths) * cells.unit)
+
+
+def reference_labels(graph, centers):
+    """Labels and path lengths in units, by a binary heap."""
+    best = {}
+    queue = [(0, label, center) for label, center in enumerate(centers)]
+    while queue:
+        length, label, cell = heapq.heappop(queue)
+        if cell in best:
+            continue
+        best[cell] = (length, label)
+        for arc in range(graph.offsets[cell], graph.offsets[cell + 1]):
+            step = int(graph.lengths[arc])
+            heapq.heappush(queue, (length + step, label, int(graph.neighbors[arc])))
+    lengths, labels = zip(*(best[cell] for cell in range(graph.n_cells)), strict=True)
+    return list(labels), list(lengths)
+
+
+def test_one_way_arcs_leave_orphans_that_become_centers():
+    chain = CellGraph(
+        [[x, 0, 0] for x in range(6)], [1] * 6, [0, 1, 2, 3, 4, 5, 5], [1, 2, 3, 4, 5], [1.0] * 5
+    )
+    assert classify(chain, [2]).centers.tolist() == [2, 0]
+    result = segment_graph(chain, init=[0], tol=0)
+    again = classify(chain, result.centers)
+    assert np.array_equal(result.labels, again.labels)
+    assert np.array_equal(result.centers, again.centers)
 
 
 def test_wrong_centers_and_reach_are_refused():

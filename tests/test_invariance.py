@@ -5,7 +5,16 @@ import pytest
 import shapes
 from models import read_off
 
-from superfacets import PAPER, Mesh, build_face_graph, sample_mesh, segment, superfacet_weights
+from superfacets import (
+    PAPER,
+    Mesh,
+    build_face_graph,
+    read_mesh,
+    sample_mesh,
+    segment,
+    superfacet_weights,
+)
+from superfacets.weights import is_inside_out
 
 MODES = [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}]
 
@@ -21,9 +30,6 @@ def mesh(request):
     data_dir = request.getfixturevalue("data_dir")
     if request.param == "model":
         return read_off(data_dir / "psb" / "off" / "257.off")
-    pytest.importorskip("lagrange")
-    from superfacets import read_mesh
-
     return read_mesh(data_dir / "meshes" / "bunny.ply")
 
 
@@ -111,3 +117,29 @@ def test_turning_a_closed_mesh_inside_out_keeps_its_regions():
     mesh = sample_mesh(8000)
     inside_out = Mesh(mesh.vertices, mesh.faces[:, [0, 2, 1]])
     assert same_regions(segment(inside_out, 90).labels, segment(mesh, 90).labels)
+
+
+def with_flipped_faces(mesh, seed):
+    faces = mesh.faces.copy()
+    turned = np.random.default_rng(seed).uniform(size=len(faces)) < 0.5
+    faces[turned] = faces[turned, ::-1]
+    return Mesh(mesh.vertices, faces)
+
+
+def test_weights_of_inconsistent_meshes_do_not_depend_on_the_order_of_faces():
+    mesh = with_flipped_faces(shapes.bumpy_sheet(30), seed=1)
+    order = np.random.default_rng(5).permutation(mesh.n_faces)
+    weights = superfacet_weights(mesh, build_face_graph(mesh))
+    permuted = Mesh(mesh.vertices, mesh.faces[order])
+    assert np.array_equal(
+        np.sort(superfacet_weights(permuted, build_face_graph(permuted))), np.sort(weights)
+    )
+
+
+def test_whether_an_inconsistent_mesh_is_inside_out_does_not_turn_with_it():
+    mesh = with_flipped_faces(sample_mesh(5000), seed=2)
+    verdicts = {
+        is_inside_out(turned, build_face_graph(turned))
+        for turned in [Mesh(mesh.vertices @ rotation(seed).T, mesh.faces) for seed in range(6)]
+    }
+    assert verdicts == {is_inside_out(mesh, build_face_graph(mesh))}

@@ -61,7 +61,7 @@ def check_mesh_stages(mesh, weld=True):
     assert np.array_equal(areas, graph.measures)
 
     weights = superfacet_weights(mesh, graph)
-    expected = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2)
+    expected = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2, weld=weld)
     assert np.array_equal(weights, expected)
     cells = graph.with_weights(weights)
     lengths, unit = reference.quantize_weights(weights)
@@ -128,4 +128,5 @@ def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, pla
     assert place_seeds(graph, 150, init="flood").tolist() == reference.flood_seeds(graph, radius)
     assert place_seeds(graph, 150, init="grid").tolist() == reference.grid_seeds(graph, radius)
     check_loop(graph, 150)
-    check_loop(graph, 150, radius_factor=2.0, max_num_iter=12)
+    # The twin of the halted mode takes a second an iteration: the smallest models run to the end.
+    check_loop(graph, 150, radius_factor=2.0, tol=0.0, max_num_iter=50 if place < 6 else 10)

@@ -102,25 +102,29 @@ auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces,
 }
 
 auto bind_superfacet_weights(const Rows<double>& vertices, const Rows<Vertex>& faces,
-                             const Rows<double>& centroids, const Array<std::int64_t>& offsets,
-                             const Array<Face>& neighbors, const Array<std::uint16_t>& sides,
+                             const Rows<double>& centroids, const Array<double>& areas,
+                             const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
+                             const Array<std::uint16_t>& sides,
                              const Array<std::uint8_t>& same_turn, double alpha, double eta_convex,
                              double diagonal, bool inside_out, int n_threads) {
   std::vector<double> weights(neighbors.shape(0));
-  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(offsets),
-                         view(neighbors),  view(sides),      view(same_turn)};
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
+                         view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
   const WeightOptions options{alpha, eta_convex, diagonal, inside_out};
   without_gil([&] { superfacet_weights(arcs, options, n_threads, weights); });
   return to_numpy(std::move(weights));
 }
 
 std::int64_t bind_count_degenerate(const Rows<double>& vertices, const Rows<Vertex>& faces) {
-  return count_degenerate(points(vertices), triangles(faces));
+  const auto input = std::pair(points(vertices), triangles(faces));
+  return without_gil([&] { return count_degenerate(input.first, input.second); });
 }
 
 double bind_signed_volume(const Rows<double>& vertices, const Rows<Vertex>& faces,
                           const std::tuple<double, double, double>& origin) {
-  return signed_volume(points(vertices), triangles(faces), as_point(origin));
+  const auto input = std::pair(points(vertices), triangles(faces));
+  const Point from = as_point(origin);
+  return without_gil([&] { return signed_volume(input.first, input.second, from); });
 }
 
 auto bind_quantize_weights(const Array<double>& weights) {
@@ -131,13 +135,16 @@ auto bind_quantize_weights(const Array<double>& weights) {
 }
 
 auto bind_weighted_mean(const Rows<double>& positions, const Array<double>& measures) {
-  const Point mean = weighted_mean(points(positions), view(measures));
+  const auto input = std::pair(points(positions), view(measures));
+  const Point mean = without_gil([&] { return weighted_mean(input.first, input.second); });
   return std::tuple(mean.x, mean.y, mean.z);
 }
 
 Cell bind_nearest_cell(const Rows<double>& positions,
                        const std::tuple<double, double, double>& target) {
-  return nearest_cell(points(positions), as_point(target));
+  const auto input = points(positions);
+  const Point to = as_point(target);
+  return without_gil([&] { return nearest_cell(input, to); });
 }
 
 auto bind_farthest_seeds(const Rows<double>& positions, Cell first, Cell n_seeds) {
@@ -211,9 +218,10 @@ NB_MODULE(_core, module) {
   module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
   module.def("superfacet_weights", &bind_superfacet_weights, "vertices"_a.noconvert(),
-             "faces"_a.noconvert(), "centroids"_a.noconvert(), "offsets"_a.noconvert(),
-             "neighbors"_a.noconvert(), "sides"_a.noconvert(), "same_turn"_a.noconvert(), "alpha"_a,
-             "eta_convex"_a, "diagonal"_a, "inside_out"_a, "n_threads"_a);
+             "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
+             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
+             "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "diagonal"_a, "inside_out"_a,
+             "n_threads"_a);
   module.def("count_degenerate", &bind_count_degenerate, "vertices"_a.noconvert(),
              "faces"_a.noconvert());
   module.def("signed_volume", &bind_signed_volume, "vertices"_a.noconvert(), "faces"_a.noconvert(),

@@ -6,11 +6,15 @@
 
 #include "bucket_queue.hpp"
 #include "parallel.hpp"
+#include "radix_heap.hpp"
 
 namespace superfacets {
 namespace {
 
 constexpr PathLength kUnreached = std::numeric_limits<PathLength>::max();
+
+// Expansions per cell, beyond which buckets are given up for a heap. On meshes it takes one to two.
+constexpr std::int64_t kMaxExpansions = 8;
 
 // Every thread of the halted mode keeps arrays of its own; more would cost memory, not save time.
 constexpr int kMaxHaltedThreads = 4;
@@ -35,26 +39,46 @@ bool improve(Classification& result, Cell cell, PathLength length, Label label) 
   return true;
 }
 
-// Finds shortest paths from all cells in the queue at once. A cell whose label or path improves
-// goes back into the queue, so when that is empty nothing can improve: each cell has the least pair
-// (length, label) over all paths, in whatever order cells came.
-void expand_all(const CellGraph& graph, BucketQueue& queue, Classification& result) {
+// Relaxes the arcs of a cell; the neighbors that improve go into the queue.
+template <typename Queue>
+void expand(const CellGraph& graph, Cell cell, Queue& queue, Classification& result) {
+  const PathLength length = result.lengths[cell];
+  const Label label = result.labels[cell];
+  for (std::int64_t arc = graph.offsets[cell]; arc < graph.offsets[cell + 1]; ++arc) {
+    const Cell neighbor = graph.neighbors[arc];
+    const PathLength longer = length + static_cast<PathLength>(graph.lengths[arc]);
+    if (improve(result, neighbor, longer, label)) queue.push(longer, neighbor);
+  }
+}
+
+// Dijkstra's algorithm from all cells in the queue, each of which comes up in order.
+void expand_in_order(const CellGraph& graph, BucketQueue& queue, Classification& result) {
+  RadixHeap heap;
   while (!queue.empty()) {
-    const BucketQueue::Entry entry = queue.pop();
-    const Cell cell = entry.cell;
-    const PathLength length = result.lengths[cell];
-    if (entry.is_stale(length)) continue;
-    const Label label = result.labels[cell];
-    for (std::int64_t arc = graph.offsets[cell]; arc < graph.offsets[cell + 1]; ++arc) {
-      const Cell neighbor = graph.neighbors[arc];
-      const PathLength longer = length + static_cast<PathLength>(graph.lengths[arc]);
-      if (improve(result, neighbor, longer, label)) queue.push(longer, neighbor);
-    }
+    const Cell cell = queue.pop();
+    heap.push(result.lengths[cell], cell);
+  }
+  while (!heap.empty()) {
+    const auto [length, cell] = heap.pop();
+    if (length == result.lengths[cell]) expand(graph, cell, heap, result);
+  }
+}
+
+// Shortest paths from all cells in the queue at once. A cell whose label or path improves goes into
+// the queue, so when that is empty nothing can improve: each cell has the least pair (length,
+// label) over all paths, in whatever order cells came.
+void expand_all(const CellGraph& graph, BucketQueue& queue, Classification& result) {
+  const std::int64_t n_allowed = kMaxExpansions * static_cast<std::int64_t>(graph.n_cells());
+  for (std::int64_t n_expanded = 0; !queue.empty(); ++n_expanded) {
+    if (n_expanded > n_allowed) return expand_in_order(graph, queue, result);
+    const Cell cell = queue.pop();
+    if (!queue.is_stale(result.lengths[cell])) expand(graph, cell, queue, result);
   }
 }
 
 void erase_moved(std::span<const Cell> previous_centers, Classification& result) {
   std::vector<std::uint8_t> has_moved;  // (K,)
+  has_moved.reserve(previous_centers.size());
   for (std::size_t label = 0; label < previous_centers.size(); ++label) {
     has_moved.push_back(result.centers[label] != previous_centers[label]);
   }
@@ -84,11 +108,11 @@ class HaltedExpansion {
       : graph_(graph), squared_reach_(reach * reach), length_(graph.n_cells(), kUnreached) {}
 
   void run(Cell center, Label label, Classification& result) {
+    heap_.restart();
     relax(center, 0);
-    while (!queue_.empty()) {
-      const BucketQueue::Entry entry = queue_.pop();
-      if (entry.is_stale(length_[entry.cell])) continue;
-      if (is_within_reach(center, entry.cell)) expand(entry.cell, length_[entry.cell]);
+    while (!heap_.empty()) {
+      const auto [length, cell] = heap_.pop();
+      if (length == length_[cell] && is_within_reach(center, cell)) expand_from(cell, length);
     }
     for (const Cell cell : touched_) {
       improve(result, cell, length_[cell], label);
@@ -102,7 +126,7 @@ class HaltedExpansion {
     return squared_norm(graph_.positions[cell] - graph_.positions[center]) <= squared_reach_;
   }
 
-  void expand(Cell cell, PathLength length) {
+  void expand_from(Cell cell, PathLength length) {
     for (std::int64_t arc = graph_.offsets[cell]; arc < graph_.offsets[cell + 1]; ++arc) {
       relax(graph_.neighbors[arc], length + static_cast<PathLength>(graph_.lengths[arc]));
     }
@@ -112,12 +136,12 @@ class HaltedExpansion {
     if (length >= length_[cell]) return;
     if (length_[cell] == kUnreached) touched_.push_back(cell);
     length_[cell] = length;
-    queue_.push(length, cell);
+    heap_.push(length, cell);
   }
 
   const CellGraph& graph_;
   const double squared_reach_;
-  BucketQueue queue_;               // empty between runs
+  RadixHeap heap_;                  // empty between runs
   std::vector<PathLength> length_;  // (N,) path from the present center; unreached between runs
   std::vector<Cell> touched_;       // the cells that this center reached
 };
@@ -144,7 +168,7 @@ void adopt_orphans(const CellGraph& graph, double reach, Classification& result)
 
 Classification classify_exact(const CellGraph& graph, std::span<const Cell> centers) {
   Classification result = without_labels(graph.n_cells(), centers);
-  BucketQueue queue;
+  BucketQueue queue(graph);
   for (std::size_t label = 0; label < centers.size(); ++label) {
     improve(result, centers[label], 0, static_cast<Label>(label));
     queue.push(0, centers[label]);
@@ -171,15 +195,18 @@ Classification reclassify_exact(const CellGraph& graph, std::span<const Cell> ce
   // Every pair (length, label) that is left belongs to a path from a center that stayed, and
   // between two such cells nothing can improve. What can starts from the new places of centers
   // that moved, or from a cell that is left beside an erased one.
-  BucketQueue queue;
-  queue_beside_erased(graph, result, queue);
+  BucketQueue queue(graph);
   for (std::size_t label = 0; label < centers.size(); ++label) {
     if (centers[label] == previous.centers[label]) continue;
     improve(result, centers[label], 0, static_cast<Label>(label));
     queue.push(0, centers[label]);
   }
+  queue_beside_erased(graph, result, queue);
   expand_all(graph, queue, result);
-  return result;
+  // Where arcs lead one way only, a center that moved may have left cells that none can reach now.
+  const bool has_orphans =
+      std::find(result.labels.begin(), result.labels.end(), kNoLabel) != result.labels.end();
+  return has_orphans ? classify_exact(graph, centers) : result;
 }
 
 Classification classify_halted(const CellGraph& graph, std::span<const Cell> centers, double reach,

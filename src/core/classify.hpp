@@ -19,13 +19,12 @@ struct ClassificationView {
 };
 
 // The true nearest center of every cell, the lower label among equals; regions are connected. A
-// component without a center gets one, at its lowest cell. Time O((N + M) log C) at worst, C the
-// length of the longest arc; each cell is settled once.
+// component without a center gets one, at its lowest cell. Time O((N + M) log N) at worst.
 Classification classify_exact(const CellGraph& graph, std::span<const Cell> centers);
 
 // The same after centers have moved, from the labels and lengths that belong to `previous` centers,
 // as many as now: only the regions whose center moved are erased and grown again, and those around
-// give way to them. There must be a center in every component. Time O(N) plus what grows.
+// give way to them. Time O(N) plus what grows.
 Classification reclassify_exact(const CellGraph& graph, std::span<const Cell> centers,
                                 const ClassificationView& previous);
 

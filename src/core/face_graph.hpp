@@ -5,9 +5,9 @@
 
 namespace superfacets {
 
-// The largest number of arcs that is built: more than 2^27 arcs (some 2 GB) are accepted only on
-// meshes that need them by their size, not for one edge with ten thousand faces on it.
-inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 27;
+// The largest number of arcs that is built: more than 2^24 arcs (half a gigabyte) are accepted only
+// on meshes that need them by their size, not for one edge with five thousand faces on it.
+inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 
 // Undirected edges by the number of faces on them.

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <exception>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -12,18 +14,37 @@ namespace superfacets {
 inline constexpr std::int64_t kMinPerThread = 1 << 14;
 
 // Calls work(begin, end) for consecutive parts of 0..n-1, one per thread. The parts depend on
-// n_threads, so work must give the same result however the range is cut.
+// n_threads, so work must give the same result however the range is cut. Where a thread cannot be
+// started its part is done here; the first exception that a part throws is thrown when all are
+// done.
 template <typename Work>
 void parallel_ranges(std::int64_t n, int n_threads, const Work& work,
                      std::int64_t min_per_thread = kMinPerThread) {
   const std::int64_t useful = std::max<std::int64_t>(1, n / min_per_thread);
   const std::int64_t n_parts = std::min<std::int64_t>(n_threads, useful);
-  std::vector<std::jthread> helpers;
-  for (std::int64_t part = 1; part < n_parts; ++part) {
-    helpers.emplace_back(
-        [&work, n, part, n_parts] { work(n * part / n_parts, n * (part + 1) / n_parts); });
+  std::vector<std::exception_ptr> failures(n_parts);
+  auto run_part = [&](std::int64_t part) noexcept {
+    try {
+      work(n * part / n_parts, n * (part + 1) / n_parts);
+    } catch (...) {
+      failures[part] = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> helpers;
+    helpers.reserve(n_parts);
+    for (std::int64_t part = 1; part < n_parts; ++part) {
+      try {
+        helpers.emplace_back(run_part, part);
+      } catch (const std::system_error&) {
+        run_part(part);
+      }
+    }
+    run_part(0);
+  }  // waits for the helpers
+  for (const std::exception_ptr& failure : failures) {
+    if (failure) std::rethrow_exception(failure);
   }
-  work(std::int64_t{0}, n / n_parts);
 }
 
 }  // namespace superfacets

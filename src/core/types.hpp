@@ -57,7 +57,7 @@ struct CellGraph {
   std::span<const Cell> neighbors;        // (M,) where each arc leads
   std::span<const float> lengths;         // (M,) whole units >= 1, from quantize_weights
 
-  Cell n_cells() const { return static_cast<Cell>(offsets.size()) - 1; }
+  Cell n_cells() const { return static_cast<Cell>(offsets.size() - 1); }
 };
 
 }  // namespace superfacets

@@ -13,10 +13,9 @@ namespace {
 // twice that its direction means nothing, and the face counts as one without a normal.
 constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 
-// Bits of a mean weight in units. Few enough that a path, which takes no arc twice, stays below
-// 2^53 on any graph of up to 2^32 arcs, and is exact even as a double; enough that two paths are
-// seldom equal by rounding alone.
-constexpr int kMeanWeightBits = 20;
+// Areas that differ by less than this part count as equal: rounding must not tell mirror images
+// apart.
+constexpr double kAreaNoise = 1e-9;
 
 // Partial sums run over this many weights, whatever the number of threads.
 constexpr std::int64_t kSumChunk = 4096;
@@ -44,11 +43,14 @@ std::vector<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
   return normals;
 }
 
-// Where two neighbors run through their edge alike, the normal of the one with the higher index is
-// turned, so that both arcs of the pair see the same fold.
-void orient(Face from, Face to, Point& normal_from, Point& normal_to) {
-  Point& turned = from < to ? normal_to : normal_from;
-  turned = -1.0 * turned;
+// Where two neighbors run through their edge alike, one normal is turned, and both arcs of the pair
+// turn the same one: that of the smaller face, or of the higher index where areas are equal.
+bool turns_second(Face first, Face second, std::span<const double> areas) {
+  const double difference = areas[first] - areas[second];
+  if (std::abs(difference) > kAreaNoise * std::max(areas[first], areas[second])) {
+    return difference > 0.0;
+  }
+  return first < second;
 }
 
 // alpha eta |e| theta / pi. Each operand is symmetric in the two faces, bit for bit.
@@ -80,13 +82,16 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
 
   Point normal_from = normals[from];
   Point normal_to = normals[to];
-  if (arcs.same_turn[arc]) orient(from, to, normal_from, normal_to);
+  if (arcs.same_turn[arc]) {
+    Point& turned = turns_second(from, to, arcs.areas) ? normal_to : normal_from;
+    turned = -1.0 * turned;
+  }
   const double angular =
       angular_term(normal_from, normal_to, c_to - c_from, norm(end - start), options);  // eq. 2
   return (geodesic + angular) / options.diagonal;                                       // eq. 3
 }
 
-double mean_of(std::span<const double> weights) {
+double sum_of(std::span<const double> weights) {
   double total = 0.0;
   const auto n = static_cast<std::int64_t>(weights.size());
   for (std::int64_t begin = 0; begin < n; begin += kSumChunk) {
@@ -96,7 +101,7 @@ double mean_of(std::span<const double> weights) {
     }
     total += partial;
   }
-  return n > 0 ? total / static_cast<double>(n) : 0.0;
+  return total;
 }
 
 }  // namespace
@@ -133,10 +138,10 @@ double signed_volume(std::span<const Point> vertices, std::span<const Triangle> 
 }
 
 double quantize_weights(std::span<const double> weights, std::span<float> lengths) {
-  // A power of two: rounding then only cuts the last bits of a weight, and a mean that differs in
+  // A power of two: rounding then only cuts the last bits of a weight, and a sum that differs in
   // its last bits, because arcs come in another order, gives the same unit.
-  const double mean = mean_of(weights);
-  const double unit = mean > 0.0 ? std::ldexp(1.0, std::ilogb(mean) - kMeanWeightBits) : 1.0;
+  const double total = sum_of(weights);
+  const double unit = total > 0.0 ? std::ldexp(1.0, std::ilogb(total) + 1 - kTotalBits) : 1.0;
   for (std::size_t arc = 0; arc < weights.size(); ++arc) {
     // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
     lengths[arc] = static_cast<float>(std::max(1.0, std::nearbyint(weights[arc] / unit)));

@@ -5,6 +5,11 @@
 
 namespace superfacets {
 
+// All weights together are less than 2 to this power of units. So is then any path, and with a
+// label of 16 bits it fits into 64; on meshes of millions of faces a mean arc is still 2^23 units
+// long, and a typical arc keeps enough of them when a few arcs are 2^20 times as long.
+inline constexpr int kTotalBits = 48;
+
 struct WeightOptions {
   double alpha = 200.0;     // weight of the angular term, >= 0
   double eta_convex = 0.2;  // what a convex edge counts, against 1 for a concave one
@@ -17,6 +22,7 @@ struct ArcGeometry {
   std::span<const Point> vertices;
   std::span<const Triangle> faces;
   std::span<const Point> centroids;
+  std::span<const double> areas;
   std::span<const std::int64_t> offsets;
   std::span<const Face> neighbors;
   std::span<const std::uint16_t> sides;
@@ -37,7 +43,7 @@ double signed_volume(std::span<const Point> vertices, std::span<const Triangle> 
                      Point origin);
 
 // Rounds finite weights >= 0 to whole numbers >= 1 of a unit, which is returned: the power of two
-// that is 2^20 to 2^21 times smaller than the mean weight (1 if all weights are 0).
+// that is 2^47 to 2^48 times smaller than the sum of the weights (1 if all are 0).
 double quantize_weights(std::span<const double> weights, std::span<float> lengths);
 
 }  // namespace superfacets

@@ -22,6 +22,7 @@ def superfacet_weights(
     vertices: _Doubles,
     faces: _Ints,
     centroids: _Doubles,
+    areas: _Doubles,
     offsets: _Longs,
     neighbors: _Ints,
     sides: npt.NDArray[np.uint16],

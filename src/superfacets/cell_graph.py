@@ -36,7 +36,8 @@ class CellGraph:
     offsets : array_like of integers, shape (N + 1,)
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
-        The cell that each arc leads to. Undirected graphs hold both directions.
+        The cell that each arc leads to. Arcs lead one way: where regions are to be connected, give
+        both directions of each.
     weights : array_like, shape (M,)
         The length of each arc, finite, >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional
@@ -49,7 +50,7 @@ class CellGraph:
         The weights as whole numbers (>= 1) of `unit`: sums of these are exact, so shortest paths
         are the same in whatever order they are found.
     unit : float
-        The power of two that is 2**20 to 2**21 times smaller than the mean weight.
+        The power of two that is 2**47 to 2**48 times smaller than the sum of all weights.
 
     Raises
     ------

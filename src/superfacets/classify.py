@@ -48,7 +48,7 @@ def classify(
         Distinct cells.
     reach : float, optional
         Not given: *exact*, the true nearest center, by one expansion from all centers at once.
-        Regions are connected. O((N + M) log C) at worst, C the longest arc in units.
+        Regions are connected. O((N + M) log N) at worst.
         Given: *halted*, as in the paper. Every center expands on its own by Dijkstra's algorithm;
         a cell farther (Euclidean, in the unit of the positions) than `reach` from the center is
         labeled but not expanded. Regions may fall apart.

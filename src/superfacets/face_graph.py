@@ -115,7 +115,7 @@ def build_face_graph(mesh: object, *, weld: bool = True, n_threads: int | None =
     Raises
     ------
     MeshError
-        If there are more than 16 arcs per face and more than 2**27 in all, as where ten
+        If there are more than 16 arcs per face and more than 2**24 in all, as where five
         thousand faces share one edge.
 
     Examples

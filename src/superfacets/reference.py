@@ -74,12 +74,14 @@ def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
     return (a + b + c) / 3.0, 0.5 * _norm(_cross(b - a, c - a))
 
 
-def superfacet_weights(mesh: Mesh, arcs: list[Arc], *, alpha: float, eta_convex: float) -> Floats:
+def superfacet_weights(
+    mesh: Mesh, arcs: list[Arc], *, alpha: float, eta_convex: float, weld: bool = True
+) -> Floats:
     """Weight of each arc, eq. 1-3 of the paper."""
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(_norm(used.max(axis=0) - used.min(axis=0)))
-    inside_out = _is_inside_out(mesh, arcs, used.min(axis=0), diagonal)
-    centroids, _ = measure_faces(mesh)
+    inside_out = _is_inside_out(mesh, arcs, diagonal, weld)
+    centroids, areas = measure_faces(mesh)
     normals = _unit_normals(mesh)
     weights = []
     for face, side, neighbor, same_turn in arcs:
@@ -89,7 +91,10 @@ def superfacet_weights(mesh: Mesh, arcs: list[Arc], *, alpha: float, eta_convex:
         geodesic = _norm(centroids[face] - middle) + _norm(middle - centroids[neighbor])  # eq. 1
         n_i, n_j = normals[face], normals[neighbor]
         if same_turn:
-            n_i, n_j = (n_i, -n_j) if face < neighbor else (-n_i, n_j)
+            a_i, a_j = areas[face], areas[neighbor]
+            as_large = abs(a_i - a_j) <= 1e-9 * max(a_i, a_j)
+            turn_j = face < neighbor if as_large else a_i > a_j
+            n_i, n_j = (n_i, -n_j) if turn_j else (-n_i, n_j)
         theta = (
             math.atan2(_norm(_cross(n_i, n_j)), _dot(n_i, n_j)) if n_i.any() and n_j.any() else 0.0
         )
@@ -111,17 +116,21 @@ def _unit_normals(mesh: Mesh) -> Floats:
     return np.where(exists[:, None], normals / np.where(exists, lengths, 1.0)[:, None], 0.0)
 
 
-def _is_inside_out(mesh: Mesh, arcs: list[Arc], origin: Floats, diagonal: float) -> bool:
+def _is_inside_out(mesh: Mesh, arcs: list[Arc], diagonal: float, weld: bool) -> bool:
     """Whether the mesh is closed and encloses a negative volume."""
     corners = mesh.vertices[mesh.faces]
-    # A side without an arc is on the boundary, unless its two ends are one place or its face runs
+    names = corners.tolist() if weld else [[[v] for v in face] for face in mesh.faces.tolist()]
+    # A side without an arc is on the boundary, unless its two ends are one vertex or its face runs
     # through the same edge twice.
     with_arc = {(arc.face, arc.side) for arc in arcs}
-    for face, triangle in enumerate(corners.tolist()):
-        edges = [frozenset((tuple(triangle[s]), tuple(triangle[(s + 1) % 3]))) for s in range(3)]
+    for face, ends in enumerate(names):
+        edges = [frozenset((tuple(ends[s]), tuple(ends[(s + 1) % 3]))) for s in range(3)]
         reached = {edges[side] for side in range(3) if (face, side) in with_arc}
         if any(len(edge) == 2 and edge not in reached for edge in edges):
             return False
+    centroids, areas = measure_faces(mesh)
+    weights = areas if areas.any() else np.ones(mesh.n_faces)
+    origin = np.cumsum(weights[:, None] * centroids, axis=0)[-1] / np.cumsum(weights)[-1]
     a, b, c = (corners[:, corner] - origin for corner in range(3))
     return float(np.sum(_dot(a, _cross(b, c)))) / 6.0 < -1e-12 * diagonal**3
 
@@ -131,8 +140,8 @@ def quantize_weights(weights: Floats) -> tuple[npt.NDArray[np.float32], float]:
     chunks = np.zeros((-(-len(weights) // 4096), 4096))
     chunks.flat[: len(weights)] = weights
     partial_sums = np.cumsum(chunks, axis=1)[:, -1]  # cumsum adds from left to right
-    mean = float(np.cumsum(partial_sums)[-1]) / len(weights) if len(weights) else 0.0
-    unit = 2.0 ** (math.frexp(mean)[1] - 1 - 20) if mean > 0 else 1.0
+    total = float(np.cumsum(partial_sums)[-1]) if len(weights) else 0.0
+    unit = 2.0 ** (math.frexp(total)[1] - 48) if total > 0 else 1.0
     return np.maximum(1.0, np.rint(weights / unit)).astype(np.float32), unit
 
 
@@ -176,20 +185,19 @@ def grid_seeds(graph: CellGraph, radius: float) -> list[int]:
 
 def classify_exact(graph: CellGraph, centers: list[int]) -> tuple[list[int], list[int]]:
     """Labels by one expansion from all centers, and the centers with those of orphans."""
-    labels: dict[int, int] = {}
     all_centers = list(centers)
-    queue = [(0, label, center) for label, center in enumerate(all_centers)]
-    while len(labels) < graph.n_cells:
-        if not queue:
-            orphan = min(set(range(graph.n_cells)) - labels.keys())
-            queue.append((0, len(all_centers), orphan))
-            all_centers.append(orphan)
-        length, label, cell = heapq.heappop(queue)
-        if cell not in labels:
-            labels[cell] = label
-            for neighbor, step in _arcs_of(graph, cell):
-                heapq.heappush(queue, (length + step, label, neighbor))
-    return [labels[cell] for cell in range(graph.n_cells)], all_centers
+    while True:
+        labels: dict[int, int] = {}
+        queue = [(0, label, center) for label, center in enumerate(all_centers)]
+        while queue:
+            length, label, cell = heapq.heappop(queue)
+            if cell not in labels:
+                labels[cell] = label
+                for neighbor, step in _arcs_of(graph, cell):
+                    heapq.heappush(queue, (length + step, label, neighbor))
+        if len(labels) == graph.n_cells:
+            return [labels[cell] for cell in range(graph.n_cells)], all_centers
+        all_centers.append(min(set(range(graph.n_cells)) - labels.keys()))
 
 
 def classify_halted(

@@ -35,8 +35,8 @@ def superfacet_weights(
     lies above the plane of the other face, in the sum over both. The weights do not change under
     rigid motion and uniform scaling. Time is linear in the arcs.
 
-    Where two neighbors are inconsistently oriented, the normal of the one with the higher index
-    is turned for their arc. On a closed mesh that is inside out, concave and convex swap. Where a
+    Where two neighbors are inconsistently oriented, the normal of the smaller one (of the one with
+    the higher index, if they are as large) is turned for their arc. On a closed mesh that is inside out, concave and convex swap. Where a
     face has no normal, theta is 0.
 
     Parameters
@@ -88,6 +88,7 @@ def superfacet_weights(
         mesh.vertices,
         mesh.faces,
         graph.positions,
+        graph.measures,
         graph.offsets,
         graph.neighbors,
         graph.sides,
@@ -104,6 +105,8 @@ def is_inside_out(mesh: Mesh, graph: FaceGraph) -> bool:
     """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
     if graph.edge_counts.boundary:
         return False
-    x, y, z = graph.bounds[0].tolist()
-    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z))
+    # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
+    # and turns with the mesh.
+    centroid = _core.weighted_mean(graph.positions, graph.measures)
+    volume = _core.signed_volume(mesh.vertices, mesh.faces, centroid)
     return volume < -_VOLUME_NOISE * graph.diagonal**3
