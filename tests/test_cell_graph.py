@@ -38,6 +38,11 @@ def test_lists_become_arrays_of_exact_types():
         ({"neighbors": [1, -1]}, "neighbors must be cells, 0 to 1"),
         ({"neighbors": [1, 2**40]}, "neighbors must fit in int32"),
         ({"bounds": [[0, 0, 0], [-1, 0, 0]]}, "bounds must hold a low and a high corner"),
+        ({"positions": np.array([[0, 0, 0], [1e200, 0, 0]])}, "the positions are 1e.200 across"),
+        ({"positions": [["a", "b", "c"]]}, "positions must be numbers"),
+        ({"measures": [1, 1e200]}, "measures are at most 1e.200: rescale"),
+        ({"weights": [1e308, 1e308]}, "weights are at most 1e.308: rescale"),
+        ({"weights": [0, 1e-320]}, "weights are at most 1e-320: rescale"),
         ({"bounds": [0, 1]}, "bounds must hold a low and a high corner"),
     ],
 )

@@ -192,6 +192,43 @@ def test_strips_and_polygons_are_refused_by_name(run, data_dir, tmp_path):
     assert not output.exists()
 
 
+@pytest.mark.parametrize("name", ["", ".", "/"])
+def test_a_folder_in_the_place_of_a_mesh_is_one_line(run, name):
+    status, _, err = run("segment", name)
+    assert status in (1, 2)
+    assert err.startswith("superfacets: error: ")
+    assert err.count("\n") == 1
+
+
+def test_settings_in_the_environment_are_checked(run, sheet, monkeypatch):
+    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "abc")
+    status, _, err = run("info", sheet)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "SUPERFACETS_NUM_THREADS is 'abc'" in err
+    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "99999999999")
+    assert run("info", sheet)[0] == 0
+
+
+def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path):
+    path = tmp_path / "mesh.ply"
+    write_mesh(path, shapes.strip(2), [0, 1], ascii=True)
+    *head, last = path.read_text().splitlines()
+    count, a, b, c, label, *rest = last.split()
+    assert label == "1"
+    path.write_text("\n".join([*head, " ".join([count, a, b, c, "-4", *rest]), ""]))
+    status, _, err = run("render", path, "-o", tmp_path / "picture.png")
+    assert status == 1
+    assert "labels[1] is -4" in err
+
+
+def test_the_demo_makes_nothing_where_it_cannot_draw(run, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    status, out, err = run("demo", "-o", tmp_path / "demo")
+    assert (status, out) == (1, "")
+    assert "pip install 'superfacets[viz]'" in err
+    assert files_in(tmp_path) == []
+
+
 def test_an_output_that_cannot_be_written_is_found_before_the_work(run, sheet, tmp_path):
     status, _, err = run("segment", sheet, "-o", tmp_path / "nowhere" / "labels.npy")
     assert status == 1
@@ -301,17 +338,26 @@ def large(tmp_path_factory):
 COMMAND = [sys.executable, "-c", "from superfacets.cli import main; main()"]
 
 
-def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large):
-    command = [*COMMAND, "segment", large, "-n", "20000", "--paper", "--max-iter", "100000"]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        time.sleep(2)
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large, sent):
+    command = [*COMMAND, "segment", large, "-n", "150", "--paper", "--max-iter", "100000"]
+    ours, theirs = pty.openpty()
+    termios.tcsetwinsize(theirs, (24, 80))
+    with subprocess.Popen(command, stderr=theirs, stdout=subprocess.PIPE) as process:
+        shown = b""
+        while b"iteration" not in shown:  # the bar: the loop has begun
+            shown += os.read(ours, 10_000)
         start = time.perf_counter()
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=60)
+        process.send_signal(sent)
+        process.communicate(timeout=60)
+    os.set_blocking(ours, False)
+    shown += os.read(ours, 100_000)
+    os.close(theirs)
+    os.close(ours)
     assert time.perf_counter() - start < 10
-    if process.returncode != 0:
-        assert (process.returncode, err) == (130, "superfacets: error: interrupted\n")
-        assert files_in(large.parent) == ["bear.ply"]
+    assert process.returncode == 130
+    assert shown.endswith(b"superfacets: error: interrupted\r\n")
+    assert files_in(large.parent) == ["bear.ply"]
 
 
 def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):

@@ -1,5 +1,7 @@
 """Stage 1: arcs of hand-made meshes, counted on paper."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import shapes
@@ -121,6 +123,19 @@ def test_an_absurd_number_of_faces_on_one_edge_is_refused_before_memory_is_taken
     faces = np.stack([np.zeros(n, int), np.ones(n, int), np.arange(2, n + 2)], axis=1)
     with pytest.raises(MeshError, match=r"399980000 pairs .* one edge is shared by 20000 faces"):
         build_face_graph(Mesh(vertices, faces))
+
+
+def test_a_graph_that_was_tampered_with_is_refused():
+    graph = build_face_graph(shapes.cube())
+    with pytest.raises(ValueError, match="read-only"):
+        graph.neighbors[0] = 99
+    for change, message in [
+        ({"neighbors": graph.neighbors + 12}, "neighbors must be cells, 0 to 11"),
+        ({"sides": graph.sides + np.uint16(3)}, "sides must be 0, 1 or 2"),
+        ({"sides": graph.sides[1:]}, "sides and same_turn must be one per arc"),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            dataclasses.replace(graph, **change)
 
 
 def test_the_graph_does_not_depend_on_the_number_of_threads():

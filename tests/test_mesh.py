@@ -16,8 +16,25 @@ def test_arrays_of_the_right_type_are_not_copied():
     vertices = np.array(TRIANGLE, dtype=np.float64)
     faces = np.array([[0, 1, 2]], dtype=np.int32)
     mesh = Mesh(vertices, faces)
-    assert mesh.vertices is vertices
-    assert mesh.faces is faces
+    assert np.shares_memory(mesh.vertices, vertices)
+    assert np.shares_memory(mesh.faces, faces)
+
+
+def test_what_was_checked_cannot_be_changed():
+    faces = np.array([[0, 1, 2]], dtype=np.int32)
+    mesh = Mesh(TRIANGLE, faces)
+    for array in (mesh.vertices, mesh.faces):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 9
+    faces[0, 0] = 1  # the caller's own array stays writable
+
+
+def test_more_vertices_than_int32_counts_are_refused():
+    many = np.broadcast_to(np.zeros(3), (2**31, 3))
+    with pytest.raises(MeshError, match="2147483648 vertices; at most 2147483647"):
+        Mesh(many, [[0, 1, 2]])
+    with pytest.raises(MeshError, match="2147483648 faces; at most 2147483647"):
+        Mesh(TRIANGLE, np.broadcast_to(np.arange(3), (2**31, 3)))
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.uint32, np.int64, np.uint64])

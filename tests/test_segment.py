@@ -120,12 +120,14 @@ def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
 
 
 def test_tol_zero_runs_until_no_center_changes(sheet):
-    result = segment(sheet, 20, tol=0, max_num_iter=500)
-    assert result.stop_reason in ("converged", "cycle")
-    if result.stop_reason == "converged":
-        moved = update_centers(graph_of(sheet), result.labels)
-        assert np.array_equal(moved, result.centers)
-    assert segment(sheet, 20, tol=1).n_iter == 1
+    result = segment(sheet, 3, tol=0, max_num_iter=500)
+    assert result.stop_reason == "converged"
+    assert np.array_equal(update_centers(graph_of(sheet), result.labels), result.centers)
+    assert segment(sheet, 3, tol=1).n_iter == 1
+
+
+def test_a_radius_too_small_to_square_gives_one_region_a_face(sheet):
+    assert segment(sheet, radius=1e-200, max_num_iter=1).n_segments == sheet.n_faces
 
 
 def test_the_first_small_move_converges(sheet):
@@ -171,6 +173,10 @@ def test_progress_can_cancel_and_what_is_there_is_returned(sheet):
     result = segment(sheet, 20, progress=lambda iteration, _: iteration < 2)
     assert (result.n_iter, result.stop_reason) == (2, "cancelled")
     assert np.array_equal(result.labels, segment(sheet, 20, max_num_iter=2).labels)
+
+
+def test_a_false_of_numpy_cancels_too(sheet):
+    assert segment(sheet, 20, progress=lambda *_: np.bool_(False)).stop_reason == "cancelled"
 
 
 def test_only_false_cancels(sheet):
@@ -258,6 +264,11 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"max_num_iter": 1.5}, TypeError, "max_num_iter must be an integer"),
         ({"tol": -0.1}, ValueError, "tol must be finite and not negative"),
         ({"tol": None}, TypeError, "tol must be a number"),
+        ({"alpha": "200"}, TypeError, "alpha must be a number, got '200'"),
+        ({"alpha": True}, TypeError, "alpha must be a number, got True"),
+        ({"alpha": 10**400}, ValueError, "alpha must be finite and not negative"),
+        ({"radius": "0.1"}, TypeError, "radius must be a number"),
+        ({"init": None}, ValueError, "init must be one-dimensional"),
         ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
         ({"progress": 1}, TypeError, "progress must be callable, got 1"),
     ],

@@ -6,6 +6,7 @@ The core checks nothing: arrays that leave this module have the exact dtype and 
 from __future__ import annotations
 
 import math
+import numbers
 import operator
 import os
 import reprlib
@@ -21,6 +22,20 @@ MAX_CELLS = 2**31 - 1
 
 EXTENT_RANGE = (1e-60, 1e60)
 """Diagonals at which products of four edge lengths, down to 1e-8 of the diagonal, stay normal."""
+
+
+VALUE_RANGE = (1e-150, 1e150)
+"""Largest areas and weights whose sums, and products with positions, stay normal."""
+
+MAX_THREADS = 1024
+"""More threads than any machine has use for."""
+
+
+def read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """A view that cannot be written through: what was checked stays as it was checked."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def checked_vertices(vertices: Any) -> npt.NDArray[np.float64]:
@@ -88,7 +103,7 @@ def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
         array = np.asarray(value)
     except ValueError as error:  # ragged nested lists
         raise MeshError(f"{name} must be a rectangular array: {error}") from None
-    if array.dtype.kind not in "fiub" or array.dtype.kind == "b":
+    if array.dtype.kind not in "fiu":
         raise MeshError(f"{name} must be numbers, got {array.dtype}")
     return array
 
@@ -97,7 +112,7 @@ def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArr
     """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
-    array = np.ascontiguousarray(bounds, dtype=np.float64)
+    array = np.ascontiguousarray(_numeric_array(bounds, "bounds"), dtype=np.float64)
     if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
         raise ValueError("bounds must hold a low and a high corner, shape (2, 3), finite")
     return array
@@ -105,11 +120,18 @@ def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArr
 
 def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
     """Cell positions as a contiguous (N, 3) float64 array, N >= 1."""
-    array = np.ascontiguousarray(positions, dtype=np.float64)
+    array = np.ascontiguousarray(_numeric_array(positions, "positions"), dtype=np.float64)
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
         raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
     if not np.isfinite(array).all():
         raise ValueError("positions must be finite")
+    with np.errstate(over="ignore"):
+        extent = float(np.ptp(array, axis=0).max())
+    if extent and not EXTENT_RANGE[0] <= extent <= EXTENT_RANGE[1]:
+        raise ValueError(
+            f"the positions are {extent:.3g} across: rescale them to between"
+            f" {EXTENT_RANGE[0]:g} and {EXTENT_RANGE[1]:g}"
+        )
     return array
 
 
@@ -125,6 +147,12 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str) -> npt.ND
     if not valid.all():
         first = int(np.argmin(valid))
         raise ValueError(f"{name}[{first}] is {array[first]}; it must be finite and not negative")
+    largest = float(array.max(initial=0.0))
+    if largest and not VALUE_RANGE[0] <= largest <= VALUE_RANGE[1]:
+        raise ValueError(
+            f"{name} are at most {largest:.3g}: rescale them to between"
+            f" {VALUE_RANGE[0]:g} and {VALUE_RANGE[1]:g}"
+        )
     return array
 
 
@@ -143,17 +171,17 @@ def checked_arcs(
     return starts, targets
 
 
-def checked_seeds(seeds: Any, n_cells: int) -> npt.NDArray[np.int32]:
+def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArray[np.int32]:
     """Distinct cells as a (K,) int32 array, K >= 1."""
-    array = _integer_array(seeds, "centers", np.int64)
+    array = _integer_array(seeds, name, np.int64)
     if not len(array) >= 1:
-        raise ValueError("there must be at least one center")
+        raise ValueError(f"{name} must hold at least one face")
     if array.min() < 0 or array.max() >= n_cells:
         place = int(np.argmax((array < 0) | (array >= n_cells)))
-        raise ValueError(f"centers[{place}] is {array[place]}; it must be 0 to {n_cells - 1}")
+        raise ValueError(f"{name}[{place}] is {array[place]}; it must be 0 to {n_cells - 1}")
     values, counts = np.unique(array, return_counts=True)
     if len(values) < len(array):
-        raise ValueError(f"centers holds {values[np.argmax(counts > 1)]} more than once")
+        raise ValueError(f"{name} holds {values[np.argmax(counts > 1)]} more than once")
     return array.astype(np.int32)
 
 
@@ -196,13 +224,15 @@ def checked_count(value: Any, name: str, high: int | None = None, of: str = "") 
 
 def checked_number(value: Any, name: str, *, zero: bool) -> float:
     """A finite float > 0, or >= 0 where `zero` is allowed."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name} must be a number, got {reprlib.repr(value)}")
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name} must be a number, got {value!r}") from None
+    except OverflowError:
+        number = math.inf
     if not math.isfinite(number) or number < 0 or (number == 0 and not zero):
         expected = "finite and not negative" if zero else "finite and positive"
-        raise ValueError(f"{name} must be {expected}, got {value!r}")
+        raise ValueError(f"{name} must be {expected}, got {reprlib.repr(value)}")
     return number
 
 
@@ -223,12 +253,12 @@ def checked_callable(value: Any, name: str) -> Any:
 def checked_threads(n_threads: Any) -> int:
     """The number of threads: as given, else SUPERFACETS_NUM_THREADS, else one per usable core."""
     if n_threads is not None:
-        return checked_count(n_threads, "n_threads")
+        return min(checked_count(n_threads, "n_threads"), MAX_THREADS)
     from_environment = os.environ.get("SUPERFACETS_NUM_THREADS", "")
     if from_environment:
         if not from_environment.isdecimal():
             raise ValueError(f"SUPERFACETS_NUM_THREADS is {from_environment!r}, not a number")
-        return checked_count(int(from_environment), "SUPERFACETS_NUM_THREADS")
+        return min(checked_count(int(from_environment), "SUPERFACETS_NUM_THREADS"), MAX_THREADS)
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

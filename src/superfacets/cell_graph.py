@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,7 @@ from ._validate import (
     checked_bounds,
     checked_nonnegative_array,
     checked_positions,
+    read_only,
 )
 
 __all__ = ["CellGraph", "box_diagonal", "checked_graph"]
@@ -82,7 +84,7 @@ class CellGraph:
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
         weights = checked_nonnegative_array(self.weights, len(neighbors), "weights", "arc")
         lengths, unit = _core.quantize_weights(weights)
-        fields = {
+        fields: dict[str, npt.NDArray[Any]] = {
             "positions": positions,
             "measures": measures,
             "offsets": offsets,
@@ -90,10 +92,10 @@ class CellGraph:
             "weights": weights,
             "bounds": checked_bounds(self.bounds, positions),
             "lengths": lengths,
-            "unit": unit,
         }
         for name, value in fields.items():
-            object.__setattr__(self, name, value)
+            object.__setattr__(self, name, read_only(value))
+        object.__setattr__(self, "unit", unit)
 
     @property
     def n_cells(self) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import signal
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,9 +18,9 @@ from ._timing import timed
 from .errors import MeshError, MissingExtraError
 from .gl import RenderError
 from .info import MeshInfo, mesh_info
-from .io import check_outputs, read_labels, read_mesh, write_outputs
+from .io import check_outputs, has_labels, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
-from .render import View, render
+from .render import View, check_rendering, render
 from .sample import sample_mesh
 from .seeding import INITS
 from .segment import PAPER, Segmentation, segment
@@ -35,6 +36,7 @@ NOT_NEGATIVE = click.FloatRange(min=0)
 
 def main() -> NoReturn:
     """Run the command. A fault of the user's is one line on stderr and an exit status."""
+    signal.signal(signal.SIGTERM, _terminate)
     try:
         commands.main(standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
@@ -51,7 +53,14 @@ def main() -> NoReturn:
         _fail(str(error), EXIT_DATA)
     except MemoryError:
         _fail("not enough memory", EXIT_DATA)
+    except (ValueError, TypeError) as error:  # a parameter, or a setting in the environment
+        _fail(str(error), EXIT_USAGE)
     sys.exit(0)
+
+
+def _terminate(*_: object) -> NoReturn:
+    """End as after Ctrl-C, so that temporary files are removed."""
+    raise KeyboardInterrupt
 
 
 def _fail(message: str, status: int) -> NoReturn:
@@ -142,6 +151,8 @@ def segment_command(
     mesh: Path, outputs: tuple[Path, ...], ascii: bool, as_json: bool, **options: Any
 ) -> None:
     """Segment the mesh in the file IN and write its labels."""
+    if not mesh.name:
+        raise click.UsageError(f"{mesh} is not a file")
     paths = list(outputs) or [mesh.with_name(f"{mesh.stem}.superfacets.ply")]
     _check_outputs(mesh, paths)
     timings: dict[str, float] = {}
@@ -221,6 +232,7 @@ def render_command(
 )
 def demo_command(output: Path) -> None:
     """Segment a sample mesh that comes along, and write a labeled mesh and a picture of it."""
+    check_rendering()
     output.mkdir(parents=True, exist_ok=True)
     labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
     timings: dict[str, float] = {}
@@ -258,22 +270,12 @@ def _segment(
             bar.set_postfix(centers_moved=n_moved, refresh=False)
             bar.update()
 
-        try:
-            return segment(mesh, progress=progress, **options, **chosen)
-        except MeshError:
-            raise
-        except (ValueError, TypeError) as error:
-            raise click.UsageError(str(error)) from error
+        return segment(mesh, progress=progress, **options, **chosen)
 
 
 def _labels_of(path: Path, mesh: Mesh) -> npt.NDArray[Any] | None:
     """The labels that a file holds along with its mesh; None if it has none."""
-    if path.suffix.lower() != ".ply":
-        return None
-    try:
-        return read_labels(path, mesh.n_faces)
-    except MeshError:
-        return None
+    return read_labels(path, mesh.n_faces) if has_labels(path) else None
 
 
 def _note_on_more(n_more: int, paper: bool) -> str:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._validate import checked_threads
+from ._validate import (
+    checked_arcs,
+    checked_bounds,
+    checked_positions,
+    checked_threads,
+    read_only,
+)
 from .cell_graph import CellGraph, box_diagonal
 from .errors import MeshError
 from .mesh import Mesh, as_mesh
@@ -63,6 +69,30 @@ class FaceGraph:
     same_turn: npt.NDArray[np.uint8]
     bounds: npt.NDArray[np.float64]
     edge_counts: EdgeCounts
+
+    def __post_init__(self) -> None:
+        positions = checked_positions(self.positions)
+        offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
+        measures = np.ascontiguousarray(self.measures, dtype=np.float64)
+        sides = np.ascontiguousarray(self.sides, dtype=np.uint16)
+        same_turn = np.ascontiguousarray(self.same_turn, dtype=np.uint8)
+        if measures.shape != (len(positions),):
+            raise ValueError("measures must be one per face")
+        if not sides.shape == same_turn.shape == neighbors.shape:
+            raise ValueError("sides and same_turn must be one per arc")
+        if sides.max(initial=0) > 2:
+            raise ValueError("sides must be 0, 1 or 2")
+        fields: dict[str, npt.NDArray[Any]] = {
+            "positions": positions,
+            "measures": measures,
+            "offsets": offsets,
+            "neighbors": neighbors,
+            "sides": sides,
+            "same_turn": same_turn,
+            "bounds": checked_bounds(self.bounds, positions),
+        }
+        for name, value in fields.items():
+            object.__setattr__(self, name, read_only(value))
 
     @property
     def n_cells(self) -> int:

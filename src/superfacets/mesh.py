@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._validate import check_extent, checked_faces, checked_vertices
+from ._validate import check_extent, checked_faces, checked_vertices, read_only
 from .errors import MeshError
 
 __all__ = ["Mesh", "as_mesh"]
@@ -25,9 +25,10 @@ class Mesh:
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
-        Positions, finite; kept as float64. Faces need not use every vertex.
+        Positions, finite; kept as float64, read-only. Faces need not use every vertex.
     faces : array_like of integers, shape (F, 3)
-        Vertex indices, 0 to V - 1, counterclockwise seen from outside; kept as int32. F >= 1.
+        Vertex indices, 0 to V - 1, counterclockwise seen from outside; kept as int32, read-only.
+        F >= 1.
 
     Raises
     ------
@@ -49,8 +50,8 @@ class Mesh:
         vertices = checked_vertices(self.vertices)
         faces = checked_faces(self.faces, len(vertices))
         check_extent(vertices, faces)
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "faces", faces)
+        object.__setattr__(self, "vertices", read_only(vertices))
+        object.__setattr__(self, "faces", read_only(faces))
 
     @property
     def n_faces(self) -> int:

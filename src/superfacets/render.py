@@ -16,11 +16,11 @@ from ._validate import checked_choice, checked_count, checked_number, compact_la
 from .colors import region_colors
 from .errors import MissingExtraError
 from .face_graph import FaceGraph, build_face_graph
-from .gl import RenderError, quiet_vtk
+from .gl import RenderError, ensure_gl, quiet_vtk
 from .io.atomic import atomic_outputs, checked_targets
 from .mesh import Mesh, as_mesh
 
-__all__ = ["View", "render"]
+__all__ = ["View", "check_rendering", "render"]
 
 FloatArray = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
@@ -173,6 +173,12 @@ def render(
     if path is not None:
         _write_png(picture, path)
     return picture
+
+
+def check_rendering() -> None:
+    """Raise what `render` would raise here for want of PyVista or OpenGL."""
+    _import_pyvista()
+    ensure_gl()
 
 
 @dataclass(frozen=True)

@@ -55,12 +55,12 @@ def region_size(
     area = float(graph.measures.sum())
     if radius is not None:
         r = float(radius) * graph.diagonal
-        k = area / (math.pi * r * r) if r > 0 else math.inf
+        k = area / math.pi / r / r if r > 0 else math.inf
         return RegionSize(max(1, round(min(k, graph.n_cells))), r)
     if n_segments is None:
         k = min(DEFAULT_N_SEGMENTS, graph.n_cells)
         if not isinstance(init, str):
-            k = len(checked_seeds(init, graph.n_cells))
+            k = len(checked_seeds(init, graph.n_cells, "init"))
     else:
         k = checked_count(n_segments, "n_segments", graph.n_cells, "faces")
     return RegionSize(k, math.sqrt(area / (math.pi * k)))
@@ -131,7 +131,7 @@ def place_seeds(
 
 
 def _given_seeds(graph: CellGraph, seeds: Any, n_segments: int | None) -> npt.NDArray[np.int32]:
-    array = checked_seeds(seeds, graph.n_cells)
+    array = checked_seeds(seeds, graph.n_cells, "init")
     if n_segments is not None and n_segments != len(array):
         raise ValueError(f"n_segments is {n_segments} but {len(array)} seeds are given")
     return array

@@ -25,7 +25,7 @@ from .cell_graph import CellGraph, checked_graph
 from .classify import Paths, run_classify
 from .face_graph import build_face_graph
 from .mesh import as_mesh
-from .seeding import check_size, place_seeds, region_size
+from .seeding import INITS, check_size, place_seeds, region_size
 from .weights import superfacet_weights
 
 __all__ = ["PAPER", "Segmentation", "segment", "segment_graph"]
@@ -176,6 +176,8 @@ def segment(
     """
     # Wrong parameters are found before the mesh is read.
     check_size(n_segments, radius)
+    if isinstance(init, str):
+        checked_choice(init, "init", INITS)
     loop = _Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
@@ -312,7 +314,8 @@ def _iterate(
             moved_to = _core.update_centers(graph.positions, graph.measures, labels, len(centers))
         n_moved = int(np.count_nonzero(moved_to != centers))
         seen.add(_fingerprint(centers))
-        is_cancelled = loop.progress is not None and loop.progress(iteration, n_moved) is False
+        answer = None if loop.progress is None else loop.progress(iteration, n_moved)
+        is_cancelled = isinstance(answer, (bool, np.bool_)) and not answer
         # The labels are those of `centers`; whatever ends the loop, the last move is dropped.
         if n_moved == 0 or _root_mean_square_move(graph, centers, moved_to) <= loop.tol * radius:
             return labels, centers, iteration, "converged"

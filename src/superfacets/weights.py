@@ -36,8 +36,8 @@ def superfacet_weights(
     rigid motion and uniform scaling. Time is linear in the arcs.
 
     Where two neighbors are inconsistently oriented, the normal of the smaller one (of the one with
-    the higher index, if they are as large) is turned for their arc. On a closed mesh that is inside out, concave and convex swap. Where a
-    face has no normal, theta is 0.
+    the higher index, if they are as large) is turned for their arc. On a closed mesh that is inside
+    out, concave and convex swap. Where a face has no normal, theta is 0.
 
     Parameters
     ----------

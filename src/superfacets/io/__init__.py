@@ -12,7 +12,7 @@ Readers: `ply` (`ply_header`, `ply_body`), `obj`, `stl`, `off`, `tri`, `gltf` (`
 """
 
 from .atomic import atomic_outputs
-from .labels import LABEL_ENDINGS, read_labels
+from .labels import LABEL_ENDINGS, has_labels, read_labels
 from .read import MESH_ENDINGS, read_mesh
 from .write import check_outputs, write_labels, write_mesh, write_outputs
 
@@ -21,6 +21,7 @@ __all__ = [
     "MESH_ENDINGS",
     "atomic_outputs",
     "check_outputs",
+    "has_labels",
     "read_labels",
     "read_mesh",
     "write_labels",

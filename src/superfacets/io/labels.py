@@ -15,9 +15,10 @@ import numpy.typing as npt
 from ..errors import MeshError
 from .guards import counted, known_ending, read_bytes
 from .ply import read_ply_labels
+from .ply_header import parse_header
 from .text import split_lines
 
-__all__ = ["LABEL_ENDINGS", "checked_labels", "read_labels"]
+__all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "read_labels"]
 
 MAX_LABEL = 2**31 - 1
 """Labels are int32."""
@@ -65,6 +66,19 @@ def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt
         return checked_labels(_READERS[ending](data), n_faces)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
+
+
+def has_labels(path: str | os.PathLike[str]) -> bool:
+    """Whether a mesh file declares labels of its faces: a PLY with the face property ``label``."""
+    path = Path(path)
+    if path.suffix.lower() != ".ply":
+        return False
+    try:
+        header = parse_header(read_bytes(path))
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
+    face = header.find("face")
+    return face is not None and header.elements[face].find("label") is not None
 
 
 def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.int32]:
