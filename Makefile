@@ -13,18 +13,18 @@ demo: $(BIN)/superfacets ## segment the sample mesh, write a labeled mesh and a 
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/superfacets demo -o demo
 
-test: $(VENV)/groups ## run all tests
+test: $(VENV)/group-test ## run all tests
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/python -m pytest
 
-lint: $(VENV)/groups ## formats, lints and types of Python and C++
+lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror src/core/*.[ch]pp
 	$(BIN)/clang-tidy --quiet src/core/*.cpp -- -std=c++20 -Isrc/core $$($(BIN)/python tools/include-flags)
 
-docs: $(VENV)/groups ## build the documentation; warnings are errors
+docs: $(VENV)/group-dev ## build the documentation; warnings are errors
 	$(BIN)/sphinx-build -W --keep-going -q -E docs docs/_build/html
 	@echo docs/_build/html/index.html
 
@@ -35,10 +35,10 @@ figures: $(BIN)/superfacets ## draw the pictures of the README and the documenta
 timings: $(BIN)/superfacets ## print the timing table of the README
 	$(BIN)/python benchmarks/timings.py
 
-sanitize: $(VENV)/groups ## run the tests of the core under ASan, UBSan and TSan
+sanitize: $(VENV)/group-test ## run the tests of the core under ASan, UBSan and TSan
 	tools/sanitize $(BIN)/python
 
-dist: $(VENV)/groups ## build sdist and wheel, install each into an empty environment, and try it
+dist: $(VENV)/group-dev ## build sdist and wheel, install each into an empty environment, and try it
 	tools/try-dist $(BIN)/python
 
 clean: ## remove all that was built
@@ -55,6 +55,6 @@ $(BIN)/superfacets: $(VENV)/made $(SOURCES)
 	$(BIN)/python -m pip install --quiet ".[all]"
 	@touch $@
 
-$(VENV)/groups: $(BIN)/superfacets
-	$(BIN)/python -m pip install --quiet --group dev
+$(VENV)/group-%: $(BIN)/superfacets
+	$(BIN)/python -m pip install --quiet --group $*
 	@touch $@

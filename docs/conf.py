@@ -23,7 +23,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(array_like|ndarray|optional|default|callable|path|float64|float32|int32|int64)"),
     (r"py:.*", r"(uint16|uint8|Path|PathLike|StopReason|Progress|npt|NDArray|ArrayLike|Any|shape)"),
     (r"py:.*", r"(pair|of|or|mesh|trimesh|PyVista|Open3D|integers|int|\(.*|.*\)|\{.*|.*\}|\d+.*)"),
-    (r"py:.*", r".*(superfacets|farthest|flood|grid).*"),
+    (r"py:.*", r"[\"'].*"),
 ]
 
 myst_enable_extensions = ["dollarmath"]
