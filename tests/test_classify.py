@@ -1,6 +1,9 @@
 """Stage 4a: labels on graphs small enough to follow every path."""
 
 import heapq
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -100,6 +103,48 @@ def test_a_few_huge_weights_cost_no_time(heavy):
     result = classify(cells, [0, 99, 5000])
     assert result.labels.tolist() == labels
     assert np.array_equal(result.distances, np.array(lengths) * cells.unit)
+
+
+def test_cells_behind_arcs_thousands_of_times_the_mean_wait_for_their_turn():
+    """A long row of short arcs, and three cells that hang on one end by ever longer ones."""
+    n = 5000
+    row = shapes.line_graph([1.0] * (n - 1))
+    hanging = [3e5, 1e5, 2e5]
+    offsets = np.concatenate([[0], row.offsets[1:] + 3, row.n_arcs + 3 + np.arange(1, 4)])
+    neighbors = np.concatenate([[n, n + 1, n + 2], row.neighbors, [0, 0, 0]])
+    weights = np.concatenate([hanging, row.weights, hanging])
+    graph = CellGraph(np.zeros((n + 3, 3)), np.ones(n + 3), offsets, neighbors, weights)
+    labels, lengths = reference_labels(graph, [0, n - 1])
+    result = classify(graph, [0, n - 1])
+    assert result.labels.tolist() == labels
+    assert np.array_equal(result.distances, np.array(lengths) * graph.unit)
+
+
+OUT_OF_MEMORY_IN_THREADS = """
+import resource
+import numpy as np
+from superfacets import CellGraph, classify
+n = 4_000_000
+graph = CellGraph(np.zeros((n, 3)), np.ones(n), np.zeros(n + 1, int), [], [])
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + 150_000_000,) * 2)
+try:
+    classify(graph, np.arange(64), reach=1.0, n_threads=4)
+except MemoryError:
+    print("MemoryError")
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits memory as Linux does")
+@pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer aborts then")
+def test_running_out_of_memory_in_a_thread_is_a_memory_error():
+    done = subprocess.run(
+        [sys.executable, "-c", OUT_OF_MEMORY_IN_THREADS],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("MemoryError\n", "", 0)
 
 
 def reference_labels(graph, centers):

@@ -23,7 +23,6 @@ MAX_CELLS = 2**31 - 1
 EXTENT_RANGE = (1e-60, 1e60)
 """Diagonals at which products of four edge lengths, down to 1e-8 of the diagonal, stay normal."""
 
-
 VALUE_RANGE = (1e-150, 1e150)
 """Largest areas and weights whose sums, and products with positions, stay normal."""
 
@@ -31,11 +30,15 @@ MAX_THREADS = 1024
 """More threads than any machine has use for."""
 
 
-def read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """A view that cannot be written through: what was checked stays as it was checked."""
-    view = array.view()
-    view.flags.writeable = False
-    return view
+def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
+    """Set fields of a frozen dataclass to views that cannot be written through.
+
+    What was checked then stays as it was checked; the caller's own arrays stay writable.
+    """
+    for name, array in arrays.items():
+        view = array.view()
+        view.flags.writeable = False
+        object.__setattr__(instance, name, view)
 
 
 def checked_vertices(vertices: Any) -> npt.NDArray[np.float64]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +14,7 @@ from ._validate import (
     checked_bounds,
     checked_nonnegative_array,
     checked_positions,
-    read_only,
+    freeze,
 )
 
 __all__ = ["CellGraph", "box_diagonal", "checked_graph"]
@@ -84,17 +83,16 @@ class CellGraph:
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
         weights = checked_nonnegative_array(self.weights, len(neighbors), "weights", "arc")
         lengths, unit = _core.quantize_weights(weights)
-        fields: dict[str, npt.NDArray[Any]] = {
-            "positions": positions,
-            "measures": measures,
-            "offsets": offsets,
-            "neighbors": neighbors,
-            "weights": weights,
-            "bounds": checked_bounds(self.bounds, positions),
-            "lengths": lengths,
-        }
-        for name, value in fields.items():
-            object.__setattr__(self, name, read_only(value))
+        freeze(
+            self,
+            positions=positions,
+            measures=measures,
+            offsets=offsets,
+            neighbors=neighbors,
+            weights=weights,
+            bounds=checked_bounds(self.bounds, positions),
+            lengths=lengths,
+        )
         object.__setattr__(self, "unit", unit)
 
     @property

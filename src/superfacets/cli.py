@@ -53,7 +53,7 @@ def main() -> NoReturn:
         _fail(str(error), EXIT_DATA)
     except MemoryError:
         _fail("not enough memory", EXIT_DATA)
-    except (ValueError, TypeError) as error:  # a parameter, or a setting in the environment
+    except ValueError as error:  # a parameter, or a setting in the environment
         _fail(str(error), EXIT_USAGE)
     sys.exit(0)
 
@@ -259,7 +259,7 @@ def _check_outputs(mesh: Path, paths: list[Path]) -> None:
 def _segment(
     mesh: Mesh, *, paper: bool = False, tol: float | None = None, **options: Any
 ) -> Segmentation:
-    """Segment with a progress bar on a terminal; wrong parameters are faults of usage."""
+    """Segment with a progress bar on a terminal."""
     from tqdm import tqdm
 
     chosen = {**(PAPER if paper else {}), **({} if tol is None else {"tol": tol})}

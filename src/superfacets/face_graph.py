@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from ._validate import (
     checked_bounds,
     checked_positions,
     checked_threads,
-    read_only,
+    freeze,
 )
 from .cell_graph import CellGraph, box_diagonal
 from .errors import MeshError
@@ -82,17 +82,16 @@ class FaceGraph:
             raise ValueError("sides and same_turn must be one per arc")
         if sides.max(initial=0) > 2:
             raise ValueError("sides must be 0, 1 or 2")
-        fields: dict[str, npt.NDArray[Any]] = {
-            "positions": positions,
-            "measures": measures,
-            "offsets": offsets,
-            "neighbors": neighbors,
-            "sides": sides,
-            "same_turn": same_turn,
-            "bounds": checked_bounds(self.bounds, positions),
-        }
-        for name, value in fields.items():
-            object.__setattr__(self, name, read_only(value))
+        freeze(
+            self,
+            positions=positions,
+            measures=measures,
+            offsets=offsets,
+            neighbors=neighbors,
+            sides=sides,
+            same_turn=same_turn,
+            bounds=checked_bounds(self.bounds, positions),
+        )
 
     @property
     def n_cells(self) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._validate import check_extent, checked_faces, checked_vertices, read_only
+from ._validate import check_extent, checked_faces, checked_vertices, freeze
 from .errors import MeshError
 
 __all__ = ["Mesh", "as_mesh"]
@@ -50,8 +50,7 @@ class Mesh:
         vertices = checked_vertices(self.vertices)
         faces = checked_faces(self.faces, len(vertices))
         check_extent(vertices, faces)
-        object.__setattr__(self, "vertices", read_only(vertices))
-        object.__setattr__(self, "faces", read_only(faces))
+        freeze(self, vertices=vertices, faces=faces)
 
     @property
     def n_faces(self) -> int:
