@@ -1,0 +1,88 @@
+// Bindings of stages 0 to 2. What each function does stands in the header of its stage; what it may
+// assume, in superfacets/_validate.py.
+#include "bindings.hpp"
+#include "face_graph.hpp"
+#include "weights.hpp"
+#include "weld.hpp"
+
+namespace superfacets {
+namespace {
+
+auto bind_weld_vertices(const Rows<double>& vertices) {
+  const auto input = points(vertices);
+  return to_numpy(without_gil([&] { return weld_vertices(input); }));
+}
+
+auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& representative) {
+  const auto input = triangles(faces);
+  const auto vertices = view(representative);
+  FaceGraph graph = without_gil([&] { return build_face_graph(input, vertices); });
+  const EdgeCounts& counts = graph.counts;
+  return std::tuple(
+      to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
+      to_numpy(std::move(graph.sides)), to_numpy(std::move(graph.same_turn)),
+      std::tuple(counts.edges, counts.boundary, counts.non_manifold, counts.inconsistent));
+}
+
+auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
+  std::vector<Point> centroids(faces.shape(0));
+  std::vector<double> areas(faces.shape(0));
+  const auto input = std::pair(points(vertices), triangles(faces));
+  without_gil([&] { measure_faces(input.first, input.second, n_threads, centroids, areas); });
+  return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)));
+}
+
+auto bind_superfacet_weights(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                             const Rows<double>& centroids, const Array<double>& areas,
+                             const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
+                             const Array<std::uint16_t>& sides,
+                             const Array<std::uint8_t>& same_turn, double alpha, double eta_convex,
+                             double diagonal, bool inside_out, int n_threads) {
+  std::vector<double> weights(neighbors.shape(0));
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
+                         view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
+  const WeightOptions options{alpha, eta_convex, diagonal, inside_out};
+  without_gil([&] { superfacet_weights(arcs, options, n_threads, weights); });
+  return to_numpy(std::move(weights));
+}
+
+std::int64_t bind_count_degenerate(const Rows<double>& vertices, const Rows<Vertex>& faces) {
+  const auto input = std::pair(points(vertices), triangles(faces));
+  return without_gil([&] { return count_degenerate(input.first, input.second); });
+}
+
+double bind_signed_volume(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                          const std::tuple<double, double, double>& origin) {
+  const auto input = std::pair(points(vertices), triangles(faces));
+  const Point from = as_point(origin);
+  return without_gil([&] { return signed_volume(input.first, input.second, from); });
+}
+
+auto bind_quantize_weights(const Array<double>& weights) {
+  std::vector<float> lengths(weights.shape(0));
+  const auto input = view(weights);
+  const double unit = without_gil([&] { return quantize_weights(input, lengths); });
+  return std::tuple(to_numpy(std::move(lengths)), unit);
+}
+
+}  // namespace
+
+void bind_mesh_stages(nb::module_& module) {
+  module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert());
+  module.def("build_face_graph", &bind_build_face_graph, "faces"_a.noconvert(),
+             "representative"_a.noconvert());
+  module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "n_threads"_a);
+  module.def("superfacet_weights", &bind_superfacet_weights, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
+             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
+             "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "diagonal"_a, "inside_out"_a,
+             "n_threads"_a);
+  module.def("count_degenerate", &bind_count_degenerate, "vertices"_a.noconvert(),
+             "faces"_a.noconvert());
+  module.def("signed_volume", &bind_signed_volume, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "origin"_a);
+  module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert());
+}
+
+}  // namespace superfacets

@@ -1,0 +1,74 @@
+// Memory for large arrays: left unwritten, and in huge pages where the system has them.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <span>
+#include <type_traits>
+#include <utility>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+namespace superfacets {
+
+// An array of n values that nobody has written yet. A vector would write zeros first, on one
+// thread, and touch each page of 4 KiB for it: on meshes of millions of faces that takes longer
+// than most stages. Here the threads that fill a part touch it first.
+template <typename T>
+class Buffer {
+  static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
+
+ public:
+  Buffer() = default;
+  explicit Buffer(std::size_t size) : data_(allocate(size)), size_(size) {}
+  Buffer(Buffer&& other) noexcept
+      : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  Buffer& operator=(Buffer&& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+  ~Buffer() { ::operator delete(data_, std::align_val_t{kAlignment}); }
+
+  T* data() { return data_; }
+  const T* data() const { return data_; }
+  std::size_t size() const { return size_; }
+  T& operator[](std::size_t i) { return data_[i]; }
+  const T& operator[](std::size_t i) const { return data_[i]; }
+  T* begin() { return data_; }
+  T* end() { return data_ + size_; }
+  const T* begin() const { return data_; }
+  const T* end() const { return data_ + size_; }
+  std::span<T> span() { return {data_, size_}; }
+  std::span<const T> span() const { return {data_, size_}; }
+
+ private:
+  static constexpr std::size_t kAlignment = 64;            // a cache line
+  static constexpr std::size_t kWorthHugePages = 4 << 20;  // bytes; two huge pages of most systems
+
+  static T* allocate(std::size_t size) {
+    // One element at least: numpy wants a valid pointer for an empty array too.
+    const std::size_t n_bytes = std::max<std::size_t>(size, 1) * sizeof(T);
+    void* data = ::operator new(n_bytes, std::align_val_t{kAlignment});
+#if defined(__linux__)
+    if (n_bytes >= kWorthHugePages) {
+      constexpr std::size_t kPage = 4096;
+      const std::size_t skipped = -reinterpret_cast<std::size_t>(data) % kPage;
+      // Only advice: where it is refused, pages are small.
+      ::madvise(static_cast<char*>(data) + skipped, n_bytes - skipped, MADV_HUGEPAGE);
+    }
+#endif
+    return static_cast<T*>(data);
+  }
+
+  T* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+}  // namespace superfacets
