@@ -97,12 +97,12 @@ def test_given_seeds_are_kept_in_their_order():
 
 def test_region_size_is_that_of_disks_with_the_whole_area():
     line = shapes.line_graph([1.0] * 7)
-    assert region_size(line, 2) == (2, math.sqrt(8 / (2 * math.pi)))
-    assert region_size(line, radius=0.1) == (5, pytest.approx(0.7))
-    assert region_size(line, radius=100) == (1, 700)
-    assert region_size(line, radius=1e-9).n_segments == 8
+    assert region_size(line.ordered(1), 2) == (2, math.sqrt(8 / (2 * math.pi)))
+    assert region_size(line.ordered(1), radius=0.1) == (5, pytest.approx(0.7))
+    assert region_size(line.ordered(1), radius=100) == (1, 700)
+    assert region_size(line.ordered(1), radius=1e-9).n_segments == 8
     assert region_size(line).n_segments == 8
-    assert region_size(line, init=[1, 2]).n_segments == 2
+    assert region_size(line.ordered(1), init=[1, 2]).n_segments == 2
     assert region_size(graph_of(shapes.bumpy_sheet(10))).n_segments == 150
 
 

@@ -1,114 +1,130 @@
 // Bindings of stages 3 and 4. What each function does stands in the header of its stage; what it
 // may assume, in superfacets/_validate.py.
+#include <new>
+
 #include "bindings.hpp"
-#include "classify.hpp"
+#include "clustering.hpp"
 #include "seeding.hpp"
 #include "update.hpp"
 
 namespace superfacets {
 namespace {
 
-CellGraph cell_graph(const Rows<double>& positions, const Array<std::int64_t>& offsets,
-                     const Array<Cell>& neighbors, const Array<float>& lengths) {
-  return {points(positions), view(offsets), view(neighbors), view(lengths)};
+void bind_ordered_graph(OrderedGraph* self, const Rows<double>& positions,
+                        const Array<double>& measures, const Array<std::int64_t>& offsets,
+                        const Array<Cell>& neighbors, const Array<float>& lengths, int n_threads) {
+  const CellGraph graph{points(positions), view(offsets), view(neighbors), view(lengths)};
+  const auto weights = view(measures);
+  without_gil([&] {
+    ThreadTeam team(n_threads);
+    return new (self) OrderedGraph(graph, weights, team);
+  });
 }
 
-auto bind_weighted_mean(const Rows<double>& positions, const Array<double>& measures) {
-  const auto input = std::pair(points(positions), view(measures));
-  const Point mean = without_gil([&] { return weighted_mean(input.first, input.second); });
-  return std::tuple(mean.x, mean.y, mean.z);
+auto bind_positions_of(const OrderedGraph& graph, const Array<Cell>& cells) {
+  std::vector<Point> positions;
+  for (const Place place : graph.places_of(view(cells))) {
+    positions.push_back(graph.positions[place]);
+  }
+  return to_numpy(std::move(positions));
 }
 
-Cell bind_nearest_cell(const Rows<double>& positions,
-                       const std::tuple<double, double, double>& target) {
-  const auto input = points(positions);
-  const Point to = as_point(target);
-  return without_gil([&] { return nearest_cell(input, to); });
+Cell bind_central_cell(const OrderedGraph& graph, int n_threads) {
+  return without_gil([&] {
+    ThreadTeam team(n_threads);
+    return central_cell(graph, team);
+  });
 }
 
-auto bind_farthest_seeds(const Rows<double>& positions, Cell first, Cell n_seeds) {
-  const auto input = points(positions);
-  return to_numpy(without_gil([&] { return farthest_seeds(input, first, n_seeds); }));
-}
-
-auto bind_flood_seeds(const Rows<double>& positions, const Array<std::int64_t>& offsets,
-                      const Array<Cell>& neighbors, const Array<float>& lengths, Cell first,
-                      double reach) {
-  const CellGraph graph = cell_graph(positions, offsets, neighbors, lengths);
-  return to_numpy(without_gil([&] { return flood_seeds(graph, first, reach); }));
-}
-
-auto bind_grid_labels(const Rows<double>& positions,
-                      const std::tuple<double, double, double>& corner, double side) {
-  const auto input = points(positions);
-  const Point low = as_point(corner);
-  return to_numpy(without_gil([&] { return grid_labels(input, low, side); }));
-}
-
-auto wrap(Classification&& result) {
-  return std::tuple(to_numpy(std::move(result.labels)), to_numpy(std::move(result.lengths)),
-                    to_numpy(std::move(result.centers)));
-}
-
-auto bind_classify_exact(const Rows<double>& positions, const Array<std::int64_t>& offsets,
-                         const Array<Cell>& neighbors, const Array<float>& lengths,
-                         const Array<Cell>& centers) {
-  const CellGraph graph = cell_graph(positions, offsets, neighbors, lengths);
-  const auto input = view(centers);
-  return wrap(without_gil([&] { return classify_exact(graph, input); }));
-}
-
-auto bind_reclassify_exact(const Rows<double>& positions, const Array<std::int64_t>& offsets,
-                           const Array<Cell>& neighbors, const Array<float>& lengths,
-                           const Array<Cell>& centers, const Array<Label>& previous_labels,
-                           const Array<PathLength>& previous_lengths,
-                           const Array<Cell>& previous_centers) {
-  const CellGraph graph = cell_graph(positions, offsets, neighbors, lengths);
-  const ClassificationView previous{view(previous_labels), view(previous_lengths),
-                                    view(previous_centers)};
-  const auto input = view(centers);
-  return wrap(without_gil([&] { return reclassify_exact(graph, input, previous); }));
-}
-
-auto bind_classify_halted(const Rows<double>& positions, const Array<std::int64_t>& offsets,
-                          const Array<Cell>& neighbors, const Array<float>& lengths,
-                          const Array<Cell>& centers, double reach, int n_threads) {
-  const CellGraph graph = cell_graph(positions, offsets, neighbors, lengths);
-  const auto input = view(centers);
-  return wrap(without_gil([&] { return classify_halted(graph, input, reach, n_threads); }));
-}
-
-auto bind_update_centers(const Rows<double>& positions, const Array<double>& measures,
-                         const Array<Label>& labels, Label n_regions) {
-  const auto input = std::tuple(points(positions), view(measures), view(labels));
+auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
   return to_numpy(without_gil([&] {
-    return update_centers(std::get<0>(input), std::get<1>(input), std::get<2>(input), n_regions);
+    ThreadTeam team(n_threads);
+    return farthest_seeds(graph, first, n_seeds, team);
+  }));
+}
+
+auto bind_flood_seeds(const OrderedGraph& graph, Cell first, double reach, int n_threads) {
+  return to_numpy(without_gil([&] {
+    ThreadTeam team(n_threads);
+    return flood_seeds(graph, first, reach, team);
+  }));
+}
+
+auto bind_grid_seeds(const OrderedGraph& graph, const std::tuple<double, double, double>& corner,
+                     double side, int n_threads) {
+  const Point low = as_point(corner);
+  return to_numpy(without_gil([&] {
+    ThreadTeam team(n_threads);
+    return grid_seeds(graph, low, side, team);
+  }));
+}
+
+void bind_clustering(Clustering* self, const OrderedGraph& graph, const Array<Cell>& centers,
+                     double reach, int n_threads) {
+  const auto input = view(centers);
+  without_gil([&] { return new (self) Clustering(graph, input, reach, n_threads); });
+}
+
+void bind_classify(Clustering& clustering, const Array<Cell>& centers) {
+  const auto input = view(centers);
+  without_gil([&] { clustering.classify(input); });
+}
+
+auto bind_update(Clustering& clustering) {
+  return to_numpy(without_gil([&] { return clustering.update(); }));
+}
+
+auto bind_centers(const Clustering& clustering) {
+  return to_numpy(clustering.centers());
+}
+
+auto bind_labels(Clustering& clustering) {
+  return to_numpy(without_gil([&] { return clustering.labels(); }));
+}
+
+auto bind_lengths(Clustering& clustering) {
+  return to_numpy(without_gil([&] { return clustering.lengths(); }));
+}
+
+auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, Label n_regions,
+                         int n_threads) {
+  const auto input = view(labels);
+  return to_numpy(without_gil([&] {
+    ThreadTeam team(n_threads);
+    const BoxTree tree(graph, team);
+    Buffer<Label> by_place(input.size());
+    for (std::size_t place = 0; place < input.size(); ++place) {
+      by_place[place] = input[graph.cells[place]];
+    }
+    return graph.cells_at(update_centers(graph, tree, by_place.span(), n_regions, team));
   }));
 }
 
 }  // namespace
 
 void bind_cell_stages(nb::module_& module) {
-  module.def("weighted_mean", &bind_weighted_mean, "positions"_a.noconvert(),
-             "measures"_a.noconvert());
-  module.def("nearest_cell", &bind_nearest_cell, "positions"_a.noconvert(), "target"_a);
-  module.def("farthest_seeds", &bind_farthest_seeds, "positions"_a.noconvert(), "first"_a,
-             "n_seeds"_a);
-  module.def("flood_seeds", &bind_flood_seeds, "positions"_a.noconvert(), "offsets"_a.noconvert(),
-             "neighbors"_a.noconvert(), "lengths"_a.noconvert(), "first"_a, "reach"_a);
-  module.def("grid_labels", &bind_grid_labels, "positions"_a.noconvert(), "corner"_a, "side"_a);
-  module.def("classify_exact", &bind_classify_exact, "positions"_a.noconvert(),
-             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
-             "centers"_a.noconvert());
-  module.def("reclassify_exact", &bind_reclassify_exact, "positions"_a.noconvert(),
-             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
-             "centers"_a.noconvert(), "previous_labels"_a.noconvert(),
-             "previous_lengths"_a.noconvert(), "previous_centers"_a.noconvert());
-  module.def("classify_halted", &bind_classify_halted, "positions"_a.noconvert(),
-             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
-             "centers"_a.noconvert(), "reach"_a, "n_threads"_a);
-  module.def("update_centers", &bind_update_centers, "positions"_a.noconvert(),
-             "measures"_a.noconvert(), "labels"_a.noconvert(), "n_regions"_a);
+  nb::class_<OrderedGraph>(module, "OrderedGraph")
+      .def("__init__", &bind_ordered_graph, "positions"_a.noconvert(), "measures"_a.noconvert(),
+           "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
+           "n_threads"_a)
+      .def_prop_ro("n_cells", &OrderedGraph::n_cells)
+      .def_ro("total_measure", &OrderedGraph::total_measure)
+      .def("positions_of", &bind_positions_of, "cells"_a.noconvert());
+  module.def("central_cell", &bind_central_cell, "graph"_a, "n_threads"_a);
+  module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a,
+             "n_threads"_a);
+  module.def("flood_seeds", &bind_flood_seeds, "graph"_a, "first"_a, "reach"_a, "n_threads"_a);
+  module.def("grid_seeds", &bind_grid_seeds, "graph"_a, "corner"_a, "side"_a, "n_threads"_a);
+  nb::class_<Clustering>(module, "Clustering")
+      .def("__init__", &bind_clustering, "graph"_a, "centers"_a.noconvert(), "reach"_a,
+           "n_threads"_a, nb::keep_alive<1, 2>())
+      .def("classify", &bind_classify, "centers"_a.noconvert())
+      .def("update", &bind_update)
+      .def("centers", &bind_centers)
+      .def("labels", &bind_labels)
+      .def("lengths", &bind_lengths);
+  module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
+             "n_regions"_a, "n_threads"_a);
 }
 
 }  // namespace superfacets

@@ -1,39 +1,60 @@
 // Stage 4a: labels from centers.
 #pragma once
 
-#include "types.hpp"
+#include <optional>
+#include <vector>
+
+#include "expansion.hpp"
+#include "halting.hpp"
 
 namespace superfacets {
 
-struct Classification {
-  std::vector<Label> labels;        // (N,) the nearest center's place in `centers`
-  std::vector<PathLength> lengths;  // (N,) the shortest path from it
-  std::vector<Cell> centers;        // (K,) those given, then one for each orphan that became one
+// The classification of all places by centers, and by others after that: what it costs then depends
+// on what changes. Memory: 12 bytes a cell; where expansions are halted 4 more, and 8 for each of
+// up to four threads.
+class Classification {
+ public:
+  // An infinite `reach` means exactly: the true nearest center, the lower label among equals;
+  // regions are connected, and a component without a center gets one, at its lowest cell. A finite
+  // one halts expansions (see HaltedPaths). The tree must be that of the graph.
+  Classification(const OrderedGraph& graph, const BoxTree& tree, double reach, ThreadTeam& team);
+
+  // Classifies by these centers.
+  void classify(std::span<const Place> centers);
+
+  // The centers given last, then those made of cells that none of them reached.
+  std::span<const Place> centers() const { return centers_; }
+
+  // The label of a place, which is the place in `centers` of its center, and the path from there.
+  Path path(Place place) const {
+    return halted_ ? halted_->path(exact_, place) : exact_.path(place);
+  }
+
+  // Calls take(begin, end) for ranges of places, on several threads; paths of all others are as
+  // they were when this was called last.
+  template <typename Take>
+  void take_changes(const Take& take) {
+    team_.for_each(exact_.n_chunks(), [&](std::int64_t chunk, int) {
+      // Which of the corrections are new is not known.
+      if (!halted_ && !exact_.has_changed(chunk)) return;
+      const auto [begin, end] = exact_.places(chunk);
+      take(begin, end);
+      exact_.settle(chunk);
+    });
+  }
+
+ private:
+  void start_all();
+  void start_moved();
+  void adopt_orphans();
+
+  const OrderedGraph& graph_;
+  ThreadTeam& team_;
+  Expansion exact_;
+  std::optional<HaltedPaths> halted_;
+  std::vector<Place> centers_;
+  std::vector<Place> started_;  // centers that exact paths lead from
+  bool may_have_orphans_ = true;
 };
-
-// A classification that somebody else owns.
-struct ClassificationView {
-  std::span<const Label> labels;
-  std::span<const PathLength> lengths;
-  std::span<const Cell> centers;
-};
-
-// The true nearest center of every cell, the lower label among equals; regions are connected. A
-// component without a center gets one, at its lowest cell. Time O((N + M) log N) at worst.
-Classification classify_exact(const CellGraph& graph, std::span<const Cell> centers);
-
-// The same after centers have moved, from the labels and lengths that belong to `previous` centers,
-// as many as now: only the regions whose center moved are erased and grown again, and those around
-// give way to them. Time O(N) plus what grows.
-Classification reclassify_exact(const CellGraph& graph, std::span<const Cell> centers,
-                                const ClassificationView& previous);
-
-// The paper's classification: each center expands on its own by Dijkstra's algorithm. A cell
-// farther than `reach` (Euclidean) from the center is labeled but not expanded. Where expansions
-// overlap the shorter path wins, the lower label among equals. While there are cells that no center
-// reached, the lowest of them becomes a center and expands likewise. Regions may be disconnected.
-// Memory: 20 bytes per cell and thread, on four threads at most.
-Classification classify_halted(const CellGraph& graph, std::span<const Cell> centers, double reach,
-                               int n_threads);
 
 }  // namespace superfacets

@@ -1,42 +1,40 @@
 // Farthest-point sampling in a tree of bounding boxes; used by the seeding stage.
 #pragma once
 
-#include "types.hpp"
+#include "box_tree.hpp"
 
 namespace superfacets {
 
 // The squared distance of every cell to the centers placed so far, and the farthest cell.
 class FarthestPoints {
  public:
-  // No center is placed yet. Sorts the cells along a space-filling curve and builds the tree.
-  explicit FarthestPoints(std::span<const Point> positions);
+  // No center is placed yet.
+  FarthestPoints(const OrderedGraph& graph, ThreadTeam& team);
 
-  // Places a center at a cell: the cell is never the farthest again.
-  void place(Cell center);
+  // Places a center: its cell is never the farthest again.
+  void place(Place center);
 
-  // The farthest cell from all centers, the lowest index among equals. There must be one left.
-  Cell farthest() const;
+  // The farthest from all centers, the lowest cell among equals. There must be one left.
+  Place farthest() const { return summaries_.back().front().farthest; }
 
  private:
-  // A group of consecutive leaves; node i of a level holds kFanOut nodes of the level below.
-  struct Node {
-    Point low, high;          // bounding box of its cells
-    double farthest_squared;  // the largest squared distance among its cells
-    Cell farthest;            // the cell that has it, lowest index among equals
+  struct Summary {
+    double farthest_squared;  // the largest squared distance among the cells of a node
+    Place farthest;           // the place that has it, lowest cell among equals
   };
 
-  void build_leaves(std::span<const Point> positions);
-  void build_level();
+  bool can_change(std::size_t level, std::size_t index, Point center) const;
   void update(std::size_t level, std::size_t index, Point center);
   void update_leaf(std::size_t leaf, Point center);
   void summarize_leaf(std::size_t leaf);
   void summarize(std::size_t level, std::size_t index);
+  bool is_farther(const Summary& a, const Summary& b) const;
 
-  std::vector<Cell> cells_;                // (N,) in the order of the curve
-  std::vector<Point> positions_;           // (N,) in the same order
-  std::vector<double> squared_distance_;   // (N,) in the same order; infinite before any center
-  std::vector<std::size_t> place_of_;      // (N,) where a cell stands in that order
-  std::vector<std::vector<Node>> levels_;  // leaves first, the root alone in the last
+  const OrderedGraph& graph_;
+  ThreadTeam& team_;
+  const BoxTree tree_;
+  Buffer<double> squared_distance_;              // (N,) infinite before any center
+  std::vector<std::vector<Summary>> summaries_;  // of each node, as in the tree
 };
 
 }  // namespace superfacets

@@ -15,7 +15,7 @@ class RadixHeap {
  public:
   struct Entry {
     PathLength key;
-    Cell cell;
+    Place place;
   };
 
   bool empty() const { return size_ == 0; }
@@ -23,8 +23,8 @@ class RadixHeap {
   // Restarts the order at key 0. The heap must be empty.
   void restart() { last_ = 0; }
 
-  void push(PathLength key, Cell cell) {
-    buckets_[bucket_of(key)].push_back({key, cell});
+  void push(PathLength key, Place place) {
+    buckets_[bucket_of(key)].push_back({key, place});
     ++size_;
   }
 

@@ -10,63 +10,64 @@
 
 #include "classify.hpp"
 #include "farthest.hpp"
+#include "update.hpp"
 
 namespace superfacets {
 namespace {
 
-// Which cells some region has reached, and the expansion of one more region.
+// Which places some region has reached, and the expansion of one more region.
 class Flood {
  public:
-  Flood(const CellGraph& graph, double reach)
+  Flood(const OrderedGraph& graph, double reach)
       : graph_(graph),
         squared_reach_(reach * reach),
         is_reached_(graph.n_cells(), false),
         visited_by_(graph.n_cells(), kNoLabel) {}
 
-  bool is_reached(Cell cell) const { return is_reached_[cell]; }
+  bool is_reached(Place place) const { return is_reached_[place]; }
 
-  // Which cells are reached does not depend on the order in which they are, so a stack does where
+  // Which places are reached does not depend on the order in which they are, so a stack does where
   // the classification needs Dijkstra's algorithm.
-  void expand(Cell seed, Label label) {
-    reach_cell(seed, label);
+  void expand(Place seed, Label label) {
+    reach_place(seed, label);
     while (!stack_.empty()) {
-      const Cell cell = stack_.back();
+      const Place place = stack_.back();
       stack_.pop_back();
-      const double squared = squared_norm(graph_.positions[cell] - graph_.positions[seed]);
-      if (squared <= squared_reach_) reach_neighbors(cell, label);
+      const double squared = squared_norm(graph_.positions[place] - graph_.positions[seed]);
+      if (squared > squared_reach_) continue;
+      for (const Arc& arc : graph_.arcs_of(place)) {
+        if (visited_by_[arc.to] != label) reach_place(arc.to, label);
+      }
     }
   }
 
  private:
-  void reach_neighbors(Cell cell, Label label) {
-    for (std::int64_t arc = graph_.offsets[cell]; arc < graph_.offsets[cell + 1]; ++arc) {
-      if (visited_by_[graph_.neighbors[arc]] != label) reach_cell(graph_.neighbors[arc], label);
-    }
+  void reach_place(Place place, Label label) {
+    visited_by_[place] = label;
+    is_reached_[place] = true;
+    stack_.push_back(place);
   }
 
-  void reach_cell(Cell cell, Label label) {
-    visited_by_[cell] = label;
-    is_reached_[cell] = true;
-    stack_.push_back(cell);
-  }
-
-  const CellGraph& graph_;
+  const OrderedGraph& graph_;
   const double squared_reach_;
   std::vector<bool> is_reached_;   // (N,) by any region
   std::vector<Label> visited_by_;  // (N,) the last region that came by
-  std::vector<Cell> stack_;        // cells of the present region still to be expanded
+  std::vector<Place> stack_;       // places of the present region still to be expanded
 };
 
-// Cells by component (that of `first`, then by lowest cell), then by path length, then by index.
-std::vector<Cell> visiting_order(const CellGraph& graph, Cell first) {
-  const Classification from_first = classify_exact(graph, std::span(&first, 1));
-  std::vector<Cell> order(graph.n_cells());
+// Places by component (that of `first`, then by lowest cell), then by path length, then by cell.
+std::vector<Place> visiting_order(const OrderedGraph& graph, Place first, ThreadTeam& team) {
+  const BoxTree tree(graph, team);
+  Classification from_first(graph, tree, kInfinity, team);
+  from_first.classify(std::span(&first, 1));
+  std::vector<Place> order(graph.n_cells());
   std::iota(order.begin(), order.end(), 0);
   // With one center a component, the label is the component.
-  auto key = [&](Cell cell) {
-    return std::tuple(from_first.labels[cell], from_first.lengths[cell], cell);
+  auto key = [&](Place place) {
+    const Path path = from_first.path(place);
+    return std::tuple(path.label, path.length, graph.cells[place]);
   };
-  std::sort(order.begin(), order.end(), [&](Cell a, Cell b) { return key(a) < key(b); });
+  std::sort(order.begin(), order.end(), [&](Place a, Place b) { return key(a) < key(b); });
   return order;
 }
 
@@ -88,52 +89,51 @@ struct CubeHash {
 
 }  // namespace
 
-Cell nearest_cell(std::span<const Point> positions, Point target) {
-  Cell nearest = 0;
-  double nearest_squared = std::numeric_limits<double>::infinity();
-  for (std::size_t cell = 0; cell < positions.size(); ++cell) {
-    const double squared = squared_norm(positions[cell] - target);
-    if (squared >= nearest_squared) continue;
-    nearest_squared = squared;
-    nearest = static_cast<Cell>(cell);
-  }
-  return nearest;
+Cell central_cell(const OrderedGraph& graph, ThreadTeam& team) {
+  const Point mean = weighted_mean(graph, team);
+  const BoxTree tree(graph, team);
+  return graph.cells[tree.nearest(graph, mean, 0, [](Place) { return true; })];
 }
 
-std::vector<Cell> farthest_seeds(std::span<const Point> positions, Cell first, Cell n_seeds) {
-  FarthestPoints points(positions);
-  std::vector<Cell> seeds{first};
-  points.place(first);
+std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
+                                 ThreadTeam& team) {
+  FarthestPoints points(graph, team);
+  std::vector<Place> seeds{graph.place_of[first]};
+  points.place(seeds.back());
   while (std::cmp_less(seeds.size(), n_seeds)) {
     seeds.push_back(points.farthest());
     points.place(seeds.back());
   }
-  return seeds;
+  return graph.cells_at(seeds);
 }
 
-std::vector<Cell> flood_seeds(const CellGraph& graph, Cell first, double reach) {
+std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, double reach,
+                              ThreadTeam& team) {
   Flood flood(graph, reach);
-  std::vector<Cell> seeds;
-  for (const Cell cell : visiting_order(graph, first)) {
-    if (flood.is_reached(cell)) continue;
-    flood.expand(cell, static_cast<Label>(seeds.size()));
-    seeds.push_back(cell);
+  std::vector<Place> seeds;
+  for (const Place place : visiting_order(graph, graph.place_of[first], team)) {
+    if (flood.is_reached(place)) continue;
+    flood.expand(place, static_cast<Label>(seeds.size()));
+    seeds.push_back(place);
   }
-  return seeds;
+  return graph.cells_at(seeds);
 }
 
-std::vector<Label> grid_labels(std::span<const Point> positions, Point corner, double side) {
+std::vector<Cell> grid_seeds(const OrderedGraph& graph, Point corner, double side,
+                             ThreadTeam& team) {
   std::unordered_map<Cube, Label, CubeHash> label_of;
-  std::vector<Label> labels;
-  labels.reserve(positions.size());
-  for (const Point& p : positions) {
-    const Point offset = p - corner;
+  Buffer<Label> labels(graph.n_cells());
+  for (const Place place : graph.place_of) {
+    const Point offset = graph.positions[place] - corner;
     // Adding 0.0 turns a -0.0 that floor keeps into 0.0, which must hash alike.
     const Cube cube{std::floor(offset.x / side) + 0.0, std::floor(offset.y / side) + 0.0,
                     std::floor(offset.z / side) + 0.0};
-    labels.push_back(label_of.try_emplace(cube, static_cast<Label>(label_of.size())).first->second);
+    const auto next = static_cast<Label>(label_of.size());
+    labels[place] = label_of.try_emplace(cube, next).first->second;
   }
-  return labels;
+  const BoxTree tree(graph, team);
+  const auto n_regions = static_cast<Label>(label_of.size());
+  return graph.cells_at(update_centers(graph, tree, labels.span(), n_regions, team));
 }
 
 }  // namespace superfacets

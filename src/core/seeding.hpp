@@ -1,26 +1,32 @@
 // Stage 3: the first centers.
 #pragma once
 
+#include "ordered_graph.hpp"
+#include "thread_team.hpp"
 #include "types.hpp"
 
 namespace superfacets {
 
-// The cell nearest to a point; the lowest index among equals.
-Cell nearest_cell(std::span<const Point> positions, Point target);
+// The cell nearest to the measure-weighted mean of all positions, lowest index among equals.
+Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);
 
 // `first`, then again and again the cell farthest (Euclidean) from all cells chosen so far, lowest
 // index among equals, until there are n_seeds <= N of them. Time O(N log N + k log N) in practice:
-// a tree of bounding boxes skips whole groups that a new center cannot bring nearer.
-std::vector<Cell> farthest_seeds(std::span<const Point> positions, Cell first, Cell n_seeds);
+// a tree of bounding boxes skips whole groups that a new center cannot bring nearer. Memory: 11
+// bytes a cell.
+std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
+                                 ThreadTeam& team);
 
 // Visits cells in the order of their path length from `first` (lowest index among equals); a
 // visited cell that no region has reached starts one, which expands through cells within `reach`
 // of its position and labels, without expanding them, the cells around these. Components that
 // `first` cannot reach are flooded one after the other, each from its lowest cell.
-std::vector<Cell> flood_seeds(const CellGraph& graph, Cell first, double reach);
+std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, double reach,
+                              ThreadTeam& team);
 
-// Labels of the occupied cubes of edge `side` that tile space from `corner`, numbered by the lowest
-// cell in each.
-std::vector<Label> grid_labels(std::span<const Point> positions, Point corner, double side);
+// The centers, by an update, of the regions that the occupied cubes of edge `side` make which tile
+// space from `corner`; the order is that of the lowest cell in each.
+std::vector<Cell> grid_seeds(const OrderedGraph& graph, Point corner, double side,
+                             ThreadTeam& team);
 
 }  // namespace superfacets

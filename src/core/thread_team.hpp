@@ -1,6 +1,7 @@
 // Threads that stay ready between many short parallel loops.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <exception>
@@ -56,7 +57,17 @@ class ThreadTeam {
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   }
 
+  // Calls work(begin, end) for blocks of 0..n-1, each on some thread.
+  template <typename Work>
+  void for_each_block(std::int64_t n, const Work& work, std::int64_t block = kBlock) {
+    for_each((n + block - 1) / block,
+             [&](std::int64_t task, int) { work(task * block, std::min(n, (task + 1) * block)); });
+  }
+
  private:
+  // Elements that are worth taking as one task: some ten microseconds of simple work.
+  static constexpr std::int64_t kBlock = 1 << 14;
+
   // Loops follow each other within microseconds: looking again so often costs less than sleeping.
   static constexpr int kLooksBeforeSleep = 2000;
 

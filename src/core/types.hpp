@@ -12,6 +12,7 @@ namespace superfacets {
 using Vertex = std::int32_t;
 using Face = std::int32_t;
 using Cell = std::int32_t;         // what the clusterer sees of a face
+using Place = std::int32_t;        // of a cell, in an order that keeps neighbors together
 using Label = std::int32_t;        // 0..K-1
 using PathLength = std::uint64_t;  // sum of arc lengths, in whole units
 

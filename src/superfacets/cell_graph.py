@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +18,15 @@ from ._validate import (
     freeze,
 )
 
-__all__ = ["CellGraph", "box_diagonal", "checked_graph"]
+__all__ = ["CellGraph", "OrderedCells", "box_diagonal", "checked_graph"]
+
+
+class OrderedCells(NamedTuple):
+    """A cell graph laid out for the cache, which is what the kernels of stages 3 and 4 work on."""
+
+    graph: _core.OrderedGraph
+    bounds: npt.NDArray[np.float64]
+    """Low and high corner of the box that `radius` and the grid refer to, shape (2, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +85,7 @@ class CellGraph:
     bounds: npt.NDArray[np.float64] = None  # type: ignore[assignment]  # set in __post_init__
     lengths: npt.NDArray[np.float32] = field(init=False, repr=False)
     unit: float = field(init=False, repr=False)
+    _ordered: OrderedCells | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         positions = checked_positions(self.positions)
@@ -109,6 +119,15 @@ class CellGraph:
     def diagonal(self) -> float:
         """Length of the diagonal of ``bounds``, in the unit of the positions."""
         return box_diagonal(self.bounds)
+
+    def ordered(self, n_threads: int) -> OrderedCells:
+        """Return the graph as the kernels take it; made when first asked for, then kept."""
+        if self._ordered is None:
+            graph = _core.OrderedGraph(
+                self.positions, self.measures, self.offsets, self.neighbors, self.lengths, n_threads
+            )
+            object.__setattr__(self, "_ordered", OrderedCells(graph, self.bounds))
+        return self._ordered  # type: ignore[return-value]  # set just above
 
     def __repr__(self) -> str:
         return f"CellGraph({self.n_cells} cells, {self.n_arcs} arcs)"

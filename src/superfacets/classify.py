@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -53,7 +54,7 @@ def classify(
         a cell farther (Euclidean, in the unit of the positions) than `reach` from the center is
         labeled but not expanded. Regions may fall apart.
     n_threads : int, optional
-        As for `segment`; the exact classification runs on one.
+        As for `segment`.
 
     Returns
     -------
@@ -82,29 +83,10 @@ def classify(
     array = checked_seeds(centers, graph.n_cells)
     if reach is not None:
         reach = checked_number(reach, "reach", zero=True)
-    labels, lengths, all_centers = run_classify(graph, array, reach, checked_threads(n_threads))
-    return Classification(labels, all_centers, lengths.astype(np.float64) * graph.unit)
-
-
-class Paths(NamedTuple):
-    """Result of a kernel: labels, path lengths in units, and centers."""
-
-    labels: npt.NDArray[np.int32]
-    lengths: npt.NDArray[np.uint64]
-    centers: npt.NDArray[np.int32]
-
-
-def run_classify(
-    graph: CellGraph,
-    centers: npt.NDArray[np.int32],
-    reach: float | None,
-    n_threads: int,
-    previous: Paths | None = None,
-) -> Paths:
-    """Classify without checks, for the loop of `segment`; `previous` is what to start from."""
-    arcs = (graph.positions, graph.offsets, graph.neighbors, graph.lengths)
-    if reach is not None:
-        return Paths(*_core.classify_halted(*arcs, centers, reach, n_threads))
-    if previous is not None:
-        return Paths(*_core.reclassify_exact(*arcs, centers, *previous))
-    return Paths(*_core.classify_exact(*arcs, centers))
+    n_threads = checked_threads(n_threads)
+    cells = graph.ordered(n_threads)
+    clustering = _core.Clustering(
+        cells.graph, array, math.inf if reach is None else reach, n_threads
+    )
+    distances = clustering.lengths().astype(np.float64) * graph.unit
+    return Classification(clustering.labels(), clustering.centers(), distances)

@@ -220,14 +220,47 @@ def classify_halted(
 def update_centers(graph: CellGraph, labels: npt.NDArray[Any]) -> list[int]:
     """The cell of each region nearest to the weighted mean of its positions."""
     n_regions = int(labels.max()) + 1
+    means = _fixed_point_means(graph, labels)
     areas = np.bincount(labels, graph.measures)  # bincount adds in the order of the cells
     weights = np.where(areas[labels] > 0, graph.measures, 1.0)
     totals = np.bincount(labels, weights)
-    means = [np.bincount(labels, weights * axis) / totals for axis in graph.positions.T]
-    step = graph.positions - np.transpose(means)[labels]
+    for axis, coordinates in enumerate(graph.positions.T):
+        in_order = np.bincount(labels, weights * coordinates) / totals
+        means[:, axis] = np.where(np.isnan(means[:, axis]), in_order, means[:, axis])
+    step = graph.positions - means[labels]
     squared = _dot(step, step)
     cells = np.arange(graph.n_cells)
     return [int(min(cells[labels == r], key=lambda cell: squared[cell])) for r in range(n_regions)]
+
+
+def _fixed_point_means(graph: CellGraph, labels: npt.NDArray[Any]) -> Floats:
+    """Means whose sums are exact, whatever their order; NaN for regions too small for that.
+
+    Each cell adds whole numbers: its measure, and its measure times its position from the low
+    corner, both scaled to just under 2**61 in all, and what rounding leaves of them, times 2**31.
+    """
+    low = graph.positions.min(axis=0)
+    extent = float((graph.positions.max(axis=0) - low).max())
+    total = float(graph.measures.sum())
+    moments = graph.measures[:, None] * (graph.positions - low)
+    scales = [_fixed_point_scale(total * extent)] * 3 + [_fixed_point_scale(total)]
+    sums = np.zeros((int(labels.max()) + 1, 4))
+    for column, scale in enumerate(scales):
+        numbers = scale * (moments[:, column] if column < 3 else graph.measures)
+        upper = [[0, 0] for _ in sums]
+        for label, number in zip(labels.tolist(), numbers.tolist(), strict=True):
+            upper[label][0] += round(number)
+            upper[label][1] += round((number - round(number)) * 2**31)
+        sums[:, column] = [float(first) + float(second) / 2**31 for first, second in upper]
+        if column == 3:
+            sums[[first < 2**20 for first, _ in upper]] = np.nan
+    with np.errstate(invalid="ignore"):
+        to_mean = scales[3] / scales[0] / sums[:, 3:]
+        return low + sums[:, :3] * to_mean
+
+
+def _fixed_point_scale(total: float) -> float:
+    return 2.0 ** (61 - math.frexp(total)[1]) if total > 0 else 1.0
 
 
 def iterate(

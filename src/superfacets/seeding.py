@@ -9,10 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._validate import checked_choice, checked_count, checked_number, checked_seeds
-from .cell_graph import CellGraph, checked_graph
+from ._validate import (
+    checked_choice,
+    checked_count,
+    checked_number,
+    checked_seeds,
+    checked_threads,
+)
+from .cell_graph import CellGraph, OrderedCells, box_diagonal, checked_graph
 
-__all__ = ["INITS", "RegionSize", "check_size", "place_seeds", "region_size"]
+__all__ = ["INITS", "RegionSize", "check_size", "place_seeds", "region_size", "run_seeding"]
 
 INITS = ("farthest", "flood", "grid")
 """Names of the ways to place seeds."""
@@ -44,25 +50,24 @@ def check_size(n_segments: int | None, radius: float | None) -> None:
 
 
 def region_size(
-    graph: CellGraph,
+    cells: OrderedCells,
     n_segments: int | None = None,
-    *,
     radius: float | None = None,
     init: str | npt.ArrayLike = "farthest",
 ) -> RegionSize:
     """Return the number and the radius of the regions that the arguments of `segment` ask for."""
     check_size(n_segments, radius)
-    area = float(graph.measures.sum())
+    n_cells, area = cells.graph.n_cells, cells.graph.total_measure
     if radius is not None:
-        r = float(radius) * graph.diagonal
+        r = float(radius) * box_diagonal(cells.bounds)
         k = area / math.pi / r / r if r > 0 else math.inf
-        return RegionSize(max(1, round(min(k, graph.n_cells))), r)
+        return RegionSize(max(1, round(min(k, n_cells))), r)
     if n_segments is None:
-        k = min(DEFAULT_N_SEGMENTS, graph.n_cells)
+        k = min(DEFAULT_N_SEGMENTS, n_cells)
         if not isinstance(init, str):
-            k = len(checked_seeds(init, graph.n_cells, "init"))
+            k = len(checked_seeds(init, n_cells, "init"))
     else:
-        k = checked_count(n_segments, "n_segments", graph.n_cells, "faces")
+        k = checked_count(n_segments, "n_segments", n_cells, "faces")
     return RegionSize(k, math.sqrt(area / (math.pi * k)))
 
 
@@ -72,6 +77,7 @@ def place_seeds(
     *,
     radius: float | None = None,
     init: str | npt.ArrayLike = "farthest",
+    n_threads: int | None = None,
 ) -> npt.NDArray[np.int32]:
     """Return the first centers.
 
@@ -91,6 +97,8 @@ def place_seeds(
         further component is flooded from its lowest cell. ``"grid"``: the cells in each cube of
         edge 2 r of a grid over the bounds are one region, whose center is taken. Flood and grid
         give about as many seeds as the radius asks for. An array: these cells.
+    n_threads : int, optional
+        As for `segment`.
 
     Returns
     -------
@@ -113,36 +121,41 @@ def place_seeds(
     array([2, 0, 4], dtype=int32)
     """
     checked_graph(graph)
-    size = region_size(graph, n_segments, radius=radius, init=init)
+    threads = checked_threads(n_threads)
+    cells = graph.ordered(threads)
+    size = region_size(cells, n_segments, radius, init)
+    return run_seeding(cells, size, n_segments, init, threads)
+
+
+def run_seeding(
+    cells: OrderedCells,
+    size: RegionSize,
+    n_segments: int | None,
+    init: str | npt.ArrayLike,
+    n_threads: int,
+) -> npt.NDArray[np.int32]:
+    """Place seeds for regions of a size that is known; `n_segments` as it was asked for."""
     if not isinstance(init, str):
-        return _given_seeds(graph, init, n_segments)
+        return _given_seeds(cells, init, n_segments)
     checked_choice(init, "init", INITS)
     if init == "grid":
-        return _grid_seeds(graph, size)
-    first = _core.nearest_cell(
-        graph.positions, _core.weighted_mean(graph.positions, graph.measures)
-    )
+        x, y, z = cells.bounds[0].tolist()
+        side = SEED_SPACING * _positive_radius(size, init)
+        return _core.grid_seeds(cells.graph, (x, y, z), side, n_threads)
+    first = _core.central_cell(cells.graph, n_threads)
     if init == "farthest":
-        return _core.farthest_seeds(graph.positions, first, size.n_segments)
+        return _core.farthest_seeds(cells.graph, first, size.n_segments, n_threads)
     reach = SEED_SPACING * _positive_radius(size, init)
-    return _core.flood_seeds(
-        graph.positions, graph.offsets, graph.neighbors, graph.lengths, first, reach
-    )
+    return _core.flood_seeds(cells.graph, first, reach, n_threads)
 
 
-def _given_seeds(graph: CellGraph, seeds: Any, n_segments: int | None) -> npt.NDArray[np.int32]:
-    array = checked_seeds(seeds, graph.n_cells, "init")
+def _given_seeds(
+    cells: OrderedCells, seeds: Any, n_segments: int | None
+) -> npt.NDArray[np.int32]:
+    array = checked_seeds(seeds, cells.graph.n_cells, "init")
     if n_segments is not None and n_segments != len(array):
         raise ValueError(f"n_segments is {n_segments} but {len(array)} seeds are given")
     return array
-
-
-def _grid_seeds(graph: CellGraph, size: RegionSize) -> npt.NDArray[np.int32]:
-    """Seeds by an update of the regions that the cubes of a grid make."""
-    x, y, z = graph.bounds[0].tolist()
-    side = SEED_SPACING * _positive_radius(size, "grid")
-    labels = _core.grid_labels(graph.positions, (x, y, z), side)
-    return _core.update_centers(graph.positions, graph.measures, labels, int(labels.max()) + 1)
 
 
 def _positive_radius(size: RegionSize, init: str) -> float:

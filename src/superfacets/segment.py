@@ -21,11 +21,10 @@ from ._validate import (
     checked_number,
     checked_threads,
 )
-from .cell_graph import CellGraph, checked_graph
-from .classify import Paths, run_classify
+from .cell_graph import CellGraph, OrderedCells, checked_graph
 from .face_graph import build_face_graph
 from .mesh import as_mesh
-from .seeding import INITS, check_size, place_seeds, region_size
+from .seeding import INITS, check_size, region_size, run_seeding
 from .weights import superfacet_weights
 
 __all__ = ["PAPER", "Segmentation", "segment", "segment_graph"]
@@ -195,8 +194,9 @@ def segment(
             weights = superfacet_weights(
                 surface, faces, alpha=alpha, eta_convex=eta_convex, n_threads=loop.n_threads
             )
-        graph = faces.with_weights(weights)
-    result = _segment_cells(graph, n_segments, radius, init, loop)
+        cells = faces.with_weights(weights).ordered(loop.n_threads)
+    del surface, faces, weights
+    result = _segment_cells(cells, n_segments, radius, init, loop)
     return replace(result, timings=timings | result.timings, params=mesh_params | result.params)
 
 
@@ -242,7 +242,7 @@ def segment_graph(
     checked_graph(graph)
     check_size(n_segments, radius)
     loop = _Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
-    return _segment_cells(graph, n_segments, radius, init, loop)
+    return _segment_cells(graph.ordered(loop.n_threads), n_segments, radius, init, loop)
 
 
 @dataclass(frozen=True)
@@ -272,7 +272,7 @@ class _Loop:
 
 
 def _segment_cells(
-    graph: CellGraph,
+    cells: OrderedCells,
     n_segments: int | None,
     radius: float | None,
     init: str | npt.ArrayLike,
@@ -280,9 +280,9 @@ def _segment_cells(
 ) -> Segmentation:
     timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
     with timed(timings, "seeding"):
-        size = region_size(graph, n_segments, radius=radius, init=init)
-        seeds = place_seeds(graph, n_segments, radius=radius, init=init)
-    labels, centers, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
+        size = region_size(cells, n_segments, radius, init)
+        seeds = run_seeding(cells, size, n_segments, init, loop.n_threads)
+    clustering, n_iter, stop_reason = _iterate(cells.graph, seeds, size.radius, loop, timings)
     params = {
         "n_segments": None if radius is not None else size.n_segments,
         "radius": radius,
@@ -292,46 +292,50 @@ def _segment_cells(
         "max_num_iter": loop.max_num_iter,
         "tol": loop.tol,
     }
+    labels, centers = clustering.labels(), clustering.centers()
     return Segmentation(labels, centers, n_iter, stop_reason, timings, params)
 
 
 def _iterate(
-    graph: CellGraph,
-    centers: npt.NDArray[np.int32],
+    graph: _core.OrderedGraph,
+    seeds: npt.NDArray[np.int32],
     radius: float,
     loop: _Loop,
     timings: dict[str, float],
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32], int, StopReason]:
-    """Classify and update until one of the stop rules holds; add up the time of both."""
-    reach = None if loop.radius_factor is None else loop.radius_factor * radius
+) -> tuple[_core.Clustering, int, StopReason]:
+    """Classify and update until one of the stop rules holds; add up the time of both.
+
+    What comes back is the classification by its own centers: the last move is dropped, whatever
+    ends the loop.
+    """
+    reach = math.inf if loop.radius_factor is None else loop.radius_factor * radius
+    with timed(timings, "classify"):
+        clustering = _core.Clustering(graph, seeds, reach, loop.n_threads)
     seen: set[bytes] = set()
-    paths: Paths | None = None
     for iteration in range(1, loop.max_num_iter + 1):
-        with timed(timings, "classify"):
-            paths = run_classify(graph, centers, reach, loop.n_threads, paths)
-        labels, centers = paths.labels, paths.centers
+        centers = clustering.centers()
         with timed(timings, "update"):
-            moved_to = _core.update_centers(graph.positions, graph.measures, labels, len(centers))
+            moved_to = clustering.update()
         n_moved = int(np.count_nonzero(moved_to != centers))
         seen.add(_fingerprint(centers))
         answer = None if loop.progress is None else loop.progress(iteration, n_moved)
         is_cancelled = isinstance(answer, (bool, np.bool_)) and not answer
-        # The labels are those of `centers`; whatever ends the loop, the last move is dropped.
         if n_moved == 0 or _root_mean_square_move(graph, centers, moved_to) <= loop.tol * radius:
-            return labels, centers, iteration, "converged"
+            return clustering, iteration, "converged"
         if is_cancelled:
-            return labels, centers, iteration, "cancelled"
+            return clustering, iteration, "cancelled"
         if _fingerprint(moved_to) in seen:
-            return labels, centers, iteration, "cycle"
+            return clustering, iteration, "cycle"
         if iteration < loop.max_num_iter:
-            centers = moved_to
-    return labels, centers, iteration, "max_num_iter"
+            with timed(timings, "classify"):
+                clustering.classify(moved_to)
+    return clustering, loop.max_num_iter, "max_num_iter"
 
 
 def _root_mean_square_move(
-    graph: CellGraph, centers: npt.NDArray[np.int32], moved_to: npt.NDArray[np.int32]
+    graph: _core.OrderedGraph, centers: npt.NDArray[np.int32], moved_to: npt.NDArray[np.int32]
 ) -> float:
-    moves = graph.positions[moved_to] - graph.positions[centers]
+    moves = graph.positions_of(moved_to) - graph.positions_of(centers)
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 
 

@@ -6,13 +6,15 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._validate import checked_labels
+from ._validate import checked_labels, checked_threads
 from .cell_graph import CellGraph, checked_graph
 
 __all__ = ["update_centers"]
 
 
-def update_centers(graph: CellGraph, labels: npt.ArrayLike) -> npt.NDArray[np.int32]:
+def update_centers(
+    graph: CellGraph, labels: npt.ArrayLike, *, n_threads: int | None = None
+) -> npt.NDArray[np.int32]:
     """Return the center of each region: its cell nearest to the mean of its cells' positions.
 
     The mean is weighted by the measures (the plain mean where all are 0), and may lie off the
@@ -23,6 +25,8 @@ def update_centers(graph: CellGraph, labels: npt.ArrayLike) -> npt.NDArray[np.in
     graph : CellGraph
     labels : array_like of int, shape (N,)
         0..K-1, each at least once.
+    n_threads : int, optional
+        As for `segment`.
 
     Returns
     -------
@@ -46,4 +50,5 @@ def update_centers(graph: CellGraph, labels: npt.ArrayLike) -> npt.NDArray[np.in
     """
     checked_graph(graph)
     array, n_regions = checked_labels(labels, graph.n_cells)
-    return _core.update_centers(graph.positions, graph.measures, array, n_regions)
+    threads = checked_threads(n_threads)
+    return _core.update_centers(graph.ordered(threads).graph, array, n_regions, threads)

@@ -107,6 +107,7 @@ def is_inside_out(mesh: Mesh, graph: FaceGraph) -> bool:
         return False
     # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
     # and turns with the mesh.
-    centroid = _core.weighted_mean(graph.positions, graph.measures)
-    volume = _core.signed_volume(mesh.vertices, mesh.faces, centroid)
+    total = graph.measures.sum()
+    x, y, z = (graph.measures @ graph.positions / total).tolist() if total else graph.positions[0]
+    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z))
     return volume < -_VOLUME_NOISE * graph.diagonal**3

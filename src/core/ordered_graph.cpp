@@ -1,0 +1,151 @@
+#include "ordered_graph.hpp"
+
+#include <algorithm>
+#include <atomic>
+
+#include "morton.hpp"
+
+namespace superfacets {
+namespace {
+
+// Cells whose measures, or boxes, are summed up before those of other blocks are added.
+constexpr std::int64_t kBlock = 1 << 14;
+
+Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
+  const auto n = static_cast<std::int64_t>(positions.size());
+  std::vector<Box> boxes((n + kBlock - 1) / kBlock);
+  auto include_range = [&](std::int64_t begin, std::int64_t end) {
+    Box box;
+    for (std::int64_t cell = begin; cell < end; ++cell) box.include(positions[cell]);
+    boxes[begin / kBlock] = box;
+  };
+  team.for_each_block(n, include_range, kBlock);
+  Box bounds;
+  for (const Box& box : boxes) bounds.include(box);
+  return bounds;
+}
+
+double sum_of(std::span<const double> values, ThreadTeam& team) {
+  const auto n = static_cast<std::int64_t>(values.size());
+  std::vector<double> sums((n + kBlock - 1) / kBlock);
+  auto add_range = [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+    for (std::int64_t cell = begin; cell < end; ++cell) sum += values[cell];
+    sums[begin / kBlock] = sum;
+  };
+  team.for_each_block(n, add_range, kBlock);
+  double total = 0.0;
+  for (const double sum : sums) total += sum;
+  return total;
+}
+
+bool fits_rows(const CellGraph& graph, ThreadTeam& team) {
+  std::atomic<bool> fits = true;
+  auto check_range = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t cell = begin; cell < end; ++cell) {
+      if (graph.offsets[cell + 1] - graph.offsets[cell] > OrderedGraph::kRow) fits = false;
+    }
+  };
+  team.for_each_block(graph.n_cells(), check_range);
+  return fits;
+}
+
+}  // namespace
+
+OrderedGraph::OrderedGraph(const CellGraph& graph, std::span<const double> input, ThreadTeam& team)
+    : bounds(bounds_of(graph.positions, team)),
+      n_arcs(graph.offsets.back()),
+      total_measure(sum_of(input, team)) {
+  cells = morton_order(graph.positions, bounds, team);
+  copy_cells(graph, input, team);
+  if (fits_rows(graph, team)) {
+    copy_rows(graph, team);
+  } else {
+    copy_lists(graph, team);
+  }
+  std::atomic<bool> all_lead_back = true;
+  auto check_range = [&](std::int64_t begin, std::int64_t end) {
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      for (const Arc& arc : arcs_of(place)) {
+        if (!leads_back(place, arc)) all_lead_back = false;
+      }
+    }
+  };
+  team.for_each_block(n_cells(), check_range);
+  is_symmetric = all_lead_back;
+}
+
+void OrderedGraph::copy_cells(const CellGraph& graph, std::span<const double> input,
+                              ThreadTeam& team) {
+  place_of = Buffer<Place>(cells.size());
+  positions = Buffer<Point>(cells.size());
+  measures = Buffer<double>(cells.size());
+  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t place = begin; place < end; ++place) {
+      const Cell cell = cells[place];
+      place_of[cell] = static_cast<Place>(place);
+      positions[place] = graph.positions[cell];
+      measures[place] = input[cell];
+    }
+  };
+  team.for_each_block(n_cells(), copy_range);
+}
+
+void OrderedGraph::copy_rows(const CellGraph& graph, ThreadTeam& team) {
+  arcs = Buffer<Arc>(std::size_t{kRow} * cells.size());
+  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t place = begin; place < end; ++place) {
+      const Cell cell = cells[place];
+      Arc* row = &arcs[std::size_t{kRow} * place];
+      Arc* free = row;
+      for (auto arc = graph.offsets[cell]; arc < graph.offsets[cell + 1]; ++arc) {
+        *free++ = {place_of[graph.neighbors[arc]], graph.lengths[arc]};
+      }
+      std::fill(free, row + kRow, Arc{static_cast<Place>(place), 1.0F});
+    }
+  };
+  team.for_each_block(n_cells(), copy_range);
+}
+
+void OrderedGraph::copy_lists(const CellGraph& graph, ThreadTeam& team) {
+  offsets = Buffer<std::int64_t>(cells.size() + 1);
+  offsets[0] = 0;
+  for (std::size_t place = 0; place < cells.size(); ++place) {
+    const Cell cell = cells[place];
+    offsets[place + 1] = offsets[place] + graph.offsets[cell + 1] - graph.offsets[cell];
+  }
+  arcs = Buffer<Arc>(n_arcs);
+  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t place = begin; place < end; ++place) {
+      const Cell cell = cells[place];
+      Arc* free = arcs.data() + offsets[place];
+      for (auto arc = graph.offsets[cell]; arc < graph.offsets[cell + 1]; ++arc) {
+        *free++ = {place_of[graph.neighbors[arc]], graph.lengths[arc]};
+      }
+    }
+  };
+  team.for_each_block(n_cells(), copy_range);
+}
+
+std::vector<Place> OrderedGraph::places_of(std::span<const Cell> some_cells) const {
+  std::vector<Place> places;
+  places.reserve(some_cells.size());
+  for (const Cell cell : some_cells) places.push_back(place_of[cell]);
+  return places;
+}
+
+std::vector<Cell> OrderedGraph::cells_at(std::span<const Place> places) const {
+  std::vector<Cell> some_cells;
+  some_cells.reserve(places.size());
+  for (const Place place : places) some_cells.push_back(cells[place]);
+  return some_cells;
+}
+
+bool OrderedGraph::leads_back(Place from, const Arc& arc) const {
+  const auto back = arcs_of(arc.to);
+  return std::any_of(back.begin(), back.end(), [&](const Arc& other) {
+    return other.to == from && other.length == arc.length;
+  });
+}
+
+}  // namespace superfacets
