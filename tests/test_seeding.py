@@ -101,9 +101,9 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
     assert region_size(line.ordered(1), radius=0.1) == (5, pytest.approx(0.7))
     assert region_size(line.ordered(1), radius=100) == (1, 700)
     assert region_size(line.ordered(1), radius=1e-9).n_segments == 8
-    assert region_size(line).n_segments == 8
+    assert region_size(line.ordered(1)).n_segments == 8
     assert region_size(line.ordered(1), init=[1, 2]).n_segments == 2
-    assert region_size(graph_of(shapes.bumpy_sheet(10))).n_segments == 150
+    assert region_size(graph_of(shapes.bumpy_sheet(10)).ordered(1)).n_segments == 150
 
 
 @pytest.mark.parametrize(

@@ -149,9 +149,7 @@ def run_seeding(
     return _core.flood_seeds(cells.graph, first, reach, n_threads)
 
 
-def _given_seeds(
-    cells: OrderedCells, seeds: Any, n_segments: int | None
-) -> npt.NDArray[np.int32]:
+def _given_seeds(cells: OrderedCells, seeds: Any, n_segments: int | None) -> npt.NDArray[np.int32]:
     array = checked_seeds(seeds, cells.graph.n_cells, "init")
     if n_segments is not None and n_segments != len(array):
         raise ValueError(f"n_segments is {n_segments} but {len(array)} seeds are given")
