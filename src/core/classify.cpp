@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <utility>
 
 namespace superfacets {
 
@@ -46,7 +47,7 @@ void Classification::start_moved() {
   for (std::size_t label = 0; label < started_.size(); ++label) {
     if (centers_[label] == started_[label]) continue;
     const Path path = exact_.path(centers_[label]);
-    const bool is_inside = path.label == static_cast<Label>(label);
+    const bool is_inside = std::cmp_equal(path.label, label);
     detours[label] = is_inside ? path.length : kUnreached;
     if (!is_inside) may_have_orphans_ = true;
   }

@@ -55,11 +55,8 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
     std::vector<Place> found;
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
       const Label label = exact.path(place).label;
-      if (label == kNoLabel || !graph_.is_symmetric) {
-        found.push_back(place);
-      } else if (!is_within_reach(centers[label], place)) {
-        found.push_back(place);
-      }
+      const bool is_known = label != kNoLabel && graph_.is_symmetric;
+      if (!is_known || !is_within_reach(centers[label], place)) found.push_back(place);
     }
     const std::scoped_lock lock(mutex);
     halted.insert(halted.end(), found.begin(), found.end());
@@ -87,6 +84,7 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
 // arc to one. On a graph that is not symmetric, all.
 std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers) const {
   std::vector<std::vector<char>> is_source;  // of each node of the tree: it holds such a place
+  is_source.reserve(tree_.n_levels());
   for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
     is_source.emplace_back(tree_.level(level).size(), 0);
   }

@@ -94,14 +94,10 @@ void OrderedGraph::copy_cells(const CellGraph& graph, std::span<const double> in
 void OrderedGraph::copy_rows(const CellGraph& graph, ThreadTeam& team) {
   arcs = Buffer<Arc>(std::size_t{kRow} * cells.size());
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t place = begin; place < end; ++place) {
-      const Cell cell = cells[place];
-      Arc* row = &arcs[std::size_t{kRow} * place];
-      Arc* free = row;
-      for (auto arc = graph.offsets[cell]; arc < graph.offsets[cell + 1]; ++arc) {
-        *free++ = {place_of[graph.neighbors[arc]], graph.lengths[arc]};
-      }
-      std::fill(free, row + kRow, Arc{static_cast<Place>(place), 1.0F});
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      const std::size_t row = std::size_t{kRow} * place;
+      const std::size_t n_copied = copy_arcs(graph, place, row);
+      std::fill(&arcs[row + n_copied], &arcs[row] + kRow, Arc{place, 1.0F});
     }
   };
   team.for_each_block(n_cells(), copy_range);
@@ -116,15 +112,21 @@ void OrderedGraph::copy_lists(const CellGraph& graph, ThreadTeam& team) {
   }
   arcs = Buffer<Arc>(n_arcs);
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t place = begin; place < end; ++place) {
-      const Cell cell = cells[place];
-      Arc* free = arcs.data() + offsets[place];
-      for (auto arc = graph.offsets[cell]; arc < graph.offsets[cell + 1]; ++arc) {
-        *free++ = {place_of[graph.neighbors[arc]], graph.lengths[arc]};
-      }
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      copy_arcs(graph, place, offsets[place]);
     }
   };
   team.for_each_block(n_cells(), copy_range);
+}
+
+// Copies the arcs of the cell at a place to `first` and on; returns how many there are.
+std::size_t OrderedGraph::copy_arcs(const CellGraph& graph, Place place, std::size_t first) {
+  const std::int64_t begin = graph.offsets[cells[place]];
+  const std::int64_t end = graph.offsets[cells[place] + 1];
+  for (std::int64_t arc = begin; arc < end; ++arc) {
+    arcs[first++] = {place_of[graph.neighbors[arc]], graph.lengths[arc]};
+  }
+  return end - begin;
 }
 
 std::vector<Place> OrderedGraph::places_of(std::span<const Cell> some_cells) const {

@@ -52,6 +52,7 @@ class OrderedGraph {
   void copy_cells(const CellGraph& graph, std::span<const double> input, ThreadTeam& team);
   void copy_rows(const CellGraph& graph, ThreadTeam& team);
   void copy_lists(const CellGraph& graph, ThreadTeam& team);
+  std::size_t copy_arcs(const CellGraph& graph, Place place, std::size_t first);
   bool leads_back(Place from, const Arc& arc) const;
 };
 

@@ -255,8 +255,8 @@ def _fixed_point_means(graph: CellGraph, labels: npt.NDArray[Any]) -> Floats:
         if column == 3:
             sums[[first < 2**20 for first, _ in upper]] = np.nan
     with np.errstate(invalid="ignore"):
-        to_mean = scales[3] / scales[0] / sums[:, 3:]
-        return low + sums[:, :3] * to_mean
+        means: Floats = low + sums[:, :3] * (scales[3] / scales[0] / sums[:, 3:])
+    return means
 
 
 def _fixed_point_scale(total: float) -> float:
