@@ -37,12 +37,17 @@ def thread_counts() -> list[int]:
 
 
 def facts() -> dict[str, Any]:
-    """Return platform, processor, cores, memory, compiler and versions."""
+    """Return platform, processor, cores, load, memory, compiler and versions.
+
+    ``load`` is the average number of processes that wanted a core in the minute before: what is
+    more than 0 there was somebody else's.
+    """
     return {
         "system": platform.system(),
         "machine": platform.machine(),
         "processor": _processor(),
         "cores": usable_cores(),
+        "load": _load(),
         "memory_gib": _memory_gib(),
         "c_library": " ".join(platform.libc_ver()).strip(),
         "compiler": _compiler(),
@@ -78,6 +83,10 @@ def _processor() -> str:
             numbers = f"family {fields.get('cpu family')}, model {fields.get('model')}"
             return f"{fields['model name']} ({numbers})"
     return platform.processor() or "unknown"
+
+
+def _load() -> float | None:
+    return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
 
 
 def _memory_gib() -> float | None:

@@ -282,12 +282,13 @@ def _verdict(row: dict[str, Any]) -> str:
 def _machine(results: Results) -> str:
     machine = results["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
-    rate = results["bandwidth"]["bytes_per_second"] / 1e9
+    rate = results["bandwidth"]
+    read = f"; {rate / 1e9:.0f} GB/s read from memory on all threads" if rate else ""
     return (
-        f"{machine['processor']}, {machine['cores']} cores, {machine['memory_gib']} GiB,"
+        f"{machine['processor']}, {machine['cores']} cores (load before: {machine['load']}),"
+        f" {machine['memory_gib']} GiB,"
         f" {machine['system']} on {machine['machine']}, {machine['c_library']};"
-        f" built by {machine['compiler']}; Python {machine['python']}, {versions};"
-        f" {rate:.0f} GB/s read from memory on {results['bandwidth']['threads']} threads"
+        f" built by {machine['compiler']}; Python {machine['python']}, {versions}{read}"
     )
 
 
