@@ -87,7 +87,8 @@ class Plan:
         cases = self._target_cases(mesh)
         if mesh == self._mesh_of_k_series():
             n_threads = thread_counts()[-1]
-            cases += [Case(mesh, k, "defaults", n_threads) for k in K_SERIES]
+            names = ("defaults", "10 iterations")
+            cases += [Case(mesh, k, name, n_threads) for k in K_SERIES for name in names]
         return cases
 
     def _mesh_of_k_series(self) -> str:
@@ -115,12 +116,12 @@ def make_plan(
     quick: bool = False,
     data: Path | None = None,
 ) -> Plan:
-    """Return what is run: the meshes named, or those of the catalog that can be had.
+    """Return what is run: the meshes named, or those of the catalog, as far as not too large.
 
     Raises
     ------
     ValueError
-        If a mesh that was asked for cannot be had, or none is left.
+        If there is no such mesh, or none is left.
     """
     data = find_data(data)
     limit = max_faces or (QUICK_FACES if quick else None)
