@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name '*.py' -o -name '*.pyi' -o -name '*.[ch]pp')
 
-.PHONY: help demo test lint docs figures timings sanitize dist clean
+.PHONY: help demo test lint docs figures bench timings sanitize dist clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -32,8 +32,11 @@ figures: $(BIN)/superfacets ## draw the pictures of the README and the documenta
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/python docs/make_figures.py
 
-timings: $(BIN)/superfacets ## print the timing table of the README
-	$(BIN)/python benchmarks/timings.py
+bench: $(VENV)/group-bench ## time everything, side by side with rivals; BENCH="targets --quick" for less
+	$(BIN)/python -m benchmarks $(or $(BENCH),all) --json bench.json
+
+timings: $(VENV)/group-bench ## print the timing table of the README
+	$(BIN)/python -m benchmarks timings
 
 sanitize: $(VENV)/group-test ## run the tests of the core under ASan, UBSan and TSan
 	tools/sanitize $(BIN)/python
@@ -42,7 +45,7 @@ dist: $(VENV)/group-dev ## build sdist and wheel, install each into an empty env
 	tools/try-dist $(BIN)/python
 
 clean: ## remove all that was built
-	rm -rf $(VENV) build dist demo docs/_build docs/api
+	rm -rf $(VENV) build dist demo docs/_build docs/api bench.json
 
 $(VENV)/made:
 	@tools/ensure-toolchain $(PYTHON)

@@ -1,0 +1,5 @@
+"""``python -m benchmarks``."""
+
+from .cli import commands
+
+commands(prog_name="python -m benchmarks")

@@ -1,0 +1,186 @@
+"""No time without the right labels: hashes of earlier ones, the slow twins, and what must hold."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import superfacets as sf
+from superfacets import reference
+
+from .meshes import Arrays
+
+__all__ = [
+    "EXPECTED",
+    "WrongLabelsError",
+    "arctangents",
+    "check_against_reference",
+    "check_invariants",
+    "check_labels",
+    "hash_labels",
+    "hash_mesh",
+    "load_expected",
+    "n_pieces",
+    "require",
+    "save_expected",
+]
+
+EXPECTED = Path(__file__).with_name("expected.json")
+"""Hashes of meshes and labels; ``python -m benchmarks expect`` writes them."""
+
+Expected = dict[str, Any]
+
+
+class WrongLabelsError(AssertionError):
+    """The labels are not what they have to be: no time of this run is worth a thing."""
+
+
+def require(holds: bool, message: str) -> None:
+    """Raise a WrongLabelsError unless the claim holds."""
+    if not holds:
+        raise WrongLabelsError(message)
+
+
+def load_expected(path: Path = EXPECTED) -> Expected:
+    """Return the stored hashes; none if there is no such file."""
+    if not path.exists():
+        return {"arctangents": None, "meshes": {}}
+    stored: Expected = json.loads(path.read_text())
+    return stored
+
+
+def save_expected(expected: Expected, path: Path = EXPECTED) -> None:
+    """Write the hashes, sorted, so that a change of one is a change of one line."""
+    path.write_text(json.dumps(expected, indent=1, sort_keys=True) + "\n")
+
+
+def check_labels(
+    expected: Expected, mesh: str, arrays: Arrays, run: str, result: sf.Segmentation
+) -> str:
+    """Return how the labels were found to be right: by the stored hash, or by what must hold.
+
+    Labels depend on the C library in the last bit of atan2, and subdivided meshes on numpy's
+    random numbers. Where the mesh and arctangents are those of the stored hash, other labels are
+    wrong ones; else the hash says nothing, and invariants and one thread are what is compared.
+
+    Parameters
+    ----------
+    expected : dict
+        From `load_expected`.
+    mesh, run : str
+        Name of the mesh; number of regions and settings.
+    arrays : Arrays
+        The mesh.
+    result : Segmentation
+
+    Raises
+    ------
+    WrongLabelsError
+        If the labels are wrong.
+    """
+    entry = expected["meshes"].get(mesh, {"labels": {}})
+    stored = entry["labels"].get(run)
+    if stored == hash_labels(result.labels):
+        return "stored hash"
+    if stored is not None and entry["mesh"] == hash_mesh(arrays):
+        is_foreign = expected["arctangents"] != arctangents()
+        require(is_foreign, f"{mesh}, {run}: the labels do not have the stored hash")
+        reason = "other arctangents here"
+    else:
+        reason = "no hash" if stored is None else "another mesh than hashed"
+    check_invariants(arrays, result)
+    _check_one_thread(arrays, result)
+    return f"invariants, 1 thread ({reason})"
+
+
+def _check_one_thread(arrays: Arrays, result: sf.Segmentation) -> None:
+    names = ("n_segments", "tol", "max_num_iter", "radius_factor")
+    params = {name: result.params[name] for name in names}
+    alone = sf.segment(tuple(arrays), **params, n_threads=1)
+    require(np.array_equal(alone.labels, result.labels), "one thread gives other labels")
+
+
+def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
+    """Raise an error unless labels are int32 and each of K connected regions holds its center.
+
+    K is what was asked for, and one more for each further component of the mesh at most.
+    """
+    labels, n_segments = result.labels, result.n_segments
+    require(labels.shape == (len(arrays.faces),), "there is not one label per face")
+    require(labels.dtype == np.int32, f"labels are {labels.dtype}, not int32")
+    counts = np.bincount(labels, minlength=n_segments)
+    require(len(counts) == n_segments and bool(counts.all()), "labels have gaps")
+    own = labels[result.centers]
+    require(np.array_equal(own, np.arange(n_segments)), "a center lies in another region")
+    graph = sf.build_face_graph(tuple(arrays))
+    pieces = n_pieces(graph.offsets, graph.neighbors, labels)
+    require(pieces == n_segments, f"{n_segments} regions are in {pieces} pieces")
+    asked = result.params["n_segments"]
+    n_components = n_pieces(graph.offsets, graph.neighbors, np.zeros_like(labels))
+    is_right = asked <= n_segments < asked + n_components
+    require(is_right, f"{n_segments} regions, {asked} asked for")
+
+
+def n_pieces(
+    offsets: npt.NDArray[Any], neighbors: npt.NDArray[Any], labels: npt.NDArray[Any]
+) -> int:
+    """Return how many connected pieces regions are in. Takes SciPy."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    n_cells = len(labels)
+    sources = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(offsets))
+    is_inside = labels[sources] == labels[neighbors]
+    n_inside = np.concatenate([[0], np.cumsum(is_inside)])[offsets].astype(np.int32)
+    ones = np.ones(int(n_inside[-1]), dtype=np.int8)
+    inside = csr_array((ones, neighbors[is_inside], n_inside), shape=(n_cells, n_cells))
+    return int(connected_components(inside, directed=False)[0])
+
+
+def check_against_reference(n_segments: int = 20) -> None:
+    """Raise an error unless the slow twins give the same labels on a small bear."""
+    mesh = sf.sample_mesh(3_000)
+    arcs = reference.build_face_graph(mesh)
+    weights = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2)
+    positions, areas = reference.measure_faces(mesh)
+    counts = np.bincount([arc.face for arc in arcs], minlength=mesh.n_faces)
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    neighbors = np.array([arc.neighbor for arc in arcs], dtype=np.int32)
+    graph = sf.CellGraph(positions, areas, offsets, neighbors, weights)
+    radius = math.sqrt(float(areas.sum()) / (math.pi * n_segments))
+    seeds = reference.farthest_seeds(graph, n_segments)
+    for tol in (0.02, 0.0):
+        history, stop_reason = reference.iterate(graph, seeds, radius, tol=tol)
+        result = sf.segment(mesh, n_segments, tol=tol)
+        require(result.labels.tolist() == history[-1][0], f"tol={tol}: not the reference's labels")
+        require(result.stop_reason == stop_reason, f"tol={tol}: not the reference's stop reason")
+
+
+def hash_labels(labels: npt.NDArray[np.int32]) -> str:
+    """Return a hash of labels, the same on any machine."""
+    return _hash(labels.astype("<i4", copy=False))
+
+
+def hash_mesh(arrays: Arrays) -> str:
+    """Return a hash of vertices and faces, the same on any machine."""
+    return _hash(arrays.vertices.astype("<f8", copy=False), arrays.faces.astype("<i4", copy=False))
+
+
+def arctangents() -> str:
+    """Return a hash of what the C library's atan2 gives for some arguments."""
+    y, x = np.random.default_rng(0).random((2, 20_000))
+    angles = [math.atan2(a, b - 0.5) for a, b in zip(y.tolist(), x.tolist(), strict=True)]
+    return _hash(np.array(angles, dtype="<f8"))
+
+
+def _hash(*arrays: npt.NDArray[Any]) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()

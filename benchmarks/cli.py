@@ -1,0 +1,202 @@
+"""The command ``python -m benchmarks``."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+import superfacets as sf
+
+from . import report, runs
+from .checks import (
+    EXPECTED,
+    WrongLabelsError,
+    arctangents,
+    check_against_reference,
+    check_invariants,
+    hash_labels,
+    hash_mesh,
+    load_expected,
+    require,
+    save_expected,
+)
+from .machine import usable_cores
+from .meshes import Arrays, build
+from .plan import CATALOG, TARGETED, make_plan
+from .sections import derive, measure
+
+__all__ = ["commands"]
+
+FILE = click.Path(path_type=Path, dir_okay=False)
+FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
+
+README_MESHES = ("bear60k", "bear250k", "bear1000k")
+
+
+class Group(click.Group):
+    """Wrong labels, meshes and settings are one line on stderr and an exit status."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except WrongLabelsError as error:
+            raise click.ClickException(f"no times: {error}") from error
+        except (ValueError, ImportError) as error:
+            raise click.ClickException(str(error)) from error
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+def commands() -> None:
+    """Time superfacets: labels are checked first, tables are printed, JSON is written."""
+
+
+def selection(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options that say which meshes are run."""
+    options = [
+        click.option("--meshes", help="Names, separated by commas, as bunny,hand-x64,bear124k."),
+        click.option("--max-faces", type=click.IntRange(min=1), help="No larger meshes."),
+        click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]"),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def running(command: Callable[..., None]) -> Callable[..., None]:
+    """Add the options of commands that measure."""
+    options = [
+        click.option("--quick", is_flag=True, help="Meshes up to 500,000 faces, 3 runs of each."),
+        click.option("--repeats", type=click.IntRange(min=1), help="Runs that count."),
+        click.option("--json", "output", type=FILE, help="Write all results there."),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return selection(command)
+
+
+def _names(meshes: str | None) -> tuple[str, ...]:
+    return tuple(meshes.split(",")) if meshes else ()
+
+
+def _say(text: str) -> None:
+    click.echo(f"benchmarks: {text}", err=True)
+
+
+def _run(sections: set[str], catalog: tuple[str, ...] = CATALOG, **options: Any) -> None:
+    """Measure sections, print their tables and write the JSON."""
+    output = options.pop("output")
+    meshes = _names(options.pop("meshes"))
+    plan = make_plan(meshes=meshes, catalog=catalog, **options)
+    if plan.data is None:
+        _say("no folder of data (SUPERFACETS_DATA, ../shared/data): sample meshes are used")
+    results = measure(plan, frozenset(sections), load_expected(), _say)
+    click.echo(report.render(results))
+    if output:
+        output.write_text(json.dumps(results, indent=1) + "\n")
+        _say(f"wrote {output}")
+
+
+@commands.command()
+@running
+def stages(**options: Any) -> None:
+    """Arrays to labels stage by stage, and single passes."""
+    _run({"stages", "passes"}, **options)
+
+
+@commands.command()
+@running
+def scaling(**options: Any) -> None:
+    """Growth with faces, regions and threads."""
+    _run({"scaling"}, **options)
+
+
+@commands.command()
+@running
+def rivals(**options: Any) -> None:
+    """METIS, pyacvd, SLIC and SciPy side by side with superfacets."""
+    _run({"rivals"}, **options)
+
+
+@commands.command()
+@running
+def memory(**options: Any) -> None:
+    """Peak memory, in fresh processes."""
+    _run({"memory"}, **options)
+
+
+@commands.command()
+@running
+def targets(**options: Any) -> None:
+    """Target, measured, reached: all that the targets are about, and no more."""
+    _run({"targets", "passes", "rivals", "processes"}, TARGETED, **options)
+
+
+@commands.command("all")
+@running
+def everything(**options: Any) -> None:
+    """Run all of the above."""
+    _run({"stages", "scaling", "passes", "rivals", "memory", "processes"}, **options)
+
+
+@commands.command()
+@click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True)
+def timings(repeats: int) -> None:
+    """Print the table of the README."""
+    rows = []
+    for mesh in README_MESHES:
+        cases = [runs.Case(mesh, k, "defaults", usable_cores()) for k in (150, 2_000)]
+        rows += runs.measure(build(mesh, None), cases, repeats, load_expected())
+    click.echo(report.readme_table(rows))
+
+
+@commands.command("report")
+@click.argument("results", type=FILE)
+@click.option("--into", "document", type=FILE, help="Fill the tables of this document instead.")
+def render_report(results: Path, document: Path | None) -> None:
+    """Print the tables of a file of results, or put them into a document."""
+    loaded = derive(json.loads(results.read_text()))
+    if document is None:
+        click.echo(report.render(loaded))
+    else:
+        document.write_text(report.fill(document.read_text(), loaded))
+        _say(f"filled the tables of {document}")
+
+
+@commands.command()
+@selection
+@click.option("--output", type=FILE, default=EXPECTED, help="Where the hashes go.")
+def expect(meshes: str | None, output: Path, **options: Any) -> None:
+    """Store hashes of the labels anew, after comparing them with the slow twins.
+
+    Hashes of meshes that are not run now are kept.
+    """
+    check_against_reference()
+    plan = make_plan(meshes=_names(meshes), **options)
+    stored = load_expected(output)
+    if stored["arctangents"] not in (None, arctangents()):
+        stored = {"arctangents": None, "meshes": {}}  # of another C library: they do not mix
+    stored["arctangents"] = arctangents()
+    for mesh, n_faces in plan.meshes.items():
+        _say(f"{mesh}: {n_faces:,} faces")
+        arrays = build(mesh, plan.data)
+        labels = {
+            runs.run_name(*run): _hash_of_labels(arrays, *run) for run in plan.hashed_runs(mesh)
+        }
+        stored["meshes"][mesh] = {"mesh": hash_mesh(arrays), "labels": labels}
+        save_expected(stored, output)
+
+
+def _hash_of_labels(arrays: Arrays, n_segments: int, settings: str) -> str:
+    """Return the hash of labels that are the same on one thread and all, and hold together."""
+    keywords = runs.SETTINGS[settings]
+    result = sf.segment(tuple(arrays), n_segments, **keywords)
+    alone = sf.segment(tuple(arrays), n_segments, n_threads=1, **keywords)
+    require(np.array_equal(result.labels, alone.labels), "one thread gives other labels")
+    check_invariants(arrays, result)
+    return hash_labels(result.labels)

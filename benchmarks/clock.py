@@ -1,0 +1,66 @@
+"""Jobs that take turns, so that a slow minute of the machine hits all of them alike."""
+
+from __future__ import annotations
+
+import gc
+import statistics
+import time
+from collections.abc import Callable, Hashable, Mapping
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
+
+__all__ = ["Sample", "interleaved", "median", "summary"]
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+class Sample(NamedTuple):
+    """One run of a job."""
+
+    seconds: float
+    fact: Any
+    """What `accept` made of the job's result."""
+
+
+def interleaved(
+    jobs: Mapping[Key, Callable[[], Any]],
+    repeats: int,
+    accept: Callable[[Key, Any], Any],
+) -> dict[Key, list[Sample]]:
+    """Run all jobs once to warm up, then `repeats` times in turns; return the samples of each.
+
+    Garbage is collected before each job and not during it. `accept(key, result)` is called after
+    each run, outside its time and in the warm-up too: it raises an error where a result is wrong,
+    before any time is kept, and returns what to keep of the result, which is then dropped.
+    """
+    samples: dict[Key, list[Sample]] = {key: [] for key in jobs}
+    keys = list(jobs)
+    for turn in range(repeats + 1):
+        first = turn % max(1, len(keys))  # no job always follows the same one
+        for key in keys[first:] + keys[:first]:
+            sample = _timed(jobs[key], partial(accept, key))
+            if turn > 0:
+                samples[key].append(sample)
+    return samples
+
+
+def _timed(job: Callable[[], Any], accept: Callable[[Any], Any]) -> Sample:
+    gc.collect()
+    gc.disable()
+    try:
+        start = time.perf_counter()
+        result = job()
+        seconds = time.perf_counter() - start
+    finally:
+        gc.enable()
+    return Sample(seconds, accept(result))
+
+
+def median(values: list[float]) -> float:
+    """Return the median."""
+    return float(statistics.median(values))
+
+
+def summary(values: list[float]) -> dict[str, float]:
+    """Return median and range of seconds, as they go into a row of results."""
+    return {"seconds": median(values), "fastest": min(values), "slowest": max(values)}

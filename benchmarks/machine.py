@@ -1,0 +1,118 @@
+"""Facts about the machine that times depend on; nothing that tells whose it is."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import re
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import superfacets as sf
+
+__all__ = ["bandwidth", "facts", "thread_counts", "usable_cores"]
+
+PACKAGES = ("numpy", "scipy", "pymetis", "pyacvd", "pyvista", "vtk", "scikit-image")
+
+BANDWIDTH_BYTES = 2**29
+"""Several times the largest cache."""
+
+
+def usable_cores() -> int:
+    """Return how many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def thread_counts() -> list[int]:
+    """Return 1, 2 and all, as far as there are cores."""
+    cores = usable_cores()
+    return sorted({1, min(2, cores), cores})
+
+
+def facts() -> dict[str, Any]:
+    """Return platform, processor, cores, load, memory, compiler and versions.
+
+    ``load`` is the average number of processes that wanted a core in the minute before: what is
+    more than 0 there was somebody else's.
+    """
+    return {
+        "system": platform.system(),
+        "machine": platform.machine(),
+        "processor": _processor(),
+        "cores": usable_cores(),
+        "load": _load(),
+        "memory_gib": _memory_gib(),
+        "c_library": " ".join(platform.libc_ver()).strip(),
+        "compiler": _compiler(),
+        "python": platform.python_version(),
+        "versions": {"superfacets": sf.__version__} | _versions(),
+        "threads_in_environment": os.environ.get("SUPERFACETS_NUM_THREADS"),
+    }
+
+
+def bandwidth(n_threads: int, repeats: int = 9) -> float:
+    """Return bytes per second that threads together read from memory, the best of a few tries.
+
+    Each thread takes the maximum of its part of one array of float64, of 512 MiB in all: of
+    numpy's reductions the one that waits for memory alone.
+    """
+    values = np.ones(BANDWIDTH_BYTES // 8)
+    parts = np.array_split(values, n_threads)
+    seconds = []
+    with ThreadPoolExecutor(n_threads) as pool:
+        for _ in range(repeats + 1):
+            start = time.perf_counter()
+            list(pool.map(np.maximum.reduce, parts))
+            seconds.append(time.perf_counter() - start)
+    return values.nbytes / min(seconds[1:])
+
+
+def _processor() -> str:
+    """Return the name of the processor's model, or what the platform says."""
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        fields = dict(re.findall(r"^([\w ]+?)\s*: (.*)$", cpuinfo.read_text(), re.MULTILINE))
+        if "model name" in fields:
+            numbers = f"family {fields.get('cpu family')}, model {fields.get('model')}"
+            return f"{fields['model name']} ({numbers})"
+    return platform.processor() or "unknown"
+
+
+def _load() -> float | None:
+    return round(os.getloadavg()[0], 2) if hasattr(os, "getloadavg") else None
+
+
+def _memory_gib() -> float | None:
+    try:
+        return round(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30, 1)
+    except (AttributeError, ValueError, OSError):
+        return None  # not a POSIX system
+
+
+def _compiler() -> str | None:
+    """Return what the compiler of the core wrote into it, where it does so (ELF)."""
+    from superfacets import _core
+
+    found = re.search(rb"GCC: \([^)\0]*\) [\d.]+|clang version [\d.]+", _read(_core.__file__))
+    return found[0].decode() if found else None
+
+
+def _read(path: str) -> bytes:
+    return Path(path).read_bytes()
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for package in PACKAGES:
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return found

@@ -1,0 +1,173 @@
+"""What is segmented: meshes from files, the sample bear, and finer ones made from those.
+
+A name is a base and, optionally, by how much its faces are multiplied: ``bunny``, ``hand-x64``,
+``bear124k-x4``, ``sphere-x65536``. A base is the stem of a file in ``meshes`` of the data folder,
+``bear<n>k`` (`superfacets.sample_mesh` of n thousand faces) or ``sphere`` (an icosahedron whose
+subdivisions are spherical).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+import superfacets as sf
+
+__all__ = [
+    "Arrays",
+    "build",
+    "count_faces",
+    "file_of",
+    "find_data",
+    "icosahedron",
+    "perturb",
+    "split_name",
+    "subdivide",
+]
+
+NOISE = 0.05
+"""Largest shift of a vertex along an axis, in mean edge lengths: no two flat triangles remain, none
+folds over."""
+
+SEED = 0
+
+
+class Arrays(NamedTuple):
+    """A mesh as a caller would hold it."""
+
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int32]
+
+
+def find_data(given: Path | None = None) -> Path | None:
+    """Return the folder with ``meshes``: given, SUPERFACETS_DATA, or ../shared/data, if there."""
+    beside = Path(__file__).resolve().parents[2] / "shared" / "data"
+    folder = given or Path(os.environ.get("SUPERFACETS_DATA", beside))
+    return folder if (folder / "meshes").is_dir() else None
+
+
+def split_name(name: str) -> tuple[str, int]:
+    """Return the base of a mesh and how often it is subdivided.
+
+    Examples
+    --------
+    >>> split_name("hand-x64"), split_name("bunny")
+    (('hand', 3), ('bunny', 0))
+    """
+    match = re.fullmatch(r"(\w+?)(?:-x(\d+))?", name)
+    factor = int(match[2] or 1) if match else 0
+    levels = factor.bit_length() // 2
+    if match is None or factor != 4**levels:
+        raise ValueError(f"{name!r} is no name of a mesh: expected a base, or base-x4, -x16, ...")
+    return match[1], levels
+
+
+@functools.lru_cache(maxsize=1)
+def build(name: str, data: Path | None) -> Arrays:
+    """Return the mesh of that name; the same arrays each time.
+
+    Raises
+    ------
+    ValueError
+        If there is no such mesh.
+    """
+    base, levels = split_name(name)
+    arrays = _base(base, data)
+    for _ in range(levels):
+        arrays = subdivide(arrays)
+        if base == "sphere":
+            arrays = arrays._replace(vertices=_on_unit_sphere(arrays.vertices))
+    return perturb(arrays) if levels else arrays
+
+
+def count_faces(name: str, data: Path | None) -> int:
+    """Return how many faces the mesh of that name has, without building it."""
+    base, levels = split_name(name)
+    return len(_base(base, data).faces) * int(4**levels)
+
+
+@functools.cache
+def _base(base: str, data: Path | None) -> Arrays:
+    if base == "sphere":
+        return icosahedron()
+    if bear := re.fullmatch(r"bear(\d+)k", base):
+        mesh = sf.sample_mesh(1_000 * int(bear[1]))
+        return Arrays(mesh.vertices, mesh.faces)
+    mesh = sf.read_mesh(file_of(base, data))
+    return Arrays(mesh.vertices, mesh.faces)
+
+
+def file_of(base: str, data: Path | None) -> Path:
+    """Return the file of a mesh in the data folder."""
+    files = sorted((data / "meshes").glob(f"{base}.*")) if data else []
+    if not files:
+        raise ValueError(f"no mesh {base!r}: it is not in the data folder, or there is none")
+    return files[0]
+
+
+def subdivide(arrays: Arrays) -> Arrays:
+    """Split each face into four at the middles of its edges, which neighbors share.
+
+    Face f becomes faces 4 f to 4 f + 3: at corners 0, 1, 2, and the middle one. Orientation, area
+    and shape stay; so do boundary and non-manifold edges.
+    """
+    vertices, faces = arrays
+    corners = faces.astype(np.int64)
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # of sides 0, 1, 2
+    key_of_side = (ends.min(axis=0) * len(vertices) + ends.max(axis=0)).ravel()
+    order = np.argsort(key_of_side)
+    sorted_keys = key_of_side[order]
+    is_first = np.diff(sorted_keys, prepend=-1) != 0
+    edge_of_side = np.empty(len(order), dtype=np.int64)
+    edge_of_side[order] = np.cumsum(is_first) - 1
+    low, high = np.divmod(sorted_keys[is_first], len(vertices))
+    middles = 0.5 * (vertices[low] + vertices[high])
+    a, b, c = faces.T
+    ab, bc, ca = (len(vertices) + edge_of_side.reshape(-1, 3).T).astype(np.int32)
+    quarters = [a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]
+    return Arrays(np.concatenate([vertices, middles]), np.stack(quarters, axis=1).reshape(-1, 3))
+
+
+def perturb(arrays: Arrays) -> Arrays:
+    """Shift each vertex at random, at most `NOISE` mean edge lengths along each axis.
+
+    The mean is rounded to a power of two, so that its last bits, which depend on how numpy adds,
+    do not show. Seeded.
+    """
+    vertices, faces = arrays
+    starts, ends = vertices[faces], vertices[np.roll(faces, -1, axis=1)]
+    mean_edge = float(np.sqrt(((starts - ends) ** 2).sum(axis=2)).mean())
+    reach = NOISE * 2.0 ** round(math.log2(mean_edge))
+    shifts = np.random.default_rng(SEED).random(vertices.shape)
+    return Arrays(vertices + reach * (2.0 * shifts - 1.0), faces)
+
+
+def icosahedron() -> Arrays:
+    """Return the regular icosahedron of radius 1: 12 vertices, 20 faces, normals outwards."""
+    g = (1.0 + math.sqrt(5.0)) / 2.0
+    around_x = [[0.0, s, t * g] for s in (-1.0, 1.0) for t in (-1.0, 1.0)]
+    vertices = np.array([np.roll(v, turn) for turn in range(3) for v in around_x])
+    squared = ((vertices[:, None] - vertices) ** 2).sum(axis=2)
+    near = np.abs(squared - 4.0) < 1e-9  # edges have length 2
+    triples = [
+        (i, j, k)
+        for i, j in np.argwhere(near).tolist()
+        for k in np.flatnonzero(near[i] & near[j]).tolist()
+        if i < j and i < k
+    ]
+    is_outward = [np.linalg.det(vertices[list(triple)]) > 0 for triple in triples]
+    faces = np.array(triples, dtype=np.int32)[is_outward]
+    return Arrays(_on_unit_sphere(vertices), faces)
+
+
+def _on_unit_sphere(vertices: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    x, y, z = vertices.T
+    radii: npt.NDArray[np.float64] = np.sqrt(x * x + y * y + z * z)
+    return vertices / radii[:, None]

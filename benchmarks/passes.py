@@ -1,0 +1,73 @@
+"""One classification of all faces, against the time to stream the graph once."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import superfacets as sf
+
+from .checks import require
+from .clock import interleaved, median
+from .meshes import Arrays
+
+__all__ = ["against_stream", "graph_bytes", "measure"]
+
+Key = tuple[int, int]  # number of regions, threads
+
+
+def graph_bytes(graph: sf.CellGraph) -> int:
+    """Return the bytes of ``offsets``, ``neighbors`` and ``lengths``: what a pass has to read.
+
+    8 (N + 1) + 4 M + 4 M; of a closed mesh of triangles, M = 3 N, 32 bytes per face.
+    """
+    return int(graph.offsets.nbytes + graph.neighbors.nbytes + graph.lengths.nbytes)
+
+
+def measure(mesh: str, arrays: Arrays, keys: list[Key], repeats: int) -> list[dict[str, Any]]:
+    """Return a row for each number of regions and threads: a full pass from the first seeds.
+
+    The pass is ``timings["classify"]`` of `segment_graph` with one iteration: from centers to
+    labels of all faces, with nothing known from an earlier pass. It includes the memory for the
+    result and whatever the classification prepares for itself, not seeds and not the update.
+    """
+    surface = sf.Mesh(*arrays)
+    faces = sf.build_face_graph(surface)
+    graph = faces.with_weights(sf.superfacet_weights(surface, faces))
+    seeds = {k: sf.place_seeds(graph, k) for k in {k for k, _ in keys}}
+    labels = {k: sf.classify(graph, seeds[k]).labels for k in seeds}
+
+    def accept(key: Key, result: sf.Segmentation) -> float:
+        is_same = np.array_equal(result.labels, labels[key[0]])
+        require(is_same, f"{mesh}: one iteration is not one classification of the seeds")
+        return result.timings["classify"]
+
+    one_pass = partial(sf.segment_graph, graph, max_num_iter=1, tol=0.0)
+    jobs = {
+        (k, threads): partial(one_pass, init=seeds[k], n_threads=threads) for k, threads in keys
+    }
+    samples = interleaved(jobs, repeats, accept)
+    return [_row(mesh, graph, key, [sample.fact for sample in samples[key]]) for key in keys]
+
+
+def _row(mesh: str, graph: sf.CellGraph, key: Key, seconds: list[float]) -> dict[str, Any]:
+    middle = median(seconds)
+    return {
+        "mesh": mesh,
+        "faces": graph.n_cells,
+        "k": key[0],
+        "threads": key[1],
+        "graph_bytes": graph_bytes(graph),
+        "pass_seconds": middle,
+        "fastest": min(seconds),
+        "slowest": max(seconds),
+        "ns_per_face": 1e9 * middle / graph.n_cells,
+    }
+
+
+def against_stream(row: dict[str, Any], bytes_per_second: float) -> dict[str, Any]:
+    """Return the row with the seconds that streaming the graph takes, and the pass in those."""
+    seconds = row["graph_bytes"] / bytes_per_second
+    return row | {"stream_seconds": seconds, "times_stream": row["pass_seconds"] / seconds}

@@ -1,0 +1,135 @@
+"""Which meshes are run, with which numbers of regions, settings and threads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from .machine import thread_counts
+from .meshes import count_faces, find_data
+from .runs import Case
+
+__all__ = ["CATALOG", "SAMPLES", "TARGETED", "Plan", "make_plan"]
+
+CATALOG = (
+    "fandisk", "bunny", "hand", "hand-x4", "bunny-x16", "sphere-x65536", "hand-x16", "hand-x64",
+    "bear124k", "bear124k-x4", "bear124k-x16", "bear124k-x64",
+)  # fmt: skip
+"""13 thousand to 8 million faces: real meshes, the same surfaces at several finenesses, and the
+1.31 million faces that rivals are compared on."""
+
+SAMPLES = (
+    "bear12k", "bear60k", "bear124k", "bear124k-x4", "sphere-x65536", "bear124k-x16",
+    "bear124k-x64",
+)  # fmt: skip
+"""What is run where there is no folder of data."""
+
+TARGETED = ("bunny", "hand", "hand-x4", "sphere-x65536", "hand-x16", "hand-x64", *CATALOG[-4:])
+"""The meshes that the targets are about."""
+
+RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16", 2_000))
+
+N_SEGMENTS = (150, 2_000)
+K_SERIES = (50, 150, 500, 2_000, 8_000)
+LARGE = 1_000_000
+QUICK_FACES = 500_000
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is run."""
+
+    meshes: dict[str, int]
+    """Names and numbers of faces, in the order of the runs."""
+    data: Path | None
+    races: tuple[tuple[str, int], ...]
+    """Mesh and number of regions for the comparison with rivals."""
+    wanted_repeats: int | None
+    """Runs that count, where the user says; else 5, and 3 of large meshes."""
+    is_quick: bool
+
+    def repeats(self, mesh: str) -> int:
+        """Return how many runs of a mesh count."""
+        if self.wanted_repeats is not None:
+            return self.wanted_repeats
+        return 3 if self.is_quick or self.meshes[mesh] >= LARGE else 5
+
+    def cases(self, mesh: str, sections: frozenset[str]) -> list[Case]:
+        """Return the runs of a mesh for the sections `stages`, `scaling` and `targets`."""
+        cases = []
+        if "stages" in sections:
+            cases += self._stage_cases(mesh)
+        if "scaling" in sections:
+            cases += self._scaling_cases(mesh)
+        if "targets" in sections:
+            cases += self._target_cases(mesh)
+        fitting = [case for case in cases if case.n_segments <= self.meshes[mesh]]
+        return list(dict.fromkeys(fitting))
+
+    def hashed_runs(self, mesh: str) -> list[tuple[int, str]]:
+        """Return number of regions and settings of all runs of a mesh, whose labels are hashed."""
+        cases = self.cases(mesh, frozenset({"stages", "scaling"}))
+        runs = [(case.n_segments, case.settings) for case in cases]
+        runs += [
+            (k, settings)
+            for raced, k in self.races
+            for settings in ("defaults", "10 iterations")
+            if raced == mesh
+        ]
+        return list(dict.fromkeys(runs))
+
+    def _stage_cases(self, mesh: str) -> list[Case]:
+        threads = thread_counts()
+        cases = [Case(mesh, k, "defaults", n) for k in N_SEGMENTS for n in threads]
+        return [*cases, Case(mesh, N_SEGMENTS[0], "tol=0", threads[-1])]
+
+    def _scaling_cases(self, mesh: str) -> list[Case]:
+        cases = self._target_cases(mesh)
+        if mesh == self._mesh_of_k_series():
+            n_threads = thread_counts()[-1]
+            names = ("defaults", "10 iterations")
+            cases += [Case(mesh, k, name, n_threads) for k in K_SERIES for name in names]
+        return cases
+
+    def _mesh_of_k_series(self) -> str:
+        """Return the largest mesh that is not too large to be run with many numbers of regions."""
+        return max(
+            self.meshes, key=lambda mesh: (self.meshes[mesh] < 1.2 * LARGE, self.meshes[mesh])
+        )
+
+    def _target_cases(self, mesh: str) -> list[Case]:
+        threads = thread_counts()
+        cases = [Case(mesh, 150, name, threads[-1]) for name in ("defaults", "10 iterations")]
+        if mesh in ("bunny", "hand-x64"):
+            cases.append(Case(mesh, 150, "tol=0", threads[-1]))
+        if self.meshes[mesh] >= LARGE:
+            cases += [Case(mesh, k, "defaults", n) for k in N_SEGMENTS for n in threads]
+        return cases
+
+
+def make_plan(
+    *,
+    meshes: tuple[str, ...] = (),
+    catalog: tuple[str, ...] = CATALOG,
+    max_faces: int | None = None,
+    repeats: int | None = None,
+    quick: bool = False,
+    data: Path | None = None,
+) -> Plan:
+    """Return what is run: the meshes named, or those of the catalog, as far as not too large.
+
+    Raises
+    ------
+    ValueError
+        If there is no such mesh, or none is left.
+    """
+    data = find_data(data)
+    limit = max_faces or (QUICK_FACES if quick else None)
+    names = meshes or (catalog if data else SAMPLES)
+    counts = {name: count_faces(name, data) for name in names}
+    kept = {name: n for name, n in counts.items() if limit is None or n <= limit}
+    if not kept:
+        raise ValueError(f"no mesh has at most {limit} faces")
+    races = tuple((mesh, 150) for mesh in kept) if meshes else RACES
+    races = tuple((mesh, min(k, kept[mesh])) for mesh, k in races if mesh in kept)
+    return Plan(kept, data, races, repeats, quick)

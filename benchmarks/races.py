@@ -1,0 +1,130 @@
+"""Rivals and superfacets side by side: the same mesh, the same number of regions, in turns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import superfacets as sf
+
+from .checks import Expected, check_labels, require
+from .clock import Sample, interleaved, median, summary
+from .machine import usable_cores
+from .meshes import Arrays
+from .rivals import RIVALS, Outcome, ScipyOutcome, is_installed, run_scipy
+from .runs import SETTINGS, run_name
+
+__all__ = ["race_for_labels", "race_for_one_pass"]
+
+OURS = "superfacets"
+Key = tuple[str, str]  # name, settings
+
+
+def race_for_labels(
+    mesh: str, arrays: Arrays, n_segments: int, repeats: int, expected: Expected
+) -> list[dict[str, Any]]:
+    """Return a row for superfacets on two settings and for each rival that is installed.
+
+    Each starts from arrays and ends with labels; an image is made beforehand. ``ratio`` is its
+    time against that of superfacets with the defaults, or, for SLIC, with 10 iterations as well.
+    """
+    checked: dict[Key, npt.NDArray[np.int32]] = {}
+
+    def accept(key: Key, result: Any) -> dict[str, Any]:
+        if key[0] != OURS:
+            return _facts(result)
+        if key not in checked:
+            check_labels(expected, mesh, arrays, run_name(n_segments, key[1]), result)
+            checked[key] = result.labels
+        require(np.array_equal(checked[key], result.labels), f"{key}: labels depend on the run")
+        return _facts(Outcome(result.labels, result.timings))
+
+    jobs = _our_jobs(arrays, n_segments) | _rival_jobs(arrays, n_segments)
+    samples = interleaved(jobs, repeats, accept)
+    rows = [_row(mesh, arrays, n_segments, key, samples[key]) for key in jobs]
+    ours = {row["settings"]: row["seconds"] for row in rows if row["who"] == OURS}
+    for row in rows:
+        same = "10 iterations" if row["settings"].startswith("10 iterations") else "defaults"
+        row["ratio"] = row["seconds"] / ours[same]
+    return rows
+
+
+def _our_jobs(arrays: Arrays, n_segments: int) -> dict[Key, Callable[[], Any]]:
+    job = partial(sf.segment, tuple(arrays), n_segments, n_threads=usable_cores())
+    return {(OURS, name): partial(job, **SETTINGS[name]) for name in ("defaults", "10 iterations")}
+
+
+def _rival_jobs(arrays: Arrays, n_segments: int) -> dict[Key, Callable[[], Any]]:
+    return {
+        (rival.name, rival.settings): partial(rival.run, rival.prepare(arrays), n_segments)
+        for rival in RIVALS
+        if is_installed(rival.module)
+    }
+
+
+def _facts(outcome: Outcome) -> dict[str, Any]:
+    sizes = np.unique(outcome.labels, return_counts=True)[1]
+    return {
+        "regions": len(sizes),
+        "spread": float(sizes.std() / sizes.mean()),
+        "parts": outcome.seconds,
+    }
+
+
+def _row(
+    mesh: str, arrays: Arrays, n_segments: int, key: Key, samples: list[Sample]
+) -> dict[str, Any]:
+    who, settings = key
+    elements = next((r.elements for r in RIVALS if r.name == who), "faces")
+    facts = [sample.fact for sample in samples]
+    parts = {name: median([f["parts"][name] for f in facts]) for name in facts[0]["parts"]}
+    return {
+        "mesh": mesh,
+        "faces": len(arrays.faces),
+        "k": n_segments,
+        "who": who,
+        "settings": settings,
+        "elements": elements,
+        "regions": facts[0]["regions"],
+        "spread": facts[0]["spread"],
+        "parts": parts,
+    } | summary([sample.seconds for sample in samples])
+
+
+def race_for_one_pass(
+    mesh: str, arrays: Arrays, n_segments: int, repeats: int
+) -> list[dict[str, Any]]:
+    """Return rows for `superfacets.classify`, on one thread and all, and for SciPy's Dijkstra.
+
+    All get the same graph and the same centers; the distances must agree.
+    """
+    surface = sf.Mesh(*arrays)
+    faces = sf.build_face_graph(surface)
+    graph = faces.with_weights(sf.superfacet_weights(surface, faces))
+    first = sf.classify(graph, sf.place_seeds(graph, n_segments))
+    # Ours are sums of whole numbers of a unit, off by half a unit for each arc of a path: by far
+    # less than this fraction of the longest path.
+    accuracy = 1e-4 * float(first.distances.max())
+
+    def accept(key: Key, result: sf.Classification | ScipyOutcome) -> None:
+        apart = float(np.abs(result.distances - first.distances).max())
+        require(apart <= accuracy, f"{mesh}: {key} finds other distances")
+
+    jobs: dict[Key, Callable[[], Any]] = {
+        (OURS, f"classify, n_threads={n}"): partial(sf.classify, graph, first.centers, n_threads=n)
+        for n in dict.fromkeys([usable_cores(), 1])
+    }
+    if is_installed("scipy"):
+        jobs["SciPy", "dijkstra, min_only=True"] = partial(run_scipy, graph, first.centers)
+    samples = interleaved(jobs, repeats, accept)
+    place = {"mesh": mesh, "faces": graph.n_cells, "k": n_segments}
+    seconds = {key: summary([sample.seconds for sample in samples[key]]) for key in jobs}
+    ours = next(iter(seconds.values()))["seconds"]
+    return [
+        place | {"who": who, "settings": settings} | values | {"ratio": values["seconds"] / ours}
+        for (who, settings), values in seconds.items()
+    ]

@@ -1,0 +1,86 @@
+"""Arrays to labels, and the stages in between, as `superfacets.segment` times them itself."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import superfacets as sf
+
+from .checks import Expected, check_labels, hash_labels, require
+from .clock import Sample, interleaved, median, summary
+from .meshes import Arrays
+
+__all__ = ["SETTINGS", "Case", "measure", "run_name"]
+
+SETTINGS: dict[str, dict[str, Any]] = {
+    "defaults": {},
+    "tol=0": {"tol": 0.0},
+    "10 iterations": {"tol": 0.0, "max_num_iter": 10},
+}
+"""Names of keyword sets of `superfacets.segment`."""
+
+Row = dict[str, Any]
+
+
+class Case(NamedTuple):
+    """What one row of the results is about."""
+
+    mesh: str
+    n_segments: int
+    settings: str
+    n_threads: int
+
+
+def run_name(n_segments: int, settings: str) -> str:
+    """Return the name that a hash of labels is stored under."""
+    return f"k={n_segments}, {settings}"
+
+
+def measure(arrays: Arrays, cases: list[Case], repeats: int, expected: Expected) -> list[Row]:
+    """Return a row for each case of one mesh: medians over runs that take turns.
+
+    The labels of the warm-up are checked, and all later ones, of any number of threads, must be
+    the same.
+    """
+    known: dict[str, tuple[str, str]] = {}  # run: hash of its labels, how they were checked
+
+    def accept(case: Case, result: sf.Segmentation) -> tuple[sf.Segmentation, str]:
+        run = run_name(case.n_segments, case.settings)
+        if run not in known:
+            verdict = check_labels(expected, case.mesh, arrays, run, result)
+            known[run] = hash_labels(result.labels), verdict
+        is_same = known[run][0] == hash_labels(result.labels)
+        require(is_same, f"{case}: the labels depend on the run or on the number of threads")
+        return result, known[run][1]
+
+    jobs = {case: partial(_segment, arrays, case) for case in cases}
+    samples = interleaved(jobs, repeats, accept)
+    return [_row(arrays, case, samples[case]) for case in cases]
+
+
+def _segment(arrays: Arrays, case: Case) -> sf.Segmentation:
+    keywords = SETTINGS[case.settings]
+    return sf.segment(tuple(arrays), case.n_segments, n_threads=case.n_threads, **keywords)
+
+
+def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
+    result, verdict = samples[0].fact
+    n_faces = len(arrays.faces)
+    timings = [sample.fact[0].timings for sample in samples]
+    stages = {stage: median([seconds[stage] for seconds in timings]) for stage in result.timings}
+    per_pass = stages["classify"] / result.n_iter
+    return {
+        "mesh": case.mesh,
+        "faces": n_faces,
+        "k": case.n_segments,
+        "settings": case.settings,
+        "threads": case.n_threads,
+        "regions": result.n_segments,
+        "iterations": result.n_iter,
+        "stop_reason": result.stop_reason,
+        "checked": verdict,
+        "stages": stages,
+        "seconds_per_pass": per_pass,
+        "ns_per_pass_and_face": 1e9 * per_pass / n_faces,
+    } | summary([sample.seconds for sample in samples])

@@ -1,0 +1,120 @@
+"""The parts of the benchmark, mesh by mesh, so that each mesh is made once."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import superfacets as sf
+
+from . import growth, memory, passes, processes, races, runs, targets
+from .checks import Expected, check_against_reference, hash_labels, require
+from .machine import bandwidth, facts, usable_cores
+from .meshes import Arrays, build, file_of
+from .plan import N_SEGMENTS, Plan
+
+__all__ = ["SECTIONS", "derive", "measure"]
+
+SECTIONS = ("stages", "scaling", "passes", "rivals", "memory", "processes")
+
+MEMORABLE_FACES = 50_000
+"""Of smaller meshes, memory that the allocator holds back hides what a run takes."""
+
+Results = dict[str, Any]
+Say = Callable[[str], None]
+
+
+def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) -> Results:
+    """Return the rows of all sections, and what follows from them.
+
+    Raises
+    ------
+    WrongLabelsError
+        If labels of superfacets are wrong; no times are returned then.
+    """
+    check_against_reference()
+    say("labels of a small mesh are those of superfacets.reference")
+    results: Results = {
+        "machine": facts(),
+        "bandwidths": [],
+        "runs": [],
+        "passes": [],
+        "label_races": [],
+        "pass_races": [],
+        "memory": [],
+    }
+    if "processes" in sections:
+        say("imports and the command")
+        results |= _measure_processes(plan)
+    for mesh in plan.meshes:
+        say(f"{mesh}: {plan.meshes[mesh]:,} faces")
+        _measure_mesh(plan, mesh, sections, expected, results)
+    return derive(results)
+
+
+def derive(results: Results) -> Results:
+    """Return the results with all that follows from their rows: growth, speed-ups, targets.
+
+    The bandwidth is the best of all that were measured in between: a machine that was busy at one
+    of those times must not make a pass look good.
+    """
+    rows = results["runs"]
+    best = max(results["bandwidths"], default=0.0)
+    results = results | {
+        "bandwidth": best or None,
+        "passes": [passes.against_stream(row, best) for row in results["passes"]],
+        "growth_with_faces": growth.growth_with_faces(rows),
+        "growth_with_regions": growth.growth_with_regions(rows),
+        "speedups": growth.speedups(rows),
+    }
+    return results | {"targets": targets.judge(results)}
+
+
+def _measure_mesh(
+    plan: Plan, mesh: str, sections: frozenset[str], expected: Expected, results: Results
+) -> None:
+    """Add the rows of one mesh."""
+    arrays = build(mesh, plan.data)
+    repeats = plan.repeats(mesh)
+    if cases := plan.cases(mesh, sections):
+        results["runs"] += runs.measure(arrays, cases, repeats, expected)
+    if "passes" in sections:
+        results["bandwidths"].append(bandwidth(usable_cores()))
+        results["passes"] += _measure_passes(plan, mesh, arrays)
+    if "memory" in sections and plan.meshes[mesh] >= MEMORABLE_FACES:
+        results["memory"].append(_measure_memory(mesh, arrays))
+    if "rivals" in sections:
+        for n_segments in [k for raced, k in plan.races if raced == mesh]:
+            results["label_races"] += races.race_for_labels(
+                mesh, arrays, n_segments, repeats, expected
+            )
+            results["pass_races"] += races.race_for_one_pass(mesh, arrays, n_segments, repeats)
+
+
+def _measure_passes(plan: Plan, mesh: str, arrays: Arrays) -> list[dict[str, Any]]:
+    threads = dict.fromkeys([1, usable_cores()])
+    keys = [(k, n) for k in N_SEGMENTS if k <= plan.meshes[mesh] for n in threads]
+    return passes.measure(mesh, arrays, keys, plan.repeats(mesh))
+
+
+def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
+    """Measure the peak, and check that the other process found the labels of this one."""
+    row = memory.measure(mesh, arrays, N_SEGMENTS[0])
+    labels = sf.segment(tuple(arrays), N_SEGMENTS[0]).labels
+    require(row.pop("labels") == hash_labels(labels), f"{mesh}: labels of another process differ")
+    return row
+
+
+def _measure_processes(plan: Plan) -> Results:
+    """Time imports, and the command on the bunny, or on the sample mesh where there is none."""
+    repeats = plan.wanted_repeats or 11
+    results = {"imports": processes.measure_imports(repeats)}
+    if plan.data:
+        file = file_of("bunny", plan.data)
+        return results | {"command": processes.measure_command("bunny", file, repeats)}
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "bear.ply"
+        sf.write_mesh(file, sf.sample_mesh())
+        return results | {"command": processes.measure_command("bear60k", file, repeats)}

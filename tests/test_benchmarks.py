@@ -1,0 +1,492 @@
+"""The benchmark measures what it says, and notices wrong labels. No test depends on a time."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks import (
+    checks,
+    clock,
+    growth,
+    machine,
+    memory,
+    meshes,
+    passes,
+    races,
+    report,
+    rivals,
+    runs,
+    sections,
+)
+from benchmarks import plan as plans
+from benchmarks.cli import commands
+from click.testing import CliRunner
+from shapes import cube, strip
+
+import superfacets as sf
+
+BEAR = "bear5k"
+NOTHING_STORED = {"arctangents": None, "meshes": {}}
+
+
+@pytest.fixture(scope="module")
+def bear():
+    return meshes.build(BEAR, None)
+
+
+@pytest.fixture
+def no_data(monkeypatch, tmp_path):
+    monkeypatch.setenv("SUPERFACETS_DATA", str(tmp_path))
+
+
+def area(arrays):
+    return sf.build_face_graph(tuple(arrays)).measures.sum()
+
+
+# meshes
+
+
+def test_subdividing_makes_four_faces_of_each_and_keeps_the_area():
+    square = meshes.Arrays(strip(2).vertices, strip(2).faces)
+    finer = meshes.subdivide(square)
+    assert len(finer.faces) == 8
+    assert len(finer.vertices) == 4 + 5  # one more for each edge
+    assert finer.faces.dtype == np.int32
+    np.testing.assert_allclose(sf.build_face_graph(tuple(finer)).measures, 1 / 8)
+
+
+def test_a_subdivided_closed_mesh_is_closed_and_as_oriented_as_before():
+    arrays = meshes.Arrays(cube().vertices, cube().faces)
+    for _ in range(3):
+        arrays = meshes.subdivide(arrays)
+    counts = sf.build_face_graph(tuple(arrays), weld=False).edge_counts
+    assert counts == (12 * 64 * 3 // 2, 0, 0, 0)
+    assert area(arrays) == pytest.approx(6.0)
+    corners = arrays.vertices[arrays.faces]
+    assert np.linalg.det(corners).sum() / 6 == pytest.approx(1.0)  # the volume: still outward
+
+
+def test_children_lie_in_their_parent():
+    arrays = meshes.Arrays(cube().vertices, cube().faces)
+    finer = meshes.subdivide(arrays)
+    centroids = finer.vertices[finer.faces].mean(axis=1).reshape(-1, 4, 3).mean(axis=1)
+    np.testing.assert_allclose(centroids, arrays.vertices[arrays.faces].mean(axis=1))
+
+
+def test_the_icosahedron_is_regular_and_outward():
+    arrays = meshes.icosahedron()
+    assert arrays.faces.shape == (20, 3)
+    assert sf.build_face_graph(tuple(arrays)).edge_counts == (30, 0, 0, 0)
+    corners = arrays.vertices[arrays.faces]
+    assert np.linalg.det(corners).sum() / 6 == pytest.approx(2.53615, abs=1e-5)
+
+
+def test_noise_is_small_seeded_and_leaves_the_given_mesh_alone():
+    ball = meshes.subdivide(meshes.icosahedron())
+    before = ball.vertices.copy()
+    noisy, again = meshes.perturb(ball), meshes.perturb(ball)
+    assert np.array_equal(ball.vertices, before)
+    assert np.array_equal(noisy.vertices, again.vertices)
+    shift = np.abs(noisy.vertices - before).max()
+    assert 0 < shift <= 0.05 * 1.05 * np.sqrt(2)  # of an edge; its mean is rounded to 2**n
+
+
+@pytest.mark.parametrize(
+    ("name", "n_faces"), [("sphere", 20), ("sphere-x16", 320), ("bear5k", 4_892)]
+)
+def test_meshes_are_made_by_name(name, n_faces):
+    assert len(meshes.build(name, None).faces) == meshes.count_faces(name, None) == n_faces
+
+
+@pytest.mark.parametrize("name", ["bunny-x8", "bunny-x0", "-x4", "a/b"])
+def test_a_name_that_means_nothing_is_refused(name):
+    with pytest.raises(ValueError, match="is no name of a mesh"):
+        meshes.split_name(name)
+
+
+def test_a_mesh_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="no mesh 'nowhere'"):
+        meshes.build("nowhere", tmp_path)
+
+
+def test_the_catalog_runs_from_ten_thousand_to_eight_million_faces(data_dir):
+    counts = plans.make_plan(data=data_dir).meshes.values()
+    assert min(counts) < 20_000
+    assert max(counts) == 8_000_000
+    assert 6_775_040 in counts
+    assert 1_310_720 in counts
+
+
+# clock
+
+
+def test_jobs_take_turns_and_the_warm_up_is_checked_but_not_counted():
+    seen = []
+    jobs = {"a": lambda: seen.append("a"), "b": lambda: seen.append("b")}
+    checked = []
+    samples = clock.interleaved(jobs, 2, lambda key, _: checked.append(key))
+    assert seen == checked == ["a", "b", "b", "a", "a", "b"]
+    assert [len(samples[key]) for key in jobs] == [2, 2]
+
+
+def test_a_refused_result_ends_the_run():
+    def refuse(*_):
+        raise checks.WrongLabelsError("no")
+
+    with pytest.raises(checks.WrongLabelsError):
+        clock.interleaved({"a": int}, 1, refuse)
+
+
+# growth
+
+
+def test_exponents_of_known_growth_are_found():
+    sizes = [1e5, 4e5, 1.6e6]
+    assert growth.fit_exponent(sizes, [n**1.25 for n in sizes]) == pytest.approx(1.25)
+    assert growth.fit_exponent(sizes, [2.0, 2.0, 2.0]) == pytest.approx(0.0)
+
+
+def run_row(mesh, faces, seconds, k=150, threads=2, settings="defaults"):
+    return {
+        "mesh": mesh, "faces": faces, "k": k, "settings": settings, "threads": threads,
+        "iterations": 10, "seconds": seconds, "fastest": seconds, "slowest": seconds,
+        "seconds_per_pass": seconds / 20, "ns_per_pass_and_face": 1e9 * seconds / 20 / faces,
+        "stages": {"classify": seconds / 2, "mesh": 0.0}, "checked": "stored hash",
+    }  # fmt: skip
+
+
+def test_growth_with_faces_is_fitted_for_each_surface_from_100_thousand_faces_on():
+    rows = [run_row("hand", 105_860, 1.0), run_row("hand-x4", 423_440, 4.0)]
+    rows += [run_row("bunny", 69_451, 9.0), run_row("fandisk", 12_946, 9.0)]
+    (fit,) = growth.growth_with_faces(rows)
+    assert (fit["mesh"], fit["from"], fit["to"]) == ("hand", 105_860, 423_440)
+    assert fit["exponent"] == pytest.approx(1.0)
+
+
+def test_growth_with_regions_takes_three_numbers_of_regions():
+    rows = [run_row("hand", 105_860, float(k), k=k) for k in (50, 150)]
+    assert growth.growth_with_regions(rows) == []
+    (fit,) = growth.growth_with_regions([*rows, run_row("hand", 105_860, 500.0, k=500)])
+    assert fit["exponent"] == pytest.approx(1.0)
+
+
+def test_a_speedup_compares_runs_that_differ_in_threads_alone():
+    rows = [run_row("hand", 105_860, 3.0, threads=1), run_row("hand", 105_860, 2.0)]
+    (row,) = growth.speedups([*rows, run_row("bunny", 69_451, 1.0)])
+    assert row["speedup"] == 1.5
+    assert row["stages"] == {"classify": 1.5}
+
+
+# checks
+
+
+def stored(bear, labels, *, arctangents=None):
+    return {
+        "arctangents": arctangents or checks.arctangents(),
+        "meshes": {
+            BEAR: {"mesh": checks.hash_mesh(bear), "labels": {"run": checks.hash_labels(labels)}}
+        },
+    }
+
+
+def test_labels_with_the_stored_hash_pass(bear):
+    result = sf.segment(tuple(bear), 20)
+    verdict = checks.check_labels(stored(bear, result.labels), BEAR, bear, "run", result)
+    assert verdict == "stored hash"
+
+
+def test_one_changed_label_is_noticed(bear):
+    result = sf.segment(tuple(bear), 20)
+    changed = result.labels.copy()
+    changed[17] = (changed[17] + 1) % 20
+    with pytest.raises(checks.WrongLabelsError, match="do not have the stored hash"):
+        checks.check_labels(stored(bear, changed), BEAR, bear, "run", result)
+
+
+def test_a_hash_of_other_arctangents_or_another_mesh_falls_back_to_what_must_hold(bear):
+    result = sf.segment(tuple(bear), 20)
+    other = result.labels[::-1].copy()
+    verdict = checks.check_labels(stored(bear, other, arctangents="x"), BEAR, bear, "run", result)
+    assert verdict == "invariants, 1 thread (other arctangents here)"
+    expected = stored(meshes.perturb(bear), other)
+    verdict = checks.check_labels(expected, BEAR, bear, "run", result)
+    assert verdict == "invariants, 1 thread (another mesh than hashed)"
+    verdict = checks.check_labels(NOTHING_STORED, BEAR, bear, "run", result)
+    assert verdict == "invariants, 1 thread (no hash)"
+
+
+def changed_result(result, **changes):
+    fields = ("labels", "centers", "n_iter", "stop_reason", "timings", "params")
+    return sf.Segmentation(**({name: getattr(result, name) for name in fields} | changes))
+
+
+def test_labels_that_break_an_invariant_are_refused(bear):
+    result = sf.segment(tuple(bear), 20)
+    swapped = result.labels.copy()
+    far = int(np.flatnonzero(swapped != swapped[result.centers[0]])[0])
+    swapped[result.centers[0]] = swapped[far]
+    wrong = {
+        "not one label per face": {"labels": result.labels[1:]},
+        "int64, not int32": {"labels": result.labels.astype(np.int64)},
+        "have gaps": {"labels": np.zeros_like(result.labels)},
+        "lies in another region": {"labels": swapped},
+        "20 regions, 19 asked for": {"params": result.params | {"n_segments": 19}},
+    }
+    for message, changes in wrong.items():
+        with pytest.raises(checks.WrongLabelsError, match=message):
+            checks.check_invariants(bear, changed_result(result, **changes))
+
+
+def test_a_region_in_pieces_is_refused(bear):
+    result = sf.segment(tuple(bear), 20)
+    graph = sf.build_face_graph(tuple(bear))
+    inner = [
+        face
+        for face in range(100)
+        if face not in result.centers
+        and len(set(result.labels[graph.neighbors[3 * face : 3 * face + 3]])) == 1
+    ]
+    labels = result.labels.copy()
+    labels[inner[0]] = (labels[inner[0]] + 10) % 20
+    with pytest.raises(checks.WrongLabelsError, match="20 regions are in 21 pieces"):
+        checks.check_invariants(bear, changed_result(result, labels=labels))
+
+
+def test_labels_are_those_of_the_reference():
+    checks.check_against_reference()
+
+
+def test_stored_hashes_survive_writing_and_reading(bear, tmp_path):
+    expected = stored(bear, np.zeros(3, dtype=np.int32))
+    checks.save_expected(expected, tmp_path / "expected.json")
+    assert checks.load_expected(tmp_path / "expected.json") == expected
+    assert checks.load_expected(tmp_path / "none.json") == NOTHING_STORED
+
+
+# what is measured
+
+
+def test_runs_have_a_row_for_each_case_with_all_stages(bear):
+    cases = [runs.Case(BEAR, 20, name, n) for name in runs.SETTINGS for n in (1, 2)]
+    rows = runs.measure(bear, cases, 2, NOTHING_STORED)
+    assert [(row["settings"], row["threads"]) for row in rows] == [case[2:] for case in cases]
+    for row in rows:
+        assert {"face_graph", "weights", "seeding", "classify", "update"} <= row["stages"].keys()
+        assert row["fastest"] <= row["seconds"] <= row["slowest"]
+        assert row["seconds_per_pass"] == row["stages"]["classify"] / row["iterations"]
+
+
+def test_labels_that_depend_on_threads_end_the_benchmark(bear, monkeypatch):
+    right = sf.segment
+
+    def wrong_on_two(mesh, n_segments, *, n_threads, **keywords):
+        return right(mesh, n_segments + (n_threads == 2), n_threads=n_threads, **keywords)
+
+    monkeypatch.setattr(sf, "segment", wrong_on_two)
+    cases = [runs.Case(BEAR, 20, "defaults", n) for n in (1, 2)]
+    with pytest.raises(checks.WrongLabelsError, match="number of threads"):
+        runs.measure(bear, cases, 1, NOTHING_STORED)
+
+
+def test_a_pass_is_compared_with_streaming_32_bytes_a_face(bear):
+    n_faces = len(bear.faces)
+    (row,) = passes.measure(BEAR, bear, [(20, 1)], 1)
+    assert row["graph_bytes"] == 32 * n_faces + 8
+    (row,) = results_of(passes=[row], bandwidths=[1e9, 5e8])["passes"]  # the best counts
+    assert row["stream_seconds"] == pytest.approx(32 * n_faces / 1e9, rel=1e-3)
+    assert row["times_stream"] == row["pass_seconds"] / row["stream_seconds"]
+
+
+def test_memory_is_measured_in_another_process(bear):
+    finer = meshes.subdivide(meshes.subdivide(bear))
+    row = memory.measure("bear", finer, 20)
+    assert row["labels"] == checks.hash_labels(sf.segment(tuple(finer), 20).labels)
+    assert row["input_bytes_per_face"] == pytest.approx(24, rel=0.01)
+    assert 4 <= row["bytes_per_face"] < 2_000
+
+
+def test_facts_tell_nothing_of_whose_machine_it_is():
+    facts = machine.facts()
+    assert facts["cores"] >= 1
+    assert facts["versions"].keys() >= {"superfacets", "numpy"}
+    import platform
+
+    assert platform.node() not in json.dumps(facts).split('"')
+    assert str(Path.home()) not in json.dumps(facts)
+
+
+# rivals
+
+
+def test_the_numpy_adjacency_is_that_of_the_face_graph(bear):
+    offsets, neighbors = rivals.face_adjacency(bear)
+    graph = sf.build_face_graph(tuple(bear))
+    assert np.array_equal(offsets, graph.offsets)
+    assert np.array_equal(neighbors, graph.neighbors)
+
+
+def test_the_numpy_adjacency_leaves_out_boundary_edges():
+    offsets, neighbors = rivals.face_adjacency(meshes.Arrays(strip(3).vertices, strip(3).faces))
+    assert offsets.tolist() == [0, 1, 3, 4]
+    assert sorted(neighbors.tolist()) == [0, 1, 1, 2]
+
+
+@pytest.mark.parametrize("rival", rivals.RIVALS, ids=lambda rival: f"{rival.name} {rival.settings}")
+def test_each_rival_labels_all_its_elements(rival, bear):
+    if not rivals.is_installed(rival.module):
+        pytest.skip(f"{rival.module} is not installed: it is in the dependency group `bench`")
+    outcome = rival.run(rival.prepare(bear), 50)
+    n_elements = {"faces": len(bear.faces), "vertices": len(bear.vertices)}
+    assert len(outcome.labels) == pytest.approx(
+        n_elements.get(rival.elements, len(bear.faces)), rel=0.02
+    )
+    assert 40 <= len(np.unique(outcome.labels)) <= 60
+    assert all(seconds > 0 for seconds in outcome.seconds.values())
+
+
+def test_scipy_finds_the_same_distances(bear):
+    rows = races.race_for_one_pass(BEAR, bear, 20, 1)
+    assert rows[-1]["who"] == "SciPy"
+    assert rows[0]["ratio"] == 1.0
+
+
+def test_a_race_has_ours_first_and_all_rivals_that_are_installed(bear):
+    rows = races.race_for_labels(BEAR, bear, 50, 1, NOTHING_STORED)
+    n_rivals = sum(rivals.is_installed(rival.module) for rival in rivals.RIVALS)
+    assert [row["who"] for row in rows[:2]] == ["superfacets", "superfacets"]
+    assert len(rows) == 2 + n_rivals
+    assert rows[0]["ratio"] == rows[1]["ratio"] == 1.0
+
+
+# targets and reports
+
+
+def results_of(**changes):
+    empty = {
+        "machine": machine.facts() | {"cores": 2},
+        "bandwidths": [3e10],
+        "runs": [], "passes": [], "label_races": [], "pass_races": [], "memory": [],
+    }  # fmt: skip
+    return sections.derive(empty | changes)
+
+
+def judged(results):
+    return {row["target"]: row["reached"] for row in results["targets"]}
+
+
+def test_what_was_not_measured_is_neither_reached_nor_missed():
+    assert set(judged(results_of()).values()) == {None}
+
+
+def test_targets_are_judged_by_the_worst_case():
+    growing = [("", 1.0), ("-x4", 4.0), ("-x16", 16.0), ("-x64", 64.0)]
+    faces = {name: 105_860 * 4**level for level, (name, _) in enumerate(growing)}
+    hand = [run_row(f"hand{name}", faces[name], s) for name, s in growing]
+    alone = [run_row("hand-x16", faces["-x16"], 31.0, threads=1)]
+    quick = [run_row("bunny", 69_451, 0.029, settings="tol=0")]
+    reached = judged(results_of(runs=[*hand, *alone, *quick]))
+    assert reached["bunny (69,451 faces), k=150, tol=0, arrays to labels"] is True
+    assert reached["growth with N, defaults, k=150, exponent, worst surface"] is True
+    assert reached["two threads, 1 M faces or more, times faster than one, worst case"] is True
+    assert reached["6.8 M faces, k=150, defaults, arrays to labels"] is False
+
+    steep = [run_row(f"bear{n}", 125_000 * 4**i, 5.0**i) for i, n in enumerate(["", "-x4", "-x16"])]
+    slower = [
+        run_row("bear-x64", 8_000_000, 125.0),
+        run_row("bear-x64", 8_000_000, 130.0, threads=1),
+    ]
+    reached = judged(results_of(runs=[*hand, *alone, *quick, *steep, *slower]))
+    assert reached["growth with N, defaults, k=150, exponent, worst surface"] is False
+    assert reached["two threads, 1 M faces or more, times faster than one, worst case"] is False
+
+
+def test_tables_hold_times_and_documents_ratios():
+    results = results_of(runs=[run_row("bunny", 69_451, 0.06, settings="tol=0")])
+    text = report.render(results)
+    assert "| bunny | 69,451 | 150 | tol=0 | 2 | 10 | 0.06 |" in text
+    assert "| ≤ 30 ms | 60 ms | **no** |" in text
+    document = "before\n<!-- table: targets -->\nold\n<!-- end -->\nafter\n"
+    filled = report.fill(document, results)
+    assert "| ≤ 30 ms | **no** | 2 |" in filled
+    assert filled.startswith("before\n<!-- table: targets -->\n\n| target |")
+    assert filled.endswith("\n<!-- end -->\nafter\n")
+    assert "old" not in filled
+    assert report.fill(filled, results) == filled
+
+
+def test_a_mark_that_names_no_table_is_an_error():
+    with pytest.raises(KeyError):
+        report.fill("<!-- table: nothing -->\n<!-- end -->", results_of())
+
+
+def test_the_page_of_the_documentation_has_a_mark_for_each_table(request):
+    page = (request.config.rootpath / "docs" / "benchmarks.md").read_text()
+    assert all(f"<!-- table: {name} -->" in page for name in report.DOC_TABLES)
+    report.fill(page, results_of())
+
+
+def test_columns_of_numbers_go_to_the_right():
+    assert report.table(["a", "b"], [["x", "1.5"]]) == "| a | b |\n|---|---:|\n| x | 1.5 |"
+    assert report.table(["a"], []) == "(not measured)"
+
+
+# the command
+
+
+def run(*arguments):
+    return CliRunner().invoke(commands, list(arguments))
+
+
+def test_all_runs_on_a_small_mesh_and_writes_json(no_data, tmp_path):
+    output = tmp_path / "bench.json"
+    done = run("all", "--quick", "--meshes", BEAR, "--repeats", "1", "--json", str(output))
+    assert done.exit_code == 0, done.output
+    assert "sample meshes are used" in done.output
+    results = json.loads(output.read_text())
+    assert {row["checked"] for row in results["runs"]} == {"invariants, 1 thread (no hash)"}
+    assert results["imports"]["numpy"]["seconds"] > 0
+    for title in ("Arrays to labels", "One full classification", "Rivals", "Processes", "Targets"):
+        assert f"## {title}\n" in done.output
+    again = run("report", str(output))
+    assert again.exit_code == 0
+    assert "## Targets\n" in again.output
+
+
+def test_hashes_that_expect_stores_are_found_by_later_runs(no_data, tmp_path, monkeypatch):
+    path = tmp_path / "expected.json"
+    done = run("expect", "--meshes", "sphere-x64", "--output", str(path))
+    assert done.exit_code == 0, done.output
+    monkeypatch.setattr("benchmarks.cli.load_expected", lambda: checks.load_expected(path))
+    output = tmp_path / "bench.json"
+    done = run("stages", "--meshes", "sphere-x64", "--repeats", "1", "--json", str(output))
+    assert done.exit_code == 0, done.output
+    rows = json.loads(output.read_text())["runs"]
+    assert {row["checked"] for row in rows} == {"stored hash"}
+
+
+def test_wrong_labels_print_no_times(no_data, monkeypatch):
+    wrong = {"arctangents": checks.arctangents(), "meshes": {}}
+    arrays = meshes.build("sphere-x64", None)
+    labels = {"k=150, defaults": "0"}
+    wrong["meshes"]["sphere-x64"] = {"mesh": checks.hash_mesh(arrays), "labels": labels}
+    monkeypatch.setattr("benchmarks.cli.load_expected", lambda: wrong)
+    done = run("stages", "--meshes", "sphere-x64", "--repeats", "1")
+    assert done.exit_code == 1
+    assert "no times: sphere-x64, k=150, defaults: the labels do not have" in done.output
+    assert "seconds" not in done.output
+
+
+@pytest.mark.parametrize("arguments", [("--meshes", "nothing"), ("--max-faces", "5")])
+def test_a_selection_without_meshes_is_one_line(no_data, arguments):
+    done = run("stages", *arguments)
+    assert done.exit_code == 1
+    assert done.output.count("\n") == 1
+
+
+def test_the_table_of_the_readme_is_printed(monkeypatch):
+    monkeypatch.setattr("benchmarks.cli.README_MESHES", (BEAR,))
+    done = run("timings", "--repeats", "1")
+    assert done.exit_code == 0, done.output
+    assert "| faces | regions | iterations | seconds |" in done.output
+    assert "| 4,892 | 2,000 |" in done.output
