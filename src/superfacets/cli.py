@@ -20,7 +20,7 @@ from .gl import RenderError
 from .info import MeshInfo, mesh_info
 from .io import check_outputs, has_labels, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
-from .render import View, check_rendering, render
+from .rendering import View, check_rendering, render
 from .sample import sample_mesh
 from .seeding import INITS
 from .segment import PAPER, Segmentation, segment
