@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._validate import MAX_CELLS
 from ..errors import MeshError
 from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
-from .guards import Arrays, as_doubles
+from .guards import Arrays, Content, as_doubles
 
 __all__ = ["read_gltf"]
 
@@ -20,7 +20,7 @@ Matrix = npt.NDArray[np.float64]
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
 
-def read_gltf(data: bytes, folder: Path) -> Arrays:
+def read_gltf(data: Content, folder: Path) -> Arrays:
     """Vertices and faces of the default scene of a .gltf or .glb file that lies in `folder`.
 
     Meshes come in the order of the file, each moved by every node that shows it, in the order of
