@@ -101,9 +101,9 @@ def side_by_side(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def as_doubles(values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """Copy of `values` as float64, without the warning that numpy gives for some kinds of NaN."""
+    """The values as float64, without the warning that numpy gives for some kinds of NaN."""
     with np.errstate(invalid="ignore"):
-        return values.astype(np.float64)
+        return values.astype(np.float64, copy=False)
 
 
 def check_triangles(corner_counts: npt.NDArray[Any]) -> None:
