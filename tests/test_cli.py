@@ -47,6 +47,14 @@ def files_in(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
+def test_a_terminal_shows_progress(run, sheet, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    status, out, err = run("segment", sheet)
+    assert status == 0
+    assert "iteration/s" in err
+    assert "iteration/s" not in out
+
+
 def test_segment_writes_a_labeled_mesh_beside_the_input(run, sheet):
     status, out, err = run("segment", sheet)
     output = sheet.with_name("sheet.superfacets.ply")

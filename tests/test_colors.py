@@ -5,9 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from shapes import cube, soup, strip
+from numpy.testing import assert_array_equal
+from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip
 
-from superfacets import build_face_graph, face_colors
+from superfacets import Mesh, build_face_graph, face_colors
 from superfacets.colors import MIN_COLOR_DISTANCE, PALETTE, oklab, region_colors
 
 
@@ -174,3 +175,25 @@ def test_faces_may_have_labels_of_any_numbers():
 def test_labels_that_are_not_one_number_a_face_are_refused(labels, error, message):
     with pytest.raises(error, match=message):
         face_colors(strip(4), labels)
+
+
+@pytest.mark.parametrize("n_regions", [1, 2, 7, 60])
+@pytest.mark.parametrize(
+    "mesh",
+    [bumpy_sheet(), fins(), moebius(), slivers(), cube(), soup(bumpy_sheet())],
+    ids=["sheet", "fins", "moebius", "slivers", "cube", "soup"],
+)
+def test_colors_of_faces_are_those_of_the_whole_graph(mesh, n_regions):
+    """`face_colors` looks at the faces on borders only."""
+    labels = np.random.default_rng(n_regions).integers(0, n_regions, mesh.n_faces)
+    compact = np.unique(labels, return_inverse=True)[1]
+    expected = region_colors(build_face_graph(mesh), compact)[compact]
+    assert_array_equal(face_colors(mesh, labels), expected)
+    assert_array_equal(face_colors(mesh, labels * 3 - 1), expected)
+
+
+def test_faces_that_name_a_vertex_twice_have_colors():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [1, 1, 0], [2, 2, 2], [0, 2, 1]])
+    labels = [0, 1, 2, 3]
+    expected = region_colors(build_face_graph(mesh), labels)
+    assert_array_equal(face_colors(mesh, labels), expected)

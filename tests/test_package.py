@@ -24,18 +24,79 @@ def test_examples_in_docstrings_are_true(name):
     assert doctest.testmod(module).failed == 0
 
 
+LAZY = ("colors", "gl", "info", "io", "rendering", "sample")
+LATE_PREFIXES = tuple(f"superfacets.{name}" for name in LAZY)
+
+
+def run_python(code: str) -> str:
+    """What the code prints in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.strip()
+
+
 def test_importing_needs_numpy_and_the_core_alone():
-    code = (
+    printed = run_python(
         "import sys, numpy; before = set(sys.modules); import superfacets;"
         "new = {name.split('.')[0] for name in set(sys.modules) - before};"
         "new -= sys.stdlib_module_names;"
         "print(sorted(new))"
     )
-    printed = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, check=True
-    ).stdout
     # numpy loads parts of itself late.
-    assert printed.strip() in ("['superfacets']", "['numpy', 'superfacets']")
+    assert printed in ("['superfacets']", "['numpy', 'superfacets']")
+
+
+def test_importing_leaves_files_and_pictures_for_later():
+    loaded = run_python("import sys, superfacets; print(*sys.modules)").split()
+    assert "superfacets.segment" in loaded
+    assert not [name for name in loaded if name.startswith(LATE_PREFIXES)]
+
+
+@pytest.mark.parametrize(
+    "first",
+    [
+        "import superfacets.rendering",
+        "import superfacets.cli",
+        "from superfacets.io import read_mesh",
+        "import superfacets.segment, superfacets.classify",
+        "from superfacets import *",
+        "import superfacets; superfacets.rendering, superfacets.sample, superfacets.io.read",
+        "import superfacets; [importlib.import_module(n) for n in names]",
+        "import superfacets; superfacets.render, superfacets.render",
+    ],
+)
+def test_public_names_are_what_they_should_be_whatever_was_imported_before(first):
+    run_python(
+        f"import importlib; names = {MODULES}; {first}\n"
+        "import inspect, superfacets\n"
+        "for name in superfacets.__all__:\n"
+        "    value = getattr(superfacets, name)\n"
+        "    assert not inspect.ismodule(value), name\n"
+        "    assert name == 'PAPER' or value.__name__ == name, name\n"
+        "    assert value is getattr(superfacets, name), name\n"
+    )
+
+
+def test_names_that_are_loaded_late_are_listed():
+    listed = run_python("import superfacets; print(*dir(superfacets))").split()
+    assert {*superfacets.__all__, *LAZY} <= set(listed)
+
+
+@pytest.mark.parametrize("name", LAZY)
+def test_modules_that_are_loaded_late_are_attributes(name):
+    assert run_python(f"import superfacets; print(superfacets.{name}.__name__)").endswith(name)
+
+
+def test_no_late_module_has_a_public_name():
+    """Importing it would put the module in the place of what is public."""
+    assert not {*LAZY} & {*superfacets.__all__}
+
+
+def test_what_is_not_there_is_an_attribute_error():
+    with pytest.raises(AttributeError, match=r"^module 'superfacets' has no attribute 'nothing'$"):
+        superfacets.nothing  # noqa: B018
+    with pytest.raises(ImportError):
+        from superfacets import nothing  # noqa: F401
 
 
 def test_the_version_is_that_of_the_package():

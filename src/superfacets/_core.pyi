@@ -3,6 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
+_Bytes = npt.NDArray[np.uint8]
 _Doubles = npt.NDArray[np.float64]
 _Floats = npt.NDArray[np.float32]
 _Ints = npt.NDArray[np.int32]
@@ -69,3 +70,30 @@ class Clustering:
     def lengths(self) -> npt.NDArray[np.uint64]: ...
 
 def update_centers(graph: OrderedGraph, labels: _Ints, n_regions: int, n_threads: int) -> _Ints: ...
+def scan_lines(
+    text: _Bytes, begin: int, end: int, comment: int, n_threads: int
+) -> tuple[_Longs, _Longs, _Ints]: ...
+def match_keywords(
+    text: _Bytes,
+    starts: _Longs,
+    ends: _Longs,
+    keywords: list[str],
+    any_case: bool,
+    n_threads: int,
+) -> npt.NDArray[np.int8]: ...
+def parse_doubles(
+    text: _Bytes, starts: _Longs, ends: _Longs, counts: _Ints, n_threads: int
+) -> tuple[_Doubles, _Longs]: ...
+def parse_integers(
+    text: _Bytes, starts: _Longs, ends: _Longs, counts: _Ints, n_threads: int
+) -> tuple[_Ints, _Longs]: ...
+def parse_long_integers(
+    text: _Bytes, starts: _Longs, ends: _Longs, counts: _Ints, n_threads: int
+) -> tuple[_Longs, _Longs]: ...
+def parse_corners(
+    text: _Bytes, starts: _Longs, ends: _Longs, counts: _Ints, n_threads: int
+) -> tuple[_Ints, _Longs]: ...
+def parse_long_corners(
+    text: _Bytes, starts: _Longs, ends: _Longs, counts: _Ints, n_threads: int
+) -> tuple[_Longs, _Longs]: ...
+def copy_rows(rows: _Bytes, n_threads: int) -> _Bytes: ...

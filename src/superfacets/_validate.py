@@ -207,6 +207,10 @@ def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     array = _integer_array(labels, "labels", np.int64)
     if len(array) != n_cells:
         raise ValueError(f"there are {len(array)} labels for {n_cells} faces")
+    if array.min() >= 0 and array.max() < n_cells:  # no need to sort
+        is_used = np.bincount(array) > 0
+        ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
+        return ranks[array], int(ranks[-1]) + 1
     values, compact = np.unique(array, return_inverse=True)
     return compact.astype(np.int32), len(values)
 

@@ -8,7 +8,7 @@ import signal
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 import numpy.typing as npt
@@ -17,13 +17,13 @@ from . import __version__
 from ._timing import timed
 from .errors import MeshError, MissingExtraError
 from .gl import RenderError
-from .info import MeshInfo, mesh_info
 from .io import check_outputs, has_labels, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
-from .render import View, check_rendering, render
-from .sample import sample_mesh
 from .seeding import INITS
 from .segment import PAPER, Segmentation, segment
+
+if TYPE_CHECKING:
+    from .info import MeshInfo
 
 __all__ = ["main"]
 
@@ -176,6 +176,8 @@ def segment_command(
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def info_command(mesh: Path, as_json: bool) -> None:
     """Print counts and sizes of the mesh in the file IN."""
+    from .info import mesh_info
+
     info = mesh_info(read_mesh(mesh))
     if as_json:
         click.echo(json.dumps({"file": str(mesh), **dataclasses.asdict(info)}))
@@ -211,6 +213,8 @@ def render_command(
     mesh: Path, output: Path, up: str, azimuth: float, elevation: float, labels: Path | None
 ) -> None:
     """Draw a shaded picture of the mesh in the file IN, with its regions and dark borders."""
+    from .rendering import View, render
+
     if output.suffix.lower() != ".png":
         raise click.UsageError(f"{output}: pictures are written as .png")
     surface = read_mesh(mesh)
@@ -232,6 +236,9 @@ def render_command(
 )
 def demo_command(output: Path) -> None:
     """Segment a sample mesh that comes along, and write a labeled mesh and a picture of it."""
+    from .rendering import check_rendering, render
+    from .sample import sample_mesh
+
     check_rendering()
     output.mkdir(parents=True, exist_ok=True)
     labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
@@ -260,11 +267,13 @@ def _segment(
     mesh: Mesh, *, paper: bool = False, tol: float | None = None, **options: Any
 ) -> Segmentation:
     """Segment with a progress bar on a terminal."""
+    chosen = {**(PAPER if paper else {}), **({} if tol is None else {"tol": tol})}
+    if not sys.stderr.isatty():
+        return segment(mesh, **options, **chosen)
     from tqdm import tqdm
 
-    chosen = {**(PAPER if paper else {}), **({} if tol is None else {"tol": tol})}
     total = options.get("max_num_iter")
-    with tqdm(total=total, unit="iteration", leave=False, disable=None) as bar:
+    with tqdm(total=total, unit="iteration", leave=False) as bar:
 
         def progress(_: int, n_moved: int) -> None:
             bar.set_postfix(centers_moved=n_moved, refresh=False)

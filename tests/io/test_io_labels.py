@@ -155,7 +155,7 @@ def test_npy_that_is_wrong_is_refused(refuse, data, message):
         (b"1\n-2\n", "labels[1] is -2"),
         (b"99999999999999999999\n", "labels[0] is 9223372036854775807"),
         (b"\n \n", "there are no labels"),
-        (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "line 1: expected one integer"),
+        (b"\xff\xd8\xff\xe0\0\x10JFIF\0" * 20, "line 1: expected an integer"),
     ],
 )
 def test_text_of_something_else_is_refused(refuse, data, message):

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._validate import MAX_CELLS
 from ..errors import MeshError
 from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
-from .guards import Arrays, as_doubles
+from .guards import Arrays, Content, as_doubles
 
 __all__ = ["read_gltf"]
 
@@ -20,7 +20,7 @@ Matrix = npt.NDArray[np.float64]
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
 
-def read_gltf(data: bytes, folder: Path) -> Arrays:
+def read_gltf(data: Content, folder: Path) -> Arrays:
     """Vertices and faces of the default scene of a .gltf or .glb file that lies in `folder`.
 
     Meshes come in the order of the file, each moved by every node that shows it, in the order of
@@ -48,8 +48,21 @@ def _join(parts: list[Arrays]) -> Arrays:
     """One mesh of several."""
     sizes = [len(positions) for positions, _ in parts]
     first_vertices = np.cumsum(sizes) - sizes
-    faces = [faces + first for (_, faces), first in zip(parts, first_vertices, strict=True)]
-    return np.concatenate([positions for positions, _ in parts]), np.concatenate(faces)
+    faces = [
+        _moved_on(faces, int(first))
+        for (_, faces), first in zip(parts, first_vertices, strict=True)
+    ]
+    return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
+
+
+def _moved_on(faces: npt.NDArray[Any], first_vertex: int) -> npt.NDArray[Any]:
+    """Faces whose vertices follow others."""
+    return faces + np.int64(first_vertex) if first_vertex else faces
+
+
+def _concatenated(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    """The parts as one array, which is no copy of a single one."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _visit_nodes(gltf: Gltf) -> list[tuple[int, Matrix]]:
@@ -131,10 +144,10 @@ def _read_mesh(gltf: Gltf, index: int) -> Arrays:
             first_vertices[accessor] = n_vertices
             n_vertices += len(positions[accessor])
         corners = _read_corners(gltf, primitive, len(positions[accessor]))
-        faces.append(corners.reshape(-1, 3) + first_vertices[accessor])
+        faces.append(_moved_on(corners.reshape(-1, 3), first_vertices[accessor]))
     if not faces:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
-    return np.concatenate(list(positions.values())), np.concatenate(faces)
+    return _concatenated(list(positions.values())), _concatenated(faces)
 
 
 def _has_triangles(primitive: dict[str, Any]) -> bool:
@@ -159,7 +172,8 @@ def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> npt
         stored = read_accessor(gltf, primitive["indices"], "SCALAR")
         if stored.dtype.kind != "u":
             raise MeshError("broken glTF: vertex indices must be unsigned integers")
-        corners = stored.astype(np.int64)
+        fits = stored.max(initial=0) <= MAX_CELLS
+        corners = stored.astype(np.int32 if fits else np.int64, copy=False)
     else:
         corners = np.arange(n_vertices)
     if len(corners) % 3:

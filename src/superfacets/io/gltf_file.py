@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from .guards import read_bytes
+from .guards import Content, read_content
 
 __all__ = ["Gltf", "items", "numbers", "open_gltf", "read_accessor", "whole"]
 
@@ -51,12 +51,12 @@ class Gltf:
     ----------
     document : dict
         The JSON.
-    buffers : list of bytes
+    buffers : list of memoryview
         Contents of the buffers, each as long as the document declares, or longer.
     """
 
     document: dict[str, Any]
-    buffers: list[bytes]
+    buffers: list[memoryview]
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Object ``index`` of a list of the document; a MeshError if there is none."""
@@ -68,9 +68,9 @@ class Gltf:
         return item
 
 
-def open_gltf(data: bytes, folder: Path) -> Gltf:
+def open_gltf(data: Content, folder: Path) -> Gltf:
     """Take a .glb or .gltf file apart."""
-    text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data, b"")
+    text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
     try:
         document = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as error:
@@ -92,7 +92,7 @@ def _refuse_constant(name: str) -> NoReturn:
     raise ValueError(f"{name} is not a JSON number")
 
 
-def _split_chunks(data: bytes) -> tuple[bytes, bytes]:
+def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
     """The JSON and the binary chunk of a GLB."""
     if len(data) < 20:
         raise MeshError(f"the GLB file is cut: it has only {len(data)} bytes")
@@ -104,7 +104,7 @@ def _split_chunks(data: bytes) -> tuple[bytes, bytes]:
     json_end = 20 + json_size
     if kind != CHUNK_JSON or json_end > len(data):
         raise MeshError("broken GLB: it does not begin with a whole JSON chunk")
-    binary = b""
+    binary = memoryview(b"")
     if json_end < len(data):
         if json_end + 8 > len(data):
             raise MeshError("broken GLB: the header of its second chunk is cut")
@@ -112,7 +112,7 @@ def _split_chunks(data: bytes) -> tuple[bytes, bytes]:
         if json_end + 8 + binary_size > len(data):
             raise MeshError("broken GLB: its second chunk is longer than the file")
         if kind == CHUNK_BINARY:
-            binary = data[json_end + 8 : json_end + 8 + binary_size]
+            binary = memoryview(data)[json_end + 8 : json_end + 8 + binary_size]
     return data[20:json_end], binary
 
 
@@ -176,18 +176,19 @@ def _view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
     begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
     if begin + size > len(buffer):
         raise MeshError("broken glTF: a buffer view is longer than its buffer: is the file cut?")
-    return memoryview(buffer)[begin : begin + size]
+    view_content: memoryview = buffer[begin : begin + size]
+    return view_content
 
 
-def _read_buffers(document: dict[str, Any], binary: bytes, folder: Path) -> list[bytes]:
+def _read_buffers(document: dict[str, Any], binary: memoryview, folder: Path) -> list[memoryview]:
     """Contents of the buffers: the binary chunk, or what an address holds or points to."""
-    contents: list[bytes] = []
+    contents: list[memoryview] = []
     for index, buffer in enumerate(items(document, "buffers")):
         address = buffer.get("uri")
         if address is None and index == 0:
             content = binary
         elif isinstance(address, str):
-            content = _fetch(address, folder)
+            content = memoryview(_fetch(address, folder))
         else:
             raise MeshError(f"broken glTF: buffers[{index}] has no data")
         declared = whole(buffer, "byteLength")
@@ -200,7 +201,7 @@ def _read_buffers(document: dict[str, Any], binary: bytes, folder: Path) -> list
     return contents
 
 
-def _fetch(address: str, folder: Path) -> bytes:
+def _fetch(address: str, folder: Path) -> Content:
     """Bytes of a data address, or of a file beside the document."""
     shown = reprlib.repr(address)
     if address.startswith("data:"):
@@ -212,6 +213,6 @@ def _fetch(address: str, folder: Path) -> bytes:
     if re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in unquote(address):
         raise MeshError(f"the buffer {shown} is not a file beside the glTF file")
     try:
-        return read_bytes(folder / unquote(address))
+        return read_content(folder / unquote(address))
     except OSError:
         raise MeshError(f"the buffer {shown} cannot be read beside the glTF file") from None

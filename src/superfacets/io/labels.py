@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from .guards import counted, known_ending, read_bytes
+from .guards import Content, counted, known_ending, read_content
 from .ply import read_ply_labels
 from .ply_header import parse_header
 from .text import split_lines
@@ -61,7 +61,7 @@ def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt
     """
     path = Path(path)
     ending = known_ending(path, LABEL_ENDINGS)
-    data = read_bytes(path)
+    data = read_content(path)
     try:
         return checked_labels(_READERS[ending](data), n_faces)
     except MeshError as error:
@@ -74,7 +74,7 @@ def has_labels(path: str | os.PathLike[str]) -> bool:
     if path.suffix.lower() != ".ply":
         return False
     try:
-        header = parse_header(read_bytes(path))
+        header = parse_header(read_content(path))
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
     face = header.find("face")
@@ -100,17 +100,17 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.in
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-def _read_text(data: bytes) -> npt.NDArray[Any]:
+def _read_text(data: Content) -> npt.NDArray[Any]:
     lines = split_lines(data)
     crowded = np.flatnonzero(lines.counts != 1)
     if len(crowded):
         line = int(crowded[0])
         shown = reprlib.repr(lines.content(line).decode("latin-1").strip())
-        raise MeshError(f"line {int(lines.numbers[line])}: expected one integer, got {shown}")
+        raise MeshError(f"line {lines.number(line)}: expected one integer, got {shown}")
     return lines.parse(np.int64)
 
 
-def _read_npy(data: bytes) -> npt.NDArray[Any]:
+def _read_npy(data: Content) -> npt.NDArray[Any]:
     """The array of a .npy file.
 
     numpy.load is not used: it evaluates the header as Python, with a dozen ways to fail or warn,
@@ -135,7 +135,7 @@ def _read_npy(data: bytes) -> npt.NDArray[Any]:
     return np.frombuffer(data, dtype=dtype, offset=begin)
 
 
-def _npy_header(data: bytes) -> tuple[str, int]:
+def _npy_header(data: Content) -> tuple[str, int]:
     """The header's text, and where the numbers begin."""
     if data[:6] != b"\x93NUMPY":
         raise MeshError("not a .npy file: it does not begin with the word NUMPY")
@@ -147,7 +147,7 @@ def _npy_header(data: bytes) -> tuple[str, int]:
     return data[text_begin:begin].decode("latin-1"), begin
 
 
-_READERS: dict[str, Callable[[bytes], npt.NDArray[Any]]] = {
+_READERS: dict[str, Callable[[Content], npt.NDArray[Any]]] = {
     ".npy": _read_npy,
     ".ply": read_ply_labels,
     ".seg": _read_text,

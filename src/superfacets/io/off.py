@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 import reprlib
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from .guards import Arrays, check_triangles, counted
+from .guards import Arrays, Content, check_triangles, counted, side_by_side
 from .text import Lines, as_integers, split_lines, table
 
 __all__ = ["read_off"]
@@ -19,7 +20,7 @@ __all__ = ["read_off"]
 _MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
 
-def read_off(data: bytes) -> Arrays:
+def read_off(data: Content) -> Arrays:
     """Vertices and faces of an OFF file; colors and normals are skipped.
 
     lagrange is not used: it hangs on a comment and rewrites indices that are out of range.
@@ -33,7 +34,7 @@ def read_off(data: bytes) -> Arrays:
             f" but only {counted(n_rows, 'line')} follow: is the file cut?"
         )
     if n_rows > n_vertices + n_faces:
-        extra = int(lines.numbers[n_header + n_vertices + n_faces])
+        extra = lines.number(n_header + n_vertices + n_faces)
         raise MeshError(f"line {extra} comes after all that the header declares")
     body = lines[n_header:]
     return _read_vertices(body[:n_vertices]), _read_faces(body[n_vertices:])
@@ -64,21 +65,21 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
 def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:
     short = np.flatnonzero(lines.counts < 3)
     if len(short):
-        number, n_tokens = int(lines.numbers[short[0]]), int(lines.counts[short[0]])
+        number, n_tokens = lines.number(short[0]), int(lines.counts[short[0]])
         raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
     vertices: npt.NDArray[np.float64] = table(lines.parse(np.float64), lines.counts, 3)
     return vertices
 
 
-def _read_faces(lines: Lines) -> npt.NDArray[np.int64]:
+def _read_faces(lines: Lines) -> npt.NDArray[Any]:
     values = lines.parse_integers_or_floats()  # floats where colors are
     n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
     short = np.flatnonzero(lines.counts - 1 < n_corners)
     if len(short):
         line = short[0]
         raise MeshError(
-            f"line {lines.numbers[line]}: a face of {n_corners[line]} corners"
+            f"line {lines.number(line)}: a face of {n_corners[line]} corners"
             f" needs as many indices, got {lines.counts[line] - 1}"
         )
     check_triangles(n_corners)
-    return as_integers(table(values, lines.counts, 4)[:, 1:], "vertex indices")
+    return as_integers(side_by_side(table(values, lines.counts, 4)[:, 1:]), "vertex indices")

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from .guards import Arrays, as_doubles, check_triangles
+from .guards import Arrays, Content, check_triangles, side_by_side
 from .ply_body import read_tables
 from .ply_header import Element, Header, parse_header
 from .text import as_integers
@@ -18,7 +18,7 @@ __all__ = ["read_ply", "read_ply_labels"]
 INDEX_NAMES = ("vertex_indices", "vertex_index")
 
 
-def read_ply(data: bytes) -> Arrays:
+def read_ply(data: Content) -> Arrays:
     """Vertices and faces of a PLY file, ASCII or binary.
 
     lagrange is not used: it does not notice that a binary file was cut, never returns from some
@@ -36,12 +36,14 @@ def read_ply(data: bytes) -> Arrays:
     tables = read_tables(header, data)
     indices = tables[face][column]
     check_triangles(_present(indices.lengths))
-    coordinates = [_present(tables[vertex][place].values) for place in xyz]
-    positions = np.stack([as_doubles(axis) for axis in coordinates], axis=1)
-    return positions, as_integers(_present(indices.values), "vertex indices")
+    positions = np.empty((vertices.n_rows, 3))
+    with np.errstate(invalid="ignore"):  # numpy warns of some kinds of NaN; `Mesh` refuses them
+        for axis, place in enumerate(xyz):
+            positions[:, axis] = _present(tables[vertex][place].values)
+    return positions, as_integers(side_by_side(_present(indices.values)), "vertex indices")
 
 
-def read_ply_labels(data: bytes) -> npt.NDArray[Any]:
+def read_ply_labels(data: Content) -> npt.NDArray[Any]:
     """The face property `label` of a PLY file; the faces may be polygons."""
     header = parse_header(data)
     face, faces = _find_faces(header)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import reprlib
 import struct
 from array import array
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from .guards import counted
+from .guards import Content, counted
 from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, split_lines
 
@@ -40,7 +40,7 @@ class Column:
     lengths: npt.NDArray[Any] | None = None
 
 
-def read_tables(header: Header, data: bytes) -> list[list[Column]]:
+def read_tables(header: Header, data: Content) -> list[list[Column]]:
     """Columns of all elements, in the order of the header.
 
     No array is made before its declared size was compared with what the file holds, and nothing
@@ -57,7 +57,7 @@ def _raise_cut(element: Element, what: str) -> NoReturn:
     )
 
 
-def _read_binary(header: Header, data: bytes) -> list[list[Column]]:
+def _read_binary(header: Header, data: Content) -> list[list[Column]]:
     tables = []
     begin = header.size
     for element in header.elements:
@@ -69,7 +69,7 @@ def _read_binary(header: Header, data: bytes) -> list[list[Column]]:
     return tables
 
 
-def _read_binary_element(element: Element, data: bytes, begin: int) -> tuple[list[Column], int]:
+def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[list[Column], int]:
     """Columns of an element, and where it ends."""
     heads = [np.dtype(stored.count_dtype or stored.dtype) for stored in element.properties]
     least = sum(head.itemsize for head in heads)
@@ -89,7 +89,7 @@ def _read_binary_element(element: Element, data: bytes, begin: int) -> tuple[lis
 
 
 def _read_uniform(
-    element: Element, lengths: list[int], data: bytes, begin: int
+    element: Element, lengths: list[int], data: Content, begin: int
 ) -> tuple[list[Column] | None, int]:
     """Columns if all rows have lists of these lengths, else None; and where the element ends."""
     fields: list[Any] = []
@@ -110,7 +110,7 @@ def _read_uniform(
     return columns, begin + row_size * element.n_rows
 
 
-def _walk(element: Element, n_rows: int, data: bytes, begin: int) -> tuple[Index, Index, int]:
+def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Index, Index, int]:
     """First byte and number of the values in each row and column, and where the rows end."""
     layout = [
         (
@@ -147,7 +147,7 @@ def _check_lengths(lengths: npt.NDArray[Any]) -> None:
         raise MeshError(f"the PLY file holds a list of {lengths.min()} numbers")
 
 
-def _gather(stored: Property, data: bytes, starts: Index, lengths: Index) -> Column:
+def _gather(stored: Property, data: Content, starts: Index, lengths: Index) -> Column:
     """The column whose values begin at these bytes."""
     listed = lengths if stored.is_list else None
     if np.any(lengths != lengths[0]):
@@ -158,9 +158,8 @@ def _gather(stored: Property, data: bytes, starts: Index, lengths: Index) -> Col
     return Column(values if stored.is_list else values[:, 0], listed)
 
 
-def _read_text(header: Header, data: bytes) -> list[list[Column]]:
-    lines = split_lines(data[header.size :])
-    lines = replace(lines, numbers=lines.numbers + len(data[: header.size].splitlines()))
+def _read_text(header: Header, data: Content) -> list[list[Column]]:
+    lines = split_lines(data, begin=header.size)
     tables = []
     for element in header.elements:
         n_rows = element.n_rows if element.properties else 0
@@ -169,8 +168,7 @@ def _read_text(header: Header, data: bytes) -> list[list[Column]]:
         tables.append(_read_text_element(element, lines[:n_rows]))
         lines = lines[n_rows:]
     if len(lines):
-        number = int(lines.numbers[0])
-        raise MeshError(f"line {number} comes after all that the PLY header declares")
+        raise MeshError(f"line {lines.number(0)} comes after all that the PLY header declares")
     return tables
 
 
@@ -179,7 +177,39 @@ def _read_text_element(element: Element, lines: Lines) -> list[Column]:
         values = lines.parse_integers_or_floats()
     else:
         values = lines.parse(np.float64)
-    ends = np.cumsum(lines.counts)
+    columns = _read_uniform_text(element, values, lines.counts)
+    return columns or _gather_text(element, values, lines)
+
+
+def _read_uniform_text(
+    element: Element, values: npt.NDArray[Any], counts: npt.NDArray[np.int32]
+) -> list[Column] | None:
+    """Columns if all rows have lists of the same lengths, else None."""
+    if not len(counts) or counts.min() != counts.max():
+        return None
+    rows = values.reshape(len(counts), -1)
+    columns = []
+    place = 0
+    for stored in element.properties:
+        if place >= rows.shape[1]:
+            return None
+        head = rows[:, place]
+        place += 1
+        if not stored.is_list:
+            columns.append(Column(_as_declared(head, stored)))
+            continue
+        length = int(head[0]) if 0 <= head[0] <= rows.shape[1] - place else -1
+        if length < 0 or np.any(head != length):
+            return None
+        lengths = np.broadcast_to(np.int64(length), len(head))
+        columns.append(Column(rows[:, place : place + length], lengths))
+        place += length
+    return columns if place == rows.shape[1] else None
+
+
+def _gather_text(element: Element, values: npt.NDArray[Any], lines: Lines) -> list[Column]:
+    """Columns of rows whose lists differ in length; a MeshError where one is no row."""
+    ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
     columns = []
     for stored in element.properties:
@@ -202,7 +232,7 @@ def _check_tokens(lines: Lines, is_right: npt.NDArray[np.bool_]) -> None:
     if not is_right.all():
         line = int(np.argmin(is_right))
         raise MeshError(
-            f"line {int(lines.numbers[line])}: {counted(int(lines.counts[line]), 'number')}"
+            f"line {lines.number(line)}: {counted(int(lines.counts[line]), 'number')}"
             " do not make a row as the PLY header declares it"
         )
 

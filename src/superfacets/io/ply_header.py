@@ -6,6 +6,7 @@ import reprlib
 from dataclasses import dataclass, field
 
 from ..errors import MeshError
+from .guards import Content
 
 __all__ = ["Element", "Header", "Property", "parse_header"]
 
@@ -108,7 +109,7 @@ class Header:
         return None
 
 
-def parse_header(data: bytes) -> Header:
+def parse_header(data: Content) -> Header:
     """Read the header that `data` begins with; a MeshError names the line that is wrong."""
     if data[:4] not in (b"ply\n", b"ply\r"):
         raise MeshError("not a PLY file: it does not begin with the word ply")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import IO, Any
 
 import numpy as np
@@ -11,8 +12,8 @@ from ..mesh import Mesh
 
 __all__ = ["write_ply"]
 
-ROWS_AT_ONCE = 1 << 16
-"""Rows turned into text at a time."""
+ROWS_AT_ONCE = 1 << 14
+"""Rows made at a time: they stay in the cache."""
 
 TYPE_NAMES = {"f4": "float", "f8": "double", "i4": "int", "u1": "uchar"}
 
@@ -26,75 +27,94 @@ def write_ply(
     ascii: bool,
 ) -> None:
     """Write checked arrays; see `superfacets.io.write_mesh` for what the file holds."""
-    vertices, faces = _vertex_rows(mesh), _face_rows(mesh, labels, colors)
+    vertices, faces = _vertex_columns(mesh), _face_columns(mesh, labels, colors)
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0"]
-    lines += [f"element vertex {len(vertices)}", *_declare(vertices.dtype)]
-    lines += [f"element face {len(faces)}", *_declare(faces.dtype)]
+    lines += [f"element vertex {mesh.n_vertices}", *_declare(vertices)]
+    lines += [f"element face {mesh.n_faces}", *_declare(faces)]
     file.write("\n".join([*lines, "end_header\n"]).encode("ascii"))
-    for rows in (vertices, faces):
-        if ascii:
-            _write_text(file, rows)
-        else:
-            file.write(rows.tobytes())
+    for columns, n_rows in ((vertices, mesh.n_vertices), (faces, mesh.n_faces)):
+        for begin in range(0, n_rows, ROWS_AT_ONCE):
+            rows = _fill_rows(columns, begin, min(begin + ROWS_AT_ONCE, n_rows))
+            if ascii:
+                file.write(_as_text(rows))
+            else:
+                file.write(rows.data)
 
 
-def _vertex_rows(mesh: Mesh) -> npt.NDArray[Any]:
+@dataclass(frozen=True)
+class _Column:
+    """Values of a property, or one value for all rows, and how a row holds them."""
+
+    name: str
+    dtype: str
+    values: Any
+    shape: tuple[int, ...] = ()
+
+
+def _vertex_columns(mesh: Mesh) -> list[_Column]:
+    dtype = "<f4" if _fits_single(mesh.vertices) else "<f8"
+    return [
+        _Column(axis, dtype, values) for axis, values in zip("xyz", mesh.vertices.T, strict=True)
+    ]
+
+
+def _fits_single(values: npt.NDArray[np.float64]) -> bool:
+    """Whether float32 holds all of the values exactly."""
     with np.errstate(over="ignore"):  # what becomes infinite is not equal
-        single = mesh.vertices.astype("<f4")
-    kind = "<f4" if np.array_equal(single, mesh.vertices) else "<f8"
-    rows = np.empty(mesh.n_vertices, dtype=[(axis, kind) for axis in "xyz"])
-    for axis, values in zip("xyz", mesh.vertices.T, strict=True):
-        rows[axis] = values
-    return rows
+        return all(
+            np.array_equal(part.astype(np.float32), part)
+            for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))
+        )
 
 
-def _face_rows(
+def _face_columns(
     mesh: Mesh,
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
-) -> npt.NDArray[Any]:
-    fields: list[Any] = [("length", "u1"), ("vertex_indices", "<i4", 3)]
+) -> list[_Column]:
+    columns = [_Column("length", "u1", 3), _Column("vertex_indices", "<i4", mesh.faces, (3,))]
     if labels is not None:
-        fields += [("label", "<i4"), ("quality", "<f4")]
+        columns += [_Column("label", "<i4", labels), _Column("quality", "<f4", labels)]
     if colors is not None:
-        fields += [(channel, "u1") for channel in ("red", "green", "blue", "alpha")]
-    rows = np.empty(mesh.n_faces, dtype=fields)
-    rows["length"] = 3
-    rows["vertex_indices"] = mesh.faces
-    if labels is not None:
-        rows["label"] = labels
-        rows["quality"] = labels
-    if colors is not None:
-        for channel, values in zip(("red", "green", "blue"), colors.T, strict=True):
-            rows[channel] = values
-        rows["alpha"] = 255
+        columns += [
+            _Column(channel, "u1", values)
+            for channel, values in zip(("red", "green", "blue"), colors.T, strict=True)
+        ]
+        columns.append(_Column("alpha", "u1", 255))
+    return columns
+
+
+def _fill_rows(columns: list[_Column], begin: int, end: int) -> npt.NDArray[Any]:
+    """Some rows as the binary file has them."""
+    rows = np.empty(
+        end - begin, dtype=[(column.name, column.dtype, column.shape) for column in columns]
+    )
+    for column in columns:
+        is_array = isinstance(column.values, np.ndarray)
+        rows[column.name] = column.values[begin:end] if is_array else column.values
     return rows
 
 
-def _declare(dtype: np.dtype[Any]) -> list[str]:
+def _declare(columns: list[_Column]) -> list[str]:
     """Header lines of the properties; the length of the list belongs to the list."""
     lines = []
-    for name in dtype.names or ():
-        if name == "vertex_indices":
+    for column in columns:
+        if column.name == "vertex_indices":
             lines.append("property list uchar int vertex_indices")
-        elif name != "length":
-            lines.append(f"property {TYPE_NAMES[dtype[name].str[1:]]} {name}")
+        elif column.name != "length":
+            lines.append(f"property {TYPE_NAMES[column.dtype[-2:]]} {column.name}")
     return lines
 
 
-def _write_text(file: IO[bytes], rows: npt.NDArray[Any]) -> None:
-    """Rows as text that reads back as the same numbers; one format operation for many rows."""
+def _as_text(rows: npt.NDArray[Any]) -> bytes:
+    """Rows as text that reads back as the same numbers; one format operation for all."""
     columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
     row_format = " ".join(_format(column.dtype) for column in columns for _ in column.T) + "\n"
-    for begin in range(0, len(rows), ROWS_AT_ONCE):
-        lists = [
-            axis.tolist() for column in columns for axis in column[begin : begin + ROWS_AT_ONCE].T
-        ]
-        n_rows = len(lists[0])
-        flat: list[Any] = [None] * (n_rows * len(lists))
-        for place, values in enumerate(lists):
-            flat[place :: len(lists)] = values
-        file.write((row_format * n_rows % tuple(flat)).encode("ascii"))
+    lists = [axis.tolist() for column in columns for axis in column.T]
+    flat: list[Any] = [None] * (len(rows) * len(lists))
+    for place, values in enumerate(lists):
+        flat[place :: len(lists)] = values
+    return (row_format * len(rows) % tuple(flat)).encode("ascii")
 
 
 def _format(dtype: np.dtype[Any]) -> str:

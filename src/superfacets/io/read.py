@@ -9,7 +9,7 @@ from pathlib import Path
 from ..errors import MeshError
 from ..mesh import Mesh
 from .gltf import read_gltf
-from .guards import Arrays, known_ending, read_bytes
+from .guards import Arrays, Content, known_ending, read_content
 from .obj import read_obj
 from .off import read_off
 from .ply import read_ply
@@ -18,7 +18,7 @@ from .tri import read_tri
 
 __all__ = ["MESH_ENDINGS", "read_mesh"]
 
-_READERS: dict[str, Callable[[bytes], Arrays]] = {
+_READERS: dict[str, Callable[[Content], Arrays]] = {
     ".obj": read_obj,
     ".off": read_off,
     ".ply": read_ply,
@@ -80,7 +80,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """
     path = Path(path)
     ending = known_ending(path, MESH_ENDINGS)
-    data = read_bytes(path)
+    data = read_content(path)
     try:
         if ending in _GLTF_ENDINGS:
             return Mesh(*read_gltf(data, path.parent))

@@ -1,32 +1,37 @@
-"""Numbers in lines of text, found and parsed without a Python loop over lines.
+"""Numbers in lines of text, found and parsed by the core, on all threads.
 
 Every text format here is read through `Lines`: where the lines that hold something begin and end,
-and how many tokens each has. Numbers are parsed many lines at once, by `numpy.fromstring`, which
-rounds decimals correctly, and which is only trusted if it finds one number per token.
+and how many tokens each has. The core parses decimals and integers as they are usually written;
+lines that hold anything else it leaves to Python, which knows what to say about them.
 """
 
 from __future__ import annotations
 
 import re
 import reprlib
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import Any, NoReturn
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
+from .._validate import checked_threads
 from ..errors import MeshError
+from .guards import Content
 
-__all__ = ["Lines", "as_integers", "iterate_lines", "split_lines", "table", "token_start_mask"]
+__all__ = ["Lines", "as_integers", "iterate_lines", "split_lines", "table"]
 
 Index = npt.NDArray[np.int64]
 
-BLOCK = 1 << 20
-"""Bytes scanned at a time: the masks of a block stay in the cache, and memory stays small."""
+_Kernel = Callable[
+    [npt.NDArray[np.uint8], Index, Index, npt.NDArray[np.int32], int],
+    tuple[npt.NDArray[Any], Index],
+]
 
-LAST_BLANK = ord(" ")
-"""Bytes up to this one separate tokens."""
+BLOCK = 1 << 23
+"""Bytes of text that `iterate_lines` takes at a time: memory for what is found stays small."""
 
 EXACT = 2.0**53
 """Beyond this float64 skips integers."""
@@ -44,173 +49,177 @@ class Lines:
     text : (B,) uint8
         The whole text.
     starts, ends : (L,) int64
-        First byte of the first token, and the byte of the newline, for each line.
-    counts : (L,) int64
+        First byte of the first token, and the byte behind the line (of a comment, of the newline),
+        for each line.
+    counts : (L,) int32
         Tokens, which are separated by blanks.
-    numbers : (L,) int64
-        Line numbers in the file, from 1.
     """
 
     text: npt.NDArray[np.uint8]
     starts: Index
     ends: Index
-    counts: Index
-    numbers: Index
+    counts: npt.NDArray[np.int32]
 
     def __len__(self) -> int:
         return len(self.starts)
 
-    def __getitem__(self, part: slice) -> Lines:
-        return replace(
-            self,
-            starts=self.starts[part],
-            ends=self.ends[part],
-            counts=self.counts[part],
-            numbers=self.numbers[part],
-        )
+    def __getitem__(self, part: slice | npt.NDArray[np.bool_]) -> Lines:
+        return Lines(self.text, self.starts[part], self.ends[part], self.counts[part])
 
     def content(self, line: int) -> bytes:
         """Bytes of one line, from its first token on."""
         return self.text[self.starts[line] : self.ends[line]].tobytes()
 
-    def having_keyword(self, keyword: bytes, *, any_case: bool = False) -> npt.NDArray[np.bool_]:
-        """Mask of the lines whose first token is `keyword` (in lower case if `any_case`)."""
-        fold = np.uint8(0x20 if any_case else 0)
-        found: Index = np.arange(len(self))
-        for place, letter in enumerate(keyword):
-            # A line that was too short for its next letter has left: `starts + place` is inside.
-            found = found[self.text[self.starts[found] + place] | fold == letter]
-        found = found[self.text[self.starts[found] + len(keyword)] <= LAST_BLANK]
-        mask = np.zeros(len(self), dtype=bool)
-        mask[found] = True
-        return mask
+    def number(self, line: int) -> int:
+        """Line number in the file, from 1."""
+        return 1 + int(np.count_nonzero(self.text[: self.starts[line]] == ord("\n")))
+
+    def keywords(self, words: Sequence[bytes], *, any_case: bool = False) -> npt.NDArray[np.int8]:
+        """Which of the words is the first token of each line; ``len(words)`` where none is.
+
+        With `any_case`, words in lower case stand for those in any case.
+        """
+        names = [word.decode("ascii") for word in words]
+        return _core.match_keywords(
+            self.text, self.starts, self.ends, names, any_case, checked_threads(None)
+        )
 
     def after_keyword(self, mask: npt.NDArray[np.bool_], keyword: bytes) -> Lines:
-        """The lines of `mask` without their first token, on a text where all else is blank."""
-        starts, ends = self.starts[mask] + len(keyword), self.ends[mask]
-        is_full = starts < ends
-        border = np.zeros(len(self.text), dtype=np.int8)  # 1 where a line begins, -1 where it ends
-        border[starts[is_full]] = 1
-        border[ends[is_full]] = -1
-        is_inside = np.cumsum(border, dtype=np.int8).view(bool)
-        text = np.where(is_inside, self.text, np.uint8(LAST_BLANK))
-        return Lines(text, starts, ends, self.counts[mask] - 1, self.numbers[mask])
+        """The lines of `mask` without their first token, which is the keyword."""
+        lines = self[mask]
+        return Lines(self.text, lines.starts + len(keyword), lines.ends, lines.counts - 1)
 
     def parse(self, dtype: type[np.float64] | type[np.int64]) -> npt.NDArray[Any]:
         """All numbers, flat; a MeshError that names the line if a token is not a number.
 
-        The lines must follow each other in the text with nothing but blanks between them.
+        Decimals are rounded to the nearest double. Integers are int32 where all fit, else int64,
+        and those beyond that its limits.
         """
-        n_tokens = int(self.counts.sum())
-        if n_tokens == 0:  # fromstring finds a -1 in blanks
-            return np.empty(0, dtype=dtype)
-        region = self.text[self.starts[0] : self.ends[-1]]
-        try:
-            values = np.fromstring(region.tobytes(), dtype=dtype, sep=" ")
-        except (ValueError, DeprecationWarning):  # numpy 1.26 warns, and stops early
-            values = np.empty(0, dtype=dtype)
-        if len(values) != n_tokens or (dtype is np.int64 and _has_lone_sign(region)):
-            _raise_bad_token(self, dtype)
-        return values
+        if dtype is np.float64:
+            return self._parse([_core.parse_doubles], _read_double)
+        return self._parse([_core.parse_integers, _core.parse_long_integers], _read_integer)
+
+    def parse_corners(self) -> npt.NDArray[Any]:
+        """The vertex index of each corner, flat: the 7 in ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
+
+        Integers as those of `parse`; a MeshError names the line if a token is something else.
+        """
+        return self._parse([_core.parse_corners, _core.parse_long_corners], _read_corner)
 
     def parse_integers_or_floats(self) -> npt.NDArray[Any]:
-        """All numbers, flat: int64 (6 times as fast) if all are written as such, else float64."""
-        if len(self) and np.any(self.text[self.starts[0] : self.ends[-1]] == ord(".")):
+        """All numbers, flat: integers if all are written as such, else float64."""
+        if len(self) and b"." in self.content(0):
             return self.parse(np.float64)
         try:
             return self.parse(np.int64)
         except MeshError:
             return self.parse(np.float64)
 
+    def _parse(
+        self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]
+    ) -> npt.NDArray[Any]:
+        """Numbers as the first kernel finds them that leaves out no line, else as the last does.
 
-def split_lines(data: bytes, *, comment: bytes | None = None) -> Lines:
-    r"""Find the lines of `data` that hold a token.
+        Lines that even that one leaves out are read by `read_token`.
+        """
+        for kernel in kernels:
+            values, left_out = kernel(
+                self.text, self.starts, self.ends, self.counts, checked_threads(None)
+            )
+            if not len(left_out):
+                return values
+        firsts = np.cumsum(self.counts, dtype=np.int64) - self.counts
+        for line in left_out.tolist():
+            try:
+                numbers = [read_token(token) for token in self.content(line).split()]
+            except ValueError as error:
+                raise MeshError(f"line {self.number(line)}: {error}") from None
+            values[firsts[line] : firsts[line] + len(numbers)] = numbers
+        return values
 
-    Lines end at ``\n``, or at ``\r`` in old files that have no ``\n``. What follows `comment` on a
-    line is left out.
+
+def _read_double(token: bytes) -> float:
+    if not _NUMBER.fullmatch(token):
+        raise ValueError(f"expected a number, got {_shown(token)}")
+    return float(token)
+
+
+def _read_integer(token: bytes) -> int:
+    """The integer, or the nearest of int64. int() refuses thousands of digits."""
+    if not _INTEGER.fullmatch(token):
+        raise ValueError(f"expected an integer, got {_shown(token)}")
+    digits = token.lstrip(b"+-").lstrip(b"0")
+    size = int(digits[:20] or b"0")  # 20 digits are beyond int64, whatever follows
+    return -min(size, 2**63) if token.startswith(b"-") else min(size, 2**63 - 1)
+
+
+def _read_corner(token: bytes) -> int:
+    index, *others = token.split(b"/")
+    if not index:
+        raise ValueError("a corner has no vertex index")
+    for other in others:
+        if other:
+            _read_integer(other)
+    return _read_integer(index)
+
+
+def _shown(token: bytes) -> str:
+    return reprlib.repr(token.decode("latin-1"))
+
+
+def split_lines(data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
+    r"""Find the lines of `data`, from byte `begin` on, that hold a token.
+
+    Lines end at ``\n``, or at ``\r`` in old files that have no ``\n``. What follows `comment`, one
+    character, on a line is left out.
     """
-    data = _clean(data, comment)
-    blocks = list(_scan_blocks(data))
-    return Lines(
-        np.frombuffer(data, dtype=np.uint8),
-        np.concatenate([lines.starts + begin for begin, lines in blocks]),
-        np.concatenate([lines.ends + begin for begin, lines in blocks]),
-        np.concatenate([lines.counts for _, lines in blocks]),
-        np.concatenate([lines.numbers for _, lines in blocks]),
-    )
+    return _scan(_as_text(data), begin, None, comment)
 
 
-def iterate_lines(data: bytes, *, comment: bytes | None = None) -> Iterator[Lines]:
-    """The same lines as of `split_lines`, block by block, each block with a text of its own.
-
-    Work on small texts is several times as fast: they stay in the cache, and reuse memory.
-    """
-    return (lines for _, lines in _scan_blocks(_clean(data, comment)))
-
-
-def _clean(data: bytes, comment: bytes | None) -> bytes:
-    """Text without comments, all of whose lines end, at newlines."""
-    data = data.removeprefix(b"\xef\xbb\xbf")  # a byte order mark
-    if b"\n" not in data:
-        data = data.replace(b"\r", b"\n")
-    if comment is not None and comment in data:
-        data = re.sub(re.escape(comment) + rb"[^\n]*", b"", data)
-    return data + b"\n"
+def iterate_lines(data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
+    """The same lines as of `split_lines`, block by block, so that memory stays small."""
+    text = _as_text(data)
+    for begin in range(0, max(1, len(text)), BLOCK):
+        yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
 
 
-def _scan_blocks(data: bytes) -> Iterator[tuple[int, Lines]]:
-    """The lines of each block of the text, and where the block begins."""
-    text = np.frombuffer(data, dtype=np.uint8)
-    begin, n_lines = 0, 0
-    while begin < len(data):
-        stop = data.find(b"\n", min(begin + BLOCK, len(data) - 1)) + 1
-        newlines = np.flatnonzero(text[begin:stop] == ord("\n"))
-        yield begin, _scan(text[begin:stop], newlines, n_lines)
-        begin, n_lines = stop, n_lines + len(newlines)
+def _as_text(data: Content) -> npt.NDArray[np.uint8]:
+    """The bytes without what is no part of the text, with newlines at the ends of lines."""
+    if data[:3] == b"\xef\xbb\xbf":  # a byte order mark
+        data = data[3:]
+    if data[-1:] == b"\0":  # blocks of a disk, or of an archive
+        data = data[:].rstrip(b"\0")
+    if data.find(b"\n") < 0:
+        data = data[:].replace(b"\r", b"\n")
+    return np.frombuffer(data, dtype=np.uint8)
 
 
-def _scan(text: npt.NDArray[np.uint8], newlines: Index, n_lines_before: int) -> Lines:
-    """The lines of a text that ends with a newline."""
-    token_starts = np.flatnonzero(token_start_mask(text))
-    tokens_before_end = np.searchsorted(token_starts, newlines)
-    counts = np.diff(tokens_before_end, prepend=0)
-    is_full = counts > 0
-    first_tokens = (tokens_before_end - counts)[is_full]
-    numbers = np.flatnonzero(is_full) + (n_lines_before + 1)
-    return Lines(text, token_starts[first_tokens], newlines[is_full], counts[is_full], numbers)
+def _next_line(text: npt.NDArray[np.uint8], place: int) -> int:
+    """First byte, from `place` on, that begins a line."""
+    begin = place - 1
+    while 0 <= begin < len(text):
+        newlines = np.flatnonzero(text[begin : begin + 4096] == ord("\n"))
+        if len(newlines):
+            return begin + int(newlines[0]) + 1
+        begin += 4096
+    return 0 if place == 0 else len(text)
 
 
-def token_start_mask(text: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
-    """Mask of the bytes where a token begins: those after a blank, or first, and not blank."""
-    is_blank = text <= LAST_BLANK
-    is_start = ~is_blank
-    is_start[1:] &= is_blank[:-1]
-    return is_start
+def _scan(text: npt.NDArray[np.uint8], begin: int, end: int | None, comment: bytes) -> Lines:
+    """The lines that begin in some of the text, at a line's begin."""
+    stop = len(text) if end is None else min(end, len(text))
+    character = ord(comment) if comment else 0
+    found = _core.scan_lines(text, min(begin, stop), stop, character, checked_threads(None))
+    return Lines(text, *found)
 
 
-def _has_lone_sign(region: npt.NDArray[np.uint8]) -> bool:
-    """Whether a + or - has no digit after it: fromstring takes such a token for the integer 0."""
-    signs = np.flatnonzero((region == ord("-")) | (region == ord("+")))
-    following = region[np.minimum(signs + 1, len(region) - 1)]
-    return bool(np.any((following < ord("0")) | (following > ord("9"))))
-
-
-def _raise_bad_token(lines: Lines, dtype: type[np.float64] | type[np.int64]) -> NoReturn:
-    """Raise a MeshError that names the first line with a token that is no number."""
-    pattern, kind = (_INTEGER, "an integer") if dtype is np.int64 else (_NUMBER, "a number")
-    for line, number in enumerate(lines.numbers.tolist()):
-        for token in lines.content(line).split():
-            if not pattern.fullmatch(token):
-                text = reprlib.repr(token.decode("latin-1"))
-                raise MeshError(f"line {number}: expected {kind}, got {text}")
-    raise MeshError(f"the lines from {int(lines.numbers[0])} on do not hold numbers only")
-
-
-def table(values: npt.NDArray[Any], counts: Index, width: int) -> npt.NDArray[Any]:
+def table(values: npt.NDArray[Any], counts: npt.NDArray[np.int32], width: int) -> npt.NDArray[Any]:
     """First `width` values of each row; row i has ``counts[i] >= width`` of the flat values."""
-    if len(values) == width * len(counts):
-        return values.reshape(-1, width)
-    first = np.cumsum(counts) - counts
+    if len(values) == 0:
+        return values.reshape(0, width)
+    if counts.min() == counts.max():
+        return values.reshape(len(counts), -1)[:, :width]
+    first = np.cumsum(counts, dtype=np.int64) - counts
     chosen: npt.NDArray[Any] = values[first[:, np.newaxis] + np.arange(width)]
     return chosen
 

@@ -20,6 +20,9 @@ __all__ = ["check_outputs", "write_labels", "write_mesh", "write_outputs"]
 MESH_OUTPUTS = (".ply",)
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
 
+LABELS_AT_ONCE = 1 << 16
+"""Labels turned into text at a time."""
+
 
 def write_mesh(
     path: StrPath,
@@ -186,4 +189,7 @@ def _write_labels_to(path: Path, ending: str, labels: npt.NDArray[np.int32]) -> 
         with path.open("wb") as file:
             np.save(file, labels, allow_pickle=False)
     else:
-        path.write_bytes(b"%d\n" * len(labels) % tuple(labels.tolist()))
+        with path.open("wb") as file:
+            for begin in range(0, len(labels), LABELS_AT_ONCE):
+                part = labels[begin : begin + LABELS_AT_ONCE].tolist()
+                file.write(b"%d\n" * len(part) % tuple(part))

@@ -12,12 +12,12 @@ from models import read_off
 from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip
 
 from superfacets import Mesh, MissingExtraError, render, sample_mesh
+from superfacets import rendering as drawing
 from superfacets.colors import face_colors
 from superfacets.gl import RenderError, ensure_gl
-from superfacets.render import View
+from superfacets.rendering import View
 from superfacets.sample import sample_parts
 
-drawing = sys.modules["superfacets.render"]  # the package's attribute is the function
 SIZE = (160, 120)
 FRONT = View(azimuth=0, elevation=0)
 
