@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "buffer.hpp"
 #include "parallel.hpp"
 
 namespace superfacets {
@@ -17,8 +18,12 @@ constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 // apart.
 constexpr double kAreaNoise = 1e-9;
 
-// Partial sums run over this many weights, whatever the number of threads.
+// Partial sums run over this many terms, whatever the number of threads.
 constexpr std::int64_t kSumChunk = 4096;
+
+// Between faces with more arcs than this, as around a crowded edge, looking for the arc back would
+// cost more than the weight does.
+constexpr std::int64_t kFewArcs = 8;
 
 // The unit normal, or a zero vector where the face has none.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
@@ -32,8 +37,8 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   return {direction.x / length, direction.y / length, direction.z / length};
 }
 
-std::vector<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
-  std::vector<Point> normals(arcs.faces.size());  // zero where a face has none
+Buffer<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
+  Buffer<Point> normals(arcs.faces.size());  // zero where a face has none
   const auto n_faces = static_cast<std::int64_t>(normals.size());
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
@@ -91,30 +96,82 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
   return (geodesic + angular) / options.diagonal;                                       // eq. 3
 }
 
-double sum_of(std::span<const double> weights) {
-  double total = 0.0;
-  const auto n = static_cast<std::int64_t>(weights.size());
-  for (std::int64_t begin = 0; begin < n; begin += kSumChunk) {
-    double partial = 0.0;
-    for (const double weight : weights.subspan(begin, std::min(kSumChunk, n - begin))) {
-      partial += weight;
-    }
-    total += partial;
+// The only arc from one face to another; none where there are several, or too many to look.
+constexpr std::int64_t kNoArc = -1;
+
+std::int64_t only_arc(const ArcGeometry& arcs, Face from, Face to) {
+  const std::int64_t begin = arcs.offsets[from];
+  const std::int64_t end = arcs.offsets[from + 1];
+  if (end - begin > kFewArcs) return kNoArc;
+  std::int64_t found = kNoArc;
+  for (std::int64_t arc = begin; arc < end; ++arc) {
+    if (arcs.neighbors[arc] != to) continue;
+    if (found != kNoArc) return kNoArc;
+    found = arc;
   }
+  return found;
+}
+
+// The arc that leads back, where it and this one are the only ones between the two faces.
+std::int64_t arc_back(const ArcGeometry& arcs, Face from, std::int64_t arc) {
+  const Face to = arcs.neighbors[arc];
+  return only_arc(arcs, from, to) == arc ? only_arc(arcs, to, from) : kNoArc;
+}
+
+// The weights of the arcs that leave a face, and of those back to it. Of a pair of arcs both are
+// written when the lower face is visited, by the same rule seen from either end.
+void weigh_arcs_of(Face face, const ArcGeometry& arcs, std::span<const Point> normals,
+                   const WeightOptions& options, std::span<double> weights) {
+  for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
+    const std::int64_t back = arc_back(arcs, face, arc);
+    if (back != kNoArc && arcs.neighbors[arc] < face) continue;
+    const double weight = arc_weight(arcs, normals, face, arc, options);
+    weights[arc] = weight;
+    if (back != kNoArc) weights[back] = weight;
+  }
+}
+
+// Sums term(begin, end) over chunks of 0..n-1, in their order.
+template <typename Term>
+double sum_of_chunks(std::int64_t n, int n_threads, const Term& term) {
+  const std::int64_t n_chunks = (n + kSumChunk - 1) / kSumChunk;
+  std::vector<double> partial(n_chunks, 0.0);
+  const auto sum_chunks = [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t chunk = first; chunk < last; ++chunk) {
+      partial[chunk] = term(chunk * kSumChunk, std::min(n, (chunk + 1) * kSumChunk));
+    }
+  };
+  parallel_ranges(n_chunks, n_threads, sum_chunks, kMinPerThread / kSumChunk);
+  double total = 0.0;
+  for (const double sum : partial) total += sum;
   return total;
+}
+
+double sum_of(std::span<const double> weights, int n_threads) {
+  return sum_of_chunks(static_cast<std::int64_t>(weights.size()), n_threads,
+                       [&](std::int64_t begin, std::int64_t end) {
+                         double sum = 0.0;
+                         for (std::int64_t arc = begin; arc < end; ++arc) sum += weights[arc];
+                         return sum;
+                       });
+}
+
+// Rounds 0 <= x < 2^52 to a whole number, halves to even, as std::nearbyint does; but that is a
+// call for each number where the oldest processors of a kind are compiled for.
+double round_to_whole(double x) {
+  constexpr double kNoFraction = 0x1p52;  // numbers from here on have no bits for a fraction
+  return (x + kNoFraction) - kNoFraction;
 }
 
 }  // namespace
 
 void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, int n_threads,
                         std::span<double> weights) {
-  const std::vector<Point> normals = unit_normals(arcs, n_threads);
+  const Buffer<Point> normals = unit_normals(arcs, n_threads);
   const auto n_faces = static_cast<std::int64_t>(arcs.faces.size());
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
-      for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
-        weights[arc] = arc_weight(arcs, normals, static_cast<Face>(face), arc, options);
-      }
+      weigh_arcs_of(static_cast<Face>(face), arcs, normals.span(), options, weights);
     }
   });
 }
@@ -125,27 +182,34 @@ std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const T
   });
 }
 
-double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces,
-                     Point origin) {
-  double six_volumes = 0.0;
-  for (const Triangle& face : faces) {
-    const Point a = vertices[face.corners[0]] - origin;
-    const Point b = vertices[face.corners[1]] - origin;
-    const Point c = vertices[face.corners[2]] - origin;
-    six_volumes += dot(a, cross(b, c));
-  }
-  return six_volumes / 6.0;
+double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,
+                     int n_threads) {
+  const auto n_faces = static_cast<std::int64_t>(faces.size());
+  const auto six_volumes = [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+    for (const Triangle& face : faces.subspan(begin, end - begin)) {
+      const Point a = vertices[face.corners[0]] - origin;
+      const Point b = vertices[face.corners[1]] - origin;
+      const Point c = vertices[face.corners[2]] - origin;
+      sum += dot(a, cross(b, c));
+    }
+    return sum;
+  };
+  return sum_of_chunks(n_faces, n_threads, six_volumes) / 6.0;
 }
 
-double quantize_weights(std::span<const double> weights, std::span<float> lengths) {
+double quantize_weights(std::span<const double> weights, int n_threads, std::span<float> lengths) {
   // A power of two: rounding then only cuts the last bits of a weight, and a sum that differs in
   // its last bits, because arcs come in another order, gives the same unit.
-  const double total = sum_of(weights);
+  const double total = sum_of(weights, n_threads);
   const double unit = total > 0.0 ? std::ldexp(1.0, std::ilogb(total) + 1 - kTotalBits) : 1.0;
-  for (std::size_t arc = 0; arc < weights.size(); ++arc) {
-    // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
-    lengths[arc] = static_cast<float>(std::max(1.0, std::nearbyint(weights[arc] / unit)));
-  }
+  const auto n_arcs = static_cast<std::int64_t>(weights.size());
+  parallel_ranges(n_arcs, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t arc = begin; arc < end; ++arc) {
+      // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
+      lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
+    }
+  });
   return unit;
 }
 

@@ -80,6 +80,7 @@ def superfacet_weights(
     [3.317, 3.317]
     """
     mesh = as_mesh(mesh)
+    threads = checked_threads(n_threads)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
     if graph.n_cells != mesh.n_faces:
@@ -96,17 +97,17 @@ def superfacet_weights(
         alpha,
         eta_convex,
         graph.diagonal,
-        is_inside_out(mesh, graph),
-        checked_threads(n_threads),
+        is_inside_out(mesh, graph, n_threads=threads),
+        threads,
     )
 
 
-def is_inside_out(mesh: Mesh, graph: FaceGraph) -> bool:
+def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
     """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
     if graph.edge_counts.boundary:
         return False
     # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
     # and turns with the mesh.
     centroid = _core.weighted_mean(graph.positions, graph.measures)
-    volume = _core.signed_volume(mesh.vertices, mesh.faces, centroid)
+    volume = _core.signed_volume(mesh.vertices, mesh.faces, centroid, checked_threads(n_threads))
     return volume < -_VOLUME_NOISE * graph.diagonal**3
