@@ -11,6 +11,9 @@
 namespace superfacets {
 namespace {
 
+// Faces between the one whose corners are asked for and the one that is worked on.
+constexpr std::size_t kAhead = 16;
+
 // The vertices are cut into parts of 2^kMinPartBits or more, so that the edges of a part are
 // matched within a near cache, but into no more parts than streams that a core writes well at once.
 constexpr int kMinPartBits = 12;
@@ -28,6 +31,8 @@ class Corners {
   }
 
   std::int64_t n_faces() const { return static_cast<std::int64_t>(faces_.size()); }
+
+  void prefetch(Face face) const { superfacets::prefetch(&faces_[face]); }
 
   Vertex operator()(Face face, int corner) const {
     const Vertex vertex = faces_[face].corners[corner];
@@ -53,42 +58,48 @@ class Corners {
 
 // One side of one face, where its lower vertex is known from its place.
 struct HalfEdge {
-  std::uint64_t key;  // higher vertex, face and side: 31, 31 and 2 bits, so that it sorts by them
-  bool ascending;     // the face runs from the lower to the higher vertex
-
-  Vertex high() const { return static_cast<Vertex>(key >> 33); }
-  Face face() const { return static_cast<Face>(key >> 2 & 0x7fffffff); }
-  int side() const { return static_cast<int>(key & 3); }
+  Vertex high;  // the other vertex
+  Face face;
+  std::uint8_t side;
+  bool ascending;  // the face runs from the lower to the higher vertex
 };
 
-std::uint64_t key_of(Vertex high, Face face, int side) {
-  return static_cast<std::uint64_t>(high) << 33 | static_cast<std::uint64_t>(face) << 2 |
-         static_cast<std::uint64_t>(side);
-}
-
+// Calls visit(side, from, to) for the sides of a face that are edges.
 template <typename Visit>
-void for_each_side(const Corners& corners, std::int64_t begin, std::int64_t end,
-                   const Visit& visit) {
-  for (std::int64_t i = begin; i < end; ++i) {
-    const auto face = static_cast<Face>(i);
-    const Vertex ends[] = {corners(face, 0), corners(face, 1), corners(face, 2)};
-    for (int side = 0; side < 3; ++side) {
-      const Vertex from = ends[side];
-      const Vertex to = ends[side == 2 ? 0 : side + 1];
-      if (from != to) visit(face, side, from, to);
-    }
+void for_each_side(const Corners& corners, Face face, const Visit& visit) {
+  const Vertex ends[] = {corners(face, 0), corners(face, 1), corners(face, 2)};
+  for (int side = 0; side < 3; ++side) {
+    const Vertex from = ends[side];
+    const Vertex to = ends[side == 2 ? 0 : side + 1];
+    if (from != to) visit(side, from, to);
   }
 }
 
-// All sides of all faces, filed by the part of the vertices in which the lower end of each lies.
+// Faces filed by the parts of the vertices in which the lower ends of their sides lie. That is two
+// parts at most, since the highest vertex of a face is no lower end; and mostly one.
 struct Files {
-  int part_bits;                    // the lower vertex, less this many bits, is the part
-  std::vector<std::int64_t> starts;  // (parts + 1,) the sides of part p: starts[p] .. starts[p+1]-1
-  Buffer<std::uint64_t> keys;       // as in HalfEdge
-  Buffer<std::uint32_t> low_turns;  // twice the lower vertex, plus 1 where the face ascends
+  int part_bits;                     // a vertex, less this many bits, is the part it lies in
+  std::vector<std::int64_t> starts;  // (parts + 1,) of part p: faces[starts[p] .. starts[p+1]-1]
+  Buffer<Face> faces;
 
   std::int64_t n_parts() const { return static_cast<std::int64_t>(starts.size()) - 1; }
 };
+
+// The parts of faces begin .. end-1, as visit(face, part).
+template <typename Visit>
+void for_each_filing(const Corners& corners, std::int64_t begin, std::int64_t end, int part_bits,
+                     const Visit& visit) {
+  for (std::int64_t i = begin; i < end; ++i) {
+    const auto face = static_cast<Face>(i);
+    const Vertex a = corners(face, 0);
+    const Vertex b = corners(face, 1);
+    const Vertex c = corners(face, 2);
+    const Vertex lowest = std::min(std::min(a, b), c);
+    const Vertex middle = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    visit(face, lowest >> part_bits);
+    if (lowest >> part_bits != middle >> part_bits) visit(face, middle >> part_bits);
+  }
+}
 
 // Turns counts[block][part] into the place where that block of faces begins to write in that part,
 // and returns where the parts start.
@@ -106,8 +117,8 @@ std::vector<std::int64_t> place_blocks(std::vector<std::vector<std::int64_t>>& c
   return starts;
 }
 
-// A counting sort of the sides by part, in blocks of faces that know their places beforehand.
-Files file_sides(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team) {
+// A counting sort, in blocks of faces that know their places beforehand.
+Files file_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team) {
   int bits = kMinPartBits;
   while ((n_vertices >> bits) >= kMaxParts) ++bits;
   const std::int64_t n_parts = (n_vertices >> bits) + 1;
@@ -117,22 +128,16 @@ Files file_sides(const Corners& corners, std::int64_t n_vertices, ThreadTeam& te
   std::vector<std::vector<std::int64_t>> next(n_blocks);  // counts, then free places, of each part
   team.for_each(n_blocks, [&](std::int64_t block, int) {
     std::vector<std::int64_t> counts(n_parts, 0);
-    for_each_side(corners, start_of(block), start_of(block + 1),
-                  [&](Face, int, Vertex from, Vertex to) { ++counts[std::min(from, to) >> bits]; });
+    for_each_filing(corners, start_of(block), start_of(block + 1), bits,
+                    [&](Face, Vertex part) { ++counts[part]; });
     next[block] = std::move(counts);
   });
-  Files files{bits, place_blocks(next, n_parts), {}, {}};
-  files.keys = Buffer<std::uint64_t>(files.starts.back());
-  files.low_turns = Buffer<std::uint32_t>(files.starts.back());
+  Files files{bits, place_blocks(next, n_parts), {}};
+  files.faces = Buffer<Face>(files.starts.back());
   team.for_each(n_blocks, [&](std::int64_t block, int) {
     std::vector<std::int64_t>& places = next[block];
-    for_each_side(corners, start_of(block), start_of(block + 1),
-                  [&](Face face, int side, Vertex from, Vertex to) {
-                    const Vertex low = std::min(from, to);
-                    const std::int64_t place = places[low >> bits]++;
-                    files.keys[place] = key_of(std::max(from, to), face, side);
-                    files.low_turns[place] = static_cast<std::uint32_t>(low) << 1 | (from < to);
-                  });
+    for_each_filing(corners, start_of(block), start_of(block + 1), bits,
+                    [&](Face face, Vertex part) { files.faces[places[part]++] = face; });
   });
   return files;
 }
@@ -168,7 +173,7 @@ struct Tally {
 };
 
 // Links the sides on one edge, which are of different faces in rising order.
-void link_edge(std::span<const HalfEdge> sides, Rings& rings, Tally& tally) {
+void link_edge(std::span<const HalfEdge* const> sides, Rings& rings, Tally& tally) {
   const std::size_t n = sides.size();
   ++tally.edges.edges;
   tally.arcs += static_cast<std::uint64_t>(n) * (n - 1);
@@ -178,67 +183,102 @@ void link_edge(std::span<const HalfEdge> sides, Rings& rings, Tally& tally) {
     return;
   }
   Link link = Link::kRing;
-  if (n == 2) link = sides[0].ascending == sides[1].ascending ? Link::kAlike : Link::kOpposed;
+  if (n == 2) link = sides[0]->ascending == sides[1]->ascending ? Link::kAlike : Link::kOpposed;
   if (link == Link::kAlike) ++tally.edges.inconsistent;
   if (link == Link::kRing) ++tally.edges.non_manifold;
   for (std::size_t i = 0; i < n; ++i) {
-    const std::int64_t place = 3 * std::int64_t{sides[i].face()} + sides[i].side();
-    rings.next[place] = sides[i + 1 < n ? i + 1 : 0].face();
+    const std::int64_t place = 3 * std::int64_t{sides[i]->face} + sides[i]->side;
+    rings.next[place] = sides[i + 1 < n ? i + 1 : 0]->face;
     rings.links[place] = link;
   }
 }
 
-// Links all edges whose lower end is one vertex. `sides` are theirs, in any order.
-void link_edges_at_vertex(std::span<HalfEdge> sides, Rings& rings, Tally& tally) {
-  std::sort(sides.begin(), sides.end(),
-            [](const HalfEdge& a, const HalfEdge& b) { return a.key < b.key; });
-  // A degenerate face may run through one edge twice: its second side goes, so that no face meets
-  // itself.
-  const auto last = std::unique(sides.begin(), sides.end(), [](const auto& a, const auto& b) {
-    return a.key >> 2 == b.key >> 2;
-  });
-  for (auto begin = sides.begin(); begin != last;) {
-    const auto end = std::find_if(
-        begin, last, [high = begin->high()](const HalfEdge& h) { return h.high() != high; });
-    link_edge({begin, end}, rings, tally);
-    begin = end;
+// What a thread needs to sort the sides of one part by vertex, and those of a vertex by edge.
+struct Desk {
+  std::vector<std::int64_t> starts;  // by vertex of the part, in `sides`
+  std::vector<HalfEdge> sides;       // of a vertex: in the order of faces and sides
+  std::vector<std::uint64_t> order;  // of a vertex: higher vertex and place, 31 and 33 bits
+  std::vector<const HalfEdge*> edge;
+  Tally tally;  // of all parts that lay on this desk
+};
+
+void sort(std::span<std::uint64_t> values) {
+  constexpr std::size_t kFew = 24;  // around most vertices there are about six: quicker without
+  if (values.size() > kFew) {       // the overhead of std::sort
+    std::sort(values.begin(), values.end());
+    return;
+  }
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const std::uint64_t value = values[i];
+    std::size_t place = i;
+    for (; place > 0 && value < values[place - 1]; --place) values[place] = values[place - 1];
+    values[place] = value;
   }
 }
 
-// What a thread needs to take the sides of one part apart by vertex.
-struct Desk {
-  std::vector<std::int64_t> ends;  // by vertex of the part; where its sides end
-  std::vector<HalfEdge> sides;     // sorted by vertex
-  Tally tally;                     // of all parts that lay on this desk
-};
-
-void link_part(const Files& files, std::int64_t part, Rings& rings, Desk& desk) {
-  const std::int64_t begin = files.starts[part];
-  const std::int64_t end = files.starts[part + 1];
-  const std::uint32_t mask = (std::uint32_t{1} << files.part_bits) - 1;
-  const auto vertex_of = [&](std::int64_t i) { return files.low_turns[i] >> 1 & mask; };
-
-  desk.ends.assign(std::size_t{mask} + 1, 0);
-  for (std::int64_t i = begin; i < end; ++i) ++desk.ends[vertex_of(i)];
-  for (std::size_t v = 1; v < desk.ends.size(); ++v) desk.ends[v] += desk.ends[v - 1];
-  if (desk.sides.size() < static_cast<std::size_t>(end - begin)) desk.sides.resize(end - begin);
-  // Filled from the back, so that `ends` become starts.
-  for (std::int64_t i = begin; i < end; ++i) {
-    const bool ascending = (files.low_turns[i] & 1) != 0;
-    desk.sides[--desk.ends[vertex_of(i)]] = {files.keys[i], ascending};
+// Links all edges whose lower end is one vertex, from the sides that have it there.
+void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& desk,
+                          Tally& tally) {
+  constexpr int kPlaceBits = 33;  // for three sides of 2^31 faces
+  desk.order.resize(sides.size());
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    desk.order[i] = static_cast<std::uint64_t>(sides[i].high) << kPlaceBits | i;
   }
-  for (std::size_t v = 0; v < desk.ends.size(); ++v) {
-    const std::int64_t stop = v + 1 < desk.ends.size() ? desk.ends[v + 1] : end - begin;
-    const auto sides = std::span(desk.sides).subspan(desk.ends[v], stop - desk.ends[v]);
-    if (!sides.empty()) link_edges_at_vertex(sides, rings, desk.tally);
+  sort(desk.order);
+  for (std::size_t i = 0; i < sides.size();) {
+    const std::uint64_t high = desk.order[i] >> kPlaceBits;
+    desk.edge.clear();
+    for (; i < sides.size() && desk.order[i] >> kPlaceBits == high; ++i) {
+      const HalfEdge* side = &sides[desk.order[i] & ((std::uint64_t{1} << kPlaceBits) - 1)];
+      // A degenerate face may run through one edge twice: its second side goes, so that no face
+      // meets itself.
+      const bool is_second = !desk.edge.empty() && desk.edge.back()->face == side->face;
+      if (!is_second) desk.edge.push_back(side);
+    }
+    link_edge(desk.edge, rings, tally);
   }
+}
+
+// Fills a desk with the sides whose lower end lies in a part.
+void sort_by_vertex(const Corners& corners, const Files& files, std::int64_t part, Desk& desk) {
+  const int bits = files.part_bits;
+  const auto filed = files.faces.span().subspan(files.starts[part],
+                                                files.starts[part + 1] - files.starts[part]);
+  const auto for_each_lower_end = [&](const auto& visit) {
+    for (std::size_t i = 0; i < filed.size(); ++i) {
+      if (i + kAhead < filed.size()) corners.prefetch(filed[i + kAhead]);
+      for_each_side(corners, filed[i], [&](int side, Vertex from, Vertex to) {
+        const Vertex low = std::min(from, to);
+        if (low >> bits == part) visit(low & ((1 << bits) - 1), filed[i], side, from, to);
+      });
+    }
+  };
+  // Counts stand two places on, so that they become the free places of each vertex one place on,
+  // and these, when all are taken, starts.
+  desk.starts.assign((std::size_t{1} << bits) + 2, 0);
+  for_each_lower_end([&](Vertex v, Face, int, Vertex, Vertex) { ++desk.starts[v + 2]; });
+  for (std::size_t v = 1; v < desk.starts.size(); ++v) desk.starts[v] += desk.starts[v - 1];
+  const auto n_sides = static_cast<std::size_t>(desk.starts.back());
+  if (desk.sides.size() < n_sides) desk.sides.resize(n_sides);
+  for_each_lower_end([&](Vertex v, Face face, int side, Vertex from, Vertex to) {
+    desk.sides[desk.starts[v + 1]++] = {std::max(from, to), face, static_cast<std::uint8_t>(side),
+                                        from < to};
+  });
 }
 
 Tally link_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team, Rings& rings) {
-  const Files files = file_sides(corners, n_vertices, team);
+  const Files files = file_faces(corners, n_vertices, team);
   std::vector<Desk> desks(team.size());
   team.for_each(files.n_parts(), [&](std::int64_t part, int thread) {
-    link_part(files, part, rings, desks[thread]);
+    Desk& desk = desks[thread];
+    sort_by_vertex(corners, files, part, desk);
+    Tally tally;
+    for (std::size_t v = 0; v + 2 < desk.starts.size(); ++v) {
+      const std::int64_t n_sides = desk.starts[v + 1] - desk.starts[v];
+      const auto sides = std::span(desk.sides).subspan(desk.starts[v], n_sides);
+      link_edges_at_vertex(sides, rings, desk, tally);
+    }
+    desk.tally.add(tally);
   });
   Tally total;
   for (const Desk& desk : desks) total.add(desk.tally);

@@ -25,6 +25,11 @@ constexpr std::int64_t kSumChunk = 4096;
 // cost more than the weight does.
 constexpr std::int64_t kFewArcs = 8;
 
+// What is needed of so many faces and their neighbors fits into the nearest cache.
+constexpr std::int64_t kFacesPerList = 64;
+
+constexpr double kNotYetWeighed = -1.0;
+
 // The unit normal, or a zero vector where the face has none.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   const Point a = vertices[face.corners[0]];
@@ -69,7 +74,8 @@ double angular_term(Point normal_from, Point normal_to, Point step, double edge_
   // Positive if each centroid lies above the plane of the other face, summed over both.
   const double rise = dot(normal_from - normal_to, step);
   const bool concave = options.inside_out ? rise < 0.0 : rise > 0.0;
-  const double eta = concave ? 1.0 : options.eta_convex;
+  const double etas[] = {options.eta_convex, 1.0};
+  const double eta = etas[static_cast<int>(concave)];  // no branch: on most meshes it is a toss-up
   return options.alpha * eta * edge_length * theta / std::numbers::pi;
 }
 
@@ -96,38 +102,77 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
   return (geodesic + angular) / options.diagonal;                                       // eq. 3
 }
 
-// The only arc from one face to another; none where there are several, or too many to look.
-constexpr std::int64_t kNoArc = -1;
-
+// The only arc from one face to another, or -1 where there are several, or too many to look.
 std::int64_t only_arc(const ArcGeometry& arcs, Face from, Face to) {
   const std::int64_t begin = arcs.offsets[from];
   const std::int64_t end = arcs.offsets[from + 1];
-  if (end - begin > kFewArcs) return kNoArc;
-  std::int64_t found = kNoArc;
+  if (end - begin > kFewArcs) return -1;
+  std::int64_t n_found = 0;
+  std::int64_t sum = 0;
   for (std::int64_t arc = begin; arc < end; ++arc) {
-    if (arcs.neighbors[arc] != to) continue;
-    if (found != kNoArc) return kNoArc;
-    found = arc;
+    // No branch: where in the list an arc stands is not to be foretold.
+    const std::int64_t is_found = arcs.neighbors[arc] == to;
+    n_found += is_found;
+    sum += is_found * arc;
   }
-  return found;
+  return n_found == 1 ? sum : -1;
 }
 
-// The arc that leads back, where it and this one are the only ones between the two faces.
-std::int64_t arc_back(const ArcGeometry& arcs, Face from, std::int64_t arc) {
-  const Face to = arcs.neighbors[arc];
-  return only_arc(arcs, from, to) == arc ? only_arc(arcs, to, from) : kNoArc;
+struct RisingArc {
+  Face from;
+  Face to;  // > from
+  std::int64_t arc;
+};
+
+// Lists the arcs that lead from a range of faces to higher ones, and asks for what is needed there:
+// neighbors are anywhere in memory, and the way to it would take longer than the arithmetic.
+void list_rising_arcs(const ArcGeometry& arcs, std::span<const Point> normals, std::int64_t begin,
+                      std::int64_t end, std::vector<RisingArc>& rising) {
+  rising.resize(arcs.offsets[end] - arcs.offsets[begin]);
+  std::size_t n_rising = 0;
+  for (std::int64_t face = begin; face < end; ++face) {
+    for (const Vertex corner : arcs.faces[face].corners) prefetch(&arcs.vertices[corner]);
+    for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
+      rising[n_rising] = {static_cast<Face>(face), arcs.neighbors[arc], arc};
+      n_rising += static_cast<std::size_t>(face < arcs.neighbors[arc]);  // no branch, as above
+    }
+  }
+  rising.resize(n_rising);
+  for (const RisingArc& step : rising) {
+    prefetch(&arcs.offsets[step.to]);
+    prefetch(&arcs.centroids[step.to]);
+    prefetch(&normals[step.to]);
+  }
+  for (const RisingArc& step : rising) prefetch(&arcs.neighbors[arcs.offsets[step.to]]);
 }
 
-// The weights of the arcs that leave a face, and of those back to it. Of a pair of arcs both are
-// written when the lower face is visited, by the same rule seen from either end.
-void weigh_arcs_of(Face face, const ArcGeometry& arcs, std::span<const Point> normals,
-                   const WeightOptions& options, std::span<double> weights) {
-  for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
-    const std::int64_t back = arc_back(arcs, face, arc);
-    if (back != kNoArc && arcs.neighbors[arc] < face) continue;
-    const double weight = arc_weight(arcs, normals, face, arc, options);
-    weights[arc] = weight;
-    if (back != kNoArc) weights[back] = weight;
+// Weighs the arcs that lead from a range of faces to higher ones, and the arcs back where there is
+// one each way.
+void weigh_rising_arcs(const ArcGeometry& arcs, std::span<const Point> normals,
+                       const WeightOptions& options, std::int64_t begin, std::int64_t end,
+                       std::span<double> weights) {
+  std::vector<RisingArc> rising;
+  for (std::int64_t first = begin; first < end; first += kFacesPerList) {
+    list_rising_arcs(arcs, normals, first, std::min(end, first + kFacesPerList), rising);
+    for (const RisingArc& step : rising) {
+      const double weight = arc_weight(arcs, normals, step.from, step.arc, options);
+      weights[step.arc] = weight;
+      const std::int64_t back = only_arc(arcs, step.to, step.from);
+      const bool is_pair = back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
+      if (is_pair) weights[back] = weight;
+    }
+  }
+}
+
+// Weighs what is left: arcs to lower faces that are not the only ones, or have no arc back.
+void weigh_other_arcs(const ArcGeometry& arcs, std::span<const Point> normals,
+                      const WeightOptions& options, std::int64_t begin, std::int64_t end,
+                      std::span<double> weights) {
+  for (std::int64_t face = begin; face < end; ++face) {
+    for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
+      if (weights[arc] != kNotYetWeighed) continue;
+      weights[arc] = arc_weight(arcs, normals, static_cast<Face>(face), arc, options);
+    }
   }
 }
 
@@ -169,10 +214,12 @@ void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, i
                         std::span<double> weights) {
   const Buffer<Point> normals = unit_normals(arcs, n_threads);
   const auto n_faces = static_cast<std::int64_t>(arcs.faces.size());
+  parallel_fill(weights, kNotYetWeighed, n_threads);
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t face = begin; face < end; ++face) {
-      weigh_arcs_of(static_cast<Face>(face), arcs, normals.span(), options, weights);
-    }
+    weigh_rising_arcs(arcs, normals.span(), options, begin, end, weights);
+  });
+  parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    weigh_other_arcs(arcs, normals.span(), options, begin, end, weights);
   });
 }
 
