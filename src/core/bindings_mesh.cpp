@@ -50,9 +50,8 @@ auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces,
   Buffer<Point> centroids(faces.shape(0));
   Buffer<double> areas(faces.shape(0));
   const auto input = std::pair(points(vertices), triangles(faces));
-  without_gil([&] {
-    measure_faces(input.first, input.second, n_threads, centroids.span(), areas.span());
-  });
+  without_gil(
+      [&] { measure_faces(input.first, input.second, n_threads, centroids.span(), areas.span()); });
   return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)));
 }
 

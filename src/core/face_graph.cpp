@@ -217,8 +217,7 @@ void sort(std::span<std::uint64_t> values) {
 }
 
 // Links all edges whose lower end is one vertex, from the sides that have it there.
-void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& desk,
-                          Tally& tally) {
+void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& desk, Tally& tally) {
   constexpr int kPlaceBits = 33;  // for three sides of 2^31 faces
   desk.order.resize(sides.size());
   for (std::size_t i = 0; i < sides.size(); ++i) {
@@ -242,8 +241,8 @@ void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& d
 // Fills a desk with the sides whose lower end lies in a part.
 void sort_by_vertex(const Corners& corners, const Files& files, std::int64_t part, Desk& desk) {
   const int bits = files.part_bits;
-  const auto filed = files.faces.span().subspan(files.starts[part],
-                                                files.starts[part + 1] - files.starts[part]);
+  const auto filed =
+      files.faces.span().subspan(files.starts[part], files.starts[part + 1] - files.starts[part]);
   const auto for_each_lower_end = [&](const auto& visit) {
     for (std::size_t i = 0; i < filed.size(); ++i) {
       if (i + kAhead < filed.size()) corners.prefetch(filed[i + kAhead]);
@@ -427,9 +426,9 @@ void measure_faces(std::span<const Point> vertices, std::span<const Triangle> fa
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
       const auto& corners = faces[face].corners;
-      const Point a = vertices[corners[0]];
-      const Point b = vertices[corners[1]];
-      const Point c = vertices[corners[2]];
+      const Point& a = vertices[corners[0]];
+      const Point& b = vertices[corners[1]];
+      const Point& c = vertices[corners[2]];
       const Point sum = a + b + c;
       centroids[face] = {sum.x / 3.0, sum.y / 3.0, sum.z / 3.0};
       areas[face] = 0.5 * norm(cross(b - a, c - a));

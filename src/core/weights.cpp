@@ -32,9 +32,9 @@ constexpr double kNotYetWeighed = -1.0;
 
 // The unit normal, or a zero vector where the face has none.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
-  const Point a = vertices[face.corners[0]];
-  const Point b = vertices[face.corners[1]];
-  const Point c = vertices[face.corners[2]];
+  const Point& a = vertices[face.corners[0]];
+  const Point& b = vertices[face.corners[1]];
+  const Point& c = vertices[face.corners[2]];
   const Point direction = cross(b - a, c - a);
   const double length = norm(direction);
   const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
@@ -84,11 +84,11 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
   const Face to = arcs.neighbors[arc];
   const int side = arcs.sides[arc];
   const Triangle& face = arcs.faces[from];
-  const Point start = arcs.vertices[face.corners[side]];
-  const Point end = arcs.vertices[face.corners[(side + 1) % 3]];
+  const Point& start = arcs.vertices[face.corners[side]];
+  const Point& end = arcs.vertices[face.corners[(side + 1) % 3]];
   const Point middle = 0.5 * (start + end);
-  const Point c_from = arcs.centroids[from];
-  const Point c_to = arcs.centroids[to];
+  const Point& c_from = arcs.centroids[from];
+  const Point& c_to = arcs.centroids[to];
   const double geodesic = norm(c_from - middle) + norm(middle - c_to);  // eq. 1
 
   Point normal_from = normals[from];

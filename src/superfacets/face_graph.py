@@ -18,7 +18,7 @@ from ._validate import (
 )
 from .cell_graph import CellGraph, box_diagonal
 from .errors import MeshError
-from .mesh import Mesh, as_mesh
+from .mesh import as_mesh
 
 __all__ = ["EdgeCounts", "FaceGraph", "build_face_graph"]
 
@@ -95,7 +95,7 @@ class FaceGraph:
 
     @classmethod
     def _unchecked(cls, edge_counts: EdgeCounts, **arrays: npt.NDArray[Any]) -> FaceGraph:
-        """Make a graph of what our own kernels have just made: checks would take as long as they."""
+        """Make a graph of what our own kernels have just made, which needs no check."""
         graph = object.__new__(cls)
         freeze(graph, **arrays)
         object.__setattr__(graph, "edge_counts", edge_counts)
