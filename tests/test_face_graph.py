@@ -138,8 +138,82 @@ def test_a_graph_that_was_tampered_with_is_refused():
             dataclasses.replace(graph, **change)
 
 
-def test_the_graph_does_not_depend_on_the_number_of_threads():
-    mesh = shapes.bumpy_sheet(120)
-    one, eight = (build_face_graph(mesh, n_threads=n) for n in (1, 8))
-    assert np.array_equal(one.positions, eight.positions)
-    assert np.array_equal(one.measures, eight.measures)
+def test_a_million_faces_on_one_edge_are_refused_in_linear_time():
+    n = 1_000_000
+    tips = np.stack([np.arange(n), np.ones(n), np.zeros(n)], axis=1)
+    vertices = np.concatenate([[[0, 0, 0], [0, 0, 1]], tips])
+    faces = np.stack([np.zeros(n, int), np.ones(n, int), np.arange(2, n + 2)], axis=1)
+    with pytest.raises(MeshError, match=r"999999000000 pairs .* is shared by 1000000 faces"):
+        build_face_graph(Mesh(vertices, faces))
+
+
+def test_a_hub_of_many_faces_is_no_trap():
+    n = 100_000
+    angles = 2 * np.pi * np.arange(n) / n
+    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
+    faces = np.stack([np.zeros(n, int), 1 + np.arange(n), 1 + (np.arange(n) + 1) % n], axis=1)
+    graph = build_face_graph(Mesh(np.concatenate([[[0, 0, 1]], rim]), faces))
+    assert graph.edge_counts == EdgeCounts(2 * n, n, 0, 0)
+    expected = np.stack([np.arange(n) - 1, np.arange(n) + 1], axis=1) % n
+    assert np.array_equal(graph.neighbors.reshape(-1, 2), expected)
+
+
+def test_arcs_around_an_edge_go_by_face_and_turn_whatever_the_order_of_corners():
+    rng = np.random.default_rng(3)
+    tips = rng.permutation(6) + 2
+    faces = [np.roll([0, 1, tip] if tip % 2 else [1, 0, tip], tip) for tip in tips]
+    vertices = np.concatenate([[[0, 0, 0], [0, 0, 1]], rng.normal(size=(6, 3))])
+    arcs = arcs_of(build_face_graph(Mesh(vertices, faces)))
+    assert [(face, neighbor, turn) for face, _, neighbor, turn in arcs] == [
+        (i, j, int(tips[i] % 2 == tips[j] % 2)) for i in range(6) for j in range(6) if i != j
+    ]
+
+
+def _arrays_of(graph):
+    fields = [getattr(graph, field.name) for field in dataclasses.fields(graph)]
+    return [np.asarray(field) for field in fields]
+
+
+def _tangle(rng):
+    """Faces between near and far vertices: boundaries, crowds, degenerate faces and islands."""
+    near = rng.integers(0, 39_000, (60_000, 1)) + rng.integers(0, 12, (60_000, 3))
+    far = rng.integers(0, 40_000, (5_000, 3))
+    vertices = rng.normal(size=(40_000, 3))
+    vertices[20_000:] = vertices[rng.integers(0, 40_000, 20_000)]  # welded
+    return Mesh(vertices, np.concatenate([near, far]))
+
+
+@pytest.mark.parametrize(
+    "make", [lambda: shapes.bumpy_sheet(220), lambda: _tangle(np.random.default_rng(5))]
+)
+def test_the_graph_does_not_depend_on_the_number_of_threads(make):
+    mesh = make()
+    one, *others = (build_face_graph(mesh, n_threads=n) for n in (1, 2, 3, 8))
+    for other in others:
+        assert all(map(np.array_equal, _arrays_of(one), _arrays_of(other)))
+
+
+def test_the_graph_of_a_tangle_is_that_of_a_dictionary_of_edges():
+    mesh = _tangle(np.random.default_rng(6))
+    _, corners = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    sides_on = {}
+    for face, (a, b, c) in enumerate(corners.ravel()[mesh.faces].tolist()):
+        for side, (u, v) in enumerate([(a, b), (b, c), (c, a)]):
+            if u != v:
+                sides_on.setdefault((min(u, v), max(u, v)), {}).setdefault(face, (side, u < v))
+    expected = sorted(
+        (face, side, other, int(turn == other_turn))
+        for faces in sides_on.values()
+        for face, (side, turn) in faces.items()
+        for other, (_, other_turn) in faces.items()
+        if face != other
+    )
+    graph = build_face_graph(mesh, n_threads=3)
+    assert arcs_of(graph) == expected
+    assert graph.edge_counts.edges == len(sides_on)
+    assert graph.edge_counts.boundary == sum(len(faces) == 1 for faces in sides_on.values())
+    assert graph.edge_counts.non_manifold == sum(len(faces) > 2 for faces in sides_on.values())
+    two = [list(faces.values()) for faces in sides_on.values() if len(faces) == 2]
+    assert graph.edge_counts.inconsistent == sum(a[1] == b[1] for a, b in two)
+    assert graph.edge_counts.non_manifold > 100
+    assert graph.edge_counts.inconsistent > 100

@@ -100,6 +100,36 @@ def test_an_unused_vertex_far_away_is_no_fault():
     assert segment(mesh, 1).labels.tolist() == [0]
 
 
+def test_the_bounds_are_those_of_the_vertices_that_faces_use():
+    mesh = Mesh([*TRIANGLE, [1e200, 0, 0]], [[0, 1, 2]])
+    assert mesh.bounds.tolist() == [[0, 0, 0], [1, 1, 0]]
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.bounds[0, 0] = 9
+
+
+@pytest.mark.parametrize("dtype", [np.int32, np.int64, np.uint64])
+@pytest.mark.parametrize("n_threads", ["1", "3"])
+def test_the_first_offender_of_a_large_mesh_is_named(monkeypatch, dtype, n_threads):
+    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", n_threads)
+    n = 70_000
+    vertices = np.random.default_rng(0).normal(size=(n, 3))
+    faces = np.arange(3 * n).reshape(n, 3) % n
+    assert np.array_equal(Mesh(vertices, faces.astype(dtype)).bounds[1], vertices.max(axis=0))
+    broken = faces.astype(dtype)
+    broken[[50_001, 65_000], 1] = n
+    with pytest.raises(MeshError, match=r"faces\[50001\] refers to vertex 70000 but the mesh"):
+        Mesh(vertices, broken)
+    vertices[[40_002, 69_999], 2] = np.nan
+    with pytest.raises(MeshError, match=r"vertices\[40002\] is not finite"):
+        Mesh(vertices, faces.astype(dtype))
+
+
+@pytest.mark.parametrize("index", [2**32, 2**32 + 1, 2**63, 2**64 - 1])
+def test_indices_that_would_wrap_around_are_out_of_range(index):
+    with pytest.raises(MeshError, match=rf"faces\[0\] refers to vertex {index} but"):
+        Mesh(TRIANGLE, np.array([[0, index, 2]], dtype=np.uint64))
+
+
 def test_objects_that_are_no_meshes_are_refused_with_what_is_accepted():
     with pytest.raises(TypeError, match=r"dict does not look like a triangle mesh: expected"):
         as_mesh({})

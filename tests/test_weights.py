@@ -1,5 +1,6 @@
 """Stage 2: eq. 1-3 worked out by hand."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -176,11 +177,49 @@ def test_a_graph_of_another_mesh_is_refused():
         superfacet_weights(shapes.strip(4), build_face_graph(shapes.cube()))
 
 
-def test_weights_do_not_depend_on_the_number_of_threads():
+def test_weights_and_lengths_do_not_depend_on_the_number_of_threads():
     mesh = shapes.bumpy_sheet(150)
     graph = build_face_graph(mesh)
-    one, eight = (superfacet_weights(mesh, graph, n_threads=n) for n in (1, 8))
-    assert np.array_equal(one, eight)
+    one, *others = (superfacet_weights(mesh, graph, n_threads=n) for n in (1, 2, 8))
+    assert all(np.array_equal(one, other) for other in others)
+    one_thread, *more = (graph.with_weights(one, n_threads=n) for n in (1, 2, 8))
+    assert all(np.array_equal(one_thread.lengths, cells.lengths) for cells in more)
+    assert all(one_thread.unit == cells.unit for cells in more)
+
+
+def weights_one_way(mesh, graph):
+    """Weights of a graph from which each arc in turn has lost its way back."""
+    sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    weights = np.empty(graph.n_arcs)
+    for is_kept in (sources < graph.neighbors, sources > graph.neighbors):
+        offsets = np.concatenate(
+            [[0], np.cumsum(np.bincount(sources[is_kept], None, mesh.n_faces))]
+        )
+        half = dataclasses.replace(
+            graph,
+            offsets=offsets,
+            neighbors=graph.neighbors[is_kept],
+            sides=graph.sides[is_kept],
+            same_turn=graph.same_turn[is_kept],
+        )
+        weights[is_kept] = superfacet_weights(mesh, half)
+    return weights
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        shapes.bumpy_sheet(16),
+        shapes.moebius(12),
+        shapes.fins(4),
+        shapes.fins(12),  # more arcs than are searched for the way back
+        shapes.slivers(),
+        Mesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]]),  # three arcs each way
+    ],
+)
+def test_an_arc_weighs_the_same_with_and_without_an_arc_back(mesh):
+    graph = build_face_graph(mesh)
+    assert np.array_equal(superfacet_weights(mesh, graph), weights_one_way(mesh, graph))
 
 
 def test_lengths_are_whole_units_of_which_all_arcs_have_48_bits():
@@ -196,6 +235,21 @@ def test_a_weight_of_zero_is_one_unit_so_that_paths_grow():
     graph = shapes.line_graph([0.0, 1.0])
     assert graph.lengths.tolist() == [1, 1, 2**46, 2**46]
     assert shapes.line_graph([0.0, 0.0]).lengths.tolist() == [1, 1, 1, 1]
+
+
+def test_weights_are_checked_where_the_arcs_need_not_be():
+    graph = build_face_graph(shapes.fold(90))
+    with pytest.raises(ValueError, match=r"weights\[1\] is nan; it must be finite and not neg"):
+        graph.with_weights([1.0, math.nan])
+    with pytest.raises(ValueError, match=r"weights\[0\] is inf; it must be finite and not neg"):
+        graph.with_weights([math.inf, 1.0])
+    with pytest.raises(ValueError, match=r"one value per arc, shape \(2,\), got \(3,\)"):
+        graph.with_weights([1.0] * 3)
+    with pytest.raises(ValueError, match=r"weights are at most 1e\+200: rescale"):
+        graph.with_weights([1e200, 1.0])
+    negative = dataclasses.replace(graph, measures=-graph.measures)
+    with pytest.raises(ValueError, match=r"measures\[0\] is -.*; it must be finite and not neg"):
+        negative.with_weights([1.0, 1.0])
 
 
 def test_weights_of_a_graph_must_be_finite_and_not_negative():

@@ -75,6 +75,10 @@ inline Point as_point(const std::tuple<double, double, double>& xyz) {
   return {std::get<0>(xyz), std::get<1>(xyz), std::get<2>(xyz)};
 }
 
+inline std::tuple<double, double, double> as_tuple(Point p) {
+  return {p.x, p.y, p.z};
+}
+
 // Calls a kernel with the GIL released; arguments are bound before and results wrapped after.
 template <typename Kernel>
 auto without_gil(const Kernel& kernel) {

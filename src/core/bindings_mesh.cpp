@@ -1,6 +1,7 @@
 // Bindings of stages 0 to 2. What each function does stands in the header of its stage; what it may
 // assume, in superfacets/_validate.py.
 #include "bindings.hpp"
+#include "checks.hpp"
 #include "face_graph.hpp"
 #include "weights.hpp"
 #include "weld.hpp"
@@ -8,15 +9,36 @@
 namespace superfacets {
 namespace {
 
-auto bind_weld_vertices(const Rows<double>& vertices) {
-  const auto input = points(vertices);
-  return to_numpy(without_gil([&] { return weld_vertices(input); }));
+auto bind_check_mesh(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
+  const auto input = std::pair(points(vertices), triangles(faces));
+  const MeshFindings found =
+      without_gil([&] { return check_mesh(input.first, input.second, n_threads); });
+  return std::tuple(found.is_finite, found.is_in_range, as_tuple(found.low), as_tuple(found.high));
 }
 
-auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& representative) {
+auto bind_narrow_indices(const Array<std::int64_t>& indices, int n_threads) {
+  Buffer<std::int32_t> narrow(indices.shape(0));
+  const auto input = view(indices);
+  without_gil([&] { narrow_indices(input, n_threads, narrow.span()); });
+  return to_numpy(std::move(narrow));
+}
+
+auto bind_check_numbers(const Array<double>& numbers, int n_threads) {
+  const auto input = view(numbers);
+  const NumberFindings found = without_gil([&] { return check_numbers(input, n_threads); });
+  return std::tuple(found.is_valid, found.largest);
+}
+
+auto bind_weld_vertices(const Rows<double>& vertices, int n_threads) {
+  const auto input = points(vertices);
+  return to_numpy(without_gil([&] { return weld_vertices(input, n_threads); }));
+}
+
+auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& representative,
+                           int n_threads) {
   const auto input = triangles(faces);
   const auto vertices = view(representative);
-  FaceGraph graph = without_gil([&] { return build_face_graph(input, vertices); });
+  FaceGraph graph = without_gil([&] { return build_face_graph(input, vertices, n_threads); });
   const EdgeCounts& counts = graph.counts;
   return std::tuple(
       to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
@@ -25,10 +47,11 @@ auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& repre
 }
 
 auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
-  std::vector<Point> centroids(faces.shape(0));
-  std::vector<double> areas(faces.shape(0));
+  Buffer<Point> centroids(faces.shape(0));
+  Buffer<double> areas(faces.shape(0));
   const auto input = std::pair(points(vertices), triangles(faces));
-  without_gil([&] { measure_faces(input.first, input.second, n_threads, centroids, areas); });
+  without_gil(
+      [&] { measure_faces(input.first, input.second, n_threads, centroids.span(), areas.span()); });
   return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)));
 }
 
@@ -38,11 +61,11 @@ auto bind_superfacet_weights(const Rows<double>& vertices, const Rows<Vertex>& f
                              const Array<std::uint16_t>& sides,
                              const Array<std::uint8_t>& same_turn, double alpha, double eta_convex,
                              double diagonal, bool inside_out, int n_threads) {
-  std::vector<double> weights(neighbors.shape(0));
+  Buffer<double> weights(neighbors.shape(0));
   const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
                          view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
   const WeightOptions options{alpha, eta_convex, diagonal, inside_out};
-  without_gil([&] { superfacet_weights(arcs, options, n_threads, weights); });
+  without_gil([&] { superfacet_weights(arcs, options, n_threads, weights.span()); });
   return to_numpy(std::move(weights));
 }
 
@@ -52,25 +75,30 @@ std::int64_t bind_count_degenerate(const Rows<double>& vertices, const Rows<Vert
 }
 
 double bind_signed_volume(const Rows<double>& vertices, const Rows<Vertex>& faces,
-                          const std::tuple<double, double, double>& origin) {
+                          const std::tuple<double, double, double>& origin, int n_threads) {
   const auto input = std::pair(points(vertices), triangles(faces));
   const Point from = as_point(origin);
-  return without_gil([&] { return signed_volume(input.first, input.second, from); });
+  return without_gil([&] { return signed_volume(input.first, input.second, from, n_threads); });
 }
 
-auto bind_quantize_weights(const Array<double>& weights) {
-  std::vector<float> lengths(weights.shape(0));
+auto bind_quantize_weights(const Array<double>& weights, int n_threads) {
+  Buffer<float> lengths(weights.shape(0));
   const auto input = view(weights);
-  const double unit = without_gil([&] { return quantize_weights(input, lengths); });
+  const double unit =
+      without_gil([&] { return quantize_weights(input, n_threads, lengths.span()); });
   return std::tuple(to_numpy(std::move(lengths)), unit);
 }
 
 }  // namespace
 
 void bind_mesh_stages(nb::module_& module) {
-  module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert());
+  module.def("check_mesh", &bind_check_mesh, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "n_threads"_a);
+  module.def("narrow_indices", &bind_narrow_indices, "indices"_a.noconvert(), "n_threads"_a);
+  module.def("check_numbers", &bind_check_numbers, "numbers"_a.noconvert(), "n_threads"_a);
+  module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert(), "n_threads"_a);
   module.def("build_face_graph", &bind_build_face_graph, "faces"_a.noconvert(),
-             "representative"_a.noconvert());
+             "representative"_a.noconvert(), "n_threads"_a);
   module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
   module.def("superfacet_weights", &bind_superfacet_weights, "vertices"_a.noconvert(),
@@ -81,8 +109,8 @@ void bind_mesh_stages(nb::module_& module) {
   module.def("count_degenerate", &bind_count_degenerate, "vertices"_a.noconvert(),
              "faces"_a.noconvert());
   module.def("signed_volume", &bind_signed_volume, "vertices"_a.noconvert(), "faces"_a.noconvert(),
-             "origin"_a);
-  module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert());
+             "origin"_a, "n_threads"_a);
+  module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);
 }
 
 }  // namespace superfacets

@@ -1,6 +1,7 @@
 // Stage 1: which faces share an edge.
 #pragma once
 
+#include "buffer.hpp"
 #include "types.hpp"
 
 namespace superfacets {
@@ -19,20 +20,26 @@ struct EdgeCounts {
 };
 
 struct FaceGraph {
-  std::vector<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
-  std::vector<Face> neighbors;          // (M,) the face an arc leads to
-  std::vector<std::uint16_t> sides;     // (M,) the side 0, 1, 2 of the face that the arc leaves by
-  std::vector<std::uint8_t> same_turn;  // (M,) 1 where both faces run through the edge alike
+  Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
+  Buffer<Face> neighbors;          // (M,) the face an arc leads to
+  Buffer<std::uint16_t> sides;     // (M,) the side 0, 1, 2 of the face that the arc leaves by
+  Buffer<std::uint8_t> same_turn;  // (M,) 1 where both faces run through the edge alike
   EdgeCounts counts;
 };
 
 // Builds one arc per shared edge and direction. Side s of a face joins its corners s and s + 1;
 // corners are compared by representative[vertex] (see weld_vertices). All pairs of faces around a
 // non-manifold edge are neighbors; a boundary edge has no arc; a side whose two ends are one vertex
-// is no edge; a face is never its own neighbor; faces that share two edges have two arcs. The arcs
-// of a face are sorted by side, then by neighbor. Time O(F + M), memory about 36 bytes per face
-// beside the result. Throws std::length_error where there are too many arcs (see above).
-FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative);
+// is no edge; a face is never its own neighbor; a face that runs through one edge twice is there by
+// the first of the two sides; faces that share two edges have two arcs. The arcs of a face are
+// sorted by side, then by neighbor. At most 2^31 - 1 faces and vertices; sides and arcs are counted
+// in 64 bits.
+//
+// Time O(F + V + M), and O(n log n) at a vertex with n edges; memory beside the result, at its
+// largest, about 36 bytes per face. Throws std::length_error where there are too many arcs (see
+// above), before memory is taken for any.
+FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
+                           int n_threads);
 
 // Centroids and areas of faces: the positions and measures of their cells.
 void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces, int n_threads,

@@ -28,25 +28,25 @@ struct Triangle {
 };
 static_assert(sizeof(Triangle) == 3 * sizeof(Vertex), "triangles are rows of an (F, 3) array");
 
-inline Point operator+(Point a, Point b) {
+inline Point operator+(const Point& a, const Point& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-inline Point operator-(Point a, Point b) {
+inline Point operator-(const Point& a, const Point& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-inline Point operator*(double s, Point a) {
+inline Point operator*(double s, const Point& a) {
   return {s * a.x, s * a.y, s * a.z};
 }
-inline double dot(Point a, Point b) {
+inline double dot(const Point& a, const Point& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-inline double squared_norm(Point a) {
+inline double squared_norm(const Point& a) {
   return dot(a, a);
 }
-inline double norm(Point a) {
+inline double norm(const Point& a) {
   return std::sqrt(squared_norm(a));
 }
-inline Point cross(Point a, Point b) {
+inline Point cross(const Point& a, const Point& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include "buffer.hpp"
 #include "parallel.hpp"
 
 namespace superfacets {
@@ -17,14 +18,23 @@ constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 // apart.
 constexpr double kAreaNoise = 1e-9;
 
-// Partial sums run over this many weights, whatever the number of threads.
+// Partial sums run over this many terms, whatever the number of threads.
 constexpr std::int64_t kSumChunk = 4096;
+
+// Between faces with more arcs than this, as around a crowded edge, looking for the arc back would
+// cost more than the weight does.
+constexpr std::int64_t kFewArcs = 8;
+
+// What is needed of so many faces and their neighbors fits into the nearest cache.
+constexpr std::int64_t kFacesPerList = 64;
+
+constexpr double kNotYetWeighed = -1.0;
 
 // The unit normal, or a zero vector where the face has none.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
-  const Point a = vertices[face.corners[0]];
-  const Point b = vertices[face.corners[1]];
-  const Point c = vertices[face.corners[2]];
+  const Point& a = vertices[face.corners[0]];
+  const Point& b = vertices[face.corners[1]];
+  const Point& c = vertices[face.corners[2]];
   const Point direction = cross(b - a, c - a);
   const double length = norm(direction);
   const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
@@ -32,8 +42,8 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   return {direction.x / length, direction.y / length, direction.z / length};
 }
 
-std::vector<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
-  std::vector<Point> normals(arcs.faces.size());  // zero where a face has none
+Buffer<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
+  Buffer<Point> normals(arcs.faces.size());  // zero where a face has none
   const auto n_faces = static_cast<std::int64_t>(normals.size());
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
@@ -64,7 +74,8 @@ double angular_term(Point normal_from, Point normal_to, Point step, double edge_
   // Positive if each centroid lies above the plane of the other face, summed over both.
   const double rise = dot(normal_from - normal_to, step);
   const bool concave = options.inside_out ? rise < 0.0 : rise > 0.0;
-  const double eta = concave ? 1.0 : options.eta_convex;
+  const double etas[] = {options.eta_convex, 1.0};
+  const double eta = etas[static_cast<int>(concave)];  // no branch: on most meshes it is a toss-up
   return options.alpha * eta * edge_length * theta / std::numbers::pi;
 }
 
@@ -73,11 +84,11 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
   const Face to = arcs.neighbors[arc];
   const int side = arcs.sides[arc];
   const Triangle& face = arcs.faces[from];
-  const Point start = arcs.vertices[face.corners[side]];
-  const Point end = arcs.vertices[face.corners[(side + 1) % 3]];
+  const Point& start = arcs.vertices[face.corners[side]];
+  const Point& end = arcs.vertices[face.corners[(side + 1) % 3]];
   const Point middle = 0.5 * (start + end);
-  const Point c_from = arcs.centroids[from];
-  const Point c_to = arcs.centroids[to];
+  const Point& c_from = arcs.centroids[from];
+  const Point& c_to = arcs.centroids[to];
   const double geodesic = norm(c_from - middle) + norm(middle - c_to);  // eq. 1
 
   Point normal_from = normals[from];
@@ -91,31 +102,124 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
   return (geodesic + angular) / options.diagonal;                                       // eq. 3
 }
 
-double sum_of(std::span<const double> weights) {
-  double total = 0.0;
-  const auto n = static_cast<std::int64_t>(weights.size());
-  for (std::int64_t begin = 0; begin < n; begin += kSumChunk) {
-    double partial = 0.0;
-    for (const double weight : weights.subspan(begin, std::min(kSumChunk, n - begin))) {
-      partial += weight;
-    }
-    total += partial;
+// The only arc from one face to another, or -1 where there are several, or too many to look.
+std::int64_t only_arc(const ArcGeometry& arcs, Face from, Face to) {
+  const std::int64_t begin = arcs.offsets[from];
+  const std::int64_t end = arcs.offsets[from + 1];
+  if (end - begin > kFewArcs) return -1;
+  std::int64_t n_found = 0;
+  std::int64_t sum = 0;
+  for (std::int64_t arc = begin; arc < end; ++arc) {
+    // No branch: where in the list an arc stands is not to be foretold.
+    const std::int64_t is_found = arcs.neighbors[arc] == to;
+    n_found += is_found;
+    sum += is_found * arc;
   }
+  return n_found == 1 ? sum : -1;
+}
+
+struct RisingArc {
+  Face from;
+  Face to;  // > from
+  std::int64_t arc;
+};
+
+// Lists the arcs that lead from a range of faces to higher ones, and asks for what is needed there:
+// neighbors are anywhere in memory, and the way to it would take longer than the arithmetic.
+void list_rising_arcs(const ArcGeometry& arcs, std::span<const Point> normals, std::int64_t begin,
+                      std::int64_t end, std::vector<RisingArc>& rising) {
+  rising.resize(arcs.offsets[end] - arcs.offsets[begin]);
+  std::size_t n_rising = 0;
+  for (std::int64_t face = begin; face < end; ++face) {
+    for (const Vertex corner : arcs.faces[face].corners) prefetch(&arcs.vertices[corner]);
+    for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
+      rising[n_rising] = {static_cast<Face>(face), arcs.neighbors[arc], arc};
+      n_rising += static_cast<std::size_t>(face < arcs.neighbors[arc]);  // no branch, as above
+    }
+  }
+  rising.resize(n_rising);
+  for (const RisingArc& step : rising) {
+    prefetch(&arcs.offsets[step.to]);
+    prefetch(&arcs.centroids[step.to]);
+    prefetch(&normals[step.to]);
+  }
+  for (const RisingArc& step : rising) prefetch(&arcs.neighbors[arcs.offsets[step.to]]);
+}
+
+// Weighs the arcs that lead from a range of faces to higher ones, and the arcs back where there is
+// one each way.
+void weigh_rising_arcs(const ArcGeometry& arcs, std::span<const Point> normals,
+                       const WeightOptions& options, std::int64_t begin, std::int64_t end,
+                       std::span<double> weights) {
+  std::vector<RisingArc> rising;
+  for (std::int64_t first = begin; first < end; first += kFacesPerList) {
+    list_rising_arcs(arcs, normals, first, std::min(end, first + kFacesPerList), rising);
+    for (const RisingArc& step : rising) {
+      const double weight = arc_weight(arcs, normals, step.from, step.arc, options);
+      weights[step.arc] = weight;
+      const std::int64_t back = only_arc(arcs, step.to, step.from);
+      const bool is_pair = back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
+      if (is_pair) weights[back] = weight;
+    }
+  }
+}
+
+// Weighs what is left: arcs to lower faces that are not the only ones, or have no arc back.
+void weigh_other_arcs(const ArcGeometry& arcs, std::span<const Point> normals,
+                      const WeightOptions& options, std::int64_t begin, std::int64_t end,
+                      std::span<double> weights) {
+  for (std::int64_t face = begin; face < end; ++face) {
+    for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
+      if (weights[arc] != kNotYetWeighed) continue;
+      weights[arc] = arc_weight(arcs, normals, static_cast<Face>(face), arc, options);
+    }
+  }
+}
+
+// Sums term(begin, end) over chunks of 0..n-1, in their order.
+template <typename Term>
+double sum_of_chunks(std::int64_t n, int n_threads, const Term& term) {
+  const std::int64_t n_chunks = (n + kSumChunk - 1) / kSumChunk;
+  std::vector<double> partial(n_chunks, 0.0);
+  const auto sum_chunks = [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t chunk = first; chunk < last; ++chunk) {
+      partial[chunk] = term(chunk * kSumChunk, std::min(n, (chunk + 1) * kSumChunk));
+    }
+  };
+  parallel_ranges(n_chunks, n_threads, sum_chunks, kMinPerThread / kSumChunk);
+  double total = 0.0;
+  for (const double sum : partial) total += sum;
   return total;
+}
+
+double sum_of(std::span<const double> weights, int n_threads) {
+  return sum_of_chunks(static_cast<std::int64_t>(weights.size()), n_threads,
+                       [&](std::int64_t begin, std::int64_t end) {
+                         double sum = 0.0;
+                         for (std::int64_t arc = begin; arc < end; ++arc) sum += weights[arc];
+                         return sum;
+                       });
+}
+
+// Rounds 0 <= x < 2^52 to a whole number, halves to even, as std::nearbyint does; but that is a
+// call for each number where the oldest processors of a kind are compiled for.
+double round_to_whole(double x) {
+  constexpr double kNoFraction = 0x1p52;  // numbers from here on have no bits for a fraction
+  return (x + kNoFraction) - kNoFraction;
 }
 
 }  // namespace
 
 void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, int n_threads,
                         std::span<double> weights) {
-  const std::vector<Point> normals = unit_normals(arcs, n_threads);
+  const Buffer<Point> normals = unit_normals(arcs, n_threads);
   const auto n_faces = static_cast<std::int64_t>(arcs.faces.size());
+  parallel_fill(weights, kNotYetWeighed, n_threads);
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t face = begin; face < end; ++face) {
-      for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
-        weights[arc] = arc_weight(arcs, normals, static_cast<Face>(face), arc, options);
-      }
-    }
+    weigh_rising_arcs(arcs, normals.span(), options, begin, end, weights);
+  });
+  parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    weigh_other_arcs(arcs, normals.span(), options, begin, end, weights);
   });
 }
 
@@ -125,27 +229,34 @@ std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const T
   });
 }
 
-double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces,
-                     Point origin) {
-  double six_volumes = 0.0;
-  for (const Triangle& face : faces) {
-    const Point a = vertices[face.corners[0]] - origin;
-    const Point b = vertices[face.corners[1]] - origin;
-    const Point c = vertices[face.corners[2]] - origin;
-    six_volumes += dot(a, cross(b, c));
-  }
-  return six_volumes / 6.0;
+double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,
+                     int n_threads) {
+  const auto n_faces = static_cast<std::int64_t>(faces.size());
+  const auto six_volumes = [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+    for (const Triangle& face : faces.subspan(begin, end - begin)) {
+      const Point a = vertices[face.corners[0]] - origin;
+      const Point b = vertices[face.corners[1]] - origin;
+      const Point c = vertices[face.corners[2]] - origin;
+      sum += dot(a, cross(b, c));
+    }
+    return sum;
+  };
+  return sum_of_chunks(n_faces, n_threads, six_volumes) / 6.0;
 }
 
-double quantize_weights(std::span<const double> weights, std::span<float> lengths) {
+double quantize_weights(std::span<const double> weights, int n_threads, std::span<float> lengths) {
   // A power of two: rounding then only cuts the last bits of a weight, and a sum that differs in
   // its last bits, because arcs come in another order, gives the same unit.
-  const double total = sum_of(weights);
+  const double total = sum_of(weights, n_threads);
   const double unit = total > 0.0 ? std::ldexp(1.0, std::ilogb(total) + 1 - kTotalBits) : 1.0;
-  for (std::size_t arc = 0; arc < weights.size(); ++arc) {
-    // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
-    lengths[arc] = static_cast<float>(std::max(1.0, std::nearbyint(weights[arc] / unit)));
-  }
+  const auto n_arcs = static_cast<std::int64_t>(weights.size());
+  parallel_ranges(n_arcs, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t arc = begin; arc < end; ++arc) {
+      // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
+      lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
+    }
+  });
   return unit;
 }
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import _core
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
@@ -41,24 +42,37 @@ def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
         object.__setattr__(instance, name, view)
 
 
-def checked_vertices(vertices: Any) -> npt.NDArray[np.float64]:
-    """Vertex positions as a contiguous (V, 3) float64 array; a MeshError if they are not."""
+def checked_mesh(
+    vertices: Any, faces: Any
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+    """Vertices, faces, and the bounding box (2, 3) of the vertices used; a MeshError if wrong."""
+    points = _point_array(vertices)
+    triangles = _triangle_array(faces)
+    threads = checked_threads(None)
+    is_finite, is_in_range, *bounds = _core.check_mesh(points, triangles, threads)
+    if not is_finite:
+        first = int(np.argmin(np.isfinite(points).all(axis=1)))
+        raise MeshError(f"vertices[{first}] is not finite: {points[first].tolist()}")
+    if not is_in_range:
+        _raise_index_error(np.asarray(faces), len(points))
+    box = np.array(bounds)
+    _check_extent(*box)
+    return points, triangles, box
+
+
+def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
+    """Vertex positions as a contiguous (V, 3) float64 array; a MeshError if they are none."""
     array = _numeric_array(vertices, "vertices")
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"vertices must have shape (V, 3), got {array.shape}")
     if len(array) > MAX_CELLS:
         raise MeshError(f"the mesh has {len(array)} vertices; at most {MAX_CELLS} are supported")
-    with np.errstate(invalid="ignore"):  # a signaling NaN of a narrower type; found just below
-        array = np.ascontiguousarray(array, dtype=np.float64)
-    finite = np.isfinite(array).all(axis=1)
-    if not finite.all():
-        first = int(np.argmin(finite))
-        raise MeshError(f"vertices[{first}] is not finite: {array[first].tolist()}")
-    return array
+    with np.errstate(invalid="ignore"):  # a signaling NaN of a narrower type; found later
+        return np.ascontiguousarray(array, dtype=np.float64)
 
 
-def checked_faces(faces: Any, n_vertices: int) -> npt.NDArray[np.int32]:
-    """Triangles as a contiguous (F, 3) int32 array of valid indices; a MeshError if not."""
+def _triangle_array(faces: Any) -> npt.NDArray[np.int32]:
+    """Triangles as a contiguous (F, 3) int32 array; -1 for indices that do not fit."""
     array = _numeric_array(faces, "faces")
     if array.size == 0:
         raise MeshError("the mesh has no faces")
@@ -73,9 +87,11 @@ def checked_faces(faces: Any, n_vertices: int) -> npt.NDArray[np.int32]:
         raise MeshError(f"faces must be integers, got {array.dtype}")
     if len(array) > MAX_CELLS:
         raise MeshError(f"the mesh has {len(array)} faces; at most {MAX_CELLS} are supported")
-    if array.min() < 0 or array.max() >= n_vertices:
-        _raise_index_error(array, n_vertices)
-    return np.ascontiguousarray(array, dtype=np.int32)
+    if array.dtype == np.int32:
+        return np.ascontiguousarray(array, dtype=np.int32)
+    # Indices of 2**63 or more become negative here, and so are out of range as well.
+    wide = np.ascontiguousarray(array, dtype=np.int64)
+    return _core.narrow_indices(wide.ravel(), checked_threads(None)).reshape(-1, 3)
 
 
 def _raise_index_error(faces: npt.NDArray[Any], n_vertices: int) -> None:
@@ -86,10 +102,8 @@ def _raise_index_error(faces: npt.NDArray[Any], n_vertices: int) -> None:
     )
 
 
-def check_extent(vertices: npt.NDArray[np.float64], faces: npt.NDArray[np.int32]) -> None:
+def _check_extent(low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
     """Raise a MeshError where the used vertices coincide, or span an absurd range."""
-    low = np.array([axis[faces].min() for axis in vertices.T])
-    high = np.array([axis[faces].max() for axis in vertices.T])
     if np.array_equal(low, high):
         raise MeshError("all faces lie at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
@@ -138,7 +152,9 @@ def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
     return array
 
 
-def checked_nonnegative_array(value: Any, n: int, name: str, per: str) -> npt.NDArray[np.float64]:
+def checked_nonnegative_array(
+    value: Any, n: int, name: str, per: str, n_threads: int
+) -> npt.NDArray[np.float64]:
     """A contiguous (n,) float64 array of finite numbers >= 0."""
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
@@ -146,11 +162,10 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str) -> npt.ND
     array = np.ascontiguousarray(array, dtype=np.float64)
     if array.shape != (n,):
         raise ValueError(f"{name} must have one value per {per}, shape ({n},), got {array.shape}")
-    valid = np.isfinite(array) & (array >= 0)
-    if not valid.all():
-        first = int(np.argmin(valid))
+    is_valid, largest = _core.check_numbers(array, n_threads)
+    if not is_valid:
+        first = int(np.argmin(np.isfinite(array) & (array >= 0)))
         raise ValueError(f"{name}[{first}] is {array[first]}; it must be finite and not negative")
-    largest = float(array.max(initial=0.0))
     if largest and not VALUE_RANGE[0] <= largest <= VALUE_RANGE[1]:
         raise ValueError(
             f"{name} are at most {largest:.3g}: rescale them to between"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +15,7 @@ from ._validate import (
     checked_bounds,
     checked_nonnegative_array,
     checked_positions,
+    checked_threads,
     freeze,
 )
 
@@ -89,20 +90,27 @@ class CellGraph:
 
     def __post_init__(self) -> None:
         positions = checked_positions(self.positions)
-        measures = checked_nonnegative_array(self.measures, len(positions), "measures", "cell")
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
-        weights = checked_nonnegative_array(self.weights, len(neighbors), "weights", "arc")
-        lengths, unit = _core.quantize_weights(weights)
-        freeze(
-            self,
-            positions=positions,
-            measures=measures,
-            offsets=offsets,
-            neighbors=neighbors,
-            weights=weights,
-            bounds=checked_bounds(self.bounds, positions),
-            lengths=lengths,
+        bounds = checked_bounds(self.bounds, positions)
+        freeze(self, positions=positions, offsets=offsets, neighbors=neighbors, bounds=bounds)
+        self._check_and_quantize(checked_threads(None))
+
+    @classmethod
+    def _of_checked_arcs(cls, n_threads: int, **fields: Any) -> CellGraph:
+        """Make a graph of which all but measures and weights has been checked and frozen before."""
+        graph = object.__new__(cls)
+        for name, value in fields.items():
+            object.__setattr__(graph, name, value)
+        graph._check_and_quantize(n_threads)
+        return graph
+
+    def _check_and_quantize(self, n_threads: int) -> None:
+        measures = checked_nonnegative_array(
+            self.measures, self.n_cells, "measures", "cell", n_threads
         )
+        weights = checked_nonnegative_array(self.weights, self.n_arcs, "weights", "arc", n_threads)
+        lengths, unit = _core.quantize_weights(weights, n_threads)
+        freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._validate import checked_labels, compact_labels
+from ._validate import checked_labels, checked_threads, compact_labels
 from .errors import MeshError
 from .mesh import as_mesh
 
@@ -75,7 +75,7 @@ def face_colors(mesh: object, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     """
     mesh = as_mesh(mesh)
     compact, n_regions = compact_labels(labels, mesh.n_faces)
-    representative = _core.weld_vertices(mesh.vertices)
+    representative = _core.weld_vertices(mesh.vertices, checked_threads(None))
     at_border = _faces_at_borders(representative[mesh.faces], compact, mesh.n_vertices)
     arcs = _arcs_between(mesh.faces[at_border], representative)
     colors = _colors_of_adjacency(*_region_adjacency(arcs, compact[at_border], n_regions))
@@ -148,7 +148,9 @@ def _arcs_between(
     if not len(faces):
         return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32)
     try:
-        offsets, neighbors, *_ = _core.build_face_graph(faces, representative)
+        offsets, neighbors, *_ = _core.build_face_graph(
+            faces, representative, checked_threads(None)
+        )
     except ValueError as error:  # too many arcs
         raise MeshError(str(error)) from None
     return offsets, neighbors

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from ._validate import (
 )
 from .cell_graph import CellGraph, box_diagonal
 from .errors import MeshError
-from .mesh import Mesh, as_mesh
+from .mesh import as_mesh
 
 __all__ = ["EdgeCounts", "FaceGraph", "build_face_graph"]
 
@@ -93,6 +93,14 @@ class FaceGraph:
             bounds=checked_bounds(self.bounds, positions),
         )
 
+    @classmethod
+    def _unchecked(cls, edge_counts: EdgeCounts, **arrays: npt.NDArray[Any]) -> FaceGraph:
+        """Make a graph of what our own kernels have just made, which needs no check."""
+        graph = object.__new__(cls)
+        freeze(graph, **arrays)
+        object.__setattr__(graph, "edge_counts", edge_counts)
+        return graph
+
     @property
     def n_cells(self) -> int:
         """Number of faces, N."""
@@ -108,15 +116,16 @@ class FaceGraph:
         """Diagonal of the bounding box, d in eq. 3, in the unit of the vertices; > 0."""
         return box_diagonal(self.bounds)
 
-    def with_weights(self, weights: npt.ArrayLike) -> CellGraph:
+    def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
         """Return the graph that the clusterer takes, with one weight per arc (finite, >= 0)."""
-        return CellGraph(
-            self.positions,
-            self.measures,
-            self.offsets,
-            self.neighbors,
-            weights,  # type: ignore[arg-type]  # converted by CellGraph
-            self.bounds,
+        return CellGraph._of_checked_arcs(
+            checked_threads(n_threads),
+            positions=self.positions,
+            measures=self.measures,
+            offsets=self.offsets,
+            neighbors=self.neighbors,
+            weights=weights,
+            bounds=self.bounds,
         )
 
     def __repr__(self) -> str:
@@ -159,31 +168,24 @@ def build_face_graph(mesh: object, *, weld: bool = True, n_threads: int | None =
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
     if weld:
-        representative = _core.weld_vertices(mesh.vertices)
+        representative = _core.weld_vertices(mesh.vertices, threads)
     else:
         representative = np.arange(mesh.n_vertices, dtype=np.int32)
     try:
         offsets, neighbors, sides, same_turn, counts = _core.build_face_graph(
-            mesh.faces, representative
+            mesh.faces, representative, threads
         )
     except ValueError as error:  # std::length_error: too many arcs
         raise MeshError(str(error)) from None
+    del representative  # memory for what follows
     centroids, areas = _core.measure_faces(mesh.vertices, mesh.faces, threads)
-    return FaceGraph(
-        centroids,
-        areas,
-        offsets,
-        neighbors,
-        sides,
-        same_turn,
-        _bounds_of_faces(mesh),
+    return FaceGraph._unchecked(
         EdgeCounts(*counts),
+        positions=centroids,
+        measures=areas,
+        offsets=offsets,
+        neighbors=neighbors,
+        sides=sides,
+        same_turn=same_turn,
+        bounds=mesh.bounds,
     )
-
-
-def _bounds_of_faces(mesh: Mesh) -> npt.NDArray[np.float64]:
-    """Bounding box of the vertices that faces use, as low and high corner."""
-    used = np.zeros(mesh.n_vertices, dtype=bool)
-    used[mesh.faces] = True
-    vertices = mesh.vertices[used]
-    return np.array([vertices.min(axis=0), vertices.max(axis=0)])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import _core
+from ._validate import checked_threads
 from .classify import classify
 from .face_graph import FaceGraph, build_face_graph
 from .mesh import as_mesh
@@ -71,7 +72,7 @@ def mesh_info(mesh: object, *, weld: bool = True) -> MeshInfo:
     return MeshInfo(
         n_faces=mesh.n_faces,
         n_vertices=mesh.n_vertices,
-        n_positions=len(np.unique(_core.weld_vertices(mesh.vertices))),
+        n_positions=len(np.unique(_core.weld_vertices(mesh.vertices, checked_threads(None)))),
         n_components=_count_components(graph),
         n_edges=edges,
         n_boundary_edges=boundary,

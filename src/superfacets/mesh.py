@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._validate import check_extent, checked_faces, checked_vertices, freeze
+from ._validate import checked_mesh, freeze
 from .errors import MeshError
 
 __all__ = ["Mesh", "as_mesh"]
@@ -30,6 +30,11 @@ class Mesh:
         Vertex indices, 0 to V - 1, counterclockwise seen from outside; kept as int32, read-only.
         F >= 1.
 
+    Attributes
+    ----------
+    bounds : ndarray of float64, shape (2, 3)
+        Low and high corner of the bounding box of the vertices that faces use.
+
     Raises
     ------
     MeshError
@@ -45,12 +50,11 @@ class Mesh:
 
     vertices: npt.NDArray[np.float64]
     faces: npt.NDArray[np.int32]
+    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        vertices = checked_vertices(self.vertices)
-        faces = checked_faces(self.faces, len(vertices))
-        check_extent(vertices, faces)
-        freeze(self, vertices=vertices, faces=faces)
+        vertices, faces, bounds = checked_mesh(self.vertices, self.faces)
+        freeze(self, vertices=vertices, faces=faces, bounds=bounds)
 
     @property
     def n_faces(self) -> int:

@@ -12,7 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._validate import checked_choice, checked_count, checked_number, compact_labels
+from ._validate import (
+    checked_choice,
+    checked_count,
+    checked_number,
+    checked_threads,
+    compact_labels,
+)
 from .colors import region_colors
 from .errors import MissingExtraError
 from .face_graph import FaceGraph, build_face_graph
@@ -250,7 +256,7 @@ def _checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
 
 def _build_scene(mesh: Mesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None) -> _Scene:
     """Weld, drop unused vertices, scale to unit size, color and find the borders."""
-    corners = _core.weld_vertices(mesh.vertices)[mesh.faces]
+    corners = _core.weld_vertices(mesh.vertices, checked_threads(None))[mesh.faces]
     used = np.zeros(mesh.n_vertices, dtype=bool)
     used[corners] = True
     triangles = (np.cumsum(used) - 1)[corners]

@@ -80,6 +80,7 @@ def superfacet_weights(
     [3.317, 3.317]
     """
     mesh = as_mesh(mesh)
+    threads = checked_threads(n_threads)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
     if graph.n_cells != mesh.n_faces:
@@ -96,12 +97,12 @@ def superfacet_weights(
         alpha,
         eta_convex,
         graph.diagonal,
-        is_inside_out(mesh, graph),
-        checked_threads(n_threads),
+        is_inside_out(mesh, graph, n_threads=threads),
+        threads,
     )
 
 
-def is_inside_out(mesh: Mesh, graph: FaceGraph) -> bool:
+def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
     """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
     if graph.edge_counts.boundary:
         return False
@@ -109,5 +110,5 @@ def is_inside_out(mesh: Mesh, graph: FaceGraph) -> bool:
     # and turns with the mesh.
     total = graph.measures.sum()
     x, y, z = (graph.measures @ graph.positions / total).tolist() if total else graph.positions[0]
-    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z))
+    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z), checked_threads(n_threads))
     return volume < -_VOLUME_NOISE * graph.diagonal**3
