@@ -230,7 +230,7 @@ def test_the_result_is_its_labels_to_numpy(sheet):
 
 def test_the_result_says_what_was_done_and_how_long_it_took(sheet):
     result = segment(sheet, 20, alpha=100)
-    stages = ["mesh", "face_graph", "weights", "seeding", "classify", "update"]
+    stages = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update"]
     assert list(result.timings) == stages
     assert all(seconds >= 0 for seconds in result.timings.values())
     assert result.params["alpha"] == 100

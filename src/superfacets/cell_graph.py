@@ -105,10 +105,8 @@ class CellGraph:
         return graph
 
     def _check_and_quantize(self, n_threads: int) -> None:
-        measures = checked_nonnegative_array(
-            self.measures, self.n_cells, "measures", "cell", n_threads
-        )
-        weights = checked_nonnegative_array(self.weights, self.n_arcs, "weights", "arc", n_threads)
+        measures = checked_measures(self.measures, self.n_cells, n_threads)
+        weights = checked_weights(self.weights, self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
@@ -139,6 +137,18 @@ class CellGraph:
 
     def __repr__(self) -> str:
         return f"CellGraph({self.n_cells} cells, {self.n_arcs} arcs)"
+
+
+def checked_measures(
+    measures: npt.ArrayLike, n_cells: int, n_threads: int
+) -> npt.NDArray[np.float64]:
+    """One measure per cell, finite and >= 0."""
+    return checked_nonnegative_array(measures, n_cells, "measures", "cell", n_threads)
+
+
+def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> npt.NDArray[np.float64]:
+    """One weight per arc, finite and >= 0."""
+    return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
 
 
 def checked_graph(graph: object) -> CellGraph:

@@ -16,7 +16,7 @@ from ._validate import (
     checked_threads,
     freeze,
 )
-from .cell_graph import CellGraph, box_diagonal
+from .cell_graph import CellGraph, box_diagonal, checked_measures, checked_weights
 from .errors import MeshError
 from .mesh import as_mesh
 
@@ -127,6 +127,14 @@ class FaceGraph:
             weights=weights,
             bounds=self.bounds,
         )
+
+    def quantized(self, weights: npt.ArrayLike, n_threads: int) -> npt.NDArray[np.float32]:
+        """Return what is left of weights in `CellGraph.lengths`, where the rest is not needed."""
+        checked_measures(self.measures, self.n_cells, n_threads)
+        lengths, _ = _core.quantize_weights(
+            checked_weights(weights, self.n_arcs, n_threads), n_threads
+        )
+        return lengths
 
     def __repr__(self) -> str:
         return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"

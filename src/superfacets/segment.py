@@ -194,9 +194,16 @@ def segment(
             weights = superfacet_weights(
                 surface, faces, alpha=alpha, eta_convex=eta_convex, n_threads=loop.n_threads
             )
-        cells = faces.with_weights(weights).ordered(loop.n_threads)
-    del surface, faces, weights
-    result = _segment_cells(cells, n_segments, radius, init, loop)
+        lengths = faces.quantized(weights, loop.n_threads)
+    with timed(timings, "order"):
+        cells, bounds = (
+            (faces.positions, faces.measures, faces.offsets, faces.neighbors),
+            faces.bounds,
+        )
+        del surface, faces, weights  # what is not needed any more makes room
+        ordered = OrderedCells(_core.OrderedGraph(*cells, lengths, loop.n_threads), bounds)
+        del cells, lengths
+    result = _segment_cells(ordered, n_segments, radius, init, loop)
     return replace(result, timings=timings | result.timings, params=mesh_params | result.params)
 
 
