@@ -24,9 +24,8 @@ struct Box {
   }
 };
 
-// x - x is 0 but for infinities and NaN.
-bool is_finite(Point p) {
-  return (p.x - p.x) + (p.y - p.y) + (p.z - p.z) == 0.0;
+bool is_finite(const Point& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
 // Marks the corners of faces in is_used, one byte per vertex; false where one is no vertex.

@@ -166,6 +166,7 @@ def build_face_graph(mesh: object, *, weld: bool = True, n_threads: int | None =
 
     Examples
     --------
+    >>> from superfacets import Mesh
     >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> graph = build_face_graph(square)
     >>> graph.neighbors, graph.sides
