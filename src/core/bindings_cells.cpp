@@ -91,12 +91,11 @@ auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, 
   const auto input = view(labels);
   return to_numpy(without_gil([&] {
     ThreadTeam team(n_threads);
-    const BoxTree tree(graph, team);
     Buffer<Label> by_place(input.size());
     for (std::size_t place = 0; place < input.size(); ++place) {
       by_place[place] = input[graph.cells[place]];
     }
-    return graph.cells_at(update_centers(graph, tree, by_place.span(), n_regions, team));
+    return graph.cells_at(update_centers(graph, by_place.span(), n_regions, team));
   }));
 }
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "box.hpp"
-#include "ordered_graph.hpp"
+#include "thread_team.hpp"
 
 namespace superfacets {
 
@@ -14,7 +14,8 @@ class BoxTree {
   static constexpr std::size_t kLeaf = 32;   // positions of a leaf fill twelve cache lines
   static constexpr std::size_t kFanOut = 8;  // an octant's share of a Morton curve
 
-  BoxTree(const OrderedGraph& graph, ThreadTeam& team);
+  // Of the cells in their order on the curve.
+  BoxTree(std::span<const Point> positions, ThreadTeam& team);
 
   // Levels, the leaves first and the root alone in the last.
   std::size_t n_levels() const { return levels_.size(); }
@@ -29,45 +30,7 @@ class BoxTree {
     return {leaf * kLeaf, std::min((leaf + 1) * kLeaf, n_cells_)};
   }
 
-  // The nearest place to a point, the lowest cell among equals, of those that `is_wanted`. One
-  // that is wanted has to be given; the nearer it is, the less is looked at.
-  template <typename IsWanted>
-  Place nearest(const OrderedGraph& graph, Point target, Place wanted,
-                const IsWanted& is_wanted) const {
-    Nearest nearest{wanted, squared_norm(graph.positions[wanted] - target)};
-    search(graph, target, is_wanted, n_levels() - 1, 0, nearest);
-    return nearest.place;
-  }
-
  private:
-  struct Nearest {
-    Place place;
-    double squared_distance;
-  };
-
-  template <typename IsWanted>
-  void search(const OrderedGraph& graph, Point target, const IsWanted& is_wanted, std::size_t level,
-              std::size_t index, Nearest& nearest) const {
-    // A box just as far away may still hold a lower cell.
-    if (levels_[level][index].squared_distance(target) > nearest.squared_distance) return;
-    if (level > 0) {
-      const auto [begin, end] = children(level, index);
-      for (auto child = begin; child < end; ++child) {
-        search(graph, target, is_wanted, level - 1, child, nearest);
-      }
-      return;
-    }
-    const auto [begin, end] = places(index);
-    for (auto place = begin; place < end; ++place) {
-      const double squared = squared_norm(graph.positions[place] - target);
-      if (squared > nearest.squared_distance || !is_wanted(static_cast<Place>(place))) continue;
-      if (squared == nearest.squared_distance && graph.cells[place] >= graph.cells[nearest.place]) {
-        continue;
-      }
-      nearest = {static_cast<Place>(place), squared};
-    }
-  }
-
   std::size_t n_cells_;
   std::vector<std::vector<Box>> levels_;
 };

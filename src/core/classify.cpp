@@ -7,10 +7,9 @@
 
 namespace superfacets {
 
-Classification::Classification(const OrderedGraph& graph, const BoxTree& tree, double reach,
-                               ThreadTeam& team)
+Classification::Classification(const OrderedGraph& graph, double reach, ThreadTeam& team)
     : graph_(graph), team_(team), exact_(graph, team) {
-  if (std::isfinite(reach)) halted_.emplace(graph, tree, reach, team);
+  if (std::isfinite(reach)) halted_.emplace(graph, reach, team);
 }
 
 void Classification::classify(std::span<const Place> centers) {

@@ -16,8 +16,8 @@ class Classification {
  public:
   // An infinite `reach` means exactly: the true nearest center, the lower label among equals;
   // regions are connected, and a component without a center gets one, at its lowest cell. A finite
-  // one halts expansions (see HaltedPaths). The tree must be that of the graph.
-  Classification(const OrderedGraph& graph, const BoxTree& tree, double reach, ThreadTeam& team);
+  // one halts expansions (see HaltedPaths).
+  Classification(const OrderedGraph& graph, double reach, ThreadTeam& team);
 
   // Classifies by these centers.
   void classify(std::span<const Place> centers);

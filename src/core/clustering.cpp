@@ -4,11 +4,7 @@ namespace superfacets {
 
 Clustering::Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
                        int n_threads)
-    : graph_(graph),
-      team_(n_threads),
-      tree_(graph, team_),
-      classification_(graph, tree_, reach, team_),
-      means_(graph, tree_, team_) {
+    : graph_(graph), team_(n_threads), classification_(graph, reach, team_), means_(graph, team_) {
   classify(centers);
 }
 

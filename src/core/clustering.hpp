@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "box_tree.hpp"
 #include "classify.hpp"
 #include "ordered_graph.hpp"
 #include "update.hpp"
@@ -33,7 +32,6 @@ class Clustering {
  private:
   const OrderedGraph& graph_;
   ThreadTeam team_;
-  const BoxTree tree_;
   Classification classification_;
   RegionMeans means_;
 };

@@ -4,13 +4,15 @@
 #include <bit>
 #include <utility>
 
+#include "prefetch.hpp"
+
 namespace superfacets {
 namespace {
 
-// Places of a chunk: with arcs and paths two megabytes at most, a second-level cache. Fewer on
-// small graphs, so that each thread has some chunks to choose from, but not so few that most paths
-// leave theirs.
-constexpr int kMaxChunkBits = 16;
+// Places of a chunk: with arcs and paths a few megabytes at most, of which what is being worked on
+// fits into a second-level cache. Fewer on small graphs, so that each thread has some chunks to
+// choose from, but not so few that most paths leave theirs.
+constexpr int kMaxChunkBits = 17;
 constexpr int kMinChunkBits = 13;
 constexpr std::int64_t kChunksPerThread = 4;
 
@@ -19,16 +21,8 @@ constexpr std::int64_t kChunksPerThread = 4;
 constexpr std::size_t kMaxHandled = 8;
 
 // How far ahead of the work arcs, and then paths, are brought into the nearest cache.
-constexpr std::size_t kArcsAhead = 8;
-constexpr std::size_t kPathsAhead = 4;
-
-#if defined(__GNUC__)
-void prefetch(const void* address) {
-  __builtin_prefetch(address);
-}
-#else
-void prefetch(const void*) {}
-#endif
+constexpr std::size_t kArcsAhead = 16;
+constexpr std::size_t kPathsAhead = 6;
 
 int chunk_bits_for(std::int64_t n_cells, int n_threads) {
   if (n_threads == 1) return kMaxChunkBits;
@@ -74,32 +68,36 @@ void Expansion::clear() {
 void Expansion::lengthen(std::span<const PathLength> by_label) {
   team_.for_each(n_chunks(), [&](std::int64_t chunk, int) { lengthen_chunk(chunk, by_label); });
   team_.for_each(n_chunks(), [&](std::int64_t chunk, int thread) {
-    if (chunks_[chunk].has_changed) compare_labels(chunk, workers_[thread]);
+    if (chunks_[chunk].has_changed) compare_labels(chunk, by_label, workers_[thread]);
   });
   deliver();
 }
 
 void Expansion::lengthen_chunk(std::int64_t chunk, std::span<const PathLength> by_label) {
   const auto [begin, end] = places(chunk);
-  PathLength any = 0;
   for (Place place = begin; place < end; ++place) {
     const Label label = labels_[place];
-    if (label == kNoLabel) continue;
-    const PathLength longer = by_label[label];
-    any |= longer;
-    lengths_[place] = longer == kUnreached ? kUnreached : lengths_[place] + longer;
-    if (longer == kUnreached) labels_[place] = kNoLabel;
+    if (label == kNoLabel || by_label[label] == 0) continue;
+    chunks_[chunk].has_changed = true;
+    if (by_label[label] == kUnreached) {
+      lengths_[place] = kUnreached;
+      labels_[place] = kNoLabel;
+    } else {
+      lengths_[place] += by_label[label];
+    }
   }
-  if (any != 0) chunks_[chunk].has_changed = true;
 }
 
 // Proposes what arcs from other labels improve. Within a label nothing can: all its paths were
 // made longer alike. Only proposes, since other threads read here what would be written.
-void Expansion::compare_labels(std::int64_t chunk, Worker& worker) {
+void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> by_label,
+                               Worker& worker) {
   const auto [begin, end] = places(chunk);
   for (Place place = begin; place < end; ++place) {
+    const Label label = labels_[place];
+    if (label != kNoLabel && by_label[label] == 0) continue;
     for (const Arc& arc : graph_.arcs_of(place)) {
-      if (labels_[arc.to] == labels_[place] || labels_[arc.to] == kNoLabel) continue;
+      if (labels_[arc.to] == label || labels_[arc.to] == kNoLabel) continue;
       const Path other{longer_by(lengths_[arc.to], arc), labels_[arc.to]};
       if (other.is_better_than(path(place))) worker.proposals.push_back({place, other});
     }
@@ -152,7 +150,13 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
     if (worker.queue.n_handled() > n_allowed) return expand_in_order(chunk, worker);
     const std::vector<Place>& taken = worker.queue.take();
     for (std::size_t i = 0; i < taken.size(); ++i) {
-      prefetch_ahead(taken, i);
+      if (i + kArcsAhead < taken.size()) prefetch(graph_.arcs_of(taken[i + kArcsAhead]).data());
+      if (i + kPathsAhead < taken.size()) {
+        for (const Arc& arc : graph_.arcs_of(taken[i + kPathsAhead])) {
+          prefetch(&lengths_[arc.to]);
+          prefetch(&labels_[arc.to]);
+        }
+      }
       if (worker.queue.is_stale(lengths_[taken[i]])) continue;
       if (graph_.has_rows()) {
         expand_row(taken[i], chunk, worker, worker.queue);
@@ -160,13 +164,6 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
         expand(taken[i], chunk, worker, worker.queue);
       }
     }
-  }
-}
-
-void Expansion::prefetch_ahead(std::span<const Place> taken, std::size_t now) const {
-  if (now + kArcsAhead < taken.size()) prefetch(graph_.arcs_of(taken[now + kArcsAhead]).data());
-  if (now + kPathsAhead < taken.size() && graph_.has_rows()) {
-    prefetch(&lengths_[graph_.arcs_of(taken[now + kPathsAhead]).front().to]);
   }
 }
 

@@ -83,9 +83,8 @@ class Expansion {
   void propose(const Proposal& proposal);
   void deliver();
   void lengthen_chunk(std::int64_t chunk, std::span<const PathLength> by_label);
-  void compare_labels(std::int64_t chunk, Worker& worker);
+  void compare_labels(std::int64_t chunk, std::span<const PathLength> by_label, Worker& worker);
   void expand_chunk(std::int64_t chunk, Worker& worker);
-  void prefetch_ahead(std::span<const Place> taken, std::size_t now) const;
   void expand_in_order(std::int64_t chunk, Worker& worker);
   template <typename Queue>
   void expand(Place place, std::int64_t chunk, Worker& worker, Queue& queue);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "parallel.hpp"
+#include "prefetch.hpp"
 #include "thread_team.hpp"
 
 namespace superfacets {

@@ -11,17 +11,17 @@ constexpr double kIsCenter = -1.0;
 // Nodes of this level hold 2^14 cells and are updated on several threads, as long as a new center
 // changes many of them.
 constexpr std::size_t kSharedLevel = 3;
-constexpr std::int64_t kMinShared = 4;
+constexpr std::int64_t kMinShared = 16;
 
 }  // namespace
 
 FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
-    : graph_(graph), team_(team), tree_(graph, team), squared_distance_(graph.n_cells()) {
+    : graph_(graph), team_(team), squared_distance_(graph.n_cells()) {
   team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     std::fill(squared_distance_.begin() + begin, squared_distance_.begin() + end, kInfinity);
   });
-  for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
-    summaries_.emplace_back(tree_.level(level).size());
+  for (std::size_t level = 0; level < graph_.tree->n_levels(); ++level) {
+    summaries_.emplace_back(graph_.tree->level(level).size());
     auto summarize_range = [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t index = begin; index < end; ++index) summarize(level, index);
     };
@@ -32,23 +32,23 @@ FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
 void FarthestPoints::place(Place center) {
   squared_distance_[center] = kIsCenter;
   const Point position = graph_.positions[center];
-  if (tree_.n_levels() > kSharedLevel) {
+  if (graph_.tree->n_levels() > kSharedLevel) {
     std::vector<std::size_t> changing;
     for (std::size_t index = 0; index < summaries_[kSharedLevel].size(); ++index) {
       if (can_change(kSharedLevel, index, position)) changing.push_back(index);
     }
     if (std::cmp_less(changing.size(), kMinShared))
-      return update(tree_.n_levels() - 1, 0, position);
+      return update(graph_.tree->n_levels() - 1, 0, position);
     team_.for_each(static_cast<std::int64_t>(changing.size()),
                    [&](std::int64_t task, int) { update(kSharedLevel, changing[task], position); });
-    for (std::size_t level = kSharedLevel + 1; level < tree_.n_levels(); ++level) {
+    for (std::size_t level = kSharedLevel + 1; level < graph_.tree->n_levels(); ++level) {
       for (std::size_t index = 0; index < summaries_[level].size(); ++index) {
         summarize(level, index);
       }
     }
     return;
   }
-  update(tree_.n_levels() - 1, 0, position);
+  update(graph_.tree->n_levels() - 1, 0, position);
 }
 
 // Where a box is no nearer than the farthest of its cells is already, nothing can change. A new
@@ -56,19 +56,19 @@ void FarthestPoints::place(Place center) {
 // centers or coincide with one, and then `>=` lets it in.
 bool FarthestPoints::can_change(std::size_t level, std::size_t index, Point center) const {
   return summaries_[level][index].farthest_squared >=
-         tree_.level(level)[index].squared_distance(center);
+         graph_.tree->level(level)[index].squared_distance(center);
 }
 
 void FarthestPoints::update(std::size_t level, std::size_t index, Point center) {
   if (!can_change(level, index, center)) return;
   if (level == 0) return update_leaf(index, center);
-  const auto [begin, end] = tree_.children(level, index);
+  const auto [begin, end] = graph_.tree->children(level, index);
   for (auto child = begin; child < end; ++child) update(level - 1, child, center);
   summarize(level, index);
 }
 
 void FarthestPoints::update_leaf(std::size_t leaf, Point center) {
-  const auto [begin, end] = tree_.places(leaf);
+  const auto [begin, end] = graph_.tree->places(leaf);
   for (auto place = begin; place < end; ++place) {
     squared_distance_[place] =
         std::min(squared_distance_[place], squared_norm(graph_.positions[place] - center));
@@ -83,7 +83,7 @@ bool FarthestPoints::is_farther(const Summary& a, const Summary& b) const {
 }
 
 void FarthestPoints::summarize_leaf(std::size_t leaf) {
-  const auto [begin, end] = tree_.places(leaf);
+  const auto [begin, end] = graph_.tree->places(leaf);
   Summary summary{squared_distance_[begin], static_cast<Place>(begin)};
   for (auto place = begin + 1; place < end; ++place) {
     const Summary other{squared_distance_[place], static_cast<Place>(place)};
@@ -94,7 +94,7 @@ void FarthestPoints::summarize_leaf(std::size_t leaf) {
 
 void FarthestPoints::summarize(std::size_t level, std::size_t index) {
   if (level == 0) return summarize_leaf(index);
-  const auto [begin, end] = tree_.children(level, index);
+  const auto [begin, end] = graph_.tree->children(level, index);
   Summary summary = summaries_[level - 1][begin];
   for (auto child = begin + 1; child < end; ++child) {
     if (is_farther(summaries_[level - 1][child], summary)) summary = summaries_[level - 1][child];

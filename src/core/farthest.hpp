@@ -1,7 +1,7 @@
 // Farthest-point sampling in a tree of bounding boxes; used by the seeding stage.
 #pragma once
 
-#include "box_tree.hpp"
+#include "ordered_graph.hpp"
 
 namespace superfacets {
 
@@ -32,7 +32,6 @@ class FarthestPoints {
 
   const OrderedGraph& graph_;
   ThreadTeam& team_;
-  const BoxTree tree_;
   Buffer<double> squared_distance_;              // (N,) infinite before any center
   std::vector<std::vector<Summary>> summaries_;  // of each node, as in the tree
 };

@@ -29,9 +29,8 @@ FixedSum FixedPoint::of(const OrderedGraph& graph, Place place) const {
                                      position_scale_ * moment.z, measure_scale_ * measure};
   FixedSum sum;
   for (int i = 0; i < 4; ++i) {
-    const double upper = std::nearbyint(scaled[i]);
-    sum.upper[i] = static_cast<std::int64_t>(upper);
-    sum.lower[i] = static_cast<std::int64_t>(std::nearbyint((scaled[i] - upper) * kLowerScale));
+    sum.upper[i] = std::llrint(scaled[i]);
+    sum.lower[i] = std::llrint((scaled[i] - static_cast<double>(sum.upper[i])) * kLowerScale);
   }
   return sum;
 }

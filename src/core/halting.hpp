@@ -4,7 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "box_tree.hpp"
 #include "expansion.hpp"
 
 namespace superfacets {
@@ -17,7 +16,7 @@ namespace superfacets {
 // paper finds them, by expanding, each on its own, the centers that may reach one of them.
 class HaltedPaths {
  public:
-  HaltedPaths(const OrderedGraph& graph, const BoxTree& tree, double reach, ThreadTeam& team);
+  HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team);
 
   // Finds the paths that differ from the exact ones, and makes centers, appended to `centers`, of
   // the lowest cell that none reaches, until all are reached. `exact` holds the classification by
@@ -57,7 +56,6 @@ class HaltedPaths {
   Worker& worker(std::int64_t number);
 
   const OrderedGraph& graph_;
-  const BoxTree& tree_;
   const double squared_reach_;
   ThreadTeam& team_;
   Buffer<std::int32_t> doubt_of_;  // (N,) the number of a place among the doubts

@@ -62,13 +62,4 @@ void parallel_fill(std::span<T> values, T value, int n_threads) {
   });
 }
 
-// Asks for the memory at an address that will soon be needed, so as not to wait for it then.
-inline void prefetch(const void* address) {
-#if defined(__GNUC__)
-  __builtin_prefetch(address);
-#else
-  static_cast<void>(address);
-#endif
-}
-
 }  // namespace superfacets

@@ -57,8 +57,7 @@ class Flood {
 
 // Places by component (that of `first`, then by lowest cell), then by path length, then by cell.
 std::vector<Place> visiting_order(const OrderedGraph& graph, Place first, ThreadTeam& team) {
-  const BoxTree tree(graph, team);
-  Classification from_first(graph, tree, kInfinity, team);
+  Classification from_first(graph, kInfinity, team);
   from_first.classify(std::span(&first, 1));
   std::vector<Place> order(graph.n_cells());
   std::iota(order.begin(), order.end(), 0);
@@ -91,8 +90,7 @@ struct CubeHash {
 
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team) {
   const Point mean = weighted_mean(graph, team);
-  const BoxTree tree(graph, team);
-  return graph.cells[tree.nearest(graph, mean, 0, [](Place) { return true; })];
+  return graph.cells[graph.nearest(mean, 0, [](Place) { return true; })];
 }
 
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
@@ -131,9 +129,8 @@ std::vector<Cell> grid_seeds(const OrderedGraph& graph, Point corner, double sid
     const auto next = static_cast<Label>(label_of.size());
     labels[place] = label_of.try_emplace(cube, next).first->second;
   }
-  const BoxTree tree(graph, team);
   const auto n_regions = static_cast<Label>(label_of.size());
-  return graph.cells_at(update_centers(graph, tree, labels.span(), n_regions, team));
+  return graph.cells_at(update_centers(graph, labels.span(), n_regions, team));
 }
 
 }  // namespace superfacets

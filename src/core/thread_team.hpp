@@ -68,8 +68,9 @@ class ThreadTeam {
   // Elements that are worth taking as one task: some ten microseconds of simple work.
   static constexpr std::int64_t kBlock = 1 << 14;
 
-  // Loops follow each other within microseconds: looking again so often costs less than sleeping.
-  static constexpr int kLooksBeforeSleep = 2000;
+  // Loops follow each other within microseconds, and waking a thread that sleeps takes some fifty:
+  // looking again so often takes about as long.
+  static constexpr int kLooksBeforeSleep = 20'000;
 
   template <typename Value, typename Condition>
   static Value wait_while(const std::atomic<Value>& value, const Condition& must_wait) {

@@ -34,8 +34,8 @@ void add_shared(std::int64_t& target, std::int64_t value) {
 
 }  // namespace
 
-RegionMeans::RegionMeans(const OrderedGraph& graph, const BoxTree& tree, ThreadTeam& team)
-    : graph_(graph), tree_(tree), team_(team), fixed_(graph), labels_(graph.n_cells()) {
+RegionMeans::RegionMeans(const OrderedGraph& graph, ThreadTeam& team)
+    : graph_(graph), team_(team), fixed_(graph), labels_(graph.n_cells()) {
   team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     std::fill(labels_.begin() + begin, labels_.begin() + end, kNoLabel);
   });
@@ -75,7 +75,7 @@ const std::vector<Place>& RegionMeans::nearest(std::span<const Place> members) {
   team_.for_each(static_cast<std::int64_t>(changed.size()), [&](std::int64_t i, int) {
     const Label label = changed[i];
     auto is_member = [&](Place place) { return labels_[place] == label; };
-    nearest_[label] = tree_.nearest(graph_, means[i], members[label], is_member);
+    nearest_[label] = graph_.nearest(means[i], members[label], is_member);
   });
   return nearest_;
 }
@@ -120,10 +120,9 @@ Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team) {
   return sums.mean();
 }
 
-std::vector<Place> update_centers(const OrderedGraph& graph, const BoxTree& tree,
-                                  std::span<const Label> labels, Label n_regions,
-                                  ThreadTeam& team) {
-  RegionMeans means(graph, tree, team);
+std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Label> labels,
+                                  Label n_regions, ThreadTeam& team) {
+  RegionMeans means(graph, team);
   means.resize(n_regions);
   auto take_over = [&](std::int64_t begin, std::int64_t end) {
     means.take_over(static_cast<Place>(begin), static_cast<Place>(end),

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "box_tree.hpp"
 #include "fixed_point.hpp"
 #include "ordered_graph.hpp"
 
@@ -16,15 +15,15 @@ Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team);
 // For each region 0..n_regions-1 of these labels (by place) the place nearest to the
 // measure-weighted mean of the positions of its cells, lowest cell among equals; the plain mean
 // where all measures are 0. Every region must have a cell.
-std::vector<Place> update_centers(const OrderedGraph& graph, const BoxTree& tree,
-                                  std::span<const Label> labels, Label n_regions, ThreadTeam& team);
+std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Label> labels,
+                                  Label n_regions, ThreadTeam& team);
 
 // The same for labels that change little from time to time: only the cells that change hands are
 // summed, and only where there were any is the nearest looked for. Memory: 4 bytes a cell.
 class RegionMeans {
  public:
   // No cell has a label.
-  RegionMeans(const OrderedGraph& graph, const BoxTree& tree, ThreadTeam& team);
+  RegionMeans(const OrderedGraph& graph, ThreadTeam& team);
 
   void resize(std::size_t n_regions);
 
@@ -62,7 +61,6 @@ class RegionMeans {
   std::vector<Point> means_of(std::span<const Label> regions) const;
 
   const OrderedGraph& graph_;
-  const BoxTree& tree_;
   ThreadTeam& team_;
   const FixedPoint fixed_;
   Buffer<Label> labels_;                   // (N,)

@@ -6,6 +6,7 @@
 
 #include "buffer.hpp"
 #include "parallel.hpp"
+#include "prefetch.hpp"
 
 namespace superfacets {
 namespace {

@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "parallel.hpp"
+#include "prefetch.hpp"
 
 namespace superfacets {
 namespace {
