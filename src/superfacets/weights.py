@@ -108,7 +108,9 @@ def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None)
         return False
     # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
     # and turns with the mesh.
-    total = graph.measures.sum()
-    x, y, z = (graph.measures @ graph.positions / total).tolist() if total else graph.positions[0]
+    # Not graph.measures @ graph.positions: threads of a BLAS go on spinning for a while after it.
+    total = float(graph.measures.sum())
+    moment = np.einsum("i,ij->j", graph.measures, graph.positions)
+    x, y, z = (moment / total if total else graph.positions[0]).tolist()
     volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z), checked_threads(n_threads))
     return volume < -_VOLUME_NOISE * graph.diagonal**3
