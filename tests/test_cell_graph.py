@@ -1,9 +1,12 @@
 """Cell graphs that users bring: what is checked."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
-from superfacets import CellGraph
+from superfacets import CellGraph, classify
 
 PAIR = {
     "positions": [[0, 0, 0], [3, 4, 0]],
@@ -49,3 +52,11 @@ def test_lists_become_arrays_of_exact_types():
 def test_inconsistent_arrays_are_refused(change, message):
     with pytest.raises(ValueError, match=message):
         CellGraph(**(PAIR | change))
+
+
+def test_graphs_can_be_copied_and_pickled_after_use():
+    graph = CellGraph(**PAIR)
+    classify(graph, [0])
+    for twin in (copy.deepcopy(graph), pickle.loads(pickle.dumps(graph))):
+        assert np.array_equal(twin.lengths, graph.lengths)
+        assert classify(twin, [1]).labels.tolist() == [0, 0]

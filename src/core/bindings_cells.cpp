@@ -4,6 +4,7 @@
 
 #include "bindings.hpp"
 #include "clustering.hpp"
+#include "parallel.hpp"
 #include "seeding.hpp"
 #include "update.hpp"
 
@@ -16,7 +17,7 @@ void bind_ordered_graph(OrderedGraph* self, const Rows<double>& positions,
   const CellGraph graph{points(positions), view(offsets), view(neighbors), view(lengths)};
   const auto weights = view(measures);
   without_gil([&] {
-    ThreadTeam team(n_threads);
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
     return new (self) OrderedGraph(graph, weights, team);
   });
 }
@@ -31,21 +32,21 @@ auto bind_positions_of(const OrderedGraph& graph, const Array<Cell>& cells) {
 
 Cell bind_central_cell(const OrderedGraph& graph, int n_threads) {
   return without_gil([&] {
-    ThreadTeam team(n_threads);
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
     return central_cell(graph, team);
   });
 }
 
 auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
   return to_numpy(without_gil([&] {
-    ThreadTeam team(n_threads);
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
     return farthest_seeds(graph, first, n_seeds, team);
   }));
 }
 
 auto bind_flood_seeds(const OrderedGraph& graph, Cell first, double reach, int n_threads) {
   return to_numpy(without_gil([&] {
-    ThreadTeam team(n_threads);
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
     return flood_seeds(graph, first, reach, team);
   }));
 }
@@ -54,7 +55,7 @@ auto bind_grid_seeds(const OrderedGraph& graph, const std::tuple<double, double,
                      double side, int n_threads) {
   const Point low = as_point(corner);
   return to_numpy(without_gil([&] {
-    ThreadTeam team(n_threads);
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
     return grid_seeds(graph, low, side, team);
   }));
 }
@@ -90,7 +91,7 @@ auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, 
                          int n_threads) {
   const auto input = view(labels);
   return to_numpy(without_gil([&] {
-    ThreadTeam team(n_threads);
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
     Buffer<Label> by_place(input.size());
     for (std::size_t place = 0; place < input.size(); ++place) {
       by_place[place] = input[graph.cells[place]];

@@ -1,5 +1,5 @@
 // Bindings of the kernels that read files. What each function does stands in its header; what it
-// may assume, in superfacets/io/text.py and superfacets/io/records.py.
+// may assume, in superfacets/io/text.py and superfacets/io/guards.py.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 

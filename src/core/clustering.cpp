@@ -1,10 +1,15 @@
 #include "clustering.hpp"
 
+#include "parallel.hpp"
+
 namespace superfacets {
 
 Clustering::Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
                        int n_threads)
-    : graph_(graph), team_(n_threads), classification_(graph, reach, team_), means_(graph, team_) {
+    : graph_(graph),
+      team_(useful_threads(graph.n_cells(), n_threads)),
+      classification_(graph, reach, team_),
+      means_(graph, team_) {
   classify(centers);
 }
 

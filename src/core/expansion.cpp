@@ -18,7 +18,7 @@ constexpr std::int64_t kChunksPerThread = 4;
 
 // Places handled per place of a chunk, beyond which buckets are given up for a heap. On meshes it
 // takes one to two.
-constexpr std::size_t kMaxHandled = 8;
+constexpr std::size_t kMaxHandled = 4;
 
 // How far ahead of the work arcs, and then paths, are brought into the nearest cache.
 constexpr std::size_t kArcsAhead = 16;

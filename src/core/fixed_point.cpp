@@ -8,10 +8,14 @@ namespace {
 
 constexpr double kLowerScale = 0x1p31;
 
+// Totals below have no scale that is a finite number. Areas and extents that small are refused, but
+// for extents of centroids that all but coincide; where they are in it does not matter then.
+constexpr double kSmallestTotal = 0x1p-900;
+
 // The power of two that brings numbers whose sum is `total` below 2^62 in all. A sum of rounded
 // numbers is off by far less than the factor of two that is left.
 double scale_for(double total) {
-  return total > 0.0 ? std::ldexp(1.0, 60 - std::ilogb(total)) : 1.0;
+  return total > kSmallestTotal ? std::ldexp(1.0, 60 - std::ilogb(total)) : 1.0;
 }
 
 }  // namespace

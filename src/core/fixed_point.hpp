@@ -24,8 +24,8 @@ struct FixedSum {
   }
 };
 
-// Turns cells into fixed-point numbers and sums of them into means. All cells together are below
-// 2^62 in the upper part; what rounding takes from a cell is below 2^-94 of all.
+// Turns cells into fixed-point numbers and sums of them into means. All cells together are some
+// 2^60 to 2^61 in the upper part; what rounding takes from a cell is below 2^-92 of all.
 class FixedPoint {
  public:
   explicit FixedPoint(const OrderedGraph& graph);

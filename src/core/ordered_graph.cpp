@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <tuple>
 
 #include "morton.hpp"
 
@@ -39,6 +40,11 @@ double sum_of(std::span<const double> values, ThreadTeam& team) {
   return total;
 }
 
+// The order of arcs in a list, so that one can be found among thousands.
+bool is_before(const Arc& a, const Arc& b) {
+  return std::tie(a.to, a.length) < std::tie(b.to, b.length);
+}
+
 bool fits_rows(const CellGraph& graph, ThreadTeam& team) {
   std::atomic<bool> fits = true;
   auto check_range = [&](std::int64_t begin, std::int64_t end) {
@@ -67,9 +73,10 @@ OrderedGraph::OrderedGraph(const CellGraph& graph, std::span<const double> input
   std::atomic<bool> all_lead_back = true;
   auto check_range = [&](std::int64_t begin, std::int64_t end) {
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      for (const Arc& arc : arcs_of(place)) {
-        if (!leads_back(place, arc)) all_lead_back = false;
-      }
+      const auto leaving = arcs_of(place);
+      const bool lead_back = std::all_of(leaving.begin(), leaving.end(),
+                                         [&](const Arc& arc) { return leads_back(place, arc); });
+      if (!lead_back) all_lead_back = false;
     }
   };
   team.for_each_block(n_cells(), check_range);
@@ -114,7 +121,9 @@ void OrderedGraph::copy_lists(const CellGraph& graph, ThreadTeam& team) {
   arcs = Buffer<Arc>(n_arcs);
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      copy_arcs(graph, place, offsets[place]);
+      const std::size_t n_copied = copy_arcs(graph, place, offsets[place]);
+      Arc* list = arcs.data() + offsets[place];
+      std::sort(list, list + n_copied, is_before);
     }
   };
   team.for_each_block(n_cells(), copy_range);
@@ -146,8 +155,10 @@ std::vector<Cell> OrderedGraph::cells_at(std::span<const Place> places) const {
 
 bool OrderedGraph::leads_back(Place from, const Arc& arc) const {
   const auto back = arcs_of(arc.to);
+  const Arc wanted{from, arc.length};
+  if (!has_rows()) return std::binary_search(back.begin(), back.end(), wanted, is_before);
   return std::any_of(back.begin(), back.end(), [&](const Arc& other) {
-    return other.to == from && other.length == arc.length;
+    return other.to == wanted.to && other.length == wanted.length;
   });
 }
 

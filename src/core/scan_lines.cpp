@@ -17,11 +17,11 @@ std::int64_t find(std::string_view text, std::int64_t begin, std::int64_t end, c
   return place == nullptr ? end : static_cast<const char*>(place) - text.data();
 }
 
-// Where the first line begins that does so at or behind byte `place`, if one begins at `begin`.
-std::int64_t next_line(std::string_view text, std::int64_t begin, std::int64_t place) {
-  if (place <= begin) return begin;
-  const auto size = static_cast<std::int64_t>(text.size());
-  return std::min(size, find(text, place - 1, size, '\n') + 1);
+// Where the first line begins that does so at byte `place` or behind it and before `end`, if one
+// begins at `begin`; else some place not before `end`.
+std::int64_t next_line(std::string_view text, std::int64_t begin, std::int64_t place,
+                       std::int64_t end) {
+  return place <= begin ? begin : find(text, place - 1, end, '\n') + 1;
 }
 
 // Calls visit(start, end) for the lines with a token that begin in bytes begin..end-1.
@@ -68,8 +68,8 @@ TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end
                      int n_threads) {
   const std::int64_t n_chunks = (end - begin + kChunk - 1) / kChunk;
   auto lines_of_chunk = [&](std::int64_t chunk, const auto& visit) {
-    const std::int64_t from = next_line(text, begin, begin + chunk * kChunk);
     const std::int64_t to = std::min(end, begin + (chunk + 1) * kChunk);
+    const std::int64_t from = next_line(text, begin, begin + chunk * kChunk, to);
     for_each_line(text, from, to, comment, visit);
   };
   // Lines before each chunk, once the counts are summed up; first, those of the chunk before.

@@ -12,7 +12,7 @@ Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);
 
 // `first`, then again and again the cell farthest (Euclidean) from all cells chosen so far, lowest
 // index among equals, until there are n_seeds <= N of them. Time O(N log N + k log N) in practice:
-// a tree of bounding boxes skips whole groups that a new center cannot bring nearer. Memory: 11
+// a tree of bounding boxes skips whole groups that a new center cannot bring nearer. Memory: 9
 // bytes a cell.
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  ThreadTeam& team);

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <exception>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -21,8 +20,8 @@ class ThreadTeam {
     for (int helper = 1; helper < n_threads; ++helper) {
       try {
         helpers_.emplace_back([this, helper] { serve(helper); });
-      } catch (const std::system_error&) {
-        break;
+      } catch (const std::exception&) {
+        break;  // no more threads, or no more memory, to be had
       }
     }
   }

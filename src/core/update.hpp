@@ -27,9 +27,6 @@ class RegionMeans {
 
   void resize(std::size_t n_regions);
 
-  // Labels as they were last taken over, by place.
-  std::span<const Label> labels() const { return labels_.span(); }
-
   // Takes over label_of(place) for places begin to end - 1. Several threads may do so at once.
   template <typename LabelOf>
   void take_over(Place begin, Place end, const LabelOf& label_of) {

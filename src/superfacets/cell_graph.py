@@ -135,6 +135,10 @@ class CellGraph:
             object.__setattr__(self, "_ordered", OrderedCells(graph, self.bounds))
         return self._ordered  # type: ignore[return-value]  # set just above
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out of copies what is made anew when it is needed."""
+        return {**self.__dict__, "_ordered": None}
+
     def __repr__(self) -> str:
         return f"CellGraph({self.n_cells} cells, {self.n_arcs} arcs)"
 

@@ -144,7 +144,8 @@ def segment(
         Count vertices at exactly the same position as one.
     n_threads : int, optional
         Threads to use: the environment variable ``SUPERFACETS_NUM_THREADS``, or one per core, if
-        not given. The labels do not depend on it.
+        not given. The labels do not depend on it. (To check the arrays of a new mesh or graph, the
+        variable counts, or all cores, in any case.)
     progress : callable, optional
         Called after each iteration with its number (from 1) and how many centers it moved;
         returning False ends the loop with ``stop_reason="cancelled"``.

@@ -71,6 +71,13 @@ def test_comments_indents_tabs_and_continued_lines(read):
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
 
 
+def test_a_comment_does_not_go_on_in_the_next_line(read):
+    data = b"v 0 0 0\n# C:\\scans\\\nv 1 0 0\nv 0 1 0 # a \\\nf 1 \\\n2 3\n"
+    mesh = read("a.obj", data)
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+
+
 def test_degenerate_faces_are_kept(read):
     assert read("a.obj", (SQUARE + "f 1 1 2\nf 1 2 3\n").encode()).faces[0].tolist() == [0, 0, 1]
 

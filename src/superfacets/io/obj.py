@@ -19,8 +19,8 @@ __all__ = ["read_obj"]
 KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
 
-_CONTINUED = re.compile(rb"\\[ \t]*\r?\n")
-"""The end of a line that goes on in the next one."""
+_CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
+"""A line, without a comment, that goes on in the next one."""
 
 
 def read_obj(data: Content) -> Arrays:
@@ -32,8 +32,8 @@ def read_obj(data: Content) -> Arrays:
     lagrange is not used: it misrounds decimals (0.348799 becomes 0.34879899999999997), reads
     ``nan`` as 0, drops a cut last face, and refuses comments behind, and lines continued in, faces.
     """
-    if _CONTINUED.search(data):
-        data = _CONTINUED.sub(b" ", data)
+    if data.find(b"\\") >= 0:
+        data = _CONTINUED.sub(rb"\1 ", data)
     blocks = list(_read_blocks(data))
     vertices = np.concatenate([block.vertices for block in blocks])
     lengths = np.concatenate([block.lengths for block in blocks])
