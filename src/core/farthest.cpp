@@ -8,10 +8,13 @@ namespace {
 // Below every squared distance, so that a center is never the farthest cell again.
 constexpr double kIsCenter = -1.0;
 
-// Nodes of this level hold 2^14 cells and are updated on several threads, as long as a new center
-// changes many of them.
-constexpr std::size_t kSharedLevel = 3;
-constexpr std::int64_t kMinShared = 16;
+// Below that.
+constexpr double kBelowAll = -2.0;
+
+// Nodes of this level hold 2^11 cells, some ten microseconds of work, and are updated on several
+// threads where a new center changes that many of them.
+constexpr std::size_t kSharedLevel = 2;
+constexpr std::size_t kMinShared = 8;
 
 }  // namespace
 
@@ -32,23 +35,27 @@ FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
 void FarthestPoints::place(Place center) {
   squared_distance_[center] = kIsCenter;
   const Point position = graph_.positions[center];
-  if (graph_.tree->n_levels() > kSharedLevel) {
-    std::vector<std::size_t> changing;
-    for (std::size_t index = 0; index < summaries_[kSharedLevel].size(); ++index) {
-      if (can_change(kSharedLevel, index, position)) changing.push_back(index);
-    }
-    if (std::cmp_less(changing.size(), kMinShared))
-      return update(graph_.tree->n_levels() - 1, 0, position);
-    team_.for_each(static_cast<std::int64_t>(changing.size()),
-                   [&](std::int64_t task, int) { update(kSharedLevel, changing[task], position); });
-    for (std::size_t level = kSharedLevel + 1; level < graph_.tree->n_levels(); ++level) {
-      for (std::size_t index = 0; index < summaries_[level].size(); ++index) {
-        summarize(level, index);
-      }
-    }
-    return;
+  const std::size_t top = graph_.tree->n_levels() - 1;
+  if (team_.size() == 1 || top < kSharedLevel) return update(top, 0, position);
+  std::vector<std::size_t> changing;
+  find_changing(top, 0, position, changing);
+  if (changing.size() < kMinShared) return update(top, 0, position);
+  team_.for_each(static_cast<std::int64_t>(changing.size()),
+                 [&](std::int64_t task, int) { update(kSharedLevel, changing[task], position); });
+  for (std::size_t level = kSharedLevel + 1; level <= top; ++level) {
+    for (std::size_t& index : changing) index /= BoxTree::kFanOut;
+    changing.erase(std::unique(changing.begin(), changing.end()), changing.end());
+    for (const std::size_t index : changing) summarize(level, index);
   }
-  update(graph_.tree->n_levels() - 1, 0, position);
+}
+
+// The nodes of the shared level that a new center may change, in their order.
+void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point center,
+                                   std::vector<std::size_t>& changing) const {
+  if (!can_change(level, index, center)) return;
+  if (level == kSharedLevel) return changing.push_back(index);
+  const auto [begin, end] = graph_.tree->children(level, index);
+  for (auto child = begin; child < end; ++child) find_changing(level - 1, child, center, changing);
 }
 
 // Where a box is no nearer than the farthest of its cells is already, nothing can change. A new
@@ -69,11 +76,16 @@ void FarthestPoints::update(std::size_t level, std::size_t index, Point center) 
 
 void FarthestPoints::update_leaf(std::size_t leaf, Point center) {
   const auto [begin, end] = graph_.tree->places(leaf);
+  Summary summary{kBelowAll, static_cast<Place>(begin)};
   for (auto place = begin; place < end; ++place) {
-    squared_distance_[place] =
+    const double squared =
         std::min(squared_distance_[place], squared_norm(graph_.positions[place] - center));
+    squared_distance_[place] = squared;
+    if (squared < summary.farthest_squared) continue;
+    const Summary other{squared, static_cast<Place>(place)};
+    if (is_farther(other, summary)) summary = other;
   }
-  summarize_leaf(leaf);
+  summaries_.front()[leaf] = summary;
 }
 
 bool FarthestPoints::is_farther(const Summary& a, const Summary& b) const {

@@ -6,8 +6,8 @@
 namespace superfacets {
 
 // All weights together are less than 2 to this power of units. So is then any path: it fits into 64
-// bits by far, and a double holds it exactly. On meshes of millions of faces a mean arc is still 2^23 units
-// long, and a typical arc keeps enough of them when a few arcs are 2^20 times as long.
+// bits by far, and a double holds it exactly. On meshes of millions of faces a mean arc is still
+// 2^23 units long, and a typical arc keeps enough of them when a few arcs are 2^20 times as long.
 inline constexpr int kTotalBits = 48;
 
 struct WeightOptions {
