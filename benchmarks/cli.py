@@ -134,7 +134,7 @@ def memory(**options: Any) -> None:
 @running
 def targets(**options: Any) -> None:
     """Target, measured, reached: all that the targets are about, and no more."""
-    _run({"targets", "passes", "rivals", "processes"}, TARGETED, **options)
+    _run({"targets", "passes", "rivals", "memory", "processes"}, TARGETED, **options)
 
 
 @commands.command("all")

@@ -31,7 +31,7 @@ def measure(mesh: str, arrays: Arrays, keys: list[Key], repeats: int) -> list[di
 
     The pass is ``timings["classify"]`` of `segment_graph` with one iteration: from centers to
     labels of all faces, with nothing known from an earlier pass. It includes the memory for the
-    result and whatever the classification prepares for itself, not seeds and not the update.
+    result, not the copy of the graph along the curve (made once for all passes), seeds, update.
     """
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)

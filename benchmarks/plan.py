@@ -29,6 +29,9 @@ TARGETED = ("bunny", "hand", "hand-x4", "sphere-x65536", "hand-x16", "hand-x64",
 
 RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16", 2_000))
 
+HALTED = ("bunny", "hand-x4", "hand-x16")
+"""The meshes on which the paper's halted expansions are compared with exact ones."""
+
 N_SEGMENTS = (150, 2_000)
 K_SERIES = (50, 150, 500, 2_000, 8_000)
 LARGE = 1_000_000
@@ -102,6 +105,8 @@ class Plan:
         cases = [Case(mesh, 150, name, threads[-1]) for name in ("defaults", "10 iterations")]
         if mesh in ("bunny", "hand-x64"):
             cases.append(Case(mesh, 150, "tol=0", threads[-1]))
+        if mesh in HALTED:
+            cases.append(Case(mesh, 150, "halted, 10 iterations", threads[-1]))
         if self.meshes[mesh] >= LARGE:
             cases += [Case(mesh, k, "defaults", n) for k in N_SEGMENTS for n in threads]
         return cases

@@ -17,6 +17,7 @@ SETTINGS: dict[str, dict[str, Any]] = {
     "defaults": {},
     "tol=0": {"tol": 0.0},
     "10 iterations": {"tol": 0.0, "max_num_iter": 10},
+    "halted, 10 iterations": {"radius_factor": 2.0, "tol": 0.0, "max_num_iter": 10},
 }
 """Names of keyword sets of `superfacets.segment`."""
 

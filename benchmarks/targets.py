@@ -141,6 +141,23 @@ def _speedup_of_two_threads(results: Results) -> float | None:
     )
 
 
+def _halted_against_exact(results: Results) -> float | None:
+    """Return the worst ratio of the time in `classify` of 10 iterations."""
+    exact = {
+        (row["mesh"], row["k"], row["threads"]): row["stages"]["classify"]
+        for row in results["runs"]
+        if row["settings"] == "10 iterations"
+    }
+    halted = [row for row in results["runs"] if row["settings"] == "halted, 10 iterations"]
+    return _worst(
+        (r["stages"]["classify"] / exact[r["mesh"], r["k"], r["threads"]] for r in halted), max
+    )
+
+
+def _bytes_per_face(results: Results) -> float | None:
+    return _worst((row["bytes_per_face"] for row in results["memory"]), max)
+
+
 def _import_milliseconds(results: Results) -> float | None:
     return results["imports"]["more_ms"] if "imports" in results else None
 
@@ -174,6 +191,9 @@ TARGETS = (
            _exponent("10 iterations"), 1.1),
     Target("two threads, 1 M faces or more, times faster than one, worst case",
            _speedup_of_two_threads, 1.7, at_least=True),
+    Target("halted expansions, times the exact ones, 10 iterations, worst case",
+           _halted_against_exact, 4),
+    Target("memory above the input, bytes per face, worst case", _bytes_per_face, 150),
     Target("import superfacets, more than import numpy", _import_milliseconds, 30, "ms"),
     Target("superfacets segment bunny.ply, whole process", _command_seconds, 0.6, "s"),
 )  # fmt: skip

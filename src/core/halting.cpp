@@ -1,6 +1,7 @@
 #include "halting.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <utility>
 
@@ -10,9 +11,15 @@ namespace {
 // Every thread keeps 8 bytes a cell of its own; more would cost memory, not save time.
 constexpr std::int64_t kMaxWorkers = 4;
 
+// Places handled, in all and per place reached, beyond which buckets are given up for a heap. On
+// meshes it takes one to two for each.
+constexpr std::size_t kAlwaysHandled = 1000;
+constexpr std::size_t kMaxHandled = 4;
+
 }  // namespace
 
-HaltedPaths::Worker::Worker(const OrderedGraph& graph) : lengths(graph.n_cells()) {
+HaltedPaths::Worker::Worker(const OrderedGraph& graph)
+    : queue(graph.n_arcs), lengths(graph.n_cells()) {
   std::fill(lengths.begin(), lengths.end(), kUnreached);
 }
 
@@ -128,42 +135,67 @@ HaltedPaths::Worker& HaltedPaths::worker(std::int64_t number) {
   return *workers_[number];
 }
 
-// Dijkstra's algorithm from one center.
+// Label correction from one center, as in Expansion, and with a heap where that does not work.
 void HaltedPaths::expand(Place center, Worker& worker) const {
-  worker.heap.restart();
-  relax(center, 0, worker);
-  while (!worker.heap.empty()) {
-    const auto [length, place] = worker.heap.pop();
-    if (length != worker.lengths[place] || !is_within_reach(center, place)) continue;
-    for (const Arc& arc : graph_.arcs_of(place)) {
-      relax(arc.to, length + static_cast<PathLength>(arc.length), worker);
+  worker.queue.restart(0);
+  relax(center, 0, worker, worker.queue);
+  while (!worker.queue.empty()) {
+    if (worker.queue.n_handled() > kMaxHandled * worker.reached.size() + kAlwaysHandled) {
+      return expand_in_order(center, worker);
+    }
+    for (const Place place : worker.queue.take()) {
+      const PathLength length = worker.lengths[place];
+      if (!worker.queue.is_stale(length)) follow(center, place, worker, worker.queue);
     }
   }
 }
 
-void HaltedPaths::relax(Place place, PathLength length, Worker& worker) const {
+// Dijkstra's algorithm from all places in the queue.
+void HaltedPaths::expand_in_order(Place center, Worker& worker) const {
+  worker.heap.restart();
+  worker.queue.drain([&](Place place) { worker.heap.push(worker.lengths[place], place); });
+  while (!worker.heap.empty()) {
+    const auto [length, place] = worker.heap.pop();
+    if (length == worker.lengths[place]) follow(center, place, worker, worker.heap);
+  }
+}
+
+// Follows the arcs of a place that is within reach.
+template <typename Queue>
+void HaltedPaths::follow(Place center, Place place, Worker& worker, Queue& queue) const {
+  if (!is_within_reach(center, place)) return;
+  const PathLength length = worker.lengths[place];
+  for (const Arc& arc : graph_.arcs_of(place)) {
+    relax(arc.to, length + static_cast<PathLength>(arc.length), worker, queue);
+  }
+}
+
+template <typename Queue>
+void HaltedPaths::relax(Place place, PathLength length, Worker& worker, Queue& queue) {
   if (length >= worker.lengths[place]) return;
   if (worker.lengths[place] == kUnreached) worker.reached.push_back(place);
   worker.lengths[place] = length;
-  worker.heap.push(length, place);
+  queue.push(length, place);
 }
 
 void HaltedPaths::expand_all(std::span<const Label> labels, std::span<const Place> centers) {
-  const auto n_labels = static_cast<std::int64_t>(labels.size());
-  const auto n_workers = static_cast<std::int64_t>(workers_.size());
+  std::atomic<std::size_t> next = 0;
   std::mutex mutex;
-  team_.for_each(n_workers, [&](std::int64_t task, int) {
+  team_.for_each(static_cast<std::int64_t>(workers_.size()), [&](std::int64_t task, int) {
     Worker& worker = this->worker(task);
-    for (std::int64_t i = task; i < n_labels; i += n_workers) {
+    for (std::size_t i = next++; i < labels.size(); i = next++) {
       expand(centers[labels[i]], worker);
-      const std::scoped_lock lock(mutex);
+      std::vector<Doubt> found;
       for (const Place place : worker.reached) {
-        const Path found{std::exchange(worker.lengths[place], kUnreached), labels[i]};
-        if (doubt_of_[place] == kNoDoubt) continue;
-        Path& best = doubts_[doubt_of_[place]].path;
-        if (found.is_better_than(best)) best = found;
+        const PathLength length = std::exchange(worker.lengths[place], kUnreached);
+        if (doubt_of_[place] != kNoDoubt) found.push_back({place, {length, labels[i]}});
       }
       worker.reached.clear();
+      const std::scoped_lock lock(mutex);
+      for (const auto& [place, path] : found) {
+        Path& best = doubts_[doubt_of_[place]].path;
+        if (path.is_better_than(best)) best = path;
+      }
     }
   });
 }

@@ -37,7 +37,8 @@ class HaltedPaths {
   };
   struct Worker {
     explicit Worker(const OrderedGraph& graph);
-    RadixHeap heap;              // empty between expansions
+    BucketQueue queue;  // both empty between expansions
+    RadixHeap heap;
     Buffer<PathLength> lengths;  // (N,) path from the present center; unreached between
     std::vector<Place> reached;  // by the present center
   };
@@ -50,7 +51,11 @@ class HaltedPaths {
   bool reaches(const std::vector<std::vector<char>>& is_source, Place center, std::size_t level,
                std::size_t index) const;
   void expand(Place center, Worker& worker) const;
-  void relax(Place place, PathLength length, Worker& worker) const;
+  void expand_in_order(Place center, Worker& worker) const;
+  template <typename Queue>
+  void follow(Place center, Place place, Worker& worker, Queue& queue) const;
+  template <typename Queue>
+  static void relax(Place place, PathLength length, Worker& worker, Queue& queue);
   void expand_all(std::span<const Label> labels, std::span<const Place> centers);
   void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
   Worker& worker(std::int64_t number);
