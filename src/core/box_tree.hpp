@@ -14,6 +14,8 @@ class BoxTree {
   static constexpr std::size_t kLeaf = 32;   // positions of a leaf fill twelve cache lines
   static constexpr std::size_t kFanOut = 8;  // an octant's share of a Morton curve
 
+  BoxTree() = default;  // of no cells
+
   // Of the cells in their order on the curve.
   BoxTree(std::span<const Point> positions, ThreadTeam& team);
 
@@ -31,7 +33,7 @@ class BoxTree {
   }
 
  private:
-  std::size_t n_cells_;
+  std::size_t n_cells_ = 0;
   std::vector<std::vector<Box>> levels_;
 };
 

@@ -23,8 +23,8 @@ FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
   team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     std::fill(squared_distance_.begin() + begin, squared_distance_.begin() + end, kInfinity);
   });
-  for (std::size_t level = 0; level < graph_.tree->n_levels(); ++level) {
-    summaries_.emplace_back(graph_.tree->level(level).size());
+  for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {
+    summaries_.emplace_back(graph_.tree.level(level).size());
     auto summarize_range = [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t index = begin; index < end; ++index) summarize(level, index);
     };
@@ -35,7 +35,7 @@ FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
 void FarthestPoints::place(Place center) {
   squared_distance_[center] = kIsCenter;
   const Point position = graph_.positions[center];
-  const std::size_t top = graph_.tree->n_levels() - 1;
+  const std::size_t top = graph_.tree.n_levels() - 1;
   if (team_.size() == 1 || top < kSharedLevel) return update(top, 0, position);
   std::vector<std::size_t> changing;
   find_changing(top, 0, position, changing);
@@ -54,7 +54,7 @@ void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point c
                                    std::vector<std::size_t>& changing) const {
   if (!can_change(level, index, center)) return;
   if (level == kSharedLevel) return changing.push_back(index);
-  const auto [begin, end] = graph_.tree->children(level, index);
+  const auto [begin, end] = graph_.tree.children(level, index);
   for (auto child = begin; child < end; ++child) find_changing(level - 1, child, center, changing);
 }
 
@@ -63,19 +63,19 @@ void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point c
 // centers or coincide with one, and then `>=` lets it in.
 bool FarthestPoints::can_change(std::size_t level, std::size_t index, Point center) const {
   return summaries_[level][index].farthest_squared >=
-         graph_.tree->level(level)[index].squared_distance(center);
+         graph_.tree.level(level)[index].squared_distance(center);
 }
 
 void FarthestPoints::update(std::size_t level, std::size_t index, Point center) {
   if (!can_change(level, index, center)) return;
   if (level == 0) return update_leaf(index, center);
-  const auto [begin, end] = graph_.tree->children(level, index);
+  const auto [begin, end] = graph_.tree.children(level, index);
   for (auto child = begin; child < end; ++child) update(level - 1, child, center);
   summarize(level, index);
 }
 
 void FarthestPoints::update_leaf(std::size_t leaf, Point center) {
-  const auto [begin, end] = graph_.tree->places(leaf);
+  const auto [begin, end] = graph_.tree.places(leaf);
   Summary summary{kBelowAll, static_cast<Place>(begin)};
   for (auto place = begin; place < end; ++place) {
     const double squared =
@@ -95,7 +95,7 @@ bool FarthestPoints::is_farther(const Summary& a, const Summary& b) const {
 }
 
 void FarthestPoints::summarize_leaf(std::size_t leaf) {
-  const auto [begin, end] = graph_.tree->places(leaf);
+  const auto [begin, end] = graph_.tree.places(leaf);
   Summary summary{squared_distance_[begin], static_cast<Place>(begin)};
   for (auto place = begin + 1; place < end; ++place) {
     const Summary other{squared_distance_[place], static_cast<Place>(place)};
@@ -106,7 +106,7 @@ void FarthestPoints::summarize_leaf(std::size_t leaf) {
 
 void FarthestPoints::summarize(std::size_t level, std::size_t index) {
   if (level == 0) return summarize_leaf(index);
-  const auto [begin, end] = graph_.tree->children(level, index);
+  const auto [begin, end] = graph_.tree.children(level, index);
   Summary summary = summaries_[level - 1][begin];
   for (auto child = begin + 1; child < end; ++child) {
     if (is_farther(summaries_[level - 1][child], summary)) summary = summaries_[level - 1][child];

@@ -89,15 +89,14 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
 // arc to one. On a graph that is not symmetric, all.
 std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers) const {
   std::vector<std::vector<char>> is_source;  // of each node of the tree: it holds such a place
-  is_source.reserve(graph_.tree->n_levels());
-  for (std::size_t level = 0; level < graph_.tree->n_levels(); ++level) {
-    is_source.emplace_back(graph_.tree->level(level).size(), 0);
+  is_source.reserve(graph_.tree.n_levels());
+  for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {
+    is_source.emplace_back(graph_.tree.level(level).size(), 0);
   }
   mark_sources(is_source);
   std::vector<Label> labels;
   for (std::size_t label = 0; label < centers.size(); ++label) {
-    if (!graph_.is_symmetric ||
-        reaches(is_source, centers[label], graph_.tree->n_levels() - 1, 0)) {
+    if (!graph_.is_symmetric || reaches(is_source, centers[label], graph_.tree.n_levels() - 1, 0)) {
       labels.push_back(static_cast<Label>(label));
     }
   }
@@ -120,10 +119,10 @@ void HaltedPaths::mark_sources(std::vector<std::vector<char>>& is_source) const 
 bool HaltedPaths::reaches(const std::vector<std::vector<char>>& is_source, Place center,
                           std::size_t level, std::size_t index) const {
   if (is_source[level][index] == 0) return false;
-  const Box& box = graph_.tree->level(level)[index];
+  const Box& box = graph_.tree.level(level)[index];
   if (box.squared_distance(graph_.positions[center]) > squared_reach_) return false;
   if (level == 0) return true;
-  const auto [begin, end] = graph_.tree->children(level, index);
+  const auto [begin, end] = graph_.tree.children(level, index);
   for (auto child = begin; child < end; ++child) {
     if (reaches(is_source, center, level - 1, child)) return true;
   }

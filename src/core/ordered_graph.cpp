@@ -64,7 +64,7 @@ OrderedGraph::OrderedGraph(const CellGraph& graph, std::span<const double> input
       total_measure(sum_of(input, team)) {
   cells = morton_order(graph.positions, bounds, team);
   copy_cells(graph, input, team);
-  tree.emplace(positions.span(), team);
+  tree = BoxTree(positions.span(), team);
   if (fits_rows(graph, team)) {
     copy_rows(graph, team);
   } else {

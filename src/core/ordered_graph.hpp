@@ -1,7 +1,6 @@
 // A cell graph laid out for the cache; what stages 3 and 4 work on.
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "box_tree.hpp"
@@ -40,7 +39,7 @@ class OrderedGraph {
   template <typename IsWanted>
   Place nearest(Point target, Place wanted, const IsWanted& is_wanted) const {
     Nearest nearest{wanted, squared_norm(positions[wanted] - target)};
-    search(target, is_wanted, tree->n_levels() - 1, 0, nearest);
+    search(target, is_wanted, tree.n_levels() - 1, 0, nearest);
     return nearest.place;
   }
 
@@ -53,11 +52,11 @@ class OrderedGraph {
   Buffer<double> measures;       // (N,)
   Buffer<std::int64_t> offsets;  // (N + 1,) into arcs; empty where there are rows
   Buffer<Arc> arcs;
-  std::optional<BoxTree> tree;  // over the places
-  Box bounds;                   // of the positions
-  std::int64_t n_arcs = 0;      // without those that fill up
-  double total_measure = 0;     // summed in blocks of cells, whatever the number of threads
-  bool is_symmetric = false;    // each arc has one that leads back and is as long
+  BoxTree tree;               // over the places
+  Box bounds;                 // of the positions
+  std::int64_t n_arcs = 0;    // without those that fill up
+  double total_measure = 0;   // summed in blocks of cells, whatever the number of threads
+  bool is_symmetric = false;  // each arc has one that leads back and is as long
 
  private:
   struct Nearest {
@@ -69,15 +68,15 @@ class OrderedGraph {
   void search(Point target, const IsWanted& is_wanted, std::size_t level, std::size_t index,
               Nearest& nearest) const {
     // A box just as far away may still hold a lower cell.
-    if (tree->level(level)[index].squared_distance(target) > nearest.squared_distance) return;
+    if (tree.level(level)[index].squared_distance(target) > nearest.squared_distance) return;
     if (level > 0) {
-      const auto [begin, end] = tree->children(level, index);
+      const auto [begin, end] = tree.children(level, index);
       for (auto child = begin; child < end; ++child) {
         search(target, is_wanted, level - 1, child, nearest);
       }
       return;
     }
-    const auto [begin, end] = tree->places(index);
+    const auto [begin, end] = tree.places(index);
     for (auto place = begin; place < end; ++place) {
       const double squared = squared_norm(positions[place] - target);
       if (squared > nearest.squared_distance || !is_wanted(static_cast<Place>(place))) continue;
