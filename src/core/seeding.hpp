@@ -20,7 +20,8 @@ std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_s
 // Visits cells in the order of their path length from `first` (lowest index among equals); a
 // visited cell that no region has reached starts one, which expands through cells within `reach`
 // of its position and labels, without expanding them, the cells around these. Components that
-// `first` cannot reach are flooded one after the other, each from its lowest cell.
+// `first` cannot reach are flooded one after the other, each from its lowest cell. Arcs are taken
+// to lead both ways.
 std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, double reach,
                               ThreadTeam& team);
 

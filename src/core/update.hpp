@@ -19,7 +19,8 @@ std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Lab
                                   Label n_regions, ThreadTeam& team);
 
 // The same for labels that change little from time to time: only the cells that change hands are
-// summed, and only where there were any is the nearest looked for. Memory: 4 bytes a cell.
+// summed, and only where there were any is the nearest looked for. Regions with next to no measure
+// are summed anew each time, at the cost of a look at all cells. Memory: 4 bytes a cell.
 class RegionMeans {
  public:
   // No cell has a label.
