@@ -19,7 +19,7 @@ import shapes
 from superfacets import read_labels, read_mesh, segment, write_mesh
 from superfacets.cli import main
 
-STAGES = ["mesh", "face_graph", "weights", "seeding", "classify", "update", "export"]
+STAGES = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update", "export"]
 
 
 @pytest.fixture
