@@ -213,3 +213,12 @@ def test_a_tensor_mesh_of_open3d_is_known_by_its_attributes():
     assert as_mesh(foreign).faces.tolist() == [[0, 1, 2]]
     with pytest.raises(MeshError, match="no faces"):
         as_mesh(types.SimpleNamespace(vertex=vertex, triangle=_TensorMap()))
+
+
+def test_arrays_that_begin_at_odd_bytes_are_copied():
+    vertices = np.frombuffer(b"#" + shapes.cube().vertices.tobytes(), np.float64, offset=1)
+    faces = np.frombuffer(b"#" + shapes.cube().faces.tobytes(), np.int32, offset=1)
+    mesh = Mesh(vertices.reshape(-1, 3), faces.reshape(-1, 3))
+    assert mesh.vertices.flags.aligned
+    assert mesh.faces.flags.aligned
+    assert np.array_equal(mesh.faces, shapes.cube().faces)

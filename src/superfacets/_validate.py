@@ -31,6 +31,14 @@ MAX_THREADS = 1024
 """More threads than any machine has use for."""
 
 
+def exact_array(array: Any, dtype: Any) -> npt.NDArray[Any]:
+    """An array as the core takes it: of one type, contiguous, and aligned.
+
+    Views of bytes, of a file say, are contiguous too, but may begin anywhere.
+    """
+    return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
+
+
 def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
     """Set fields of a frozen dataclass to views that cannot be written through.
 
@@ -68,7 +76,7 @@ def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
     if len(array) > MAX_CELLS:
         raise MeshError(f"the mesh has {len(array)} vertices; at most {MAX_CELLS} are supported")
     with np.errstate(invalid="ignore"):  # a signaling NaN of a narrower type; found later
-        return np.ascontiguousarray(array, dtype=np.float64)
+        return exact_array(array, np.float64)
 
 
 def _triangle_array(faces: Any) -> npt.NDArray[np.int32]:
@@ -88,9 +96,9 @@ def _triangle_array(faces: Any) -> npt.NDArray[np.int32]:
     if len(array) > MAX_CELLS:
         raise MeshError(f"the mesh has {len(array)} faces; at most {MAX_CELLS} are supported")
     if array.dtype == np.int32:
-        return np.ascontiguousarray(array, dtype=np.int32)
+        return exact_array(array, np.int32)
     # Indices of 2**63 or more become negative here, and so are out of range as well.
-    wide = np.ascontiguousarray(array, dtype=np.int64)
+    wide = exact_array(array, np.int64)
     return _core.narrow_indices(wide.ravel(), checked_threads(None)).reshape(-1, 3)
 
 
@@ -129,7 +137,7 @@ def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArr
     """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
-    array = np.ascontiguousarray(_numeric_array(bounds, "bounds"), dtype=np.float64)
+    array = exact_array(_numeric_array(bounds, "bounds"), np.float64)
     if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
         raise ValueError("bounds must hold a low and a high corner, shape (2, 3), finite")
     return array
@@ -137,7 +145,7 @@ def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArr
 
 def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
     """Cell positions as a contiguous (N, 3) float64 array, N >= 1."""
-    array = np.ascontiguousarray(_numeric_array(positions, "positions"), dtype=np.float64)
+    array = exact_array(_numeric_array(positions, "positions"), np.float64)
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
         raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
     if not np.isfinite(array).all():
@@ -159,7 +167,7 @@ def checked_nonnegative_array(
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be numbers, got {array.dtype}")
-    array = np.ascontiguousarray(array, dtype=np.float64)
+    array = exact_array(array, np.float64)
     if array.shape != (n,):
         raise ValueError(f"{name} must have one value per {per}, shape ({n},), got {array.shape}")
     is_valid, largest = _core.check_numbers(array, n_threads)
@@ -295,4 +303,4 @@ def _integer_array(value: Any, name: str, dtype: Any) -> npt.NDArray[Any]:
     limits = np.iinfo(dtype)
     if array.size and not limits.min <= array.min() <= array.max() <= limits.max:
         raise ValueError(f"{name} must fit in {np.dtype(dtype).name}")
-    return np.ascontiguousarray(array, dtype=dtype)
+    return exact_array(array, dtype)

@@ -14,6 +14,7 @@ from ._validate import (
     checked_bounds,
     checked_positions,
     checked_threads,
+    exact_array,
     freeze,
 )
 from .cell_graph import CellGraph, box_diagonal, checked_measures, checked_weights
@@ -73,9 +74,9 @@ class FaceGraph:
     def __post_init__(self) -> None:
         positions = checked_positions(self.positions)
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
-        measures = np.ascontiguousarray(self.measures, dtype=np.float64)
-        sides = np.ascontiguousarray(self.sides, dtype=np.uint16)
-        same_turn = np.ascontiguousarray(self.same_turn, dtype=np.uint8)
+        measures = exact_array(self.measures, np.float64)
+        sides = exact_array(self.sides, np.uint16)
+        same_turn = exact_array(self.same_turn, np.uint8)
         if measures.shape != (len(positions),):
             raise ValueError("measures must be one per face")
         if not sides.shape == same_turn.shape == neighbors.shape:
