@@ -335,11 +335,15 @@ def can_render():
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """A file that takes about a second to segment with tol=0 and many regions."""
-    from superfacets import sample_mesh
+    """A file that takes seconds to segment with the paper's stop rule."""
+    from superfacets import Mesh, sample_mesh
 
+    bear = sample_mesh(100_000)
+    places = [[3.0 * place, 0.0, 0.0] for place in range(10)]
+    vertices = np.concatenate([bear.vertices + place for place in places])
+    faces = np.concatenate([bear.faces + n * bear.n_vertices for n in range(len(places))])
     path = tmp_path_factory.mktemp("large") / "bear.ply"
-    write_mesh(path, sample_mesh(100_000))
+    write_mesh(path, Mesh(vertices, faces))
     return path
 
 
