@@ -89,6 +89,7 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
         (["-r", 0.1, "--init", "grid"], {"radius": 0.1, "init": "grid"}),
         (["--init", "flood", "--max-iter", 3], {"init": "flood", "max_num_iter": 3}),
         (["-n", 30, "--tol", 0.3, "--threads", 2], {"n_segments": 30, "tol": 0.3}),
+        (["-n", 30, "--weights", "stk02", "-a", 0.2], {"weights": "stk02", "alpha": 0.2}),
         (["-n", 30, "--paper"], {"n_segments": 30, "radius_factor": 2.0, "tol": 0}),
         (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, "radius_factor": 2.0, "tol": 0.3}),
     ]  # fmt: skip

@@ -3,6 +3,7 @@
 #include "bindings.hpp"
 #include "checks.hpp"
 #include "face_graph.hpp"
+#include "vertex_graph.hpp"
 #include "weights.hpp"
 #include "weld.hpp"
 
@@ -46,6 +47,14 @@ auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& repre
       std::tuple(counts.edges, counts.boundary, counts.non_manifold, counts.inconsistent));
 }
 
+auto bind_build_vertex_graph(const Rows<Vertex>& faces, const Array<Vertex>& representative,
+                             int n_threads) {
+  const auto input = triangles(faces);
+  const auto vertices = view(representative);
+  VertexGraph graph = without_gil([&] { return build_vertex_graph(input, vertices, n_threads); });
+  return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)));
+}
+
 auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
   Buffer<Point> centroids(faces.shape(0));
   Buffer<double> areas(faces.shape(0));
@@ -66,6 +75,17 @@ auto bind_superfacet_weights(const Rows<double>& vertices, const Rows<Vertex>& f
                          view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
   const WeightOptions options{alpha, eta_convex, diagonal, inside_out};
   without_gil([&] { superfacet_weights(arcs, options, n_threads, weights.span()); });
+  return to_numpy(std::move(weights));
+}
+
+auto bind_stk02_weights(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                        const Rows<double>& centroids, const Array<std::int64_t>& offsets,
+                        const Array<Face>& neighbors, const Array<std::uint16_t>& sides,
+                        double alpha, int n_threads) {
+  Buffer<double> weights(neighbors.shape(0));
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), {},
+                         view(offsets),    view(neighbors),  view(sides),       {}};
+  without_gil([&] { stk02_weights(arcs, alpha, n_threads, weights.span()); });
   return to_numpy(std::move(weights));
 }
 
@@ -99,6 +119,8 @@ void bind_mesh_stages(nb::module_& module) {
   module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert(), "n_threads"_a);
   module.def("build_face_graph", &bind_build_face_graph, "faces"_a.noconvert(),
              "representative"_a.noconvert(), "n_threads"_a);
+  module.def("build_vertex_graph", &bind_build_vertex_graph, "faces"_a.noconvert(),
+             "representative"_a.noconvert(), "n_threads"_a);
   module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
   module.def("superfacet_weights", &bind_superfacet_weights, "vertices"_a.noconvert(),
@@ -106,6 +128,9 @@ void bind_mesh_stages(nb::module_& module) {
              "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
              "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "diagonal"_a, "inside_out"_a,
              "n_threads"_a);
+  module.def("stk02_weights", &bind_stk02_weights, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "centroids"_a.noconvert(), "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
+             "sides"_a.noconvert(), "alpha"_a, "n_threads"_a);
   module.def("count_degenerate", &bind_count_degenerate, "vertices"_a.noconvert(),
              "faces"_a.noconvert());
   module.def("signed_volume", &bind_signed_volume, "vertices"_a.noconvert(), "faces"_a.noconvert(),

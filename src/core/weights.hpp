@@ -35,6 +35,12 @@ struct ArcGeometry {
 void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, int n_threads,
                         std::span<double> weights);
 
+// weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
+// Shlafman, Tal and Katz 2002 (eq. 6 of the paper), 0 <= alpha <= 1; finite and >= 0. The second
+// term is 0 where a face has no normal. Areas and same_turn are not used. Memory: 24 bytes per
+// face.
+void stk02_weights(const ArcGeometry& arcs, double alpha, int n_threads, std::span<double> weights);
+
 // Faces that have no normal: two corners at one position, or no area beyond rounding errors.
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);
 

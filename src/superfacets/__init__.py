@@ -11,7 +11,7 @@ from .mesh import Mesh
 from .seeding import place_seeds
 from .segment import PAPER, Segmentation, segment, segment_graph
 from .update import update_centers
-from .weights import superfacet_weights
+from .weights import stk02_weights, superfacet_weights
 
 if TYPE_CHECKING:
     from .colors import face_colors
@@ -47,6 +47,7 @@ __all__ = [
     "sample_mesh",
     "segment",
     "segment_graph",
+    "stk02_weights",
     "superfacet_weights",
     "update_centers",
     "write_labels",

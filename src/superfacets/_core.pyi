@@ -21,6 +21,9 @@ def build_face_graph(
 ) -> tuple[
     _Longs, _Ints, npt.NDArray[np.uint16], npt.NDArray[np.uint8], tuple[int, int, int, int]
 ]: ...
+def build_vertex_graph(
+    faces: _Ints, representative: _Ints, n_threads: int
+) -> tuple[_Longs, _Ints]: ...
 def measure_faces(
     vertices: _Doubles, faces: _Ints, n_threads: int
 ) -> tuple[_Doubles, _Doubles]: ...
@@ -37,6 +40,16 @@ def superfacet_weights(
     eta_convex: float,
     diagonal: float,
     inside_out: bool,
+    n_threads: int,
+) -> _Doubles: ...
+def stk02_weights(
+    vertices: _Doubles,
+    faces: _Ints,
+    centroids: _Doubles,
+    offsets: _Longs,
+    neighbors: _Ints,
+    sides: npt.NDArray[np.uint16],
+    alpha: float,
     n_threads: int,
 ) -> _Doubles: ...
 def count_degenerate(vertices: _Doubles, faces: _Ints) -> int: ...

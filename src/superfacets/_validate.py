@@ -266,6 +266,14 @@ def checked_number(value: Any, name: str, *, zero: bool) -> float:
     return number
 
 
+def checked_share(value: Any, name: str) -> float:
+    """A number from 0 to 1."""
+    number = checked_number(value, name, zero=True)
+    if number > 1.0:
+        raise ValueError(f"{name} must be 0 to 1, got {number}")
+    return number
+
+
 def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
     """One of the given names."""
     if value not in choices:

@@ -21,6 +21,7 @@ from .io import check_outputs, has_labels, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
 from .seeding import INITS
 from .segment import PAPER, Segmentation, segment
+from .weights import DEFAULT_ALPHA
 
 if TYPE_CHECKING:
     from .info import MeshInfo
@@ -96,9 +97,7 @@ def commands() -> None:
     "-a",
     "--alpha",
     type=NOT_NEGATIVE,
-    default=200.0,
-    show_default=True,
-    help="How much borders follow creases.",
+    help="How much borders follow creases.  [default: 200; 0.5 with --weights stk02]",
 )
 @click.option(
     "--eta",
@@ -107,6 +106,13 @@ def commands() -> None:
     default=0.2,
     show_default=True,
     help="What a convex crease counts against a concave one.",
+)
+@click.option(
+    "--weights",
+    type=click.Choice(tuple(DEFAULT_ALPHA)),
+    default="superfacets",
+    show_default=True,
+    help="Lengths of steps: the paper's, or those of Shlafman, Tal and Katz.",
 )
 @click.option(
     "--init",
@@ -153,6 +159,8 @@ def segment_command(
     """Segment the mesh in the file IN and write its labels."""
     if not mesh.name:
         raise click.UsageError(f"{mesh} is not a file")
+    if options["paper"] and options["weights"] != PAPER["weights"]:
+        raise click.UsageError("--paper has weights of its own: leave --weights out")
     paths = list(outputs) or [mesh.with_name(f"{mesh.stem}.superfacets.ply")]
     _check_outputs(mesh, paths)
     timings: dict[str, float] = {}
@@ -267,9 +275,9 @@ def _segment(
     mesh: Mesh, *, paper: bool = False, tol: float | None = None, **options: Any
 ) -> Segmentation:
     """Segment with a progress bar on a terminal."""
-    chosen = {**(PAPER if paper else {}), **({} if tol is None else {"tol": tol})}
+    options |= {**(PAPER if paper else {}), **({} if tol is None else {"tol": tol})}
     if not sys.stderr.isatty():
-        return segment(mesh, **options, **chosen)
+        return segment(mesh, **options)
     from tqdm import tqdm
 
     total = options.get("max_num_iter")
@@ -279,7 +287,7 @@ def _segment(
             bar.set_postfix(centers_moved=n_moved, refresh=False)
             bar.update()
 
-        return segment(mesh, progress=progress, **options, **chosen)
+        return segment(mesh, progress=progress, **options)
 
 
 def _labels_of(path: Path, mesh: Mesh) -> npt.NDArray[Any] | None:

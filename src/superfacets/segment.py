@@ -25,12 +25,9 @@ from .cell_graph import CellGraph, OrderedCells, checked_graph
 from .face_graph import build_face_graph
 from .mesh import as_mesh
 from .seeding import INITS, check_size, region_size, run_seeding
-from .weights import superfacet_weights
+from .weights import ArcWeights
 
 __all__ = ["PAPER", "Segmentation", "segment", "segment_graph"]
-
-WEIGHTS = ("superfacets",)
-"""Names of the arc weights that `segment` knows."""
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {"weights": "superfacets", "radius_factor": 2.0, "tol": 0.0}
@@ -97,7 +94,7 @@ def segment(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    alpha: float = 200.0,
+    alpha: float | None = None,
     eta_convex: float = 0.2,
     weights: str | npt.ArrayLike = "superfacets",
     init: str | npt.ArrayLike = "farthest",
@@ -121,12 +118,14 @@ def segment(
         gets no seed, and, with `radius_factor`, for faces that no center reaches.
     radius : float, optional
         Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
-    alpha : float, default 200.0
-        How much borders follow creases, >= 0. 0: regions as compact as they get.
+    alpha : float, optional
+        How much borders follow creases. 0: regions as compact as they get. 200 if not given, and
+        any number >= 0; with ``weights="stk02"`` 0.5, and 0 to 1.
     eta_convex : float, default 0.2
-        How much a convex crease counts against a concave one, >= 0.
-    weights : "superfacets" or array_like, shape (M,)
-        Arc weights by name, or one per arc of ``build_face_graph(mesh, weld=weld)``: `alpha` and
+        How much a convex crease counts against a concave one, >= 0; not used with ``"stk02"``.
+    weights : {"superfacets", "stk02"} or array_like, shape (M,)
+        Arc weights by name: those of the paper (`superfacet_weights`), or those that it compares
+        with (`stk02_weights`). Or one per arc of ``build_face_graph(mesh, weld=weld)``: `alpha` and
         `eta_convex` are then not used.
     init : {"farthest", "flood", "grid"} or array_like of int
         How seeds are placed, or the faces that are the seeds; see `place_seeds`. Only
@@ -179,33 +178,25 @@ def segment(
     if isinstance(init, str):
         checked_choice(init, "init", INITS)
     loop = _Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
-    alpha = checked_number(alpha, "alpha", zero=True)
-    eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
-    mesh_params = {"weld": weld, "weights": "given"}
-    if isinstance(weights, str):
-        checked_choice(weights, "weights", WEIGHTS)
-        mesh_params |= {"weights": weights, "alpha": alpha, "eta_convex": eta_convex}
+    chosen = ArcWeights.checked(weights, alpha, eta_convex)
+    params = {"weld": weld, **chosen.params}
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = as_mesh(mesh)
     with timed(timings, "face_graph"):
         faces = build_face_graph(surface, weld=weld, n_threads=loop.n_threads)
     with timed(timings, "weights"):
-        if isinstance(weights, str):
-            weights = superfacet_weights(
-                surface, faces, alpha=alpha, eta_convex=eta_convex, n_threads=loop.n_threads
-            )
-        lengths = faces.quantized(weights, loop.n_threads)
+        lengths = faces.quantized(chosen.weigh(surface, faces, loop.n_threads), loop.n_threads)
     with timed(timings, "order"):
         cells, bounds = (
             (faces.positions, faces.measures, faces.offsets, faces.neighbors),
             faces.bounds,
         )
-        del surface, faces, weights  # what is not needed any more makes room
+        del surface, faces, weights, chosen  # what is not needed any more makes room
         ordered = OrderedCells(_core.OrderedGraph(*cells, lengths, loop.n_threads), bounds)
         del cells, lengths
     result = _segment_cells(ordered, n_segments, radius, init, loop)
-    return replace(result, timings=timings | result.timings, params=mesh_params | result.params)
+    return replace(result, timings=timings | result.timings, params=params | result.params)
 
 
 def segment_graph(

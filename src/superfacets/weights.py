@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._validate import checked_number, checked_threads
+from ._validate import checked_choice, checked_number, checked_share, checked_threads
 from .face_graph import FaceGraph
 from .mesh import Mesh, as_mesh
 
-__all__ = ["is_inside_out", "superfacet_weights"]
+__all__ = ["DEFAULT_ALPHA", "ArcWeights", "is_inside_out", "stk02_weights", "superfacet_weights"]
+
+DEFAULT_ALPHA = {"superfacets": 200.0, "stk02": 0.5}
+"""Names of the arc weights that `segment` knows, and what alpha is where it is not given."""
 
 _VOLUME_NOISE = 1e-12
 """Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
@@ -83,8 +90,7 @@ def superfacet_weights(
     threads = checked_threads(n_threads)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
-    if graph.n_cells != mesh.n_faces:
-        raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
+    _check_same_size(mesh, graph)
     return _core.superfacet_weights(
         mesh.vertices,
         mesh.faces,
@@ -100,6 +106,114 @@ def superfacet_weights(
         is_inside_out(mesh, graph, n_threads=threads),
         threads,
     )
+
+
+def stk02_weights(
+    mesh: object, graph: FaceGraph, *, alpha: float = 0.5, n_threads: int | None = None
+) -> npt.NDArray[np.float64]:
+    r"""Return the weight of each arc after Shlafman, Tal and Katz, as the paper compares with it.
+
+    For faces i and j with centroids c and unit normals n, across an edge with midpoint m,
+
+    .. math:: w_{ij} = (1 - \alpha) (|c_i - m| + |m - c_j|) + \alpha (1 - (n_i \cdot n_j)^2)
+
+    Lengths count as they are, in the unit of the vertices: segments change when the mesh is scaled
+    or refined, and concave and convex edges weigh the same. That is what the paper's own weights
+    are there to mend. Time is linear in the arcs.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    graph : FaceGraph
+        Of the same mesh, from `build_face_graph`.
+    alpha : float, default 0.5
+        Share of the angular term, 0 (distance alone) to 1 (angles alone).
+    n_threads : int, optional
+        As for `segment`.
+
+    Returns
+    -------
+    ndarray of float64, shape (M,)
+        Finite, >= 0, the same for both arcs of a pair. The angular term is 0 on a flat edge and 1
+        where faces meet at a right angle; 0 where a face has no normal.
+
+    Raises
+    ------
+    ValueError
+        If `alpha` is not in [0, 1], or the graph is of another mesh.
+
+    References
+    ----------
+    Shlafman, Tal and Katz, "Metamorphosis of Polyhedral Surfaces using Decomposition", 2002; in the
+    form of Simari, Picciau and De Floriani, 2014, eq. 6.
+
+    Examples
+    --------
+    Two faces that meet at a right angle, their centroids 1/3 from the edge between them:
+
+    >>> from superfacets import build_face_graph
+    >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, 0, 1]], [[0, 1, 2], [1, 0, 3]])
+    >>> stk02_weights(mesh, build_face_graph(mesh), alpha=0.25).round(3).tolist()
+    [0.75, 0.75]
+    """
+    mesh = as_mesh(mesh)
+    threads = checked_threads(n_threads)
+    alpha = checked_share(alpha, "alpha")
+    _check_same_size(mesh, graph)
+    return _core.stk02_weights(
+        mesh.vertices,
+        mesh.faces,
+        graph.positions,
+        graph.offsets,
+        graph.neighbors,
+        graph.sides,
+        alpha,
+        threads,
+    )
+
+
+@dataclass(frozen=True)
+class ArcWeights:
+    """Checked choice of arc weights: by name with their parameters, or one per arc as given."""
+
+    params: dict[str, Any]  # as they are reported
+    given: npt.ArrayLike | None
+
+    @classmethod
+    def checked(
+        cls, weights: str | npt.ArrayLike, alpha: float | None, eta_convex: float
+    ) -> ArcWeights:
+        """Arguments as for `segment`, of which the parameters that count are kept."""
+        eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+        if alpha is not None:
+            alpha = checked_number(alpha, "alpha", zero=True)
+        if not isinstance(weights, str):
+            return cls({"weights": "given"}, weights)
+        checked_choice(weights, "weights", tuple(DEFAULT_ALPHA))
+        alpha = DEFAULT_ALPHA[weights] if alpha is None else alpha
+        if weights == "stk02":
+            return cls({"weights": weights, "alpha": checked_share(alpha, "alpha")}, None)
+        return cls({"weights": weights, "alpha": alpha, "eta_convex": eta_convex}, None)
+
+    def weigh(self, mesh: Mesh, graph: FaceGraph, n_threads: int) -> npt.ArrayLike:
+        """Return one weight per arc of the graph of this mesh."""
+        if self.given is not None:
+            return self.given
+        options = {name: value for name, value in self.params.items() if name != "weights"}
+        weigh = _BY_NAME[self.params["weights"]]
+        return weigh(mesh, graph, n_threads=n_threads, **options)
+
+
+_BY_NAME: dict[str, Callable[..., npt.NDArray[np.float64]]] = {
+    "superfacets": superfacet_weights,
+    "stk02": stk02_weights,
+}
+
+
+def _check_same_size(mesh: Mesh, graph: FaceGraph) -> None:
+    if graph.n_cells != mesh.n_faces:
+        raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
 
 
 def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
