@@ -57,7 +57,8 @@ void measure_edges(std::span<const Point> vertices, int n_threads, VertexGraph& 
     for (std::int64_t vertex = begin; vertex < end; ++vertex) {
       for (std::int64_t arc = graph.offsets[vertex]; arc < graph.offsets[vertex + 1]; ++arc) {
         // From the lower to the higher one: the same bits both ways.
-        const auto [low, high] = std::minmax<std::int64_t>(vertex, graph.neighbors[arc]);
+        const std::int64_t neighbor = graph.neighbors[arc];
+        const auto [low, high] = std::minmax({vertex, neighbor});
         graph.lengths[arc] = norm(vertices[high] - vertices[low]);
       }
     }

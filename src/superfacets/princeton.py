@@ -19,7 +19,7 @@ from .errors import MeshError
 from .io import read_labels, read_mesh
 from .mesh import Mesh
 
-__all__ = ["CATEGORIES", "Model", "Benchmark", "category_of"]
+__all__ = ["CATEGORIES", "Benchmark", "Model", "category_of"]
 
 _SHELVES = (
     "Human", "Cup", "Glasses", "Airplane", "Ant", "Chair", "Octopus", "Table", "Teddy", "Hand",
