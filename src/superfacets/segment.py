@@ -127,9 +127,9 @@ def segment(
         Arc weights by name: those of the paper (`superfacet_weights`), or those that it compares
         with (`stk02_weights`). Or one per arc of ``build_face_graph(mesh, weld=weld)``: `alpha` and
         `eta_convex` are then not used.
-    init : {"farthest", "flood", "grid"} or array_like of int
-        How seeds are placed, or the faces that are the seeds; see `place_seeds`. Only
-        ``"farthest"`` and given seeds keep to k exactly.
+    init : {"farthest", "geodesic", "flood", "grid"} or array_like of int
+        How seeds are placed, or the faces that are the seeds; see `place_seeds`. ``"flood"`` and
+        ``"grid"`` do not keep to k exactly.
     radius_factor : float, optional
         Not given: each face belongs to the center with the shortest path to it, and regions are
         connected. Given, the paper's way: an expansion halts at so many r from its center (2 in
