@@ -63,6 +63,9 @@ def check_mesh_stages(mesh, weld=True):
     weights = superfacet_weights(mesh, graph)
     expected = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2, weld=weld)
     assert np.array_equal(weights, expected)
+    options = {"alpha": 20.0, "eta_convex": 0.1, "crease_length": 0.3}
+    creases = reference.superfacet_weights(mesh, arcs, weld=weld, **options)
+    assert np.array_equal(superfacet_weights(mesh, graph, **options), creases)
     cells = graph.with_weights(weights)
     lengths, unit = reference.quantize_weights(weights)
     assert unit == cells.unit

@@ -42,6 +42,7 @@ def superfacet_weights(
     same_turn: npt.NDArray[np.uint8],
     alpha: float,
     eta_convex: float,
+    crease_length: float,
     diagonal: float,
     inside_out: bool,
     n_threads: int,

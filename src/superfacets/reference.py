@@ -76,7 +76,13 @@ def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
 
 
 def superfacet_weights(
-    mesh: Mesh, arcs: list[Arc], *, alpha: float, eta_convex: float, weld: bool = True
+    mesh: Mesh,
+    arcs: list[Arc],
+    *,
+    alpha: float,
+    eta_convex: float,
+    crease_length: float | None = None,
+    weld: bool = True,
 ) -> Floats:
     """Weight of each arc, eq. 1-3 of the paper."""
     used = mesh.vertices[np.unique(mesh.faces)]
@@ -102,7 +108,8 @@ def superfacet_weights(
         rise = _dot(n_i - n_j, centroids[neighbor] - centroids[face])
         concave = rise < 0 if inside_out else rise > 0
         eta = 1.0 if concave else eta_convex
-        angular = alpha * eta * _norm(end - start) * theta / math.pi  # eq. 2
+        length = _norm(end - start) if crease_length is None else crease_length
+        angular = alpha * eta * length * theta / math.pi  # eq. 2
         weights.append(float((geodesic + angular) / diagonal))  # eq. 3
     return np.array(weights)
 

@@ -17,8 +17,17 @@ from ._validate import (
     checked_threads,
 )
 from .cell_graph import CellGraph, OrderedCells, box_diagonal, checked_graph
+from .face_graph import FaceGraph
 
-__all__ = ["INITS", "RegionSize", "check_size", "place_seeds", "region_size", "run_seeding"]
+__all__ = [
+    "INITS",
+    "RegionSize",
+    "check_size",
+    "expected_radius",
+    "place_seeds",
+    "region_size",
+    "run_seeding",
+]
 
 INITS = ("farthest", "geodesic", "flood", "grid")
 """Names of the ways to place seeds."""
@@ -57,18 +66,40 @@ def region_size(
 ) -> RegionSize:
     """Return the number and the radius of the regions that the arguments of `segment` ask for."""
     check_size(n_segments, radius)
-    n_cells, area = cells.graph.n_cells, cells.graph.total_measure
+    whole = _Whole(cells.graph.n_cells, cells.graph.total_measure, box_diagonal(cells.bounds))
+    return _size_of(whole, n_segments, radius, init)
+
+
+def expected_radius(
+    faces: FaceGraph, n_segments: int | None, radius: float | None, init: str | npt.ArrayLike
+) -> float:
+    """Return the radius that regions are expected to have, before there is a cell graph."""
+    whole = _Whole(faces.n_cells, float(faces.measures.sum()), faces.diagonal)
+    return _size_of(whole, n_segments, radius, init).radius
+
+
+class _Whole(NamedTuple):
+    """What there is to be divided into regions."""
+
+    n_cells: int
+    area: float
+    diagonal: float
+
+
+def _size_of(
+    whole: _Whole, n_segments: int | None, radius: float | None, init: str | npt.ArrayLike
+) -> RegionSize:
     if radius is not None:
-        r = float(radius) * box_diagonal(cells.bounds)
-        k = area / math.pi / r / r if r > 0 else math.inf
-        return RegionSize(max(1, round(min(k, n_cells))), r)
+        r = float(radius) * whole.diagonal
+        k = whole.area / math.pi / r / r if r > 0 else math.inf
+        return RegionSize(max(1, round(min(k, whole.n_cells))), r)
     if n_segments is None:
-        k = min(DEFAULT_N_SEGMENTS, n_cells)
+        k = min(DEFAULT_N_SEGMENTS, whole.n_cells)
         if not isinstance(init, str):
-            k = len(checked_seeds(init, n_cells, "init"))
+            k = len(checked_seeds(init, whole.n_cells, "init"))
     else:
-        k = checked_count(n_segments, "n_segments", n_cells, "faces")
-    return RegionSize(k, math.sqrt(area / (math.pi * k)))
+        k = checked_count(n_segments, "n_segments", whole.n_cells, "faces")
+    return RegionSize(k, math.sqrt(whole.area / (math.pi * k)))
 
 
 def place_seeds(
