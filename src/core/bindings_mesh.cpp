@@ -3,6 +3,7 @@
 #include "bindings.hpp"
 #include "checks.hpp"
 #include "face_graph.hpp"
+#include "smooth.hpp"
 #include "weights.hpp"
 #include "weld.hpp"
 
@@ -60,11 +61,11 @@ auto bind_superfacet_weights(const Rows<double>& vertices, const Rows<Vertex>& f
                              const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
                              const Array<std::uint16_t>& sides,
                              const Array<std::uint8_t>& same_turn, double alpha, double eta_convex,
-                             double diagonal, bool inside_out, int n_threads) {
+                             double fold_length, double diagonal, bool inside_out, int n_threads) {
   Buffer<double> weights(neighbors.shape(0));
   const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
                          view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
-  const WeightOptions options{alpha, eta_convex, diagonal, inside_out};
+  const WeightOptions options{alpha, eta_convex, fold_length, diagonal, inside_out};
   without_gil([&] { superfacet_weights(arcs, options, n_threads, weights.span()); });
   return to_numpy(std::move(weights));
 }
@@ -89,6 +90,24 @@ auto bind_quantize_weights(const Array<double>& weights, int n_threads) {
   return std::tuple(to_numpy(std::move(lengths)), unit);
 }
 
+auto bind_smooth_borders(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                         const Rows<double>& centroids, const Array<double>& areas,
+                         const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
+                         const Array<std::uint16_t>& sides, const Array<std::uint8_t>& same_turn,
+                         const Array<double>& weights, const Array<Label>& labels,
+                         const Array<Face>& fixed, double diagonal, double max_distance,
+                         double crease_scale, std::size_t max_chain, int max_sweeps,
+                         int n_threads) {
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
+                         view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
+  const SmoothOptions options{diagonal, max_distance, crease_scale, max_chain, max_sweeps};
+  const auto lengths = view(weights);
+  const auto input = std::pair(view(labels), view(fixed));
+  return to_numpy(without_gil([&] {
+    return smooth_borders(arcs, lengths, input.first, input.second, options, n_threads);
+  }));
+}
+
 }  // namespace
 
 void bind_mesh_stages(nb::module_& module) {
@@ -104,12 +123,18 @@ void bind_mesh_stages(nb::module_& module) {
   module.def("superfacet_weights", &bind_superfacet_weights, "vertices"_a.noconvert(),
              "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
              "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
-             "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "diagonal"_a, "inside_out"_a,
-             "n_threads"_a);
+             "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "fold_length"_a, "diagonal"_a,
+             "inside_out"_a, "n_threads"_a);
   module.def("count_degenerate", &bind_count_degenerate, "vertices"_a.noconvert(),
              "faces"_a.noconvert());
   module.def("signed_volume", &bind_signed_volume, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "origin"_a, "n_threads"_a);
+  module.def("smooth_borders", &bind_smooth_borders, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
+             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
+             "same_turn"_a.noconvert(), "weights"_a.noconvert(), "labels"_a.noconvert(),
+             "fixed"_a.noconvert(), "diagonal"_a, "max_distance"_a, "crease_scale"_a, "max_chain"_a,
+             "max_sweeps"_a, "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);
 }
 

@@ -98,9 +98,10 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
     Point& turned = turns_second(from, to, arcs.areas) ? normal_to : normal_from;
     turned = -1.0 * turned;
   }
+  const double length = options.fold_length > 0.0 ? options.fold_length : norm(end - start);
   const double angular =
-      angular_term(normal_from, normal_to, c_to - c_from, norm(end - start), options);  // eq. 2
-  return (geodesic + angular) / options.diagonal;                                       // eq. 3
+      angular_term(normal_from, normal_to, c_to - c_from, length, options);  // eq. 2
+  return (geodesic + angular) / options.diagonal;                            // eq. 3
 }
 
 // The only arc from one face to another, or -1 where there are several, or too many to look.

@@ -35,12 +35,32 @@ def superfacet_weights(
     same_turn: npt.NDArray[np.uint8],
     alpha: float,
     eta_convex: float,
+    fold_length: float,
     diagonal: float,
     inside_out: bool,
     n_threads: int,
 ) -> _Doubles: ...
 def count_degenerate(vertices: _Doubles, faces: _Ints) -> int: ...
 def signed_volume(vertices: _Doubles, faces: _Ints, origin: _Point, n_threads: int) -> float: ...
+def smooth_borders(
+    vertices: _Doubles,
+    faces: _Ints,
+    centroids: _Doubles,
+    areas: _Doubles,
+    offsets: _Longs,
+    neighbors: _Ints,
+    sides: npt.NDArray[np.uint16],
+    same_turn: npt.NDArray[np.uint8],
+    weights: _Doubles,
+    labels: _Ints,
+    fixed: _Ints,
+    diagonal: float,
+    max_distance: float,
+    crease_scale: float,
+    max_chain: int,
+    max_sweeps: int,
+    n_threads: int,
+) -> _Ints: ...
 def quantize_weights(weights: _Doubles, n_threads: int) -> tuple[_Floats, float]: ...
 
 class OrderedGraph:

@@ -10,7 +10,7 @@ from ._validate import checked_number, checked_threads
 from .face_graph import FaceGraph
 from .mesh import Mesh, as_mesh
 
-__all__ = ["is_inside_out", "superfacet_weights"]
+__all__ = ["is_inside_out", "scale_free_weights", "superfacet_weights"]
 
 _VOLUME_NOISE = 1e-12
 """Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
@@ -79,9 +79,72 @@ def superfacet_weights(
     [1.008, 1.008]
     [3.317, 3.317]
     """
+    alpha = checked_number(alpha, "alpha", zero=True)
+    return _weights(mesh, graph, alpha, eta_convex, 0.0, n_threads)
+
+
+def scale_free_weights(
+    mesh: object,
+    graph: FaceGraph,
+    expected_radius: float,
+    *,
+    beta: float = 20.0,
+    eta_convex: float = 0.0,
+    n_threads: int | None = None,
+) -> npt.NDArray[np.float64]:
+    r"""Return the weight of each arc, with a price for creases that no resolution changes.
+
+    .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \beta\,\eta\,r\,\theta / \pi}{d}
+
+    is eq. 2 with the expected radius r of a region in place of the length of the edge, which
+    shrinks as a mesh is refined: a path that turns by theta in all costs the same on fine and on
+    coarse meshes. The rest is as for `superfacet_weights`.
+
+    Parameters
+    ----------
+    mesh, graph, n_threads
+        As for `superfacet_weights`.
+    expected_radius : float
+        r = sqrt(A / (pi k)), > 0, in the unit of the vertices: what a
+        segmentation has as ``params["expected_radius"]``.
+    beta : float, default 20.0
+        How many radii it costs to turn by pi, >= 0.
+    eta_convex : float, default 0.0
+        What a convex edge counts against a concave one, >= 0.
+
+    Returns
+    -------
+    ndarray of float64, shape (M,)
+        In units of d; finite, >= 0, the same for both arcs of a pair.
+
+    Raises
+    ------
+    ValueError
+        If a number is negative or not finite, or the graph is of another mesh.
+
+    Examples
+    --------
+    >>> from superfacets import build_face_graph
+    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> scale_free_weights(valley, build_face_graph(valley), 0.5, beta=10).round(3).tolist()
+    [2.285, 2.285]
+    """
+    radius = checked_number(expected_radius, "expected_radius", zero=False)
+    beta = checked_number(beta, "beta", zero=True)
+    return _weights(mesh, graph, beta, eta_convex, radius, n_threads)
+
+
+def _weights(
+    mesh: object,
+    graph: FaceGraph,
+    factor: float,
+    eta_convex: float,
+    fold_length: float,
+    n_threads: int | None,
+) -> npt.NDArray[np.float64]:
+    """Eq. 1-3 with `fold_length` in place of the length of the edge in eq. 2, unless it is 0."""
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
-    alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
     if graph.n_cells != mesh.n_faces:
         raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
@@ -94,8 +157,9 @@ def superfacet_weights(
         graph.neighbors,
         graph.sides,
         graph.same_turn,
-        alpha,
+        factor,
         eta_convex,
+        fold_length,
         graph.diagonal,
         is_inside_out(mesh, graph, n_threads=threads),
         threads,
