@@ -211,21 +211,9 @@ class Smoother {
   double cost_of(Face face, std::int64_t arc) {
     float& cost = costs_[arc];
     if (cost == kNotYetKnown) {
-      const auto [start, end] = edge_of(face, arc);
-      const Point middle = 0.5 * (start + end);
-      const double geodesic = norm(arcs_.centroids[face] - middle) +
-                              norm(middle - arcs_.centroids[arcs_.neighbors[arc]]);  // eq. 1
-      const double excess = std::max(0.0, weights_[arc] * options_.diagonal - geodesic);
-      cost = static_cast<float>(norm(end - start) * std::exp(-excess / options_.crease_scale));
+      cost = static_cast<float>(options_.border_cost(arcs_, weights_, face, arc));
     }
     return cost;
-  }
-
-  std::pair<Point, Point> edge_of(Face face, std::int64_t arc) const {
-    const Triangle& triangle = arcs_.faces[face];
-    const int side = arcs_.sides[arc];
-    return {arcs_.vertices[triangle.corners[side]],
-            arcs_.vertices[triangle.corners[(side + 1) % 3]]};
   }
 
   // How far a face would be from the border that a region had at first, on a path along faces that
@@ -236,7 +224,7 @@ class Smoother {
     for (std::int64_t arc = arcs_.offsets[face]; arc < arcs_.offsets[face + 1]; ++arc) {
       const Face neighbor = arcs_.neighbors[arc];
       if (labels_[neighbor] != to) continue;
-      const double step = weights_[arc] * options_.diagonal;
+      const double step = weights_[arc] * options_.border_cost.diagonal;
       const bool is_at_border = first_labels_[neighbor] == to;  // which is half way
       shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);
     }

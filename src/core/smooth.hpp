@@ -2,24 +2,20 @@
 #pragma once
 
 #include "buffer.hpp"
+#include "regions.hpp"
 #include "types.hpp"
-#include "weights.hpp"
 
 namespace superfacets {
 
-// Lengths are in the unit of the vertices.
 struct SmoothOptions {
-  double diagonal = 1.0;      // d, the unit of the weights
-  double max_distance = 0.0;  // how far borders may go, as a path length
-  double crease_scale = 1.0;  // what crossing must cost beyond distance for a border to cost 1/e
+  BorderCost border_cost;
+  double max_distance = 0.0;  // how far borders may go, as a path length, in the vertices' unit
   std::size_t max_chain = 1;  // at most so many faces move at once
   int max_sweeps = 1;         // at most so often a border is gone over
 };
 
 // Moves faces at borders between regions, each time a chain of neighbors from one region to
-// another, as long as that makes the borders cheaper. A border costs the sum over its arcs of
-// |e| exp(-excess / crease_scale), where excess is by how much the weight of the arc is more than
-// the distance between the centroids across the edge (eq. 1): what the crease adds to it.
+// another, as long as that makes the borders cheaper.
 //
 // Kept at every step: faces that hung together in a region still do, no region loses its last face,
 // faces in `fixed` stay, and a face moves only to a region whose first border is within

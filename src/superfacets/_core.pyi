@@ -61,6 +61,22 @@ def smooth_borders(
     max_sweeps: int,
     n_threads: int,
 ) -> _Ints: ...
+def connected_pieces(offsets: _Longs, neighbors: _Ints, labels: _Ints) -> _Ints: ...
+def region_borders(
+    vertices: _Doubles,
+    faces: _Ints,
+    centroids: _Doubles,
+    areas: _Doubles,
+    offsets: _Longs,
+    neighbors: _Ints,
+    sides: npt.NDArray[np.uint16],
+    same_turn: npt.NDArray[np.uint8],
+    weights: _Doubles,
+    labels: _Ints,
+    diagonal: float,
+    crease_scale: float,
+    n_threads: int,
+) -> tuple[_Ints, _Ints, _Doubles]: ...
 def quantize_weights(weights: _Doubles, n_threads: int) -> tuple[_Floats, float]: ...
 
 class OrderedGraph:
@@ -95,6 +111,9 @@ class Clustering:
     def lengths(self) -> npt.NDArray[np.uint64]: ...
 
 def update_centers(graph: OrderedGraph, labels: _Ints, n_regions: int, n_threads: int) -> _Ints: ...
+def nearest_wanted(
+    graph: OrderedGraph, cells: _Ints, is_wanted: npt.NDArray[np.uint8]
+) -> _Ints: ...
 def scan_lines(
     text: _Bytes, begin: int, end: int, comment: int, n_threads: int
 ) -> tuple[_Longs, _Longs, _Ints]: ...

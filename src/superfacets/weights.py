@@ -127,7 +127,7 @@ def scale_free_weights(
     >>> from superfacets import build_face_graph
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
     >>> scale_free_weights(valley, build_face_graph(valley), 0.5, beta=10).round(3).tolist()
-    [2.285, 2.285]
+    [1.874, 1.874]
     """
     radius = checked_number(expected_radius, "expected_radius", zero=False)
     beta = checked_number(beta, "beta", zero=True)
