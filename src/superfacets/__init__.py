@@ -11,7 +11,7 @@ from .mesh import Mesh
 from .seeding import place_seeds
 from .segment import PAPER, Segmentation, segment, segment_graph
 from .update import update_centers
-from .weights import stk02_weights, superfacet_weights
+from .weights import crease_weights, stk02_weights, superfacet_weights
 
 if TYPE_CHECKING:
     from .colors import face_colors
@@ -38,6 +38,7 @@ __all__ = [
     "View",
     "build_face_graph",
     "classify",
+    "crease_weights",
     "face_colors",
     "mesh_info",
     "place_seeds",
