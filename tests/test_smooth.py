@@ -43,10 +43,10 @@ def test_a_zigzag_is_made_straight():
         00 00 10 11 11
         """,
         """
-        00 00 11 11 11
-        00 00 11 11 11
-        00 00 11 11 11
-        00 00 11 11 11
+        00 00 00 11 11
+        00 00 00 11 11
+        00 00 00 11 11
+        00 00 00 11 11
         """,
     )
     # One tooth of three squares: no face alone can leave it at a profit.
@@ -75,40 +75,46 @@ def test_a_straight_border_stays():
     check_smoothed(drawing, drawing)
 
 
-def test_a_border_in_a_valley_stays_where_it_would_be_made_straight_on_a_plane():
-    def bend(x, y):
-        """A valley floor along x = 2, that a bay of the region on the right leaves at x = 3."""
-        return abs(x - (3.0 if y == 2 else 2.0))
-
-    drawing = """
-        00 00 11 11 11
-        00 00 01 11 11
-        00 00 11 11 11
-        00 00 11 11 11
-        """
-    mesh, labels = sheet(drawing, bend)
-    flat, _ = sheet(drawing)
-    assert smooth_borders(flat, labels).tolist() != labels
-    assert smooth_borders(mesh, labels).tolist() == labels
+CORNER = """
+    00 00 11 11
+    00 00 11 11
+    11 11 11 11
+    11 11 11 11
+    """
+CUT_CORNER = """
+    00 00 11 11
+    00 10 11 11
+    11 11 11 11
+    11 11 11 11
+    """
 
 
-def test_a_border_on_a_slope_moves_into_the_valley():
-    def valley(x, y):
-        return 0.5 * abs(x - 3)
+def test_a_corner_is_cut_on_a_plane_but_not_where_it_is_in_a_crease():
+    def walls(x, y):
+        """Two slopes that rise from a floor in the upper left."""
+        return max(0, x - 2, 2 - y)
 
-    # The zigzag may go to x = 2 or x = 3, and both are as long.
+    check_smoothed(CORNER, CUT_CORNER, max_distance=0.3)
+    check_smoothed(CORNER, CORNER, walls)
+
+
+def test_a_ridge_is_no_crease():
+    check_smoothed(CORNER, CUT_CORNER, lambda x, y: -max(0, x - 2, 2 - y), max_distance=0.3)
+
+
+def test_a_zigzag_goes_to_the_valley_at_its_side():
     check_smoothed(
         """
-        00 00 01 11 11
-        00 00 01 11 11
-        00 00 01 11 11
+        00 00 10 11 11
+        00 00 10 11 11
+        00 00 10 11 11
         """,
         """
-        00 00 00 11 11
-        00 00 00 11 11
-        00 00 00 11 11
+        00 00 11 11 11
+        00 00 11 11 11
+        00 00 11 11 11
         """,
-        valley,
+        lambda x, y: abs(x - 2),
     )
 
 
