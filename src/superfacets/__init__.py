@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 from .cell_graph import CellGraph
 from .classify import Classification, classify
+from .clustering import Segmentation, segment_graph
 from .errors import MeshError, MissingExtraError
 from .face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .mesh import Mesh
 from .seeding import place_seeds
-from .segment import PAPER, Segmentation, segment, segment_graph
+from .segment import PAPER, segment
 from .update import update_centers
 from .weights import crease_weights, stk02_weights, superfacet_weights
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,8 +29,10 @@ __all__ = [
     "ISLANDS",
     "LabeledSurface",
     "RegionEdit",
+    "connect_surface",
     "enforce_connectivity",
     "merge_small_regions",
+    "merge_surface",
 ]
 
 CREASE_SCALE = 6.0
@@ -79,6 +81,10 @@ class LabeledSurface:
             weights = crease_weights(surface, graph, radius, n_threads=threads)
         lengths = checked_weights(weights, graph.n_arcs, threads)
         return cls(surface, graph, lengths, array, n_regions, radius, threads)
+
+    def relabeled(self, labels: Ints) -> LabeledSurface:
+        """Return the surface with other labels, 0..K-1, each at least once."""
+        return replace(self, labels=labels, n_regions=int(labels.max()) + 1)
 
     def areas(self, regions: Ints, n_regions: int) -> list[float]:
         """Area of each region."""
@@ -183,6 +189,11 @@ def enforce_connectivity(
     array([0, 0, 0, 1, 1, 1], dtype=int32)
     """
     surface = LabeledSurface.checked(mesh, labels, weights, weld, n_threads)
+    return connect_surface(surface, centers)
+
+
+def connect_surface(surface: LabeledSurface, centers: npt.ArrayLike | None) -> RegionEdit:
+    """Join the pieces of regions to neighbors; see `enforce_connectivity`."""
     graph = surface.graph
     pieces, n_pieces = _core.find_pieces(graph.offsets, graph.neighbors, surface.labels)
     region_of_piece = np.empty(n_pieces, np.int32)
@@ -295,6 +306,11 @@ def merge_small_regions(
     min_size = checked_number(min_size, "min_size", zero=True)
     checked_choice(islands, "islands", ISLANDS)
     surface = LabeledSurface.checked(mesh, labels, weights, weld, n_threads)
+    return merge_surface(surface, min_size, islands)
+
+
+def merge_surface(surface: LabeledSurface, min_size: float, islands: str) -> RegionEdit:
+    """Join small regions to neighbors; see `merge_small_regions`."""
     areas = surface.areas(surface.labels, surface.n_regions)
     least = min_size * sum(areas) / surface.n_regions
     borders = surface.borders(surface.labels, surface.n_regions)

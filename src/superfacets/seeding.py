@@ -29,7 +29,7 @@ __all__ = [
     "run_seeding",
 ]
 
-INITS = ("farthest", "geodesic", "flood", "grid")
+INITS = ("geodesic", "farthest", "flood", "grid")
 """Names of the ways to place seeds."""
 
 DEFAULT_N_SEGMENTS = 150

@@ -9,7 +9,10 @@ from . import _core
 from ._validate import checked_number, checked_seeds
 from .regions import CREASE_SCALE, LabeledSurface
 
-__all__ = ["smooth_borders", "smooth_surface"]
+__all__ = ["MAX_DISTANCE", "smooth_borders", "smooth_surface"]
+
+MAX_DISTANCE = 0.6
+"""How far borders move, in r, if not told otherwise."""
 
 MAX_CHAIN = 8
 """Faces that move at once: compactness is 4.80 with 1, 4.60 with 4, 4.57 with 8, 4.56 with 16."""
@@ -24,7 +27,7 @@ def smooth_borders(
     *,
     weights: npt.ArrayLike | None = None,
     centers: npt.ArrayLike | None = None,
-    max_distance: float = 0.6,
+    max_distance: float = MAX_DISTANCE,
     weld: bool = True,
     n_threads: int | None = None,
 ) -> npt.NDArray[np.int32]:

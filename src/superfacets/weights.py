@@ -23,8 +23,8 @@ __all__ = [
 ]
 
 DEFAULTS: dict[str, dict[str, float]] = {
-    "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
     "creases": {"alpha": 20.0, "eta_convex": 0.0},
+    "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
     "stk02": {"alpha": 0.5},
 }
 """Names of the arc weights that `segment` knows, and what their parameters are if not given."""
