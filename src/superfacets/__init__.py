@@ -9,8 +9,10 @@ from .clustering import Segmentation, segment_graph
 from .errors import MeshError, MissingExtraError
 from .face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .mesh import Mesh
+from .regions import RegionEdit, enforce_connectivity, merge_small_regions
 from .seeding import place_seeds
 from .segment import PAPER, segment
+from .smooth import smooth_borders
 from .update import update_centers
 from .weights import crease_weights, stk02_weights, superfacet_weights
 
@@ -34,13 +36,16 @@ __all__ = [
     "MeshError",
     "MeshInfo",
     "MissingExtraError",
+    "RegionEdit",
     "RenderError",
     "Segmentation",
     "View",
     "build_face_graph",
     "classify",
     "crease_weights",
+    "enforce_connectivity",
     "face_colors",
+    "merge_small_regions",
     "mesh_info",
     "place_seeds",
     "read_labels",
@@ -49,6 +54,7 @@ __all__ = [
     "sample_mesh",
     "segment",
     "segment_graph",
+    "smooth_borders",
     "stk02_weights",
     "superfacet_weights",
     "update_centers",

@@ -89,7 +89,7 @@ def segment_graph(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    init: str | npt.ArrayLike = "farthest",
+    init: str | npt.ArrayLike = "geodesic",
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
