@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import CellGraph, Mesh, build_face_graph, superfacet_weights
+from superfacets import CellGraph, Mesh, build_face_graph, reference, superfacet_weights
+from superfacets.weights import scale_free_weights
 
 
 def weights_of(mesh, **options):
@@ -260,3 +261,50 @@ def test_weights_of_a_graph_must_be_finite_and_not_negative():
         shapes.line_graph([1j])
     with pytest.raises(ValueError, match=r"one value per arc, shape \(2,\), got \(1,\)"):
         CellGraph([[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0])
+
+
+@pytest.mark.parametrize("degrees", [0, 90, -90, 30])
+def test_scale_free_weights_have_the_radius_for_the_edge(degrees):
+    mesh = shapes.fold(degrees)
+    graph = build_face_graph(mesh)
+    eta = 1.0 if degrees > 0 else 0.25
+    angular = 20 * eta * 7.0 * abs(degrees) / 180  # beta eta r theta / pi
+    weights = scale_free_weights(mesh, graph, 7.0, eta_convex=0.25)
+    expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
+    assert weights == pytest.approx([expected, expected])
+
+
+def test_scale_free_weights_equal_their_twin():
+    mesh = shapes.bumpy_sheet(8)
+    expected = reference.superfacet_weights(
+        mesh, reference.build_face_graph(mesh), alpha=30.0, eta_convex=0.1, fold_length=0.3
+    )
+    graph = build_face_graph(mesh)
+    weights = scale_free_weights(mesh, graph, 0.3, beta=30, eta_convex=0.1)
+    assert np.array_equal(weights, expected)
+
+
+def test_a_crease_costs_the_same_when_a_mesh_is_refined():
+    """Across a valley in strips of squares: the edge in it is 1, then 1/4 long."""
+    excesses = []
+    for n in (1, 4):
+        y = np.arange(n + 1) / n
+        points = [(x, v, abs(x)) for v in y for x in (-1 / n, 0, 1 / n)]
+        squares = [(3 * i + j, 3 * i + j + 1) for i in range(n) for j in range(2)]
+        faces = [t for a, b in squares for t in ([a, b, b + 3], [a, b + 3, a + 3])]
+        mesh = Mesh(points, faces)
+        graph = build_face_graph(mesh)
+        distances = scale_free_weights(mesh, graph, 2.0, beta=0)
+        excess = (scale_free_weights(mesh, graph, 2.0) - distances) * graph.diagonal
+        excesses.append(excess.max())
+    assert excesses == pytest.approx([20 * 2.0 * 0.5] * 2)
+
+
+@pytest.mark.parametrize(
+    ("radius", "options"),
+    [(0, {}), (-1.0, {}), (math.inf, {}), (1.0, {"beta": -1}), (1.0, {"eta_convex": math.nan})],
+)
+def test_scale_free_weights_refuse_wrong_numbers(radius, options):
+    mesh = shapes.fold(30)
+    with pytest.raises(ValueError, match="must be finite and"):
+        scale_free_weights(mesh, build_face_graph(mesh), radius, **options)
