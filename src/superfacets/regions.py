@@ -290,7 +290,7 @@ def merge_small_regions(
     >>> strip = Mesh(vertices, [[f, f + 1, f + 2] for f in range(6)])
     >>> edit = merge_small_regions(strip, [0, 0, 0, 1, 2, 2], 0.6)
     >>> edit.labels, edit.sources, edit.n_joined
-    (array([0, 0, 0, 1, 1, 1], dtype=int32), array([0, 2], dtype=int32), 1)
+    (array([0, 0, 0, 0, 1, 1], dtype=int32), array([0, 2], dtype=int32), 1)
     """
     min_size = checked_number(min_size, "min_size", zero=True)
     checked_choice(islands, "islands", ISLANDS)
