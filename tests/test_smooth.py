@@ -208,7 +208,7 @@ def test_the_kernel_equals_its_twin(name):
         fixed = {int(np.argmax(surface.labels == 0))}
         expected = reference.smooth_borders(
             surface.graph, mesh, surface.weights, surface.labels.tolist(), fixed,
-            max_distance=0.6 * surface.radius, crease_scale=CREASE_SCALE * surface.radius,
+            max_distance=1.0 * surface.radius, crease_scale=CREASE_SCALE * surface.radius,
             max_chain=MAX_CHAIN, max_sweeps=MAX_SWEEPS,
         )  # fmt: skip
         assert smooth_borders(mesh, labels, centers=sorted(fixed)).tolist() == expected
