@@ -61,7 +61,7 @@ def test_a_piece_on_an_island_becomes_a_region():
 
 def test_connected_regions_stay_as_they_are():
     mesh = shapes.bumpy_sheet(8)
-    labels = segment(mesh, 9).labels
+    labels = segment(mesh, 9, smooth=False).labels
     edit = enforce_connectivity(mesh, labels)
     check_edit(edit, labels.tolist(), list(range(9)), 0, 0)
 
@@ -124,7 +124,7 @@ def test_faces_without_area_are_in_regions_too():
 
 def test_borders_are_the_same_for_any_number_of_threads():
     mesh = shapes.bumpy_sheet(128)
-    labels = segment(mesh, 50).labels
+    labels = segment(mesh, 50, smooth=False).labels
     tables = []
     for n_threads in (1, 3):
         surface = LabeledSurface.checked(mesh, labels, None, True, n_threads)
@@ -144,7 +144,7 @@ def test_random_labels_of_real_meshes_end_up_in_one_piece_each(benchmark_paths):
     for path in benchmark_paths[::24]:
         mesh = read_off(path)
         rng = np.random.default_rng(0)
-        labels = segment(mesh, 40).labels.copy()
+        labels = segment(mesh, 40, smooth=False).labels.copy()
         wrong = rng.random(mesh.n_faces) < 0.2
         labels[wrong] = rng.integers(0, 40, int(wrong.sum()))
         edit = enforce_connectivity(mesh, labels)

@@ -33,8 +33,9 @@ constexpr double kDeepest = 0.5;
 
 // A face that may be next in a chain.
 struct Candidate {
-  Face face;
-  double gain;
+  Face face = kNoFace;
+  double gain = 0.0;
+  float travel = 0.0F;  // known when it is its turn
 };
 
 struct Move {
@@ -138,13 +139,13 @@ class Smoother {
     double best_gain = kLeastGain * cost;
     std::size_t best_size = 0;
     chain_.clear();
-    candidates_.assign({{first, gain_of(first, from, to)}});
+    candidates_.assign({{first, gain_of(first, from, to), 0.0F}});
     while (chain_.size() < options_.max_chain) {
-      const Candidate next = take_candidate(from, to);
-      if (next.face == kNoFace || gain + next.gain < -kDeepest * cost) break;
+      const Candidate next = take_candidate(from, to, -kDeepest * cost - gain);
+      if (next.face == kNoFace) break;
       gain += next.gain;
       chain_.push_back({next.face, travels_[next.face]});
-      travels_[next.face] = static_cast<float>(travel_of(next.face, to));
+      travels_[next.face] = next.travel;
       labels_[next.face] = to;
       if (gain > best_gain) {
         best_gain = gain;
@@ -155,21 +156,22 @@ class Smoother {
     return best_size;
   }
 
-  // The best candidate that may move, out of the list; kNoFace if there is none.
-  Candidate take_candidate(Label from, Label to) {
+  // The best candidate that may move, out of the list; kNoFace if none wins as much as it has to.
+  Candidate take_candidate(Label from, Label to, double least_gain) {
     while (!candidates_.empty()) {
       const auto best = std::max_element(
           candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
             return std::pair(a.gain, b.face) < std::pair(b.gain, a.face);
           });
-      const Candidate taken = *best;
+      Candidate taken = *best;
+      if (taken.gain < least_gain) break;
       *best = candidates_.back();
       candidates_.pop_back();
-      if (travel_of(taken.face, to) <= options_.max_distance && may_leave(taken.face, from)) {
-        return taken;
-      }
+      const double travel = travel_of(taken.face, to);
+      taken.travel = static_cast<float>(travel);
+      if (travel <= options_.max_distance && may_leave(taken.face, from)) return taken;
     }
-    return {kNoFace, 0.0};
+    return {};
   }
 
   // Neighbors of a face that has just moved: what they win is now more than it was.
@@ -177,7 +179,7 @@ class Smoother {
     for (std::int64_t arc = arcs_.offsets[moved]; arc < arcs_.offsets[moved + 1]; ++arc) {
       const Face face = arcs_.neighbors[arc];
       if (labels_[face] != from) continue;
-      const Candidate candidate{face, gain_of(face, from, to)};
+      const Candidate candidate{face, gain_of(face, from, to), 0.0F};
       const auto known = std::find_if(candidates_.begin(), candidates_.end(),
                                       [&](const Candidate& other) { return other.face == face; });
       if (known == candidates_.end()) {

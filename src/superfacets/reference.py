@@ -458,10 +458,10 @@ class _MovingRegions:
         while candidates and len(chain) < max_chain:
             face = max(candidates, key=lambda f: (candidates[f], -f))
             step = candidates.pop(face)
+            if step < -0.5 * limit - gain:
+                break
             if self.travel(face, label) > self.max_distance or not self.may_leave(face):
                 continue
-            if gain + step < -0.5 * limit:
-                break
             gain += step
             chain.append((face, self.travels[face]))
             self.travels[face] = float(np.float32(self.travel(face, label)))

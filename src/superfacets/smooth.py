@@ -11,8 +11,9 @@ from .regions import CREASE_SCALE, LabeledSurface
 
 __all__ = ["MAX_DISTANCE", "smooth_borders", "smooth_surface"]
 
-MAX_DISTANCE = 0.6
-"""How far borders move, in r, if not told otherwise."""
+MAX_DISTANCE = 1.0
+"""In r. On the benchmark models compactness is 4.59 at 0.6, 4.49 at 1 and 4.44 at 1.3, and the
+undersegmentation error 0.1232, 0.1237 and 0.1254."""
 
 MAX_CHAIN = 8
 """Faces that move at once: compactness is 4.80 with 1, 4.60 with 4, 4.57 with 8, 4.56 with 16."""
@@ -56,7 +57,7 @@ def smooth_borders(
         for r = sqrt(A / (pi K)) if not given.
     centers : array_like of int, optional
         Distinct faces that stay in their regions.
-    max_distance : float, default 0.6
+    max_distance : float, default 1.0
         How far, in r and as a path length in the given weights, a face may be from the border of
         the region that it moves to, >= 0. As creases make paths long, borders do not leave them.
     weld, n_threads
