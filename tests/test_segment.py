@@ -12,6 +12,7 @@ from superfacets import (
     Mesh,
     build_face_graph,
     classify,
+    crease_weights,
     segment,
     segment_graph,
     smooth_borders,
@@ -334,7 +335,12 @@ def test_borders_are_straight_by_default_and_centers_stay_in_connected_regions(s
     assert np.array_equal(result.labels[result.centers], np.arange(20))
     assert compactness(sheet, result.labels) < compactness(sheet, rough.labels) - 0.3
     assert shapes.count_pieces(build_face_graph(sheet), result.labels) == 20
-    again = smooth_borders(sheet, rough.labels, centers=rough.centers)
+    graph = build_face_graph(sheet)
+    weights = crease_weights(sheet, graph, rough.params["expected_radius"])
+    cells = graph.with_weights(weights)  # paths, and borders, are measured in whole units
+    again = smooth_borders(
+        sheet, rough.labels, centers=rough.centers, weights=cells.lengths * cells.unit
+    )
     assert np.array_equal(result.labels, again)
 
 

@@ -7,15 +7,16 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from . import _core
 from ._timing import timed
 from ._validate import checked_choice
-from .cell_graph import OrderedCells, checked_weights
+from .cell_graph import OrderedCells
 from .clean import Cleaning, clean
 from .clustering import Loop, Progress, Segmentation, segment_cells
-from .face_graph import FaceGraph, build_face_graph
+from .face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .mesh import Mesh, as_mesh
 from .regions import LabeledSurface
 from .seeding import INITS, check_size, expected_radius
@@ -157,7 +158,9 @@ def segment(
         faces = build_face_graph(surface, weld=weld, n_threads=loop.n_threads)
     with timed(timings, "weights"):
         r = expected_radius(faces, n_segments, radius, init)
-        lengths = faces.quantized(chosen.weigh(surface, faces, r, loop.n_threads), loop.n_threads)
+        weights = chosen.weigh(surface, faces, r, loop.n_threads)
+        lengths, unit = faces.quantized(weights, loop.n_threads)
+        del weights  # what is not needed any more makes room
     with timed(timings, "order"):
         cells = OrderedCells(
             _core.OrderedGraph(
@@ -170,38 +173,53 @@ def segment(
             ),
             faces.bounds,
         )
-        del lengths  # what is not needed any more makes room
-        labeled = _Unlabeled(surface, faces, chosen) if cleaning.is_needed else None
-        del surface, faces
+        unlabeled = _Unlabeled.of(surface, faces, chosen, lengths, unit)
+        del surface, faces, lengths
     result = segment_cells(cells, n_segments, radius, init, loop)
     del cells
-    if labeled is not None:
+    if cleaning.is_needed:
         with timed(timings, "regions"):
-            result = clean(labeled.with_labels(result, r, loop.n_threads), result, cleaning)
+            result = clean(unlabeled.with_labels(result, r, loop.n_threads), result, cleaning)
     params = {"weld": weld, **chosen.params, **result.params, **cleaning.params}
     return replace(result, timings=_in_order(timings | result.timings), params=params)
 
 
 @dataclass(frozen=True)
 class _Unlabeled:
-    """What the clean-up of regions needs of the mesh, once there are labels."""
+    """What the clean-up of regions needs of a mesh, kept as small as it gets until it has labels.
+
+    Positions and areas of faces are made anew, and of weights what paths were measured by is kept.
+    """
 
     mesh: Mesh
-    faces: FaceGraph
+    arcs: dict[str, npt.NDArray[Any]]
+    edge_counts: EdgeCounts
     chosen: ArcWeights
+    lengths: npt.NDArray[np.float32]
+    unit: float
+
+    @classmethod
+    def of(
+        cls, mesh: Mesh, faces: FaceGraph, chosen: ArcWeights,
+        lengths: npt.NDArray[np.float32], unit: float,
+    ) -> _Unlabeled:  # fmt: skip
+        names = ("offsets", "neighbors", "sides", "same_turn", "bounds")
+        arcs = {name: getattr(faces, name) for name in names}
+        return cls(mesh, arcs, faces.edge_counts, chosen, lengths, unit)
 
     def with_labels(self, result: Segmentation, radius: float, n_threads: int) -> LabeledSurface:
-        """Return the surface in regions. Weights are made anew: kept, they would take much room."""
-        if self.chosen.params["weights"] in ("creases", "given"):
-            weights = self.chosen.weigh(self.mesh, self.faces, radius, n_threads)
-        else:  # other units, or other prices at other resolutions
-            weights = crease_weights(self.mesh, self.faces, radius, n_threads=n_threads)
-        lengths = checked_weights(weights, self.faces.n_arcs, n_threads)
-        radius = radius or self.faces.diagonal
-        n_regions = result.n_segments
-        return LabeledSurface(
-            self.mesh, self.faces, lengths, result.labels, n_regions, radius, n_threads
+        centroids, areas = _core.measure_faces(self.mesh.vertices, self.mesh.faces, n_threads)
+        faces = FaceGraph._unchecked(
+            self.edge_counts, positions=centroids, measures=areas, **self.arcs
         )
+        if self.chosen.params["weights"] in ("creases", "given"):
+            weights = self.lengths * np.float64(self.unit)
+        else:  # other units, or other prices at other resolutions
+            weights = crease_weights(self.mesh, faces, radius, n_threads=n_threads)
+        return LabeledSurface(
+            self.mesh, faces, weights, result.labels, result.n_segments,
+            radius or faces.diagonal, n_threads,
+        )  # fmt: skip
 
 
 def _in_order(timings: dict[str, float]) -> dict[str, float]:
