@@ -3,6 +3,7 @@
 #include "bindings.hpp"
 #include "checks.hpp"
 #include "face_graph.hpp"
+#include "pieces.hpp"
 #include "vertex_graph.hpp"
 #include "weights.hpp"
 #include "weld.hpp"
@@ -47,12 +48,22 @@ auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& repre
       std::tuple(counts.edges, counts.boundary, counts.non_manifold, counts.inconsistent));
 }
 
-auto bind_build_vertex_graph(const Rows<Vertex>& faces, const Array<Vertex>& representative,
-                             int n_threads) {
-  const auto input = triangles(faces);
-  const auto vertices = view(representative);
-  VertexGraph graph = without_gil([&] { return build_vertex_graph(input, vertices, n_threads); });
-  return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)));
+auto bind_build_vertex_graph(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                             const Array<Vertex>& representative, int n_threads) {
+  const auto input = std::pair(points(vertices), triangles(faces));
+  const auto lowest = view(representative);
+  VertexGraph graph =
+      without_gil([&] { return build_vertex_graph(input.first, input.second, lowest, n_threads); });
+  return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
+                    to_numpy(std::move(graph.lengths)));
+}
+
+auto bind_find_pieces(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                      const Array<Label>& labels) {
+  const auto arcs = std::pair(view(offsets), view(neighbors));
+  const auto input = view(labels);
+  Pieces pieces = without_gil([&] { return find_pieces(arcs.first, arcs.second, input); });
+  return std::tuple(to_numpy(std::move(pieces.of_cell)), pieces.n_pieces);
 }
 
 auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
@@ -62,6 +73,13 @@ auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces,
   without_gil(
       [&] { measure_faces(input.first, input.second, n_threads, centroids.span(), areas.span()); });
   return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)));
+}
+
+auto bind_area_vectors(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
+  Buffer<Point> vectors(faces.shape(0));
+  const auto input = std::pair(points(vertices), triangles(faces));
+  without_gil([&] { area_vectors(input.first, input.second, n_threads, vectors.span()); });
+  return to_numpy(std::move(vectors));
 }
 
 auto bind_superfacet_weights(const Rows<double>& vertices, const Rows<Vertex>& faces,
@@ -119,9 +137,13 @@ void bind_mesh_stages(nb::module_& module) {
   module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert(), "n_threads"_a);
   module.def("build_face_graph", &bind_build_face_graph, "faces"_a.noconvert(),
              "representative"_a.noconvert(), "n_threads"_a);
-  module.def("build_vertex_graph", &bind_build_vertex_graph, "faces"_a.noconvert(),
-             "representative"_a.noconvert(), "n_threads"_a);
+  module.def("build_vertex_graph", &bind_build_vertex_graph, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
+  module.def("find_pieces", &bind_find_pieces, "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
+             "labels"_a.noconvert());
   module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "n_threads"_a);
+  module.def("area_vectors", &bind_area_vectors, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
   module.def("superfacet_weights", &bind_superfacet_weights, "vertices"_a.noconvert(),
              "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),

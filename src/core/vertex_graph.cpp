@@ -50,12 +50,27 @@ void drop_repeated(VertexGraph& graph) {
   graph.neighbors = std::move(kept);
 }
 
+void measure_edges(std::span<const Point> vertices, int n_threads, VertexGraph& graph) {
+  graph.lengths = Buffer<double>(graph.neighbors.size());
+  const auto n_vertices = static_cast<std::int64_t>(vertices.size());
+  parallel_ranges(n_vertices, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t vertex = begin; vertex < end; ++vertex) {
+      for (std::int64_t arc = graph.offsets[vertex]; arc < graph.offsets[vertex + 1]; ++arc) {
+        // From the lower to the higher one: the same bits both ways.
+        const std::int64_t neighbor = graph.neighbors[arc];
+        const auto [low, high] = std::minmax({vertex, neighbor});
+        graph.lengths[arc] = norm(vertices[high] - vertices[low]);
+      }
+    }
+  });
+}
+
 }  // namespace
 
-VertexGraph build_vertex_graph(std::span<const Triangle> faces,
+VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
                                std::span<const Vertex> representative, int n_threads) {
   const std::size_t n_vertices = representative.size();
-  VertexGraph graph{Buffer<std::int64_t>(n_vertices + 1), {}};
+  VertexGraph graph{Buffer<std::int64_t>(n_vertices + 1), {}, {}};
   std::fill(graph.offsets.begin(), graph.offsets.end(), 0);
   for_each_side(faces, representative, [&](Vertex a, Vertex b) {
     ++graph.offsets[a];
@@ -73,6 +88,7 @@ VertexGraph build_vertex_graph(std::span<const Triangle> faces,
   });
   sort_rows(graph, n_threads);
   drop_repeated(graph);
+  measure_edges(vertices, n_threads, graph);
   return graph;
 }
 

@@ -61,6 +61,8 @@ _LAZY_MODULES = {
     "gl": ("RenderError",),
     "info": ("MeshInfo", "mesh_info"),
     "io": ("read_labels", "read_mesh", "write_labels", "write_mesh"),
+    "metrics": (),
+    "princeton": (),
     "rendering": ("View", "render"),
     "sample": ("sample_mesh",),
 }

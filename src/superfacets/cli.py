@@ -19,6 +19,7 @@ from .errors import MeshError, MissingExtraError
 from .gl import RenderError
 from .io import check_outputs, has_labels, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
+from .metrics.cuts import DEFAULT_TOLERANCE
 from .reproduce.command import reproduce_command
 from .seeding import INITS
 from .segment import PAPER, Segmentation, segment
@@ -234,6 +235,51 @@ def render_command(
     view = View(azimuth=azimuth, elevation=elevation, up=up)
     render(surface, shown, output=output, view=view)
     click.echo(f"wrote {output}")
+
+
+@commands.command("evaluate")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.argument("labels", metavar="LABELS", type=FILE)
+@click.argument("more", nargs=-1, type=FILE, metavar="")
+@click.option(
+    "--gt",
+    "truths",
+    metavar="SEG...",
+    type=FILE,
+    multiple=True,
+    help="Ground truth: labels too, one or more files (say, seg/1/*.seg).",
+)
+@click.option(
+    "--tolerance",
+    type=NOT_NEGATIVE,
+    default=DEFAULT_TOLERANCE,
+    show_default=True,
+    help="How far apart borders may be to count as one, as a fraction of the mesh's diagonal.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the metrics as JSON.")
+def evaluate_command(
+    mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Print how good LABELS of the mesh in the file IN are, against ground truth if there is any.
+
+    Labels are read from .npy, .seg, .txt or labeled .ply files.
+    """
+    from .metrics import evaluate
+
+    if more and not truths:
+        raise click.UsageError(
+            f"Got unexpected extra argument ({more[0]}): ground truth needs --gt"
+        )
+    surface = read_mesh(mesh)
+    regions = read_labels(labels, surface.n_faces)
+    segments = [read_labels(path, surface.n_faces) for path in (*truths, *more)]
+    values = evaluate(surface, regions, segments, tolerance=tolerance)
+    if as_json:
+        files = {"file": str(mesh), "labels": str(labels), "n_ground_truths": len(segments)}
+        click.echo(json.dumps(files | values))
+    else:
+        click.echo("\n".join(f"{name:<26} {value:.6g}" for name, value in values.items()))
 
 
 @commands.command("demo")
