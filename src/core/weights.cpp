@@ -31,7 +31,8 @@ constexpr std::int64_t kFacesPerList = 64;
 
 constexpr double kNotYetWeighed = -1.0;
 
-// The unit normal, or a zero vector where the face has none.
+}  // namespace
+
 Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   const Point& a = vertices[face.corners[0]];
   const Point& b = vertices[face.corners[1]];
@@ -42,6 +43,8 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   if (!(length > kNormalNoise * longest)) return {0.0, 0.0, 0.0};
   return {direction.x / length, direction.y / length, direction.z / length};
 }
+
+namespace {
 
 Buffer<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
   Buffer<Point> normals(arcs.faces.size());  // zero where a face has none

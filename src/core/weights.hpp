@@ -29,6 +29,10 @@ struct ArcGeometry {
   std::span<const std::uint8_t> same_turn;
 };
 
+// The unit normal of a face, or a zero vector where it has none: two corners at one position, or no
+// area beyond rounding errors.
+Point unit_normal(std::span<const Point> vertices, const Triangle& face);
+
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. theta is in
 // [0, pi] and 0 where a face has no normal. The two arcs of a pair get the same bits. Memory: 24
 // bytes per face.
@@ -41,7 +45,7 @@ void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, i
 // face.
 void stk02_weights(const ArcGeometry& arcs, double alpha, int n_threads, std::span<double> weights);
 
-// Faces that have no normal: two corners at one position, or no area beyond rounding errors.
+// Faces that have no normal.
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);
 
 // Volume enclosed by the faces, negative if they are turned inwards. Means something on closed

@@ -1,5 +1,7 @@
 """The compiled kernels. They check nothing: arrays come from `_validate` and have exact types."""
 
+import enum
+
 import numpy as np
 import numpy.typing as npt
 
@@ -117,3 +119,27 @@ def parse_long_corners(
     text: _Bytes, starts: _Longs, ends: _Longs, counts: _Ints, n_threads: int
 ) -> tuple[_Longs, _Longs]: ...
 def copy_rows(rows: _Bytes, n_threads: int) -> _Bytes: ...
+
+class ProxyMetric(enum.Enum):
+    L2 = 0
+    L21 = 1
+
+class ProxyRegions:
+    def __init__(
+        self,
+        vertices: _Doubles,
+        faces: _Ints,
+        areas: _Doubles,
+        offsets: _Longs,
+        neighbors: _Ints,
+        metric: ProxyMetric,
+        seeds: _Ints,
+    ) -> None: ...
+    @property
+    def n_regions(self) -> int: ...
+    def relax(self) -> int: ...
+    def insert(self) -> None: ...
+    def error(self) -> float: ...
+    def labels(self) -> _Ints: ...
+    def seeds(self) -> _Ints: ...
+    def proxies(self) -> tuple[_Doubles, _Doubles]: ...

@@ -281,6 +281,18 @@ def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
     return value
 
 
+def checked_generator(value: Any, name: str) -> np.random.Generator:
+    """A generator of random numbers: as given, or seeded with an integer >= 0."""
+    if isinstance(value, np.random.Generator):
+        return value
+    if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name} must be an integer or a Generator, got {reprlib.repr(value)}")
+    seed = operator.index(value)
+    if seed < 0:
+        raise ValueError(f"{name} must not be negative, got {seed}")
+    return np.random.default_rng(seed)
+
+
 def checked_callable(value: Any, name: str) -> Any:
     """Something that can be called, or None."""
     if value is not None and not callable(value):
