@@ -106,17 +106,12 @@ def _tell(report: Report) -> None:
     results: Any = report.results
     for problem in results.plan.problems:
         _note(problem)
-    for line, n_runs in results.reasons().items():
-        _note(f"failed: {line} ({n_runs} runs)")
+    for line in results.reasons():
+        _note(f"failed: {line}")
     for line in report.picture_problems:
         _note(f"not drawn: {line}")
-    if results.missing:
-        models = {run.source.name for run in results.missing}
-        methods = ", ".join(dict.fromkeys(run.method for run in results.missing))
-        _note(
-            f"{len(results.missing)} runs were not started within the budget, on {len(models)}"
-            f" meshes: {methods}"
-        )
+    for line in results.not_started():
+        _note(f"not started within the budget: {line}")
     counts = (len(results.done), len(results.failed), len(results.missing))
     click.echo(
         "{} runs done, {} failed, {} not started".format(*counts)

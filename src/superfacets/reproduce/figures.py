@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..io import atomic_outputs
 from .methods import METHODS
@@ -26,7 +26,7 @@ _NAMES = {
     "compactness": "compactness",
 }
 
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -63,6 +63,8 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
     """Plot seconds over faces, both logarithmic, a dot for each model and method."""
 
     def draw(figure: Figure) -> None:
+        from matplotlib.ticker import LogLocator, NullLocator
+
         axis = figure.subplots()
         for curve in curves:
             k = results.plan.choice.k
@@ -71,20 +73,21 @@ def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
             axis.scatter(
                 [run.source.n_faces for run in done],
                 [results.value(run, "seconds") for run in done],
-                s=11,
+                s=14,
                 color=METHODS[curve.method].color,
                 label=curve.title,
                 linewidths=0,
             )
         axis.set(xscale="log", yscale="log", xlabel="faces", ylabel="seconds, one thread")
+        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.xaxis.set_major_formatter("{x:,.0f}")
+        axis.xaxis.set_minor_locator(NullLocator())
         axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
 
     _save(path, (9.5, 4.6), draw)
 
 
-def plot_categories(
-    path: Path, results: Results, comparison: Comparison, quantity: str
-) -> None:
+def plot_categories(path: Path, results: Results, comparison: Comparison, quantity: str) -> None:
     """Plot a measure over k in a panel for each category, a curve for each method."""
     curves = [
         curve for curve in comparison.curves if curve.alpha == METHODS[curve.method].usual_alpha
@@ -101,11 +104,12 @@ def plot_categories(
                 _add_curve(panel, results, curve, quantity, models)
             panel.set_title(f"{category} ({len(models)})", fontsize=9)
             panel.tick_params(labelsize=7)
+            panel.set_xticks(results.plan.choice.ks)
         for panel in panels[len(categories) :]:
             panel.remove()
         figure.supylabel(_NAMES[quantity], fontsize=9)
         figure.supxlabel("regions, k", fontsize=9)
-        _add_legend(figure, panels[0], curves)
+        _add_legend(figure, panels[0], curves, "outside upper center")
 
     _save(path, (11.5, 1.2 + 1.75 * n_rows), draw)
 
@@ -128,19 +132,22 @@ def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
             for quantity in ("compactness", "undersegmentation_error")
         )
         axis.plot(x, y, color=METHODS[method].color, linewidth=0.8, alpha=0.6)
-        for curve, *place in zip(curves, x, y, strict=True):
-            axis.plot(*place, marker="o", color=_look(results, curve)["color"])
-            if curve.alpha is not None:
-                axis.annotate(
-                    f"{curve.alpha:g}", place, textcoords="offset points", xytext=(3, 3), fontsize=6
-                )
+        for curve, across, up in zip(curves, x, y, strict=True):
+            axis.plot(across, up, marker="o", color=_look(results, curve)["color"])
+            text = "" if curve.alpha is None else f"{curve.alpha:g}"
+            axis.annotate(text, (across, up), textcoords="offset points", xytext=(3, 3), fontsize=6)
     axis.set(xlabel=f"compactness at k = {k}", ylabel=f"undersegmentation error at k = {k}")
 
 
-def _add_legend(figure: Figure, axis: Axes, curves: Sequence[Curve]) -> None:
+def _add_legend(
+    figure: Figure,
+    axis: Axes,
+    curves: Sequence[Curve],
+    place: Literal["outside lower center", "outside upper center"] = "outside lower center",
+) -> None:
     handles, labels = axis.get_legend_handles_labels()
     n_columns = 4 if len(curves) > 4 else max(1, len(curves))
-    figure.legend(handles, labels, loc="outside lower center", ncols=n_columns, fontsize=8)
+    figure.legend(handles, labels, loc=place, ncols=n_columns, fontsize=8)
 
 
 def _look(results: Results, curve: Curve) -> dict[str, Any]:
@@ -150,7 +157,10 @@ def _look(results: Results, curve: Curve) -> dict[str, Any]:
     rank = alphas.index(curve.alpha) if curve.alpha in alphas else len(alphas) - 1
     white = _LIGHTEST * (1 - rank / max(1, len(alphas) - 1)) if len(alphas) > 1 else 0.0
     is_usual = curve.alpha == method.usual_alpha
-    return {"color": _lighter(method.color, white), "linewidth": 2.0 if is_usual else 1.1}
+    width = 2.0 if is_usual else 1.1
+    return {
+        "color": _lighter(method.color, white), "linewidth": width, "linestyle": method.line
+    }  # fmt: skip
 
 
 def _lighter(color: str, white: float) -> Color:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from ..mesh import Mesh
 from ..rendering import View
 from .methods import METHODS
 from .runs import Run
@@ -17,9 +18,6 @@ TABLE_METHODS = ("superfacets", "paper")
 """Methods in Table 1."""
 
 _ALPHA = 200.0
-
-_VIEWS: Mapping[str, View] = MappingProxyType({})
-"""Views of categories, and of meshes by name, that do not show well from the usual side."""
 
 # Categories whose smallest models are shown; where they are missing, others take their place.
 _ALPHA_CATEGORIES = ("Fourleg", "Hand")
@@ -52,14 +50,20 @@ def pictures_of(
     return GALLERY[figure](models, meshes, k)
 
 
-def view_of(source: Source) -> View:
-    """Return where the picture of a mesh is taken from."""
-    return _VIEWS.get(source.category if source.is_model else source.name, View())
+def view_of(mesh: Mesh) -> View:
+    """Return where the picture of a mesh is taken from: its broad side, for they lie in all ways.
+
+    The models of the benchmark have no common axis that points up.
+    """
+    x, y, z = mesh.bounds[1] - mesh.bounds[0]
+    if y <= min(x, z):
+        return View(azimuth=20, elevation=60)
+    if x < z:
+        return View(azimuth=65, up="z" if z > 2 * y else "y")
+    return View(azimuth=25)
 
 
-def _large_meshes(
-    models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
-) -> list[Picture]:
+def _large_meshes(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
     """Figure 1: the meshes that the user has."""
     return [Picture("1", "", mesh.name, Run(mesh, "superfacets", _ALPHA, k)) for mesh in meshes]
 
@@ -69,9 +73,7 @@ def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
     return [Run(mesh, method, _ALPHA, k) for mesh in meshes for method in TABLE_METHODS]
 
 
-def _three_alphas(
-    models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
-) -> list[Picture]:
+def _three_alphas(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
     """Figure 2: what alpha does."""
     return [
         Picture("2", f"alpha = {alpha:g}", _title(model), Run(model, "superfacets", alpha, k))
@@ -80,9 +82,7 @@ def _three_alphas(
     ]
 
 
-def _cuts_and_ours(
-    models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
-) -> list[Picture]:
+def _cuts_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
     """Figure 3: normalized cuts above ours."""
     return [
         Picture("3", METHODS[method].title, _title(model), Run(model, method, _ALPHA, k))
@@ -91,9 +91,7 @@ def _cuts_and_ours(
     ]
 
 
-def _vsa_and_ours(
-    models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
-) -> list[Picture]:
+def _vsa_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
     """Figure 8: the four variants of VSA above ours."""
     return [
         Picture("8", METHODS[method].title, _title(model), Run(model, method, alpha, k))
@@ -115,9 +113,9 @@ def _title(model: Source) -> str:
     return f"{model.name} ({model.category})"
 
 
-GALLERY: Mapping[
-    str, Callable[[tuple[Source, ...], tuple[Source, ...], int], list[Picture]]
-] = MappingProxyType(
-    {"1": _large_meshes, "2": _three_alphas, "3": _cuts_and_ours, "8": _vsa_and_ours}
+GALLERY: Mapping[str, Callable[[tuple[Source, ...], tuple[Source, ...], int], list[Picture]]] = (
+    MappingProxyType(
+        {"1": _large_meshes, "2": _three_alphas, "3": _cuts_and_ours, "8": _vsa_and_ours}
+    )
 )
 """Figures of pictures."""

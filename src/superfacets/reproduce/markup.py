@@ -7,7 +7,10 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 
-__all__ = ["bullets", "details", "document", "image", "paragraph", "picture_grid", "table"]
+__all__ = [
+    "bullets", "details", "document", "image", "paragraph", "picture_cards", "picture_grid",
+    "table",
+]  # fmt: skip
 
 _TYPES = {".png": "image/png", ".svg": "image/svg+xml"}
 
@@ -16,7 +19,7 @@ _STYLE = """
 * { box-sizing: border-box; }
 body { margin: 0; color: var(--ink); background: white;
   font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", sans-serif; }
-header, main { max-width: 1120px; margin: 0 auto; padding: 0 28px; }
+header, main { max-width: 1240px; margin: 0 auto; padding: 0 28px; }
 header { padding-top: 44px; }
 h1 { font-size: 2rem; line-height: 1.2; margin: 0 0 .4em; letter-spacing: -.01em; }
 h2 { font-size: 1.35rem; margin: 2.6em 0 .5em; padding-top: .7em;
@@ -25,7 +28,7 @@ p { max-width: 78ch; margin: .6em 0; }
 .lead { font-size: 1.12rem; color: var(--soft); }
 nav { position: sticky; top: 0; z-index: 1; background: white;
   border-bottom: 1px solid var(--line); }
-nav div { max-width: 1120px; margin: 0 auto; padding: 9px 28px; display: flex; flex-wrap: wrap;
+nav div { max-width: 1240px; margin: 0 auto; padding: 9px 28px; display: flex; flex-wrap: wrap;
   gap: 4px 18px; font-size: .9rem; }
 nav a { color: var(--accent); text-decoration: none; }
 nav a:hover { text-decoration: underline; }
@@ -33,7 +36,7 @@ section { scroll-margin-top: 50px; }
 .caption, small { color: var(--soft); font-size: .9rem; }
 .scroll { overflow-x: auto; margin: 1em 0; }
 table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; }
-th, td { padding: 5px 11px; text-align: right; border-bottom: 1px solid var(--line);
+th, td { padding: 5px 9px; text-align: right; border-bottom: 1px solid var(--line);
   white-space: nowrap; }
 th { font-weight: 600; color: var(--soft); vertical-align: bottom; white-space: normal; }
 thead th { border-bottom: 2px solid var(--line); }
@@ -43,7 +46,8 @@ tr.ours { background: #eaf2fb; }
 img.plot { display: block; width: 100%; height: auto; margin: .6em 0; }
 .grid { display: grid; gap: 6px; margin: 1em 0; align-items: center; }
 .grid img { width: 100%; display: block; }
-.grid b { font-weight: 600; font-size: .85rem; color: var(--soft); text-align: center; }
+.grid b { font-weight: 600; font-size: .85rem; color: var(--soft); text-align: center;
+  display: block; }
 .grid b.row { text-align: left; }
 .grid i { color: #9aa3b0; font-size: .85rem; text-align: center; }
 details { margin: .8em 0; border: 1px solid var(--line); border-radius: 6px; padding: 0 14px; }
@@ -116,17 +120,20 @@ def image(path: Path, text: str, kind: str = "") -> str:
 def picture_grid(
     rows: Sequence[str], columns: Sequence[str], cells: dict[tuple[str, str], str]
 ) -> str:
-    """Return images under the names of their columns, beside those of their rows.
-
-    A single row without a name has no place for names at its side.
-    """
-    has_names = any(rows)
-    widths = f"{'9.5em ' if has_names else ''}repeat({len(columns)}, minmax(0, 1fr))"
-    parts = ["<b></b>"] if has_names else []
-    parts += [f"<b>{escape(column)}</b>" for column in columns]
+    """Return images under the names of their columns, beside those of their rows."""
+    parts = ["<b></b>", *(f"<b>{escape(column)}</b>" for column in columns)]
     for row in rows:
-        parts += [f'<b class="row">{escape(row)}</b>'] if has_names else []
+        parts.append(f'<b class="row">{escape(row)}</b>')
         parts += [cells.get((row, column), "<i>not run</i>") for column in columns]
-    return (
-        f'<div class="grid" style="grid-template-columns: {widths}">\n' + "\n".join(parts) + "</div>\n"
-    )
+    return _grid(f"8.5em repeat({len(columns)}, minmax(0, 320px))", parts)
+
+
+def picture_cards(cells: dict[str, str]) -> str:
+    """Return images with their names below, several in a row."""
+    cards = [f"<div>{image}<b>{escape(name)}</b></div>" for name, image in cells.items()]
+    return _grid("repeat(auto-fill, minmax(300px, 1fr))", cards)
+
+
+def _grid(columns: str, parts: list[str]) -> str:
+    inside = "\n".join(parts)
+    return f'<div class="grid" style="grid-template-columns: {columns}">\n{inside}</div>\n'

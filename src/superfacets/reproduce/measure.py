@@ -62,22 +62,26 @@ class Task:
         self,
         run: Run,
         mesh: Mesh,
-        truths: GroundTruths | None,
+        truths: GroundTruths,
         segmenter: Segmenter,
         shared: float,
     ) -> None:
         start = time.perf_counter()
         result = segmenter(run.k)
         end = time.perf_counter()
-        metrics = {} if truths is None else evaluate(mesh, result.labels, truths)
-        record = _head(self, run) | _facts(result) | {
-            "seconds": {
-                **result.timings,
-                "total": shared + end - start,
-                "metrics": time.perf_counter() - end,
-            },
-            "metrics": metrics,
-        }
+        metrics = evaluate(mesh, result.labels, truths)
+        record = (
+            _head(self, run)
+            | _facts(result)
+            | {
+                "seconds": {
+                    **result.timings,
+                    "total": shared + end - start,
+                    "metrics": time.perf_counter() - end,
+                },
+                "metrics": metrics,
+            }
+        )
         if run in self.pictured:
             record["labels"] = pack_labels(result.labels)
         write_record(record_path(self.folder, run), record)

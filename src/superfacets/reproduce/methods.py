@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from ..mesh import Mesh
 from ..segment import PAPER, Segmentation, segment
@@ -41,6 +41,8 @@ class Method:
     prepare: Callable[[Mesh, Setting], Segmenter]
     """Does once what all numbers of regions share."""
     color: str
+    line: str = "-"
+    """Style of its curves, where methods of similar colors meet in a figure."""
     figures: tuple[str, ...]
     """Figures whose curves or dots it has."""
     depends_on: tuple[str, ...] = ("alpha",)
@@ -69,7 +71,13 @@ def _superfacets(mesh: Mesh, setting: Setting, **keywords: Any) -> Segmenter:
     return partial(segment, mesh, alpha=setting.alpha, n_threads=1, **keywords)
 
 
-def _vsa(mesh: Mesh, setting: Setting, *, metric: str, init: str) -> Segmenter:
+def _vsa(
+    mesh: Mesh,
+    setting: Setting,
+    *,
+    metric: Literal["l21", "l2"],
+    init: Literal["random", "incremental"],
+) -> Segmenter:
     from ..baselines import variational_shape_approximation
 
     return partial(
@@ -128,9 +136,9 @@ _NCUTS = Method(
 )
 
 _VSA = Method(
-    title="VSA",
-    prepare=_vsa,
-    color="",
+    title="VSA, L2, random",
+    prepare=partial(_vsa, metric="l2", init="random"),
+    color="#8e5bb0",
     figures=("5", "7", "rivals"),
     depends_on=("seed",),
 )
@@ -157,12 +165,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             subset_alphas=(0.25, 0.5, 0.75),
             usual_alpha=0.5,
         ),
-        "vsa-l2-r": replace(
-            _VSA,
-            title="VSA, L2, random",
-            prepare=partial(_vsa, metric="l2", init="random"),
-            color="#8e5bb0",
-        ),
+        "vsa-l2-r": _VSA,
         "vsa-l2-i": replace(
             _VSA,
             title="VSA, L2, incremental",
@@ -186,7 +189,8 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             _NCUTS,
             title="normalized cuts, bounded distances",
             prepare=partial(_normalized_cuts, reach=4.0),
-            color="#e8846f",
+            color="#e07b39",
+            line="--",
             figures=("4", "5", "rivals"),
             bytes_per_pair=0,
             max_faces=None,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from .. import __version__
 from . import markup
-from .gallery import GALLERY, TABLE_METHODS, table_runs
+from .gallery import GALLERY, TABLE_METHODS, Picture, table_runs
 from .methods import METHODS
 from .pictures import picture_path
 from .plan import CURVES
@@ -46,10 +45,10 @@ _CURVE_TEXTS = {
 _COLUMNS = (
     ("UE ↓", "undersegmentation_error", 4),
     ("compactness ↓", "compactness", 3),
-    ("achievable accuracy ↑", "achievable_accuracy", 4),
+    ("ASA ↑", "achievable_accuracy", 4),
     ("boundary recall ↑", "boundary_recall", 3),
     ("boundary precision ↑", "boundary_precision", 3),
-    ("explained variation ↑", "explained_variation", 3),
+    ("expl. variation ↑", "explained_variation", 3),
     ("regions", "n_regions", 1),
     ("extra pieces ↓", "n_extra_pieces", 1),
 )
@@ -101,9 +100,7 @@ def _summary(results: Results) -> str:
     """Return means at the usual k, over the models that each method has."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
-        Curve(run.method, run.alpha)
-        for run in results.done
-        if run.source.is_model and run.k == k
+        Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k
     )
     rows = []
     for curve in sorted(curves, key=_place):
@@ -119,8 +116,9 @@ def _summary(results: Results) -> str:
     return markup.paragraph(
         f"Means at k = {k}: over the ground truths of a model first, then over the models that a"
         " method was run on. Rows with different numbers of models do not compare directly; the"
-        " figures below do, for there all curves are over the same models. An arrow tells which"
-        " way is better.",
+        " figures below do, for there all curves are over the same models. UE is the"
+        " undersegmentation error, ASA the achievable segmentation accuracy; extra pieces are"
+        " those of regions that fall apart. An arrow tells which way is better.",
         "caption",
     ) + markup.table(head, rows, frozenset({usual}))
 
@@ -136,16 +134,22 @@ def _picture_section(figure: str, results: Results, files: Files) -> str:
         return markup.paragraph("Left out: no folder of large meshes was given with --meshes.")
     if not pictures:
         return markup.paragraph("Left out: none of its methods was chosen.")
-    cells = {}
-    for picture in pictures:
-        path = picture_path(files.folder / "pictures", picture)
-        if picture.run in results.done and path.exists():
-            name = f"{picture.row}, {picture.column}".strip(", ")
-            cells[picture.row, picture.column] = markup.image(path, name)
-    rows = list(dict.fromkeys(picture.row for picture in pictures))
-    columns = list(dict.fromkeys(picture.column for picture in pictures))
-    grid = markup.picture_grid(rows, columns, cells)
-    return text + grid + (_mesh_table(results) if figure == "1" else "")
+    cells = {
+        (picture.row, picture.column): _image_of(picture, results, files) for picture in pictures
+    }
+    if figure == "1":
+        cards = {column: cell for (_, column), cell in cells.items()}
+        return text + markup.picture_cards(cards) + _mesh_table(results)
+    rows = list(dict.fromkeys(row for row, _ in cells))
+    columns = list(dict.fromkeys(column for _, column in cells))
+    return text + markup.picture_grid(rows, columns, cells)
+
+
+def _image_of(picture: Picture, results: Results, files: Files) -> str:
+    path = picture_path(files.folder / "pictures", picture)
+    if picture.run not in results.done or not path.exists():
+        return "<i>failed, see below</i>"
+    return markup.image(path, f"{picture.row}, {picture.column}".strip(", "))
 
 
 def _mesh_table(results: Results) -> str:
@@ -208,7 +212,7 @@ def _times_section(results: Results, files: Files) -> str:
     )
 
 
-def _time_rows(results: Results) -> list[Sequence[str]]:
+def _time_rows(results: Results) -> list[list[str]]:
     k = results.plan.choice.k
     seconds = {
         method: {
@@ -232,29 +236,16 @@ def _time_rows(results: Results) -> list[Sequence[str]]:
 
 def _missing_section(results: Results, files: Files) -> str:
     parts = []
-    if results.missing:
-        lines = _counted(f"{run.method}, model {run.source.name}" for run in results.missing)
-        parts.append(markup.paragraph(f"{len(results.missing):,} runs were not started:"))
-        parts.append(markup.details("Runs by method and model", markup.bullets(lines)))
-    if results.failed:
-        lines = [f"{line} ({n} runs)" for line, n in results.reasons().items()]
-        parts.append(markup.paragraph(f"{len(results.failed):,} runs failed:"))
-        parts.append(markup.bullets(lines))
     for title, lines in (
-        ("Files that are missing or not used:", list(results.plan.problems)),
-        ("Pictures that could not be drawn:", list(files.picture_problems)),
+        (f"{len(results.missing):,} runs were not started:", results.not_started()),
+        (f"{len(results.failed):,} runs failed:", results.reasons()),
+        ("Files that are missing or not used:", results.plan.problems),
+        ("Pictures that could not be drawn:", files.picture_problems),
         ("Models left out of a method for their size:", _too_large(results)),
     ):
         if lines:
             parts += [markup.paragraph(title), markup.bullets(lines)]
     return "".join(parts) or markup.paragraph("Nothing: every run that was planned is done.")
-
-
-def _counted(lines: Sequence[str] | object) -> list[str]:
-    counts: dict[str, int] = {}
-    for line in lines:  # type: ignore[attr-defined]
-        counts[line] = counts.get(line, 0) + 1
-    return [f"{line} ({n} runs)" for line, n in counts.items()]
 
 
 def _too_large(results: Results) -> list[str]:

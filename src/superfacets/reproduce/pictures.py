@@ -21,6 +21,8 @@ __all__ = ["Drawing", "is_drawn", "picture_path"]
 
 _SIZE = (640, 480)
 
+_LOOK = 1  # raised when pictures of the same labels are to look different
+
 # Name of the text inside a PNG that says what it was made from.
 _KEY = "superfacets"
 
@@ -39,7 +41,7 @@ class Drawing:
     @classmethod
     def of(cls, picture: Picture, record: Record, folder: Path) -> Drawing:
         """Return the drawing of a picture whose run is done."""
-        made_from = [record["key"], record["labels"], _SIZE, repr(view_of(picture.run.source))]
+        made_from = [record["key"], record["labels"], _SIZE, _LOOK]
         key = hashlib.blake2b(json.dumps(made_from).encode(), digest_size=16).hexdigest()
         return cls(picture, record["labels"], key, folder)
 
@@ -51,7 +53,7 @@ class Drawing:
                 mesh,
                 unpack_labels(self.labels),
                 size=_SIZE,
-                view=view_of(self.picture.run.source),
+                view=view_of(mesh),
             )
             _write(picture_path(self.folder, self.picture), pixels, self.key)
         except Exception as error:  # it is named, and the others are drawn

@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -17,9 +17,7 @@ from typing import Any, Protocol
 __all__ = ["Death", "Job", "run_jobs"]
 
 # Libraries read these when they are loaded: one thread each, as every worker has one core.
-_ONE_THREAD = {
-    name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-}
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
 class Job(Protocol):
@@ -49,7 +47,7 @@ class Death:
 
 def run_jobs(
     jobs: Sequence[Job], n_workers: int, *, memory: int, deadline: float | None = None
-) -> Iterator[tuple[Any, Any]]:
+) -> Generator[tuple[Any, Any], None, None]:
     """Yield jobs with their results, or a `Death`, in the order in which they end.
 
     Parameters

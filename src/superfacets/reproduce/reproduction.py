@@ -139,9 +139,7 @@ def _measure(plan: Plan, options: Options, start: float) -> Results:
     return collect(plan, records, pictured)
 
 
-def _tasks(
-    results: Results, folder: Path, pictured: frozenset[Run], memory: int
-) -> list[Task]:
+def _tasks(results: Results, folder: Path, pictured: frozenset[Run], memory: int) -> list[Task]:
     """Return tasks for all runs that are not done, in the order of the plan."""
     groups: dict[tuple[Any, ...], list[Run]] = {}
     most_segments = max(results.plan.choice.ks)
@@ -197,9 +195,7 @@ def _with_bar(
             bar.update()
 
 
-def _write_files(
-    results: Results, folder: Path, start: float, problems: tuple[str, ...]
-) -> Files:
+def _write_files(results: Results, folder: Path, start: float, problems: tuple[str, ...]) -> Files:
     """Write tables and plots."""
     write_runs(folder / "runs.csv", results)
     write_means(folder / "means.csv", results)
@@ -215,9 +211,7 @@ def _write_files(
     return Files(folder, plots, comparisons, time.monotonic() - start, problems)
 
 
-def _plot_curves(
-    figure: str, results: Results, comparison: Comparison, folder: Path
-) -> list[Path]:
+def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
     """Plot a figure, and the same by category; nothing if there is nothing to compare."""
     from .figures import plot_categories, plot_curves
 
@@ -239,8 +233,7 @@ def _plot_times(results: Results, folder: Path) -> list[Path]:
 
     k = results.plan.choice.k
     curves = [
-        Curve(method, METHODS[method].usual_alpha)
-        for method in results.plan.choice.methods_in("5")
+        Curve(method, METHODS[method].usual_alpha) for method in results.plan.choice.methods_in("5")
     ]
     shown = [curve for curve in curves if results.models_with(curve, (k,))]
     if not shown:
@@ -252,7 +245,7 @@ def _plot_times(results: Results, folder: Path) -> list[Path]:
 
 def _why_nothing(results: Results) -> str:
     if results.failed:
-        return f"every run failed; the first: {next(iter(results.reasons()))}"
+        return f"every run failed; the first: {results.reasons()[0]}"
     return "no run was started within the budget"
 
 

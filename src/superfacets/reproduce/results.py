@@ -32,7 +32,11 @@ class Curve:
     def title(self) -> str:
         """Name for legends."""
         title = METHODS[self.method].title
-        return title if self.alpha is None else f"{title}, α = {self.alpha:g}"
+        return (
+            title
+            if self.alpha is None
+            else f"{title}, \N{GREEK SMALL LETTER ALPHA} = {self.alpha:g}"
+        )
 
 
 @dataclass(frozen=True)
@@ -62,16 +66,35 @@ class Results:
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
         """Return the mean over models of what is a mean over the ground truths of each."""
-        values = [self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models]
+        values = [
+            self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
+        ]
         return float(np.mean(values))
 
-    def reasons(self) -> dict[str, int]:
-        """Return a line for each mesh, method and reason of failures, and how many runs it has."""
-        lines: dict[str, int] = defaultdict(int)
+    def reasons(self) -> list[str]:
+        """Return a line for each method and reason of failures, with the meshes it happened on."""
+        runs: dict[tuple[str, str], list[Run]] = defaultdict(list)
         for run, record in self.failed.items():
-            place = f"{'model ' if run.source.is_model else ''}{run.source.name}"
-            lines[f"{run.method} on {place}: {record['reason']}"] += 1
-        return dict(lines)
+            runs[run.method, record["reason"]].append(run)
+        return [
+            f"{method} on {_names(of_reason)} ({len(of_reason)} runs): {reason}"
+            for (method, reason), of_reason in runs.items()
+        ]
+
+    def not_started(self) -> list[str]:
+        """Return a line for each method that has missing runs, with the meshes."""
+        runs: dict[str, list[Run]] = defaultdict(list)
+        for run in self.missing:
+            runs[run.method].append(run)
+        return [
+            f"{method} on {_names(of_method)} ({len(of_method)} runs)"
+            for method, of_method in runs.items()
+        ]
+
+
+def _names(runs: Iterable[Run]) -> str:
+    names = dict.fromkeys(run.source.name for run in runs)
+    return ", ".join(names)
 
 
 def collect(plan: Plan, folder: Path, pictured: frozenset[Run]) -> Results:

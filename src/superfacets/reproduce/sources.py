@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -56,15 +57,15 @@ def find_models(root: Path) -> Sources:
 
     Raises
     ------
-    OSError, ValueError
-        If the folder is none, or not laid out as the benchmark is.
+    MeshError
+        If the folder is not laid out as the benchmark is, or no model in it can be used.
     """
     benchmark = Benchmark(root)
     found, problems = [], []
     for number in benchmark.numbers:
         try:
             model = benchmark.load(number)
-        except (MeshError, OSError) as error:
+        except (ValueError, OSError) as error:  # it cannot be read, or there is no such number
             problems.append(f"model {number} is left out: {error}")
             continue
         problems += model.problems
@@ -74,10 +75,10 @@ def find_models(root: Path) -> Sources:
         digest = _digest(model.mesh, model.ground_truths)
         n_truths = len(model.ground_truths)
         found.append(
-            Source(
-                str(number), root, model.category, model.mesh.n_faces, n_truths, digest, number
-            )
+            Source(str(number), root, model.category, model.mesh.n_faces, n_truths, digest, number)
         )
+    if not found:
+        raise MeshError(f"{root}: no model can be used: {problems[0]}")
     return Sources(_by_size(found), tuple(problems))
 
 
@@ -103,8 +104,8 @@ def find_meshes(folder: Path) -> Sources:
 
 
 @lru_cache(maxsize=1)  # the tasks of one mesh mostly follow one another
-def load(source: Source) -> tuple[Mesh, GroundTruths | None]:
-    """Return the mesh, and its ground truths if it is of the benchmark.
+def load(source: Source) -> tuple[Mesh, GroundTruths]:
+    """Return the mesh, and its ground truths: none if it is not of the benchmark.
 
     Raises
     ------
@@ -112,11 +113,12 @@ def load(source: Source) -> tuple[Mesh, GroundTruths | None]:
         If the files changed meanwhile, or cannot be read any more.
     """
     if not source.is_model:
-        return read_mesh(source.path), None
+        mesh = read_mesh(source.path)
+        return mesh, GroundTruths(mesh, (), n_threads=1)
     model = Benchmark(source.path).load(source.number)
     if _digest(model.mesh, model.ground_truths) != source.digest:
         raise MeshError(f"the files of model {source.name} were changed during the run")
-    return model.mesh, GroundTruths(model.mesh, model.ground_truths)
+    return model.mesh, GroundTruths(model.mesh, model.ground_truths, n_threads=1)
 
 
 def _by_size(sources: list[Source]) -> tuple[Source, ...]:
@@ -125,7 +127,8 @@ def _by_size(sources: list[Source]) -> tuple[Source, ...]:
 
 def _digest(mesh: Mesh, ground_truths: Iterable[npt.NDArray[np.int32]]) -> str:
     hashed = hashlib.blake2b(digest_size=16)
-    for array in (mesh.vertices, mesh.faces, *ground_truths):
+    arrays: tuple[npt.NDArray[Any], ...] = (mesh.vertices, mesh.faces, *ground_truths)
+    for array in arrays:
         hashed.update(str(array.shape).encode())
         hashed.update(np.ascontiguousarray(array).tobytes())
     return hashed.hexdigest()
