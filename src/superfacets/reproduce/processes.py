@@ -87,15 +87,17 @@ def run_jobs(
 def _hand_out(pending: list[Job], team: list[_Worker], memory: int) -> None:
     """Give each idle worker the first job that fits."""
     for worker in team:
-        if worker.job is None:
-            used = sum(other.job.memory for other in team if other.job is not None)
-            room = memory - used
-            fitting = [job for job in pending if job.memory <= room or used == job.memory == 0]
-            if not fitting and all(other.job is None for other in team):
-                fitting = pending
-            if fitting:
-                pending.remove(fitting[0])
-                worker.give(fitting[0])
+        at_work = [other.job for other in team if other.job is not None]
+        place = _first_that_fits(pending, at_work, memory)
+        if worker.job is None and place is not None:
+            worker.give(pending.pop(place))
+
+
+def _first_that_fits(pending: list[Job], at_work: list[Job], memory: int) -> int | None:
+    """Where in the list the job is that can begin now: any can, if there is no other at work."""
+    room = memory - sum(job.memory for job in at_work)
+    fits = (not at_work or job.memory == 0 or job.memory <= room for job in pending)
+    return next((place for place, does in enumerate(fits) if does), None)
 
 
 class _Worker:
