@@ -64,6 +64,8 @@ class Files:
     comparisons: dict[str, Comparison]
     seconds: float
     """Of this start."""
+    n_before: int
+    """Runs that earlier starts had done."""
     picture_problems: tuple[str, ...]
 
 
@@ -168,7 +170,7 @@ def _mesh_table(results: Results) -> str:
         "Table 1: seconds from mesh to labels on one thread. The paper's are those that it gives"
         " for a mesh with as many faces, on a processor of 2011.",
         "caption",
-    ) + markup.table(["mesh", "faces", *titles, "the paper"], rows)
+    ) + markup.table(["mesh", "faces", *titles, "the paper, 2014"], rows)
 
 
 def _curve_section(figure: str, results: Results, files: Files) -> str:
@@ -237,7 +239,10 @@ def _time_rows(results: Results) -> list[list[str]]:
 def _missing_section(results: Results, files: Files) -> str:
     parts = []
     for title, lines in (
-        (f"{len(results.missing):,} runs were not started:", results.not_started()),
+        (
+            f"{len(results.missing):,} runs were not started within the budget:",
+            results.not_started(),
+        ),
         (f"{len(results.failed):,} runs failed:", results.reasons()),
         ("Files that are missing or not used:", results.plan.problems),
         ("Pictures that could not be drawn:", files.picture_problems),
@@ -267,7 +272,9 @@ def _method_section(results: Results, files: Files) -> str:
         [
             METHODS[method].title,
             method,
-            ", ".join("-" if a is None else f"{a:g}" for a in plan.choice.alphas(method)),
+            ", ".join(
+                sorted({_alpha(run) for run in plan.runs if run.method == method}, key=_size)
+            ),
             str(sum(run.method == method for run in results.done)),
         ]
         for method in dict.fromkeys(run.method for run in plan.runs)
@@ -279,8 +286,8 @@ def _method_section(results: Results, files: Files) -> str:
             f"superfacets {__version__}, Python {platform.python_version()}, NumPy"
             f" {np.__version__}, {platform.system()} on {platform.machine()}. The"
             f" {len(results.done):,} runs ({len(tasks):,} methods and settings on meshes) took"
-            f" {_duration(busy)} of one core in all, metrics included; this start took"
-            f" {_duration(files.seconds)}, and took over what earlier ones had done."
+            f" {_duration(busy)} of one core in all, metrics included. This start took"
+            f" {_duration(files.seconds)}; {files.n_before:,} of the runs had been done before."
         )
         + markup.paragraph(
             "Each method ran on one thread of a process of its own core. Random seeding draws"
@@ -294,6 +301,14 @@ def _method_section(results: Results, files: Files) -> str:
             "caption",
         )
     )
+
+
+def _alpha(run: Run) -> str:
+    return "-" if run.alpha is None else f"{run.alpha:g}"
+
+
+def _size(text: str) -> float:
+    return -1.0 if text == "-" else float(text)
 
 
 def _seconds(value: float) -> str:

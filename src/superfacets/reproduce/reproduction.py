@@ -76,12 +76,14 @@ def reproduce(options: Options) -> Report:
     _check_needs(plan)
     with _locked(options.output):
         remove_leftovers(options.output)
-        results = _measure(plan, options, start)
+        results, n_before = _measure(plan, options, start)
         if not results.done:
             raise MeshError(_why_nothing(results))
         problems = _draw_pictures(results, options)
         page = options.output / "index.html"
-        files = _write_files(results, options.output, start, problems)
+        plots, comparisons = _write_files(results, options.output)
+        seconds = time.monotonic() - start
+        files = Files(options.output, plots, comparisons, seconds, n_before, problems)
         write_page(page, results, files)
     return Report(results, page, problems, time.monotonic() - start)
 
@@ -125,8 +127,8 @@ def _locked(folder: Path) -> Iterator[None]:
         yield
 
 
-def _measure(plan: Plan, options: Options, start: float) -> Results:
-    """Run the tasks that have no records yet."""
+def _measure(plan: Plan, options: Options, start: float) -> tuple[Results, int]:
+    """Run the tasks that have no records yet; return, too, how many runs were done before."""
     records = options.output / "records"
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, records, pictured)
@@ -136,7 +138,7 @@ def _measure(plan: Plan, options: Options, start: float) -> Results:
     for task, result in _with_bar("runs", tasks, options.n_jobs, memory, deadline):
         if isinstance(result, Death):
             _record_death(task, result)
-    return collect(plan, records, pictured)
+    return collect(plan, records, pictured), len(before.done)
 
 
 def _tasks(results: Results, folder: Path, pictured: frozenset[Run], memory: int) -> list[Task]:
@@ -195,7 +197,9 @@ def _with_bar(
             bar.update()
 
 
-def _write_files(results: Results, folder: Path, start: float, problems: tuple[str, ...]) -> Files:
+def _write_files(
+    results: Results, folder: Path
+) -> tuple[dict[str, list[Path]], dict[str, Comparison]]:
     """Write tables and plots."""
     write_runs(folder / "runs.csv", results)
     write_means(folder / "means.csv", results)
@@ -208,7 +212,7 @@ def _write_files(results: Results, folder: Path, start: float, problems: tuple[s
             plots[figure] = _plot_curves(figure, results, comparisons[figure], folder)
         elif figure == "5":
             plots[figure] = _plot_times(results, folder)
-    return Files(folder, plots, comparisons, time.monotonic() - start, problems)
+    return plots, comparisons
 
 
 def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
