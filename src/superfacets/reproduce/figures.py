@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ..io import atomic_outputs
+from ..princeton import CATEGORIES
 from .methods import METHODS
 from .results import Comparison, Curve, Results
 from .runs import Run
@@ -47,11 +48,9 @@ def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots(1, 3)
-        for curve in comparison.curves:
-            for axis, quantity in zip(axes, _NAMES, strict=False):
-                _add_curve(axis, results, curve, quantity, comparison.models)
-        for axis, name in zip(axes, _NAMES.values(), strict=False):
-            axis.set(xlabel="regions, k", ylabel=name, xticks=results.plan.choice.ks)
+        for axis, (quantity, name) in zip(axes, _NAMES.items(), strict=False):
+            _add_curves(axis, results, comparison.curves, quantity, comparison.models)
+            axis.set(xlabel="regions, k", ylabel=name)
         _add_tradeoff(axes[2], results, comparison)
         _add_legend(figure, axes[0], comparison.curves)
 
@@ -92,7 +91,8 @@ def plot_categories(path: Path, results: Results, comparison: Comparison, quanti
     curves = [
         curve for curve in comparison.curves if curve.alpha == METHODS[curve.method].usual_alpha
     ]
-    categories = list(dict.fromkeys(sorted(model.category for model in comparison.models)))
+    shown = {model.category for model in comparison.models}
+    categories = [category for category in CATEGORIES if category in shown]
     n_columns = min(5, len(categories))
     n_rows = math.ceil(len(categories) / n_columns)
 
@@ -100,11 +100,9 @@ def plot_categories(path: Path, results: Results, comparison: Comparison, quanti
         panels = figure.subplots(n_rows, n_columns, sharex=True, squeeze=False).ravel()
         for panel, category in zip(panels, categories, strict=False):
             models = [model for model in comparison.models if model.category == category]
-            for curve in curves:
-                _add_curve(panel, results, curve, quantity, models)
+            _add_curves(panel, results, curves, quantity, models)
             panel.set_title(f"{category} ({len(models)})", fontsize=9)
             panel.tick_params(labelsize=7)
-            panel.set_xticks(results.plan.choice.ks)
         for panel in panels[len(categories) :]:
             panel.remove()
         figure.supylabel(_NAMES[quantity], fontsize=9)
@@ -114,17 +112,19 @@ def plot_categories(path: Path, results: Results, comparison: Comparison, quanti
     _save(path, (11.5, 1.2 + 1.75 * n_rows), draw)
 
 
-def _add_curve(
-    axis: Axes, results: Results, curve: Curve, quantity: str, models: Sequence[Source]
+def _add_curves(
+    axis: Axes, results: Results, curves: Sequence[Curve], quantity: str, models: Sequence[Source]
 ) -> None:
     ks = results.plan.choice.ks
-    values = [results.mean(curve, k, quantity, models) for k in ks]
-    axis.plot(ks, values, marker="o", label=curve.title, **_look(results, curve))
+    for curve, look in _looks(curves).items():
+        values = [results.mean(curve, k, quantity, models) for k in ks]
+        axis.plot(ks, values, marker="o", label=curve.title, **look)
+    axis.set_xticks(ks)
 
 
 def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
     """Add a dot for each curve, in a line those of one method."""
-    k = results.plan.choice.k
+    k, looks = results.plan.choice.k, _looks(comparison.curves)
     for method in dict.fromkeys(curve.method for curve in comparison.curves):
         curves = [curve for curve in comparison.curves if curve.method == method]
         x, y = (
@@ -133,7 +133,7 @@ def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
         )
         axis.plot(x, y, color=METHODS[method].color, linewidth=0.8, alpha=0.6)
         for curve, across, up in zip(curves, x, y, strict=True):
-            axis.plot(across, up, marker="o", color=_look(results, curve)["color"])
+            axis.plot(across, up, marker="o", color=looks[curve]["color"])
             text = "" if curve.alpha is None else f"{curve.alpha:g}"
             axis.annotate(text, (across, up), textcoords="offset points", xytext=(3, 3), fontsize=6)
     axis.set(xlabel=f"compactness at k = {k}", ylabel=f"undersegmentation error at k = {k}")
@@ -150,17 +150,20 @@ def _add_legend(
     figure.legend(handles, labels, loc=place, ncols=n_columns, fontsize=8)
 
 
-def _look(results: Results, curve: Curve) -> dict[str, Any]:
-    """Color, the darker the larger alpha is, and width, thicker at the usual alpha."""
-    method = METHODS[curve.method]
-    alphas = results.plan.choice.alphas(curve.method)
-    rank = alphas.index(curve.alpha) if curve.alpha in alphas else len(alphas) - 1
-    white = _LIGHTEST * (1 - rank / max(1, len(alphas) - 1)) if len(alphas) > 1 else 0.0
-    is_usual = curve.alpha == method.usual_alpha
-    width = 2.0 if is_usual else 1.1
-    return {
-        "color": _lighter(method.color, white), "linewidth": width, "linestyle": method.line
-    }  # fmt: skip
+def _looks(curves: Sequence[Curve]) -> dict[Curve, dict[str, Any]]:
+    """Color, the lighter the smaller alpha is, and width, thicker at the usual alpha."""
+    looks = {}
+    for curve in curves:
+        method = METHODS[curve.method]
+        alphas = [other.alpha for other in curves if other.method == curve.method]
+        smaller = alphas.index(curve.alpha) + 1
+        white = _LIGHTEST * (len(alphas) - smaller) / max(1, len(alphas) - 1)
+        looks[curve] = {
+            "color": _lighter(method.color, white),
+            "linestyle": method.line,
+            "linewidth": 2.0 if curve.alpha == method.usual_alpha else 1.1,
+        }
+    return looks
 
 
 def _lighter(color: str, white: float) -> Color:
