@@ -130,7 +130,8 @@ class Benchmark:
             except MeshError as error:
                 problems.append(str(error))
             except OSError as error:
-                problems.append(f"{path}: {error.strerror or error}")
+                reason = "no such file" if isinstance(error, FileNotFoundError) else str(error)
+                problems.append(f"{path}: {reason}")
         if not truths and not problems:
             problems.append(f"{self._truth_folder(number)}: there are no ground truths")
         return Model(number, category, mesh, tuple(truths), tuple(problems))

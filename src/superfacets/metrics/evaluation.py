@@ -21,7 +21,7 @@ from .overlap import (
     undersegmentation_error,
 )
 from .shape import compactness_of, explained_variation_of, extra_pieces_of
-from .surface import Surface
+from .surface import Surface, positive_total
 
 __all__ = ["GroundTruths", "evaluate"]
 
@@ -66,8 +66,7 @@ class GroundTruths:
         n_threads: int | None = None,
     ) -> None:
         self.surface = Surface.of(mesh, weld=weld, n_threads=n_threads)
-        if not self.surface.areas.sum() > 0:
-            raise ValueError("the faces have no area to measure by")
+        positive_total(self.surface.areas)
         n_faces = self.surface.mesh.n_faces
         compact = [compact_labels(truth, n_faces) for truth in truths]
         self.truths = [_Truth(*labels, Cuts.of(self.surface, labels[0])) for labels in compact]

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_labels
-from .surface import sums_by_label
+from .surface import positive_total, sums_by_label
 
 __all__ = [
     "Consistency",
@@ -88,8 +88,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     """
     values = np.asarray(areas)
     values = checked_nonnegative_array(values, values.size, "areas", "face", checked_threads(None))
-    if not values.sum() > 0:
-        raise ValueError("the faces have no area to measure by")
+    positive_total(values)
     regions, n_regions = compact_labels(labels, len(values))
     segments, n_segments = compact_labels(truth, len(values))
     return overlap_of(regions, n_regions, segments, n_segments, values)

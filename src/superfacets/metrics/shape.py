@@ -8,7 +8,7 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import compact_labels
 from .borders import region_perimeters
-from .surface import Surface, sums_by_label
+from .surface import Surface, positive_total, sums_by_label
 
 __all__ = ["compactness", "compactness_of", "explained_variation", "explained_variation_of",
            "extra_pieces_of"]  # fmt: skip
@@ -59,9 +59,8 @@ def compactness_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: i
     """Return the compactness of labels without gaps."""
     perimeters = region_perimeters(surface, labels, n_regions)
     areas = sums_by_label(labels, surface.areas, n_regions)
+    positive_total(areas)
     has_area = areas > 0
-    if not has_area.any():
-        raise ValueError("the faces have no area to measure by")
     return float(np.mean(perimeters[has_area] / np.sqrt(areas[has_area])))
 
 
@@ -113,9 +112,7 @@ def explained_variation_of(
     """
     mesh, areas = surface.mesh, surface.areas
     vectors = _core.area_vectors(mesh.vertices, mesh.faces, surface.n_threads)
-    total = float(areas.sum())
-    if not total > 0:
-        raise ValueError("the faces have no area to measure by")
+    total = positive_total(areas)
     explained = total - float(np.square(vectors.sum(axis=0)).sum()) / total
     if explained <= _NORMAL_NOISE * total:
         return 1.0

@@ -13,7 +13,7 @@ from .._validate import checked_threads
 from ..face_graph import FaceGraph, build_face_graph
 from ..mesh import Mesh, as_mesh
 
-__all__ = ["EdgePaths", "Surface", "sums_by_label"]
+__all__ = ["EdgePaths", "Surface", "positive_total", "sums_by_label"]
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,17 @@ class Surface:
         return self.graph.measures
 
     @cached_property
+    def area(self) -> float:
+        """Area of the surface, > 0.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        return positive_total(self.areas)
+
+    @cached_property
     def sources(self) -> npt.NDArray[np.int32]:
         """The face that each arc leaves, shape (M,)."""
         faces = np.arange(self.graph.n_cells, dtype=np.int32)
@@ -101,9 +112,9 @@ class Surface:
     @cached_property
     def mean_radius(self) -> float:
         """Mean distance of the surface from its centroid, in the unit of the vertices."""
-        centroid = np.average(self.graph.positions, axis=0, weights=self.areas)
+        centroid = self.areas @ self.graph.positions / self.area
         offsets = np.linalg.norm(self.graph.positions - centroid, axis=1)
-        return float(np.average(offsets, weights=self.areas))
+        return float(self.areas @ offsets) / self.area
 
     def edges_of(
         self, faces: npt.NDArray[np.int32], sides: npt.NDArray[np.uint16]
@@ -118,6 +129,14 @@ class Surface:
         """Lengths of edges given by their ends."""
         start, end = self.mesh.vertices[edges[:, 0]], self.mesh.vertices[edges[:, 1]]
         return np.asarray(np.linalg.norm(end - start, axis=1))
+
+
+def positive_total(areas: npt.NDArray[np.float64]) -> float:
+    """Sum of areas; a ValueError if it is 0."""
+    total = float(areas.sum())
+    if not total > 0:
+        raise ValueError("the faces have no area to measure by")
+    return total
 
 
 def sums_by_label(
