@@ -256,7 +256,11 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"n_segments": np.zeros((9, 3), int)}, TypeError, r"a mesh is one \(vertices, faces\)"),
         ({"alpha": -1}, ValueError, "alpha must be finite and not negative, got -1"),
         ({"eta_convex": -1}, ValueError, "eta_convex must be finite and not negative"),
-        ({"weights": "stk"}, ValueError, "weights must be one of superfacets, stk02, got 'stk'"),
+        (
+            {"weights": "stk"},
+            ValueError,
+            "weights must be one of superfacets, creases, stk02, got 'stk'",
+        ),
         ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
         ({"init": "here"}, ValueError, "init must be one of"),
         ({"radius_factor": 0}, ValueError, "radius_factor must be finite and positive"),

@@ -15,6 +15,7 @@ from superfacets import (
     stk02_weights,
     superfacet_weights,
 )
+from superfacets.weights import ArcWeights
 
 
 def weights_of(mesh, **options):
@@ -311,3 +312,49 @@ def test_weights_of_a_graph_must_be_finite_and_not_negative():
         shapes.line_graph([1j])
     with pytest.raises(ValueError, match=r"one value per arc, shape \(2,\), got \(1,\)"):
         CellGraph([[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0])
+
+
+def test_a_crease_length_takes_the_place_of_that_of_every_edge():
+    mesh = shapes.fold(90)  # an edge of 2
+    own = weights_of(mesh, alpha=10)
+    assert weights_of(mesh, alpha=10, crease_length=2.0) == pytest.approx(own)
+    assert weights_of(mesh, alpha=10, crease_length=4.0) == pytest.approx(
+        weights_of(mesh, alpha=20)
+    )
+    with pytest.raises(ValueError, match="crease_length must be finite and positive"):
+        weights_of(mesh, crease_length=0)
+
+
+def refined(mesh):
+    """Each triangle cut into four at the midpoints of its edges."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    d, e, f = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    corners = np.stack([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]).transpose(2, 0, 1, 3)
+    return Mesh(corners.reshape(-1, 3), np.arange(12 * mesh.n_faces).reshape(-1, 3))
+
+
+@pytest.mark.parametrize(("weights", "ratio"), [("creases", 1.0), ("superfacets", 0.5)])
+def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, ratio):
+    """What it costs to cross the fold, without the distance."""
+    prices = []
+    for mesh in (shapes.fold(90), refined(shapes.fold(90))):
+        graph = build_face_graph(mesh)
+        chosen = [
+            ArcWeights.checked(weights, alpha, 1.0).weigh(mesh, graph, 0.3, 1)
+            for alpha in (0.0, 100.0)
+        ]
+        prices.append(np.max(chosen[1] - chosen[0]))
+    assert prices[1] / prices[0] == pytest.approx(ratio)
+
+
+def test_segment_uses_the_expected_radius_for_creases():
+    mesh = shapes.bumpy_sheet(16)
+    graph = build_face_graph(mesh)
+    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1)
+    weights = superfacet_weights(
+        mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["expected_radius"]
+    )
+    assert np.array_equal(segment(mesh, 9, weights=weights).labels, result.labels)
+    assert result.params["weights"] == "creases"
+    flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])  # without area, r is 0
+    assert segment(flat, 1, weights="creases").labels.tolist() == [0]

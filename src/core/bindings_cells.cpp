@@ -44,6 +44,13 @@ auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, in
   }));
 }
 
+auto bind_geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
+  return to_numpy(without_gil([&] {
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
+    return geodesic_seeds(graph, first, n_seeds, team);
+  }));
+}
+
 auto bind_flood_seeds(const OrderedGraph& graph, Cell first, double reach, int n_threads) {
   return to_numpy(without_gil([&] {
     ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
@@ -112,6 +119,8 @@ void bind_cell_stages(nb::module_& module) {
       .def("positions_of", &bind_positions_of, "cells"_a.noconvert());
   module.def("central_cell", &bind_central_cell, "graph"_a, "n_threads"_a);
   module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a,
+             "n_threads"_a);
+  module.def("geodesic_seeds", &bind_geodesic_seeds, "graph"_a, "first"_a, "n_seeds"_a,
              "n_threads"_a);
   module.def("flood_seeds", &bind_flood_seeds, "graph"_a, "first"_a, "reach"_a, "n_threads"_a);
   module.def("grid_seeds", &bind_grid_seeds, "graph"_a, "corner"_a, "side"_a, "n_threads"_a);

@@ -87,11 +87,12 @@ auto bind_superfacet_weights(const Rows<double>& vertices, const Rows<Vertex>& f
                              const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
                              const Array<std::uint16_t>& sides,
                              const Array<std::uint8_t>& same_turn, double alpha, double eta_convex,
-                             double diagonal, bool inside_out, int n_threads) {
+                             double crease_length, double diagonal, bool inside_out,
+                             int n_threads) {
   Buffer<double> weights(neighbors.shape(0));
   const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
                          view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
-  const WeightOptions options{alpha, eta_convex, diagonal, inside_out};
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, inside_out};
   without_gil([&] { superfacet_weights(arcs, options, n_threads, weights.span()); });
   return to_numpy(std::move(weights));
 }
@@ -148,8 +149,8 @@ void bind_mesh_stages(nb::module_& module) {
   module.def("superfacet_weights", &bind_superfacet_weights, "vertices"_a.noconvert(),
              "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
              "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
-             "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "diagonal"_a, "inside_out"_a,
-             "n_threads"_a);
+             "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
+             "inside_out"_a, "n_threads"_a);
   module.def("stk02_weights", &bind_stk02_weights, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "centroids"_a.noconvert(), "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
              "sides"_a.noconvert(), "alpha"_a, "n_threads"_a);

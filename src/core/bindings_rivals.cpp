@@ -39,16 +39,6 @@ auto bind_proxy_seeds(const ProxyRegions& regions) {
   return to_numpy(std::vector(regions.seeds()));
 }
 
-auto bind_proxies(const ProxyRegions& regions) {
-  std::vector<Point> centers;
-  std::vector<Point> normals;
-  for (const Proxy& proxy : regions.proxies()) {
-    centers.push_back(proxy.center);
-    normals.push_back(proxy.normal);
-  }
-  return std::tuple(to_numpy(std::move(centers)), to_numpy(std::move(normals)));
-}
-
 }  // namespace
 
 void bind_rivals(nb::module_& module) {
@@ -62,10 +52,8 @@ void bind_rivals(nb::module_& module) {
       .def_prop_ro("n_regions", &ProxyRegions::n_regions)
       .def("relax", &bind_relax)
       .def("insert", &bind_insert)
-      .def("error", &ProxyRegions::error)
       .def("labels", &bind_proxy_labels)
-      .def("seeds", &bind_proxy_seeds)
-      .def("proxies", &bind_proxies);
+      .def("seeds", &bind_proxy_seeds);
 }
 
 }  // namespace superfacets

@@ -15,17 +15,22 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // left of the sum is rounding, as on any closed surface.
 constexpr double kCanceled = 1e-9;
 
-// Jacobi's method has converged when what is off the diagonal is this part of the trace. One sweep
-// squares it, so that it is far below rounding after 4 to 6 sweeps.
+// Jacobi's method has converged when what is off the diagonal is this part of the trace. A sweep
+// about squares it: it is far below rounding after 4 to 6.
 constexpr double kOffDiagonal = 1e-20;
 constexpr int kMaxSweeps = 16;
+
+// Whether one candidate comes after another: heaps of the standard library give the last first.
+constexpr auto comes_after = [](const auto& one, const auto& other) {
+  return one.error != other.error ? one.error > other.error : one.order > other.order;
+};
 
 bool has_normal(const Point& normal) {
   return normal.x != 0.0 || normal.y != 0.0 || normal.z != 0.0;
 }
 
-// The integral of (x y^T) over a triangle is A / 12 (a a^T + b b^T + c c^T + s s^T), s = a + b + c;
-// these are its terms for one number x = y at each corner, times A / 6.
+// The integral of the square of a linear function over a triangle, by its values at the corners,
+// for a triangle of area 6.
 double integral_of_square(double a, double b, double c) {
   return a * a + b * b + c * c + a * b + a * c + b * c;
 }
@@ -54,7 +59,6 @@ Point centroid_of(const Corners& corners) {
   return {sum.x / 3.0, sum.y / 3.0, sum.z / 3.0};
 }
 
-// A symmetric matrix: moments of second order, times 12.
 struct SymmetricMatrix {
   double entries[3][3] = {};  // all nine, so that rotations need no cases
 
@@ -150,7 +154,9 @@ std::vector<RegionSums> sum_regions(const ProxySurface& surface, std::span<const
   return sums;
 }
 
-// Normals of the planes through the given centers that are nearest to the regions (L2).
+// Normals of the planes through the given centers that are nearest to the regions (L2). The
+// integral of x x^T over a triangle of area A is A / 12 (a a^T + b b^T + c c^T + s s^T), s = a + b
+// + c; the factor of 12 turns no axis.
 void fit_planes(const ProxySurface& surface, std::span<const Label> labels,
                 std::vector<Proxy>& proxies) {
   std::vector<SymmetricMatrix> moments(proxies.size());
@@ -202,19 +208,6 @@ std::vector<Proxy> fit_proxies(const ProxySurface& surface, ProxyMetric metric,
   return proxies;
 }
 
-void ProxyRegions::RegionErrors::add(Face face, double error) {
-  if (n_faces == 0 || error < least) {
-    least = error;
-    least_face = face;
-  }
-  if (error >= largest) {  // also at the first face: errors are not negative
-    largest = error;
-    largest_face = face;
-  }
-  total += error;
-  ++n_faces;
-}
-
 ProxyRegions::ProxyRegions(ProxySurface&& surface, ProxyMetric metric, std::span<const Face> seeds)
     : surface_(std::move(surface)),
       metric_(metric),
@@ -236,38 +229,47 @@ std::int64_t ProxyRegions::relax() {
 }
 
 void ProxyRegions::insert() {
-  const std::vector<RegionErrors> regions = fit();
-  auto is_worse = [](const RegionErrors& one, const RegionErrors& other) {
-    return one.n_faces >= 2 && (other.n_faces < 2 || one.total > other.total);
-  };
-  RegionErrors worst;
-  for (const RegionErrors& region : regions) {
-    if (is_worse(region, worst)) worst = region;
-  }
-  plant(worst.largest_face);
+  plant(worst_face(fit()));
   flood();
 }
 
-double ProxyRegions::error() const {
-  double sum = 0.0;
-  for (Face face = 0; face < surface_.n_faces(); ++face) {
-    sum += proxy_error(surface_, metric_, face, proxies_[labels_[face]]);
-  }
-  return sum;
-}
-
-// Proxies and seeds from labels.
+// Proxies and seeds from labels. A face without a normal makes a poor seed: its error is next to
+// nothing wherever it lies, in the middle of other regions too.
 std::vector<ProxyRegions::RegionErrors> ProxyRegions::fit() {
   proxies_ = fit_proxies(surface_, metric_, labels_, n_regions());
   std::vector<RegionErrors> regions(n_regions());
   for (Face face = 0; face < surface_.n_faces(); ++face) {
     const Label label = labels_[face];
-    regions[label].add(face, proxy_error(surface_, metric_, face, proxies_[label]));
-  }
-  for (std::size_t label = 0; label < regions.size(); ++label) {
-    seeds_[label] = regions[label].least_face;
+    RegionErrors& region = regions[label];
+    const double error = proxy_error(surface_, metric_, face, proxies_[label]);
+    const double rank = has_normal(surface_.normals[face]) ? error : kInfinity;
+    if (region.n_faces == 0 || rank < region.least) {
+      region.least = rank;
+      seeds_[label] = face;
+    }
+    region.total += error;
+    ++region.n_faces;
   }
   return regions;
+}
+
+Face ProxyRegions::worst_face(const std::vector<RegionErrors>& regions) const {
+  Label worst = kNoLabel;
+  for (Label label = 0; label < n_regions(); ++label) {
+    if (regions[label].n_faces < 2) continue;
+    if (worst == kNoLabel || regions[label].total > regions[worst].total) worst = label;
+  }
+  Face worst_face = 0;
+  double largest = 0.0;
+  for (Face face = 0; face < surface_.n_faces(); ++face) {
+    if (labels_[face] != worst || face == seeds_[worst]) continue;
+    const double error = proxy_error(surface_, metric_, face, proxies_[worst]);
+    if (error >= largest) {
+      largest = error;
+      worst_face = face;
+    }
+  }
+  return worst_face;
 }
 
 // Labels from proxies and seeds (CSAD04, section 3.3). All seeds are taken before any face is
@@ -296,15 +298,6 @@ void ProxyRegions::take(Face face, Label label) {
   labels_[face] = label;
   offer_neighbors(face);
 }
-
-namespace {
-
-// Whether one candidate comes after another; heaps of the standard library give the last first.
-constexpr auto comes_after = [](const auto& one, const auto& other) {
-  return one.error != other.error ? one.error > other.error : one.order > other.order;
-};
-
-}  // namespace
 
 // Queues the neighbors of a face for its region. A face that is queued already with as little error
 // or less is left out: that candidate would come first, and the face be taken when this one comes.

@@ -9,7 +9,7 @@
 
 namespace superfacets {
 
-enum class ProxyMetric {
+enum class ProxyMetric : std::uint8_t {
   kL2,   // squared distance to the plane, integrated over the face
   kL21,  // squared difference of the unit normals, times the area of the face
 };
@@ -55,7 +55,8 @@ double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, c
 std::vector<Proxy> fit_proxies(const ProxySurface& surface, ProxyMetric metric,
                                std::span<const Label> labels, Label n_regions);
 
-// Regions grown from their proxies. `labels()` always are the flood from `seeds()` by `proxies()`.
+// Regions grown from their proxies. `labels()` always are the flood from `seeds()` by their
+// proxies.
 //
 // A flood takes the seeds, then again and again that face with least error among those next to a
 // region, the one seen first among equals; the region keeps it. So regions are connected. Where no
@@ -68,22 +69,19 @@ class ProxyRegions {
   // Distinct seeds, one at least.
   ProxyRegions(ProxySurface&& surface, ProxyMetric metric, std::span<const Face> seeds);
 
-  // Fits the proxies to the regions, takes as seeds the faces of least error (lowest face among
-  // equals), and floods. Returns how many faces changed regions.
+  // Fits the proxies to the regions, takes as seeds the faces of least error (those with a normal
+  // first, then the lowest among equals), and floods. Returns how many faces changed regions.
   std::int64_t relax();
 
   // The same with one region more. Of the regions with two faces or more, that of largest error
-  // (lowest label among equals) gives its face of largest error (highest face among equals, which
-  // is never its seed) as the new seed. There must be fewer regions than faces.
+  // (lowest label among equals) gives its face of largest error (its own seed excepted, highest
+  // among equals: of these the seed is the lowest) as the new seed. There must be fewer regions
+  // than faces.
   void insert();
-
-  // The sum over all faces, against the proxies that the labels were flooded by.
-  double error() const;
 
   Label n_regions() const { return static_cast<Label>(seeds_.size()); }
   const std::vector<Label>& labels() const { return labels_; }
   const std::vector<Face>& seeds() const { return seeds_; }
-  const std::vector<Proxy>& proxies() const { return proxies_; }
 
  private:
   // A face that a region may take.
@@ -94,19 +92,15 @@ class ProxyRegions {
     Label label;
   };
 
-  // The faces of a region by their errors.
+  // What the faces of a region add to the error.
   struct RegionErrors {
-    Face least_face = 0;
-    Face largest_face = 0;
-    double least = 0.0;
-    double largest = 0.0;
-    double total = 0.0;
     Face n_faces = 0;
-
-    void add(Face face, double error);
+    double total = 0.0;
+    double least = 0.0;  // of the seed; infinite where no face has a normal
   };
 
   std::vector<RegionErrors> fit();
+  Face worst_face(const std::vector<RegionErrors>& regions) const;
   void flood();
   void plant(Face seed);
   void take(Face face, Label label);

@@ -112,10 +112,12 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
     Point& turned = turns_second(from, to, arcs.areas) ? normal_to : normal_from;
     turned = -1.0 * turned;
   }
+  const double length =
+      options.crease_length > 0.0 ? options.crease_length : norm(edge.end - edge.start);
   const double angular =
-      angular_term(normal_from, normal_to, arcs.centroids[to] - arcs.centroids[from],
-                   norm(edge.end - edge.start), options);  // eq. 2
-  return (geodesic + angular) / options.diagonal;          // eq. 3
+      angular_term(normal_from, normal_to, arcs.centroids[to] - arcs.centroids[from], length,
+                   options);                       // eq. 2
+  return (geodesic + angular) / options.diagonal;  // eq. 3
 }
 
 // The only arc from one face to another, or -1 where there are several, or too many to look.

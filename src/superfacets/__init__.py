@@ -56,7 +56,8 @@ __all__ = [
 
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
 # None of these modules has the name of something public, which importing it would hide.
-_LAZY_MODULES = {
+_LAZY_MODULES: dict[str, tuple[str, ...]] = {
+    "baselines": (),
     "colors": ("face_colors",),
     "gl": ("RenderError",),
     "info": ("MeshInfo", "mesh_info"),

@@ -23,7 +23,7 @@ from .metrics.cuts import DEFAULT_TOLERANCE
 from .reproduce.command import reproduce_command
 from .seeding import INITS
 from .segment import PAPER, Segmentation, segment
-from .weights import DEFAULT_ALPHA
+from .weights import DEFAULTS
 
 if TYPE_CHECKING:
     from .info import MeshInfo
@@ -102,22 +102,21 @@ commands.add_command(reproduce_command)
     "-a",
     "--alpha",
     type=NOT_NEGATIVE,
-    help="How much borders follow creases.  [default: 200; 0.5 with --weights stk02]",
+    help="How much borders follow creases.  [default: by weights: 200, 20, 0.5]",
 )
 @click.option(
     "--eta",
     "eta_convex",
     type=NOT_NEGATIVE,
-    default=0.2,
-    show_default=True,
-    help="What a convex crease counts against a concave one.",
+    help="What a convex crease counts against a concave one.  [default: by weights: 0.2, 0.05]",
 )
 @click.option(
     "--weights",
-    type=click.Choice(tuple(DEFAULT_ALPHA)),
+    type=click.Choice(tuple(DEFAULTS)),
     default="superfacets",
     show_default=True,
-    help="Lengths of steps: the paper's, or those of Shlafman, Tal and Katz.",
+    help="Lengths of steps: the paper's, the like with a fixed price for creases, or those of"
+    " Shlafman, Tal and Katz.",
 )
 @click.option(
     "--init",

@@ -25,6 +25,7 @@ __all__ = [
     "classify_halted",
     "farthest_seeds",
     "flood_seeds",
+    "geodesic_seeds",
     "grid_seeds",
     "iterate",
     "measure_faces",
@@ -75,7 +76,13 @@ def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
 
 
 def superfacet_weights(
-    mesh: Mesh, arcs: list[Arc], *, alpha: float, eta_convex: float, weld: bool = True
+    mesh: Mesh,
+    arcs: list[Arc],
+    *,
+    alpha: float,
+    eta_convex: float,
+    crease_length: float | None = None,
+    weld: bool = True,
 ) -> Floats:
     """Weight of each arc, eq. 1-3 of the paper."""
     used = mesh.vertices[np.unique(mesh.faces)]
@@ -101,7 +108,8 @@ def superfacet_weights(
         rise = _dot(n_i - n_j, centroids[neighbor] - centroids[face])
         concave = rise < 0 if inside_out else rise > 0
         eta = 1.0 if concave else eta_convex
-        angular = alpha * eta * _norm(end - start) * theta / math.pi  # eq. 2
+        length = _norm(end - start) if crease_length is None else crease_length
+        angular = alpha * eta * length * theta / math.pi  # eq. 2
         weights.append(float((geodesic + angular) / diagonal))  # eq. 3
     return np.array(weights)
 
@@ -156,6 +164,28 @@ def farthest_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
         if len(seeds) == n_seeds:
             return seeds
         seeds.append(int(np.argmax(squared_distance)))
+
+
+def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
+    """Iterative longest paths, by an expansion over everything from every seed."""
+    components, centers = map(np.array, classify_exact(graph, [_first_cell(graph)]))
+    measures = np.zeros(len(centers))
+    np.add.at(measures, components, graph.measures)
+    enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
+    central = update_centers(graph, components)
+    seeds: list[int] = []
+    n_cells = 0
+    for component in np.argsort(-measures, kind="stable")[:n_seeds].tolist():
+        if measures[component] >= enough or n_cells < n_seeds:
+            seeds.append(central[component])
+            n_cells += int(np.count_nonzero(components == component))
+    reached: dict[int, int] = {}
+    for n_placed in range(n_seeds):
+        if n_placed == len(seeds):
+            seeds.append(max(reached, key=lambda cell: (reached[cell], -cell)))
+        for cell, length in _expand(graph, seeds[n_placed], math.inf).items():
+            reached[cell] = min(length, reached.get(cell, length))
+    return seeds
 
 
 def flood_seeds(graph: CellGraph, radius: float) -> list[int]:

@@ -24,7 +24,7 @@ from ._validate import (
 from .cell_graph import CellGraph, OrderedCells, checked_graph
 from .face_graph import build_face_graph
 from .mesh import as_mesh
-from .seeding import INITS, check_size, region_size, run_seeding
+from .seeding import INITS, check_size, expected_radius, region_size, run_seeding
 from .weights import ArcWeights
 
 __all__ = ["PAPER", "Segmentation", "segment", "segment_graph"]
@@ -95,7 +95,7 @@ def segment(
     *,
     radius: float | None = None,
     alpha: float | None = None,
-    eta_convex: float = 0.2,
+    eta_convex: float | None = None,
     weights: str | npt.ArrayLike = "superfacets",
     init: str | npt.ArrayLike = "farthest",
     radius_factor: float | None = None,
@@ -119,17 +119,21 @@ def segment(
     radius : float, optional
         Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
     alpha : float, optional
-        How much borders follow creases. 0: regions as compact as they get. 200 if not given, and
-        any number >= 0; with ``weights="stk02"`` 0.5, and 0 to 1.
-    eta_convex : float, default 0.2
-        How much a convex crease counts against a concave one, >= 0; not used with ``"stk02"``.
-    weights : {"superfacets", "stk02"} or array_like, shape (M,)
-        Arc weights by name: those of the paper (`superfacet_weights`), or those that it compares
-        with (`stk02_weights`). Or one per arc of ``build_face_graph(mesh, weld=weld)``: `alpha` and
-        `eta_convex` are then not used.
-    init : {"farthest", "flood", "grid"} or array_like of int
-        How seeds are placed, or the faces that are the seeds; see `place_seeds`. Only
-        ``"farthest"`` and given seeds keep to k exactly.
+        How much borders follow creases. 0: regions as compact as they get. If not given, 20 with
+        ``"creases"``, 200 with ``"superfacets"``, and any number >= 0; 0.5 with ``"stk02"``, and 0
+        to 1.
+    eta_convex : float, optional
+        How much a convex crease counts against a concave one, >= 0. If not given, 0.05 with
+        ``"creases"``, 0.2 with ``"superfacets"``; not used with ``"stk02"``.
+    weights : {"superfacets", "creases", "stk02"} or array_like, shape (M,)
+        Arc weights by name. ``"superfacets"``: those of the paper (`superfacet_weights`).
+        ``"creases"``: the same, but that a crease costs what it costs whatever the length of the
+        edges along it: the expected radius r stands for the length of each edge. ``"stk02"``: those
+        that the paper compares with (`stk02_weights`). Or one per arc of
+        ``build_face_graph(mesh, weld=weld)``: `alpha` and `eta_convex` are then not used.
+    init : {"farthest", "geodesic", "flood", "grid"} or array_like of int
+        How seeds are placed, or the faces that are the seeds; see `place_seeds`. ``"flood"`` and
+        ``"grid"`` do not keep to k exactly.
     radius_factor : float, optional
         Not given: each face belongs to the center with the shortest path to it, and regions are
         connected. Given, the paper's way: an expansion halts at so many r from its center (2 in
@@ -186,7 +190,8 @@ def segment(
     with timed(timings, "face_graph"):
         faces = build_face_graph(surface, weld=weld, n_threads=loop.n_threads)
     with timed(timings, "weights"):
-        lengths = faces.quantized(chosen.weigh(surface, faces, loop.n_threads), loop.n_threads)
+        r = expected_radius(faces, n_segments, radius, init)
+        lengths = faces.quantized(chosen.weigh(surface, faces, r, loop.n_threads), loop.n_threads)
     with timed(timings, "order"):
         cells, bounds = (
             (faces.positions, faces.measures, faces.offsets, faces.neighbors),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,10 +13,14 @@ from ._validate import checked_choice, checked_number, checked_share, checked_th
 from .face_graph import FaceGraph
 from .mesh import Mesh, as_mesh
 
-__all__ = ["DEFAULT_ALPHA", "ArcWeights", "is_inside_out", "stk02_weights", "superfacet_weights"]
+__all__ = ["DEFAULTS", "ArcWeights", "is_inside_out", "stk02_weights", "superfacet_weights"]
 
-DEFAULT_ALPHA = {"superfacets": 200.0, "stk02": 0.5}
-"""Names of the arc weights that `segment` knows, and what alpha is where it is not given."""
+DEFAULTS: dict[str, dict[str, float]] = {
+    "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
+    "creases": {"alpha": 20.0, "eta_convex": 0.05},
+    "stk02": {"alpha": 0.5},
+}
+"""Names of the arc weights that `segment` knows, and what their parameters are if not given."""
 
 _VOLUME_NOISE = 1e-12
 """Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
@@ -29,6 +32,7 @@ def superfacet_weights(
     *,
     alpha: float = 200.0,
     eta_convex: float = 0.2,
+    crease_length: float | None = None,
     n_threads: int | None = None,
 ) -> npt.NDArray[np.float64]:
     r"""Return the weight of each arc: surface distance plus a price for crossing a crease.
@@ -56,6 +60,11 @@ def superfacet_weights(
         Weight of the angular term, >= 0. 0: distance alone.
     eta_convex : float, default 0.2
         What a convex edge counts against a concave one, >= 0.
+    crease_length : float, optional
+        What stands for \|e\|, > 0, in the unit of the vertices. Not given: the length of each edge,
+        as in the paper. A crease then costs less to cross the finer the mesh is, while the distance
+        term of a path stays what it is. With one length for all edges, of the size of a region, it
+        costs the same at any resolution, and a smaller `alpha` does.
     n_threads : int, optional
         As for `segment`.
 
@@ -90,6 +99,8 @@ def superfacet_weights(
     threads = checked_threads(n_threads)
     alpha = checked_number(alpha, "alpha", zero=True)
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+    if crease_length is not None:
+        crease_length = checked_number(crease_length, "crease_length", zero=False)
     _check_same_size(mesh, graph)
     return _core.superfacet_weights(
         mesh.vertices,
@@ -102,6 +113,7 @@ def superfacet_weights(
         graph.same_turn,
         alpha,
         eta_convex,
+        crease_length or 0.0,
         graph.diagonal,
         is_inside_out(mesh, graph, n_threads=threads),
         threads,
@@ -182,33 +194,33 @@ class ArcWeights:
 
     @classmethod
     def checked(
-        cls, weights: str | npt.ArrayLike, alpha: float | None, eta_convex: float
+        cls, weights: str | npt.ArrayLike, alpha: float | None, eta_convex: float | None
     ) -> ArcWeights:
         """Arguments as for `segment`, of which the parameters that count are kept."""
-        eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
-        if alpha is not None:
-            alpha = checked_number(alpha, "alpha", zero=True)
+        given = {"alpha": alpha, "eta_convex": eta_convex}
+        checked = {
+            name: checked_number(value, name, zero=True)
+            for name, value in given.items()
+            if value is not None
+        }
         if not isinstance(weights, str):
             return cls({"weights": "given"}, weights)
-        checked_choice(weights, "weights", tuple(DEFAULT_ALPHA))
-        alpha = DEFAULT_ALPHA[weights] if alpha is None else alpha
+        checked_choice(weights, "weights", tuple(DEFAULTS))
+        params = {name: checked.get(name, usual) for name, usual in DEFAULTS[weights].items()}
         if weights == "stk02":
-            return cls({"weights": weights, "alpha": checked_share(alpha, "alpha")}, None)
-        return cls({"weights": weights, "alpha": alpha, "eta_convex": eta_convex}, None)
+            checked_share(params["alpha"], "alpha")
+        return cls({"weights": weights, **params}, None)
 
-    def weigh(self, mesh: Mesh, graph: FaceGraph, n_threads: int) -> npt.ArrayLike:
-        """Return one weight per arc of the graph of this mesh."""
+    def weigh(self, mesh: Mesh, graph: FaceGraph, radius: float, n_threads: int) -> npt.ArrayLike:
+        """Return one weight per arc of the graph of this mesh, for regions of this radius."""
         if self.given is not None:
             return self.given
         options = {name: value for name, value in self.params.items() if name != "weights"}
-        weigh = _BY_NAME[self.params["weights"]]
-        return weigh(mesh, graph, n_threads=n_threads, **options)
-
-
-_BY_NAME: dict[str, Callable[..., npt.NDArray[np.float64]]] = {
-    "superfacets": superfacet_weights,
-    "stk02": stk02_weights,
-}
+        if self.params["weights"] == "stk02":
+            return stk02_weights(mesh, graph, n_threads=n_threads, **options)
+        if self.params["weights"] == "creases" and radius > 0:  # 0: no face has an area
+            options["crease_length"] = radius
+        return superfacet_weights(mesh, graph, n_threads=n_threads, **options)
 
 
 def _check_same_size(mesh: Mesh, graph: FaceGraph) -> None:

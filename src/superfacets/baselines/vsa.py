@@ -50,9 +50,10 @@ def variational_shape_approximation(
 
     A region stands for a plane, its proxy: a center and a unit normal. In turn the proxies are
     fitted to the regions, and the regions flooded anew. A flood begins with the face of least
-    error of each region (the lowest, among equals), its seed, and takes again and again, of all
-    faces next to a region, that of least error against the region's proxy (among equals, that
-    which was offered first). A face once taken is not given back.
+    error of each region, its seed (the lowest among equals; one without a normal only if there is
+    no other). It takes again and again, of all faces next to a region, that of least error against
+    the region's proxy (among equals, that which was offered first). A face once taken is not given
+    back.
 
     Parameters
     ----------
@@ -73,8 +74,8 @@ def variational_shape_approximation(
         the proxies. ``"incremental"``: one region for each component of the mesh; then, while
         there are fewer than k, proxies are fitted to all regions, and in the region of largest
         total error (of two faces or more; lowest label among equals) the face of largest error
-        (highest among equals) becomes one more seed, with its plane as the proxy, and all regions
-        are flooded anew.
+        (not the seed; highest among equals) becomes one more seed, with its plane as the proxy, and
+        all regions are flooded anew.
     rng : int or numpy.random.Generator, default 0
         Draws the faces of ``"random"``; an int, >= 0, seeds a generator.
     max_num_iter : int, default 50
