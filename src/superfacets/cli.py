@@ -22,6 +22,7 @@ from .io import check_outputs, has_labels, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
 from .metrics.cuts import DEFAULT_TOLERANCE
 from .regions import ISLANDS
+from .reproduce.command import reproduce_command
 from .seeding import INITS
 from .segment import PAPER, segment
 from .weights import DEFAULTS
@@ -83,6 +84,9 @@ def _text_of_os_error(error: OSError) -> str:
 @click.version_option(__version__, message="superfacets %(version)s")
 def commands() -> None:
     """Oversegment meshes into superfacets: compact, connected regions that follow the creases."""
+
+
+commands.add_command(reproduce_command)
 
 
 @commands.command("segment")

@@ -1,0 +1,146 @@
+"""What is run: which meshes, methods, settings and numbers of regions, for which figures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from ..princeton import CATEGORIES
+from .gallery import GALLERY, Picture, pictures_of, table_runs
+from .methods import METHODS, Method
+from .runs import Run
+from .sources import Source, Sources
+
+__all__ = ["CURVES", "FIGURES", "KS", "SUBSET_KS", "Choice", "Plan", "make_plan"]
+
+KS = (50, 100, 150, 200, 250, 300)
+SUBSET_KS = (50, 150, 300)
+
+CURVES = ("4", "6", "7")
+"""Figures with a curve over k for each method and alpha."""
+
+FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
+"""Those of the paper, and one of its own: a curve for every method at its usual alpha."""
+
+# The number of regions in the paper's pictures and times.
+_USUAL_K = 150
+
+# So many models of each category are run whatever their size.
+_ALWAYS_RUN = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """What the user asked for."""
+
+    figures: tuple[str, ...] = FIGURES
+    methods: tuple[str, ...] = tuple(METHODS)
+    ks: tuple[int, ...] = KS
+    is_subset: bool = False
+    """Only the smallest model of each category, and fewer alphas."""
+
+    @property
+    def k(self) -> int:
+        """The number of regions for pictures and times."""
+        return min(self.ks, key=lambda k: (abs(k - _USUAL_K), k))
+
+    def alphas(self, method: str) -> tuple[float | None, ...]:
+        """Return the values of alpha that a method is run with."""
+        row = METHODS[method]
+        return row.subset_alphas if self.is_subset else row.alphas
+
+    def methods_in(self, figure: str) -> tuple[str, ...]:
+        """Return the methods that have curves or dots in a figure."""
+        return tuple(name for name in self.methods if figure in METHODS[name].figures)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is run and drawn."""
+
+    choice: Choice
+    models: tuple[Source, ...]
+    meshes: tuple[Source, ...]
+    runs: tuple[Run, ...]
+    """Without repetition, in the order of work: the smallest models of all categories first."""
+    pictures: tuple[Picture, ...]
+    problems: tuple[str, ...]
+    """One line for each file that is missing or not used."""
+
+
+def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
+    """Return what is run to make the figures chosen.
+
+    Raises
+    ------
+    ValueError
+        If nothing is left to run.
+    """
+    ranks = _ranks(models.found)
+    chosen = tuple(m for m in models.found if not choice.is_subset or ranks[m] == 0)
+    pictures = tuple(
+        picture
+        for figure in choice.figures
+        if figure in GALLERY
+        for picture in pictures_of(figure, chosen, meshes.found, choice.k)
+        if picture.run.method in choice.methods and _accepts(picture.run, ranks, choice)
+    )
+    runs = {picture.run for picture in pictures}
+    runs |= {run for run in _curve_runs(chosen, choice) if _accepts(run, ranks, choice)}
+    if "1" in choice.figures:
+        table = table_runs(meshes.found, choice.k)
+        runs |= {run for run in table if run.method in choice.methods}
+    if not runs:
+        raise ValueError("nothing to run: no figure that was asked for shows these methods")
+    ordered = sorted(runs, key=lambda run: _place(run, ranks))
+    problems = models.problems + meshes.problems
+    return Plan(choice, chosen, meshes.found, tuple(ordered), pictures, problems)
+
+
+def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
+    """How many models of the same category are smaller; models come in the order of size."""
+    seen: Counter[str] = Counter()
+    ranks = {}
+    for model in models:
+        ranks[model] = seen[model.category]
+        seen[model.category] += 1
+    return ranks
+
+
+def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
+    """Runs for all figures but pictures."""
+    for method in choice.methods:
+        row = METHODS[method]
+        for figure in choice.figures:
+            for alpha in _alphas_in(figure, row, choice.alphas(method)):
+                ks = (choice.k,) if figure == "5" else choice.ks
+                yield from (Run(model, method, alpha, k) for model in models for k in ks)
+
+
+def _alphas_in(
+    figure: str, method: Method, alphas: tuple[float | None, ...]
+) -> tuple[float | None, ...]:
+    if figure in GALLERY or figure not in method.figures:
+        return ()
+    return alphas if figure in CURVES else (method.usual_alpha,)
+
+
+def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
+    """Whether the mesh is not too large for a method that takes long."""
+    row = METHODS[run.method]
+    limit = row.subset_max_faces if choice.is_subset else row.max_faces
+    if limit is None or run.source.n_faces <= limit:
+        return True
+    return run.source.is_model and not choice.is_subset and ranks[run.source] < _ALWAYS_RUN
+
+
+def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
+    """Meshes first, for they are few; then models, such that categories are served evenly."""
+    place = (
+        (1, ranks[run.source], CATEGORIES.index(run.source.category))
+        if run.source.is_model
+        else (0, 0, 0)
+    )
+    alpha = -1.0 if run.alpha is None else run.alpha
+    return (*place, run.source.name, list(METHODS).index(run.method), alpha, run.k)

@@ -1,0 +1,153 @@
+"""What the records say of the runs of a plan, and means over meshes."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .methods import METHODS
+from .plan import CURVES, Plan
+from .records import read_record, record_path
+from .runs import Run
+from .sources import Source
+
+__all__ = ["Comparison", "Curve", "Record", "Results", "collect", "compare"]
+
+Record = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A method with one alpha: what has a line in a figure."""
+
+    method: str
+    alpha: float | None
+
+    @property
+    def title(self) -> str:
+        """Name for legends."""
+        title = METHODS[self.method].title
+        return (
+            title
+            if self.alpha is None
+            else f"{title}, \N{GREEK SMALL LETTER ALPHA} = {self.alpha:g}"
+        )
+
+
+@dataclass(frozen=True)
+class Results:
+    """The runs of a plan, by how they ended."""
+
+    plan: Plan
+    done: dict[Run, Record] = field(default_factory=dict)
+    failed: dict[Run, Record] = field(default_factory=dict)
+    missing: tuple[Run, ...] = ()
+
+    def value(self, run: Run, quantity: str) -> float:
+        """Return a metric, or the "seconds" of a run that is done."""
+        record = self.done[run]
+        if quantity == "seconds":
+            return float(record["seconds"]["total"])
+        return float(record["metrics"][quantity])
+
+    def models_with(self, curve: Curve, ks: Iterable[int]) -> set[Source]:
+        """Return the models for which all these numbers of regions are done."""
+        ks = tuple(ks)
+        return {
+            model
+            for model in self.plan.models
+            if all(Run(model, curve.method, curve.alpha, k) in self.done for k in ks)
+        }
+
+    def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
+        """Return the mean over models of what is a mean over the ground truths of each."""
+        values = [
+            self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
+        ]
+        return float(np.mean(values))
+
+    def reasons(self) -> list[str]:
+        """Return a line for each method and reason of failures, with the meshes it happened on."""
+        runs: dict[tuple[str, str], list[Run]] = defaultdict(list)
+        for run, record in self.failed.items():
+            runs[run.method, record["reason"]].append(run)
+        return [
+            f"{method} on {_names(of_reason)} ({len(of_reason)} runs): {reason}"
+            for (method, reason), of_reason in runs.items()
+        ]
+
+    def not_started(self) -> list[str]:
+        """Return a line for each method that has missing runs, with the meshes."""
+        runs: dict[str, list[Run]] = defaultdict(list)
+        for run in self.missing:
+            runs[run.method].append(run)
+        return [
+            f"{method} on {_names(of_method)} ({len(of_method)} runs)"
+            for method, of_method in runs.items()
+        ]
+
+
+def _names(runs: Iterable[Run]) -> str:
+    names = dict.fromkeys(run.source.name for run in runs)
+    return ", ".join(names)
+
+
+def collect(plan: Plan, folder: Path, pictured: frozenset[Run]) -> Results:
+    """Read the records of all runs of a plan."""
+    results, missing = Results(plan), []
+    for run in plan.runs:
+        record = read_record(record_path(folder, run), run.key(max(plan.choice.ks)))
+        if record is None:
+            missing.append(run)
+        elif "reason" in record:
+            results.failed[run] = record
+        elif run in pictured and "labels" not in record:
+            missing.append(run)
+        else:
+            results.done[run] = record
+    return Results(plan, results.done, results.failed, tuple(missing))
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Curves over the same models, so that they can be compared."""
+
+    curves: tuple[Curve, ...]
+    models: tuple[Source, ...]
+    """Those for which every point of every curve is there."""
+    left_out: tuple[Curve, ...]
+    """Curves that were planned but share no model with the others."""
+
+
+def compare(results: Results, figure: str) -> Comparison:
+    """Return the curves of a figure, and the models that all of them have.
+
+    The curve with the most models comes first; one that would leave no model is left out.
+    """
+    choice = results.plan.choice
+    models = {
+        curve: results.models_with(curve, choice.ks)
+        for method in choice.methods_in(figure)
+        for curve in _curves(method, choice.alphas(method), figure)
+    }
+    shared, kept = set(results.plan.models), set()
+    for curve in sorted(models, key=lambda curve: -len(models[curve])):
+        if shared & models[curve]:
+            shared &= models[curve]
+            kept.add(curve)
+    return Comparison(
+        tuple(curve for curve in models if curve in kept),
+        tuple(model for model in results.plan.models if kept and model in shared),
+        tuple(curve for curve in models if curve not in kept),
+    )
+
+
+def _curves(method: str, alphas: tuple[float | None, ...], figure: str) -> list[Curve]:
+    if figure not in CURVES:
+        alphas = (METHODS[method].usual_alpha,)
+    return [Curve(method, alpha) for alpha in alphas]
