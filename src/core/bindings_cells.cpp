@@ -5,11 +5,15 @@
 #include "bindings.hpp"
 #include "clustering.hpp"
 #include "parallel.hpp"
+#include "path_lengths.hpp"
 #include "seeding.hpp"
 #include "update.hpp"
 
 namespace superfacets {
 namespace {
+
+// Paths from each of so many cells take longer than to start a thread.
+constexpr std::int64_t kMinCellsPerThread = 64;
 
 void bind_ordered_graph(OrderedGraph* self, const Rows<double>& positions,
                         const Array<double>& measures, const Array<std::int64_t>& offsets,
@@ -100,6 +104,24 @@ auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, 
   }));
 }
 
+auto bind_path_lengths(const OrderedGraph& graph, const Array<Cell>& sources, double unit,
+                       int n_threads) {
+  const auto input = view(sources);
+  return to_numpy(without_gil([&] {
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads, kMinCellsPerThread));
+    return path_lengths(graph, input, unit, team);
+  }));
+}
+
+auto bind_path_lengths_within(const OrderedGraph& graph, double reach, double unit, int n_threads) {
+  SparseRows rows = without_gil([&] {
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads, kMinCellsPerThread));
+    return path_lengths_within(graph, reach, unit, team);
+  });
+  return std::tuple(to_numpy(std::move(rows.offsets)), to_numpy(std::move(rows.columns)),
+                    to_numpy(std::move(rows.values)));
+}
+
 }  // namespace
 
 void bind_cell_stages(nb::module_& module) {
@@ -125,6 +147,10 @@ void bind_cell_stages(nb::module_& module) {
       .def("lengths", &bind_lengths);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
+  module.def("path_lengths", &bind_path_lengths, "graph"_a, "sources"_a.noconvert(), "unit"_a,
+             "n_threads"_a);
+  module.def("path_lengths_within", &bind_path_lengths_within, "graph"_a, "reach"_a, "unit"_a,
+             "n_threads"_a);
 }
 
 }  // namespace superfacets
