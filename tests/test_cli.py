@@ -89,6 +89,7 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
         (["-r", 0.1, "--init", "grid"], {"radius": 0.1, "init": "grid"}),
         (["--init", "flood", "--max-iter", 3], {"init": "flood", "max_num_iter": 3}),
         (["-n", 30, "--tol", 0.3, "--threads", 2], {"n_segments": 30, "tol": 0.3}),
+        (["-n", 30, "--weights", "stk02", "-a", 0.2], {"weights": "stk02", "alpha": 0.2}),
         (["-n", 30, "--paper"], {"n_segments": 30, "radius_factor": 2.0, "tol": 0}),
         (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, "radius_factor": 2.0, "tol": 0.3}),
     ]  # fmt: skip
@@ -335,11 +336,15 @@ def can_render():
 
 @pytest.fixture(scope="module")
 def large(tmp_path_factory):
-    """A file that takes about a second to segment with tol=0 and many regions."""
-    from superfacets import sample_mesh
+    """A file that takes seconds to segment with the paper's stop rule."""
+    from superfacets import Mesh, sample_mesh
 
+    bear = sample_mesh(100_000)
+    places = [[3.0 * place, 0.0, 0.0] for place in range(10)]
+    vertices = np.concatenate([bear.vertices + place for place in places])
+    faces = np.concatenate([bear.faces + n * bear.n_vertices for n in range(len(places))])
     path = tmp_path_factory.mktemp("large") / "bear.ply"
-    write_mesh(path, sample_mesh(100_000))
+    write_mesh(path, Mesh(vertices, faces))
     return path
 
 
@@ -401,3 +406,47 @@ def test_the_bunny_takes_less_than_a_second_as_a_whole_process(data_dir, tmp_pat
         subprocess.run(command, check=True, capture_output=True)
         seconds.append(time.perf_counter() - start)
     assert min(seconds) < 1.0
+
+
+@pytest.fixture
+def labeled_strip(tmp_path):
+    """A strip of four faces, its labels and two ground truths."""
+    import shapes
+
+    write_mesh(tmp_path / "strip.ply", shapes.strip(4))
+    for name, labels in [("labels", "0011"), ("one", "0011"), ("two", "0111")]:
+        (tmp_path / f"{name}.seg").write_text("\n".join(labels) + "\n")
+    return tmp_path
+
+
+def test_evaluate_prints_metrics_with_and_without_ground_truth(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
+    status, printed, _ = run("evaluate", mesh, labels)
+    assert status == 0
+    assert [line.split() for line in printed.splitlines()] == [
+        ["n_regions", "2"], ["n_extra_pieces", "0"], ["compactness", "4"],
+        ["explained_variation", "1"],
+    ]  # fmt: skip
+    status, printed, _ = run("evaluate", mesh, labels, "--gt", labeled_strip / "one.seg")
+    assert ["undersegmentation_error", "0"] in [line.split() for line in printed.splitlines()]
+
+
+def test_evaluate_takes_several_ground_truths_after_one_gt(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
+    one, two = labeled_strip / "one.seg", labeled_strip / "two.seg"
+    _, printed, _ = run("evaluate", mesh, labels, "--gt", one, two, "--json")
+    facts = json.loads(printed)
+    assert facts["n_ground_truths"] == 2
+    assert facts["undersegmentation_error"] == pytest.approx((0 + 0.5) / 2)
+    assert printed == run("evaluate", mesh, labels, "--gt", one, "--gt", two, "--json")[1]
+
+
+def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
+    (labeled_strip / "short.seg").write_text("0\n")
+    status, _, error = run("evaluate", mesh, labels, "--gt", labeled_strip / "short.seg")
+    assert status == 1
+    assert error.endswith("short.seg: there are 1 label but the mesh has 4 faces\n")
+    status, _, error = run("evaluate", mesh, labels, labels)
+    assert status == 2
+    assert "ground truth needs --gt" in error

@@ -24,7 +24,7 @@ def test_examples_in_docstrings_are_true(name):
     assert doctest.testmod(module).failed == 0
 
 
-LAZY = ("colors", "gl", "info", "io", "rendering", "sample")
+LAZY = ("baselines", "colors", "gl", "info", "io", "metrics", "princeton", "rendering", "sample")
 LATE_PREFIXES = tuple(f"superfacets.{name}" for name in LAZY)
 
 

@@ -63,6 +63,9 @@ def check_mesh_stages(mesh, weld=True):
     weights = superfacet_weights(mesh, graph)
     expected = reference.superfacet_weights(mesh, arcs, alpha=200.0, eta_convex=0.2, weld=weld)
     assert np.array_equal(weights, expected)
+    options = {"alpha": 20.0, "eta_convex": 0.1, "crease_length": 0.3}
+    creases = reference.superfacet_weights(mesh, arcs, weld=weld, **options)
+    assert np.array_equal(superfacet_weights(mesh, graph, **options), creases)
     cells = graph.with_weights(weights)
     lengths, unit = reference.quantize_weights(weights)
     assert unit == cells.unit
@@ -96,6 +99,9 @@ def test_stages_of_awkward_meshes_equal_their_twins(name):
     for k in {1, min(7, mesh.n_faces), min(150, mesh.n_faces)}:
         assert place_seeds(graph, k).tolist() == reference.farthest_seeds(graph, k)
         radius = region_size(graph.ordered(1), k).radius
+        few = min(k, 20)
+        geodesic = place_seeds(graph, few, init="geodesic").tolist()
+        assert geodesic == reference.geodesic_seeds(graph, few)
         flooded = reference.flood_seeds(graph, radius)
         assert place_seeds(graph, k, init="flood").tolist() == flooded
         assert place_seeds(graph, k, init="grid").tolist() == reference.grid_seeds(graph, radius)
@@ -114,6 +120,7 @@ def test_loops_on_random_graphs_with_ties_equal_their_twins(seed):
     k = int(rng.integers(1, n + 1))
     check_loop(graph, k, tol=0.0)
     check_loop(graph, k, radius_factor=float(rng.uniform(0.1, 2)), tol=0.0)
+    assert place_seeds(graph, k, init="geodesic").tolist() == reference.geodesic_seeds(graph, k)
     assert place_seeds(graph, k, init="flood").tolist() == reference.flood_seeds(
         graph, region_size(graph.ordered(1), k).radius
     )
@@ -124,6 +131,9 @@ def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, pla
     """The smallest models, since the twins are slow."""
     graph = check_mesh_stages(read_off(benchmark_paths[place]))
     assert place_seeds(graph, 150).tolist() == reference.farthest_seeds(graph, 150)
+    if place < 4:
+        geodesic = place_seeds(graph, 9, init="geodesic").tolist()
+        assert geodesic == reference.geodesic_seeds(graph, 9)
     radius = region_size(graph.ordered(1), 150).radius
     assert place_seeds(graph, 150, init="flood").tolist() == reference.flood_seeds(graph, radius)
     assert place_seeds(graph, 150, init="grid").tolist() == reference.grid_seeds(graph, radius)

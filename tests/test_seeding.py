@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import CellGraph, build_face_graph, place_seeds, superfacet_weights
+from superfacets import CellGraph, Mesh, build_face_graph, place_seeds, superfacet_weights
 from superfacets.seeding import region_size
 
 
@@ -118,7 +118,11 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
         ({"radius": 0}, ValueError, "radius must be finite and positive, got 0"),
         ({"radius": math.inf}, ValueError, "radius must be finite and positive, got inf"),
         ({"radius": "wide"}, TypeError, "radius must be a number, got 'wide'"),
-        ({"init": "random"}, ValueError, "init must be one of farthest, flood, grid, got 'random'"),
+        (
+            {"init": "random"},
+            ValueError,
+            "init must be one of farthest, geodesic, flood, grid, got 'random'",
+        ),
         ({"init": [0, 5]}, ValueError, r"init\[1\] is 5; it must be 0 to 4"),
         ({"init": [-1]}, ValueError, r"init\[0\] is -1; it must be 0 to 4"),
         ({"init": [1, 2, 1]}, ValueError, "init holds 1 more than once"),
@@ -138,3 +142,33 @@ def test_a_radius_cannot_come_from_no_area(init):
     line = shapes.line_graph([1.0] * 4, measures=[0] * 5)
     with pytest.raises(ValueError, match=f"init='{init}' needs a radius, and the faces have no"):
         place_seeds(line, 2, init=init)
+
+
+def test_geodesic_seeds_are_the_ends_of_the_longest_paths():
+    """Cells in a row, with a long step between the second and the third."""
+    graph = shapes.line_graph([1.0, 10.0, 1.0, 1.0])
+    assert place_seeds(graph, 3, init="geodesic").tolist() == [2, 0, 4]
+
+
+def test_geodesic_seeds_begin_with_the_components_that_are_worth_a_region():
+    mesh = shapes.two_islands()  # of 4 faces and 2 in area each
+    speck = Mesh(
+        np.concatenate([mesh.vertices, [[9, 9, 0], [9.1, 9, 0], [9, 9.1, 0]]]),
+        np.concatenate([[[12, 13, 14]], mesh.faces]),
+    )
+    graph = build_face_graph(speck).with_weights(np.ones(12))
+    for k in (2, 3, 8):
+        seeds = place_seeds(graph, k, init="geodesic")
+        assert len(set(seeds.tolist())) == k
+        assert 0 not in seeds  # the speck
+        assert {*((seeds[:2] - 1) // 4).tolist()} == {0, 1}  # an island each
+    assert set(place_seeds(graph, 9, init="geodesic").tolist()) == set(range(9))
+    assert place_seeds(graph, 1, init="geodesic").tolist()[0] > 0
+
+
+def test_geodesic_seeds_of_soup_are_distinct():
+    soup = Mesh([[x, y, z] for x in range(40) for y, z in ((0, 0), (1, 0), (0, 1))],
+                np.arange(120).reshape(-1, 3))  # fmt: skip
+    graph = build_face_graph(soup).with_weights([])
+    for k in (1, 20, 40):
+        assert len(set(place_seeds(graph, k, init="geodesic").tolist())) == k

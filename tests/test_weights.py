@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import CellGraph, Mesh, build_face_graph, superfacet_weights
+from superfacets import (
+    CellGraph,
+    Mesh,
+    build_face_graph,
+    segment,
+    stk02_weights,
+    superfacet_weights,
+)
+from superfacets.weights import ArcWeights
 
 
 def weights_of(mesh, **options):
@@ -222,6 +230,50 @@ def test_an_arc_weighs_the_same_with_and_without_an_arc_back(mesh):
     assert np.array_equal(superfacet_weights(mesh, graph), weights_one_way(mesh, graph))
 
 
+@pytest.mark.parametrize("degrees", [0, 30, 90, -90, 135, 180])
+def test_stk02_weights_are_eq_6_by_hand(degrees):
+    """The centroids lie 1 from the edge, in whose middle the shortest way over it is not bent."""
+    mesh = shapes.fold(degrees)
+    for alpha in (0.0, 0.25, 1.0):
+        weights = stk02_weights(mesh, build_face_graph(mesh), alpha=alpha)
+        by_hand = (1 - alpha) * 2.0 + alpha * math.sin(math.radians(degrees)) ** 2
+        assert weights == pytest.approx([by_hand, by_hand], abs=1e-15)
+
+
+def test_stk02_weights_are_not_scale_invariant():
+    mesh = shapes.fold(90)
+    larger = Mesh(4 * mesh.vertices, mesh.faces)
+    weights = [stk02_weights(m, build_face_graph(m), alpha=0.5)[0] for m in (mesh, larger)]
+    assert weights == pytest.approx([0.5 * 2 + 0.5, 0.5 * 8 + 0.5])
+
+
+def test_stk02_takes_no_notice_of_orientation_and_of_faces_without_a_normal():
+    mesh = shapes.fold(60)
+    turned = Mesh(mesh.vertices, [mesh.faces[0], mesh.faces[1][::-1]])
+    flat = Mesh([[0, 0, 0], [0, 2, 0], [-3, 1, 0], [0, 1, 0]], mesh.faces)
+    weights = [
+        stk02_weights(m, build_face_graph(m), alpha=1.0)[0].item() for m in (mesh, turned, flat)
+    ]
+    assert weights == pytest.approx([0.75, 0.75, 0.0])
+
+
+def test_stk02_weights_are_the_same_for_any_number_of_threads():
+    mesh = shapes.bumpy_sheet(128)
+    graph = build_face_graph(mesh)
+    one, many = (stk02_weights(mesh, graph, n_threads=n) for n in (1, 4))
+    assert np.array_equal(one, many)
+    assert np.array_equal(segment(mesh, 20, weights="stk02").labels,
+                          segment(mesh, 20, weights=stk02_weights(mesh, graph)).labels)  # fmt: skip
+
+
+def test_stk02_refuses_wrong_shares_and_graphs():
+    mesh = shapes.fold(60)
+    with pytest.raises(ValueError, match=r"alpha must be 0 to 1, got 1\.01"):
+        stk02_weights(mesh, build_face_graph(mesh), alpha=1.01)
+    with pytest.raises(ValueError, match="the graph has 2 cells but the mesh 12 faces"):
+        stk02_weights(shapes.cube(), build_face_graph(mesh))
+
+
 def test_lengths_are_whole_units_of_which_all_arcs_have_48_bits():
     graph = build_face_graph(shapes.bumpy_sheet(16)).with_weights(
         weights_of(shapes.bumpy_sheet(16))
@@ -260,3 +312,49 @@ def test_weights_of_a_graph_must_be_finite_and_not_negative():
         shapes.line_graph([1j])
     with pytest.raises(ValueError, match=r"one value per arc, shape \(2,\), got \(1,\)"):
         CellGraph([[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0])
+
+
+def test_a_crease_length_takes_the_place_of_that_of_every_edge():
+    mesh = shapes.fold(90)  # an edge of 2
+    own = weights_of(mesh, alpha=10)
+    assert weights_of(mesh, alpha=10, crease_length=2.0) == pytest.approx(own)
+    assert weights_of(mesh, alpha=10, crease_length=4.0) == pytest.approx(
+        weights_of(mesh, alpha=20)
+    )
+    with pytest.raises(ValueError, match="crease_length must be finite and positive"):
+        weights_of(mesh, crease_length=0)
+
+
+def refined(mesh):
+    """Each triangle cut into four at the midpoints of its edges."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    d, e, f = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    corners = np.stack([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]).transpose(2, 0, 1, 3)
+    return Mesh(corners.reshape(-1, 3), np.arange(12 * mesh.n_faces).reshape(-1, 3))
+
+
+@pytest.mark.parametrize(("weights", "ratio"), [("creases", 1.0), ("superfacets", 0.5)])
+def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, ratio):
+    """What it costs to cross the fold, without the distance."""
+    prices = []
+    for mesh in (shapes.fold(90), refined(shapes.fold(90))):
+        graph = build_face_graph(mesh)
+        chosen = [
+            ArcWeights.checked(weights, alpha, 1.0).weigh(mesh, graph, 0.3, 1)
+            for alpha in (0.0, 100.0)
+        ]
+        prices.append(np.max(chosen[1] - chosen[0]))
+    assert prices[1] / prices[0] == pytest.approx(ratio)
+
+
+def test_segment_uses_the_expected_radius_for_creases():
+    mesh = shapes.bumpy_sheet(16)
+    graph = build_face_graph(mesh)
+    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1)
+    weights = superfacet_weights(
+        mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["expected_radius"]
+    )
+    assert np.array_equal(segment(mesh, 9, weights=weights).labels, result.labels)
+    assert result.params["weights"] == "creases"
+    flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])  # without area, r is 0
+    assert segment(flat, 1, weights="creases").labels.tolist() == [0]

@@ -5,4 +5,5 @@ NB_MODULE(_core, module) {
   superfacets::bind_mesh_stages(module);
   superfacets::bind_cell_stages(module);
   superfacets::bind_files(module);
+  superfacets::bind_rivals(module);
 }

@@ -89,5 +89,6 @@ auto without_gil(const Kernel& kernel) {
 void bind_mesh_stages(nb::module_& module);  // 0 to 2
 void bind_cell_stages(nb::module_& module);  // 3 and 4
 void bind_files(nb::module_& module);
+void bind_rivals(nb::module_& module);
 
 }  // namespace superfacets

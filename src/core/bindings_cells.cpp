@@ -5,15 +5,12 @@
 #include "bindings.hpp"
 #include "clustering.hpp"
 #include "parallel.hpp"
-#include "path_lengths.hpp"
+#include "regions.hpp"
 #include "seeding.hpp"
 #include "update.hpp"
 
 namespace superfacets {
 namespace {
-
-// Paths from each of so many cells take longer than to start a thread.
-constexpr std::int64_t kMinCellsPerThread = 64;
 
 void bind_ordered_graph(OrderedGraph* self, const Rows<double>& positions,
                         const Array<double>& measures, const Array<std::int64_t>& offsets,
@@ -45,6 +42,13 @@ auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, in
   return to_numpy(without_gil([&] {
     ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
     return farthest_seeds(graph, first, n_seeds, team);
+  }));
+}
+
+auto bind_geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
+  return to_numpy(without_gil([&] {
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads));
+    return geodesic_seeds(graph, first, n_seeds, team);
   }));
 }
 
@@ -104,22 +108,10 @@ auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, 
   }));
 }
 
-auto bind_path_lengths(const OrderedGraph& graph, const Array<Cell>& sources, double unit,
-                       int n_threads) {
-  const auto input = view(sources);
-  return to_numpy(without_gil([&] {
-    ThreadTeam team(useful_threads(graph.n_cells(), n_threads, kMinCellsPerThread));
-    return path_lengths(graph, input, unit, team);
-  }));
-}
-
-auto bind_path_lengths_within(const OrderedGraph& graph, double reach, double unit, int n_threads) {
-  SparseRows rows = without_gil([&] {
-    ThreadTeam team(useful_threads(graph.n_cells(), n_threads, kMinCellsPerThread));
-    return path_lengths_within(graph, reach, unit, team);
-  });
-  return std::tuple(to_numpy(std::move(rows.offsets)), to_numpy(std::move(rows.columns)),
-                    to_numpy(std::move(rows.values)));
+auto bind_nearest_wanted(const OrderedGraph& graph, const Array<Cell>& cells,
+                         const Array<std::uint8_t>& is_wanted) {
+  const auto input = std::pair(view(cells), view(is_wanted));
+  return to_numpy(without_gil([&] { return nearest_wanted(graph, input.first, input.second); }));
 }
 
 }  // namespace
@@ -135,6 +127,8 @@ void bind_cell_stages(nb::module_& module) {
   module.def("central_cell", &bind_central_cell, "graph"_a, "n_threads"_a);
   module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a,
              "n_threads"_a);
+  module.def("geodesic_seeds", &bind_geodesic_seeds, "graph"_a, "first"_a, "n_seeds"_a,
+             "n_threads"_a);
   module.def("flood_seeds", &bind_flood_seeds, "graph"_a, "first"_a, "reach"_a, "n_threads"_a);
   module.def("grid_seeds", &bind_grid_seeds, "graph"_a, "corner"_a, "side"_a, "n_threads"_a);
   nb::class_<Clustering>(module, "Clustering")
@@ -147,10 +141,8 @@ void bind_cell_stages(nb::module_& module) {
       .def("lengths", &bind_lengths);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
-  module.def("path_lengths", &bind_path_lengths, "graph"_a, "sources"_a.noconvert(), "unit"_a,
-             "n_threads"_a);
-  module.def("path_lengths_within", &bind_path_lengths_within, "graph"_a, "reach"_a, "unit"_a,
-             "n_threads"_a);
+  module.def("nearest_wanted", &bind_nearest_wanted, "graph"_a, "cells"_a.noconvert(),
+             "is_wanted"_a.noconvert());
 }
 
 }  // namespace superfacets

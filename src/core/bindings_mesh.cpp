@@ -3,6 +3,10 @@
 #include "bindings.hpp"
 #include "checks.hpp"
 #include "face_graph.hpp"
+#include "pieces.hpp"
+#include "regions.hpp"
+#include "smooth.hpp"
+#include "vertex_graph.hpp"
 #include "weights.hpp"
 #include "weld.hpp"
 
@@ -46,6 +50,24 @@ auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& repre
       std::tuple(counts.edges, counts.boundary, counts.non_manifold, counts.inconsistent));
 }
 
+auto bind_build_vertex_graph(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                             const Array<Vertex>& representative, int n_threads) {
+  const auto input = std::pair(points(vertices), triangles(faces));
+  const auto lowest = view(representative);
+  VertexGraph graph =
+      without_gil([&] { return build_vertex_graph(input.first, input.second, lowest, n_threads); });
+  return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
+                    to_numpy(std::move(graph.lengths)));
+}
+
+auto bind_find_pieces(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                      const Array<Label>& labels) {
+  const auto arcs = std::pair(view(offsets), view(neighbors));
+  const auto input = view(labels);
+  Pieces pieces = without_gil([&] { return find_pieces(arcs.first, arcs.second, input); });
+  return std::tuple(to_numpy(std::move(pieces.of_cell)), pieces.n_pieces);
+}
+
 auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
   Buffer<Point> centroids(faces.shape(0));
   Buffer<double> areas(faces.shape(0));
@@ -55,17 +77,36 @@ auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces,
   return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)));
 }
 
+auto bind_area_vectors(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
+  Buffer<Point> vectors(faces.shape(0));
+  const auto input = std::pair(points(vertices), triangles(faces));
+  without_gil([&] { area_vectors(input.first, input.second, n_threads, vectors.span()); });
+  return to_numpy(std::move(vectors));
+}
+
 auto bind_superfacet_weights(const Rows<double>& vertices, const Rows<Vertex>& faces,
                              const Rows<double>& centroids, const Array<double>& areas,
                              const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
                              const Array<std::uint16_t>& sides,
                              const Array<std::uint8_t>& same_turn, double alpha, double eta_convex,
-                             double diagonal, bool inside_out, int n_threads) {
+                             double crease_length, double diagonal, bool inside_out,
+                             int n_threads) {
   Buffer<double> weights(neighbors.shape(0));
   const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
                          view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
-  const WeightOptions options{alpha, eta_convex, diagonal, inside_out};
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, inside_out};
   without_gil([&] { superfacet_weights(arcs, options, n_threads, weights.span()); });
+  return to_numpy(std::move(weights));
+}
+
+auto bind_stk02_weights(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                        const Rows<double>& centroids, const Array<std::int64_t>& offsets,
+                        const Array<Face>& neighbors, const Array<std::uint16_t>& sides,
+                        double alpha, int n_threads) {
+  Buffer<double> weights(neighbors.shape(0));
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), {},
+                         view(offsets),    view(neighbors),  view(sides),       {}};
+  without_gil([&] { stk02_weights(arcs, alpha, n_threads, weights.span()); });
   return to_numpy(std::move(weights));
 }
 
@@ -89,6 +130,49 @@ auto bind_quantize_weights(const Array<double>& weights, int n_threads) {
   return std::tuple(to_numpy(std::move(lengths)), unit);
 }
 
+auto bind_smooth_borders(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                         const Rows<double>& centroids, const Array<double>& areas,
+                         const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
+                         const Array<std::uint16_t>& sides, const Array<std::uint8_t>& same_turn,
+                         const Array<double>& weights, const Array<Label>& labels,
+                         const Array<Face>& fixed, double diagonal, double max_distance,
+                         double crease_scale, std::size_t max_chain, int max_sweeps,
+                         int n_threads) {
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
+                         view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
+  const SmoothOptions options{{diagonal, crease_scale}, max_distance, max_chain, max_sweeps};
+  const auto lengths = view(weights);
+  const auto input = std::pair(view(labels), view(fixed));
+  return to_numpy(without_gil([&] {
+    return smooth_borders(arcs, lengths, input.first, input.second, options, n_threads);
+  }));
+}
+
+auto bind_region_borders(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                         const Rows<double>& centroids, const Array<double>& areas,
+                         const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
+                         const Array<std::uint16_t>& sides, const Array<std::uint8_t>& same_turn,
+                         const Array<double>& weights, const Array<Label>& labels, double diagonal,
+                         double crease_scale, int n_threads) {
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
+                         view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
+  const auto lengths = view(weights);
+  const auto regions = view(labels);
+  const BorderCost cost{diagonal, crease_scale};
+  const std::vector<RegionBorder> borders =
+      without_gil([&] { return region_borders(arcs, lengths, regions, cost, n_threads); });
+  std::vector<Label> low;
+  std::vector<Label> high;
+  std::vector<double> costs;
+  for (const RegionBorder& border : borders) {
+    low.push_back(border.low);
+    high.push_back(border.high);
+    costs.push_back(border.cost);
+  }
+  return std::tuple(to_numpy(std::move(low)), to_numpy(std::move(high)),
+                    to_numpy(std::move(costs)));
+}
+
 }  // namespace
 
 void bind_mesh_stages(nb::module_& module) {
@@ -99,17 +183,37 @@ void bind_mesh_stages(nb::module_& module) {
   module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert(), "n_threads"_a);
   module.def("build_face_graph", &bind_build_face_graph, "faces"_a.noconvert(),
              "representative"_a.noconvert(), "n_threads"_a);
+  module.def("build_vertex_graph", &bind_build_vertex_graph, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
+  module.def("find_pieces", &bind_find_pieces, "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
+             "labels"_a.noconvert());
   module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "n_threads"_a);
+  module.def("area_vectors", &bind_area_vectors, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
   module.def("superfacet_weights", &bind_superfacet_weights, "vertices"_a.noconvert(),
              "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
              "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
-             "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "diagonal"_a, "inside_out"_a,
-             "n_threads"_a);
+             "same_turn"_a.noconvert(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
+             "inside_out"_a, "n_threads"_a);
+  module.def("stk02_weights", &bind_stk02_weights, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "centroids"_a.noconvert(), "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
+             "sides"_a.noconvert(), "alpha"_a, "n_threads"_a);
   module.def("count_degenerate", &bind_count_degenerate, "vertices"_a.noconvert(),
              "faces"_a.noconvert());
   module.def("signed_volume", &bind_signed_volume, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "origin"_a, "n_threads"_a);
+  module.def("smooth_borders", &bind_smooth_borders, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
+             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
+             "same_turn"_a.noconvert(), "weights"_a.noconvert(), "labels"_a.noconvert(),
+             "fixed"_a.noconvert(), "diagonal"_a, "max_distance"_a, "crease_scale"_a, "max_chain"_a,
+             "max_sweeps"_a, "n_threads"_a);
+  module.def("region_borders", &bind_region_borders, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
+             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
+             "same_turn"_a.noconvert(), "weights"_a.noconvert(), "labels"_a.noconvert(),
+             "diagonal"_a, "crease_scale"_a, "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);
 }
 

@@ -437,4 +437,15 @@ void measure_faces(std::span<const Point> vertices, std::span<const Triangle> fa
   });
 }
 
+void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces, int n_threads,
+                  std::span<Point> vectors) {
+  const auto n_faces = static_cast<std::int64_t>(faces.size());
+  parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t face = begin; face < end; ++face) {
+      const auto& [a, b, c] = faces[face].corners;
+      vectors[face] = 0.5 * cross(vertices[b] - vertices[a], vertices[c] - vertices[a]);
+    }
+  });
+}
+
 }  // namespace superfacets

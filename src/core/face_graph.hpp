@@ -45,4 +45,8 @@ FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vert
 void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces, int n_threads,
                    std::span<Point> centroids, std::span<double> areas);
 
+// Area times unit normal of each face; zero where a face has no area.
+void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces, int n_threads,
+                  std::span<Point> vectors);
+
 }  // namespace superfacets

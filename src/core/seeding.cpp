@@ -4,12 +4,14 @@
 #include <bit>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
 
 #include "classify.hpp"
 #include "farthest.hpp"
+#include "longest_paths.hpp"
 #include "update.hpp"
 
 namespace superfacets {
@@ -70,6 +72,56 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, Place first, Thread
   return order;
 }
 
+struct Component {
+  Label label;
+  double measure = 0.0;
+  Cell n_cells = 0;
+};
+
+// The components that are large enough for seeds of their own; see geodesic_seeds.
+std::vector<Label> seeded_components(const OrderedGraph& graph, std::span<const Label> by_place,
+                                     Label n_components, Cell n_seeds) {
+  std::vector<Component> components(n_components);
+  for (Label label = 0; label < n_components; ++label) components[label].label = label;
+  double total = 0.0;
+  for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
+    const Place place = graph.place_of[cell];
+    components[by_place[place]].measure += graph.measures[place];
+    ++components[by_place[place]].n_cells;
+    total += graph.measures[place];
+  }
+  std::stable_sort(components.begin(), components.end(),
+                   [](const Component& a, const Component& b) { return a.measure > b.measure; });
+  const double enough = 0.5 * total / n_seeds;
+  std::vector<Label> seeded;
+  Cell n_cells = 0;
+  for (const Component& component : components) {
+    const bool is_wanted = component.measure >= enough || n_cells < n_seeds;
+    if (!is_wanted || std::cmp_equal(seeded.size(), n_seeds)) break;
+    seeded.push_back(component.label);
+    n_cells += component.n_cells;
+  }
+  return seeded;
+}
+
+// The first seeds of a graph of several components.
+std::vector<Place> seeds_of_components(const OrderedGraph& graph, Place first, Cell n_seeds,
+                                       ThreadTeam& team) {
+  Classification from_first(graph, kInfinity, team);
+  from_first.classify(std::span(&first, 1));
+  Buffer<Label> by_place(graph.n_cells());
+  for (Place place = 0; place < graph.n_cells(); ++place) {
+    by_place[place] = from_first.path(place).label;
+  }
+  const auto n_components = static_cast<Label>(from_first.centers().size());
+  const auto central = update_centers(graph, by_place.span(), n_components, team);
+  std::vector<Place> seeds;
+  for (const Label label : seeded_components(graph, by_place.span(), n_components, n_seeds)) {
+    seeds.push_back(central[label]);
+  }
+  return seeds;
+}
+
 // A cube of the grid by its numbers along the axes: whole, and as doubles free of overflow.
 struct Cube {
   double x, y, z;
@@ -101,6 +153,24 @@ std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_s
   while (std::cmp_less(seeds.size(), n_seeds)) {
     seeds.push_back(points.farthest());
     points.place(seeds.back());
+  }
+  return graph.cells_at(seeds);
+}
+
+std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
+                                 ThreadTeam& team) {
+  std::vector<Place> seeds{graph.place_of[first]};
+  std::optional<LongestPaths> paths(std::in_place, graph, team);
+  paths->place(seeds.front());
+  if (!paths->reach_all()) {
+    paths.reset();  // memory for what follows
+    seeds = seeds_of_components(graph, seeds.front(), n_seeds, team);
+    paths.emplace(graph, team);
+    for (const Place seed : seeds) paths->place(seed);
+  }
+  while (std::cmp_less(seeds.size(), n_seeds)) {
+    seeds.push_back(paths->farthest());
+    paths->place(seeds.back());
   }
   return graph.cells_at(seeds);
 }

@@ -17,6 +17,20 @@ Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  ThreadTeam& team);
 
+// `first`, then again and again the cell with the longest path to the nearest cell chosen so far,
+// lowest index among equals, until there are n_seeds <= N of them.
+//
+// A graph of several components begins with the cell nearest to the mean of each, as
+// update_centers finds it, in the order of falling measures (then of lowest cells), as long as they
+// have half of the measure expected of a region, or all before have fewer cells than seeds are
+// wanted; n_seeds components at most. The others get no seed. (Where arcs lead one way, a component
+// is what can be reached, as classify finds it.)
+//
+// Time: each seed expands to where paths from it are the shortest; on meshes that adds up to some
+// log k passes. Memory: 12 bytes a cell; 16 more where there are several components.
+std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
+                                 ThreadTeam& team);
+
 // Visits cells in the order of their path length from `first` (lowest index among equals); a
 // visited cell that no region has reached starts one, which expands through cells within `reach`
 // of its position and labels, without expanding them, the cells around these. Components that

@@ -31,7 +31,8 @@ constexpr std::int64_t kFacesPerList = 64;
 
 constexpr double kNotYetWeighed = -1.0;
 
-// The unit normal, or a zero vector where the face has none.
+}  // namespace
+
 Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   const Point& a = vertices[face.corners[0]];
   const Point& b = vertices[face.corners[1]];
@@ -42,6 +43,8 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   if (!(length > kNormalNoise * longest)) return {0.0, 0.0, 0.0};
   return {direction.x / length, direction.y / length, direction.z / length};
 }
+
+namespace {
 
 Buffer<Point> unit_normals(const ArcGeometry& arcs, int n_threads) {
   Buffer<Point> normals(arcs.faces.size());  // zero where a face has none
@@ -80,27 +83,41 @@ double angular_term(Point normal_from, Point normal_to, Point step, double edge_
   return options.alpha * eta * edge_length * theta / std::numbers::pi;
 }
 
+struct Edge {
+  Point start;
+  Point end;
+};
+
+// The edge that an arc crosses.
+Edge crossed_edge(const ArcGeometry& arcs, Face from, std::int64_t arc) {
+  const int side = arcs.sides[arc];
+  const Triangle& face = arcs.faces[from];
+  return {arcs.vertices[face.corners[side]], arcs.vertices[face.corners[(side + 1) % 3]]};
+}
+
+// |c_i - m| + |m - c_j| (eq. 1).
+double geodesic_term(const ArcGeometry& arcs, Face from, Face to, const Edge& edge) {
+  const Point middle = 0.5 * (edge.start + edge.end);
+  return norm(arcs.centroids[from] - middle) + norm(middle - arcs.centroids[to]);
+}
+
 double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face from,
                   std::int64_t arc, const WeightOptions& options) {
   const Face to = arcs.neighbors[arc];
-  const int side = arcs.sides[arc];
-  const Triangle& face = arcs.faces[from];
-  const Point& start = arcs.vertices[face.corners[side]];
-  const Point& end = arcs.vertices[face.corners[(side + 1) % 3]];
-  const Point middle = 0.5 * (start + end);
-  const Point& c_from = arcs.centroids[from];
-  const Point& c_to = arcs.centroids[to];
-  const double geodesic = norm(c_from - middle) + norm(middle - c_to);  // eq. 1
-
+  const Edge edge = crossed_edge(arcs, from, arc);
+  const double geodesic = geodesic_term(arcs, from, to, edge);  // eq. 1
   Point normal_from = normals[from];
   Point normal_to = normals[to];
   if (arcs.same_turn[arc]) {
     Point& turned = turns_second(from, to, arcs.areas) ? normal_to : normal_from;
     turned = -1.0 * turned;
   }
+  const double length =
+      options.crease_length > 0.0 ? options.crease_length : norm(edge.end - edge.start);
   const double angular =
-      angular_term(normal_from, normal_to, c_to - c_from, norm(end - start), options);  // eq. 2
-  return (geodesic + angular) / options.diagonal;                                       // eq. 3
+      angular_term(normal_from, normal_to, arcs.centroids[to] - arcs.centroids[from], length,
+                   options);                       // eq. 2
+  return (geodesic + angular) / options.diagonal;  // eq. 3
 }
 
 // The only arc from one face to another, or -1 where there are several, or too many to look.
@@ -221,6 +238,26 @@ void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, i
   });
   parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
     weigh_other_arcs(arcs, normals.span(), options, begin, end, weights);
+  });
+}
+
+void stk02_weights(const ArcGeometry& arcs, double alpha, int n_threads,
+                   std::span<double> weights) {
+  const Buffer<Point> normals = unit_normals(arcs, n_threads);
+  const auto has_normal = [&](Face face) { return squared_norm(normals[face]) > 0.0; };
+  const auto n_faces = static_cast<std::int64_t>(arcs.faces.size());
+  parallel_ranges(n_faces, n_threads, [&](std::int64_t begin, std::int64_t end) {
+    for (auto face = static_cast<Face>(begin); face < end; ++face) {
+      for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
+        const Face to = arcs.neighbors[arc];
+        const double geodesic = geodesic_term(arcs, face, to, crossed_edge(arcs, face, arc));
+        const double cosine = dot(normals[face], normals[to]);
+        const bool is_bent = has_normal(face) && has_normal(to);
+        // Rounding can take the squared cosine of equal normals above 1.
+        const double angular = is_bent ? std::max(0.0, 1.0 - cosine * cosine) : 0.0;
+        weights[arc] = (1.0 - alpha) * geodesic + alpha * angular;  // eq. 6
+      }
+    }
   });
 }
 

@@ -11,10 +11,11 @@ namespace superfacets {
 inline constexpr int kTotalBits = 48;
 
 struct WeightOptions {
-  double alpha = 200.0;     // weight of the angular term, >= 0
-  double eta_convex = 0.2;  // what a convex edge counts, against 1 for a concave one
-  double diagonal = 1.0;    // d, of the bounding box of the vertices that faces use
-  bool inside_out = false;  // normals point inwards: concave and convex swap
+  double alpha = 200.0;        // weight of the angular term, >= 0
+  double eta_convex = 0.2;     // what a convex edge counts, against 1 for a concave one
+  double crease_length = 0.0;  // what stands for |e| in eq. 2; 0: the length of each edge itself
+  double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
+  bool inside_out = false;     // normals point inwards: concave and convex swap
 };
 
 // The arcs of a face graph with what eq. 1-3 need of them.
@@ -29,13 +30,23 @@ struct ArcGeometry {
   std::span<const std::uint8_t> same_turn;
 };
 
-// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0. theta is in
-// [0, pi] and 0 where a face has no normal. The two arcs of a pair get the same bits. Memory: 24
-// bytes per face.
+// The unit normal of a face, or a zero vector where it has none: two corners at one position, or no
+// area beyond rounding errors.
+Point unit_normal(std::span<const Point> vertices, const Triangle& face);
+
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0, where
+// options may put another length in the place of |e|. theta is in [0, pi] and 0 where a face has no
+// normal. The two arcs of a pair get the same bits. Memory: 24 bytes per face.
 void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, int n_threads,
                         std::span<double> weights);
 
-// Faces that have no normal: two corners at one position, or no area beyond rounding errors.
+// weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
+// Shlafman, Tal and Katz 2002 (eq. 6 of the paper), 0 <= alpha <= 1; finite and >= 0. The second
+// term is 0 where a face has no normal. Areas and same_turn are not used. Memory: 24 bytes per
+// face.
+void stk02_weights(const ArcGeometry& arcs, double alpha, int n_threads, std::span<double> weights);
+
+// Faces that have no normal.
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);
 
 // Volume enclosed by the faces, negative if they are turned inwards. Means something on closed

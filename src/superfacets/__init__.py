@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 from .cell_graph import CellGraph
 from .classify import Classification, classify
+from .clustering import Segmentation, segment_graph
 from .errors import MeshError, MissingExtraError
 from .face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .mesh import Mesh
 from .seeding import place_seeds
-from .segment import PAPER, Segmentation, segment, segment_graph
+from .segment import PAPER, segment
 from .update import update_centers
-from .weights import superfacet_weights
+from .weights import crease_weights, stk02_weights, superfacet_weights
 
 if TYPE_CHECKING:
     from .colors import face_colors
@@ -38,6 +39,7 @@ __all__ = [
     "View",
     "build_face_graph",
     "classify",
+    "crease_weights",
     "face_colors",
     "mesh_info",
     "place_seeds",
@@ -47,6 +49,7 @@ __all__ = [
     "sample_mesh",
     "segment",
     "segment_graph",
+    "stk02_weights",
     "superfacet_weights",
     "update_centers",
     "write_labels",
@@ -55,11 +58,14 @@ __all__ = [
 
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
 # None of these modules has the name of something public, which importing it would hide.
-_LAZY_MODULES = {
+_LAZY_MODULES: dict[str, tuple[str, ...]] = {
+    "baselines": (),
     "colors": ("face_colors",),
     "gl": ("RenderError",),
     "info": ("MeshInfo", "mesh_info"),
     "io": ("read_labels", "read_mesh", "write_labels", "write_mesh"),
+    "metrics": (),
+    "princeton": (),
     "rendering": ("View", "render"),
     "sample": ("sample_mesh",),
 }

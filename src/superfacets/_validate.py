@@ -266,11 +266,31 @@ def checked_number(value: Any, name: str, *, zero: bool) -> float:
     return number
 
 
+def checked_share(value: Any, name: str) -> float:
+    """A number from 0 to 1."""
+    number = checked_number(value, name, zero=True)
+    if number > 1.0:
+        raise ValueError(f"{name} must be 0 to 1, got {number}")
+    return number
+
+
 def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:
     """One of the given names."""
     if value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(choices)}, got {value!r}")
     return value
+
+
+def checked_generator(value: Any, name: str) -> np.random.Generator:
+    """A generator of random numbers: as given, or seeded with an integer >= 0."""
+    if isinstance(value, np.random.Generator):
+        return value
+    if isinstance(value, (bool, np.bool_, np.ndarray)) or not hasattr(value, "__index__"):
+        raise TypeError(f"{name} must be an integer or a Generator, got {reprlib.repr(value)}")
+    seed = operator.index(value)
+    if seed < 0:
+        raise ValueError(f"{name} must not be negative, got {seed}")
+    return np.random.default_rng(seed)
 
 
 def checked_callable(value: Any, name: str) -> Any:

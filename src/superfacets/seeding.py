@@ -17,10 +17,19 @@ from ._validate import (
     checked_threads,
 )
 from .cell_graph import CellGraph, OrderedCells, box_diagonal, checked_graph
+from .face_graph import FaceGraph
 
-__all__ = ["INITS", "RegionSize", "check_size", "place_seeds", "region_size", "run_seeding"]
+__all__ = [
+    "INITS",
+    "RegionSize",
+    "check_size",
+    "expected_radius",
+    "place_seeds",
+    "region_size",
+    "run_seeding",
+]
 
-INITS = ("farthest", "flood", "grid")
+INITS = ("geodesic", "farthest", "flood", "grid")
 """Names of the ways to place seeds."""
 
 DEFAULT_N_SEGMENTS = 150
@@ -57,18 +66,40 @@ def region_size(
 ) -> RegionSize:
     """Return the number and the radius of the regions that the arguments of `segment` ask for."""
     check_size(n_segments, radius)
-    n_cells, area = cells.graph.n_cells, cells.graph.total_measure
+    whole = _Whole(cells.graph.n_cells, cells.graph.total_measure, box_diagonal(cells.bounds))
+    return _size_of(whole, n_segments, radius, init)
+
+
+def expected_radius(
+    faces: FaceGraph, n_segments: int | None, radius: float | None, init: str | npt.ArrayLike
+) -> float:
+    """Return the radius that regions are expected to have, before there is a cell graph."""
+    whole = _Whole(faces.n_cells, float(faces.measures.sum()), faces.diagonal)
+    return _size_of(whole, n_segments, radius, init).radius
+
+
+class _Whole(NamedTuple):
+    """What there is to be divided into regions."""
+
+    n_cells: int
+    area: float
+    diagonal: float
+
+
+def _size_of(
+    whole: _Whole, n_segments: int | None, radius: float | None, init: str | npt.ArrayLike
+) -> RegionSize:
     if radius is not None:
-        r = float(radius) * box_diagonal(cells.bounds)
-        k = area / math.pi / r / r if r > 0 else math.inf
-        return RegionSize(max(1, round(min(k, n_cells))), r)
+        r = float(radius) * whole.diagonal
+        k = whole.area / math.pi / r / r if r > 0 else math.inf
+        return RegionSize(max(1, round(min(k, whole.n_cells))), r)
     if n_segments is None:
-        k = min(DEFAULT_N_SEGMENTS, n_cells)
+        k = min(DEFAULT_N_SEGMENTS, whole.n_cells)
         if not isinstance(init, str):
-            k = len(checked_seeds(init, n_cells, "init"))
+            k = len(checked_seeds(init, whole.n_cells, "init"))
     else:
-        k = checked_count(n_segments, "n_segments", n_cells, "faces")
-    return RegionSize(k, math.sqrt(area / (math.pi * k)))
+        k = checked_count(n_segments, "n_segments", whole.n_cells, "faces")
+    return RegionSize(k, math.sqrt(whole.area / (math.pi * k)))
 
 
 def place_seeds(
@@ -89,14 +120,17 @@ def place_seeds(
         all measures. 150 (N, if that is less) if neither this nor `radius` is given.
     radius : float, optional
         r as a fraction of the diagonal of the graph's bounds, > 0; k is then A / (pi r^2), rounded.
-    init : {"farthest", "flood", "grid"} or array_like of int
+    init : {"farthest", "geodesic", "flood", "grid"} or array_like of int
         ``"farthest"``: the cell nearest to the centroid of all, then again and again the cell
         farthest (Euclidean) from all seeds so far; exactly k seeds, in O((N + k) log N) in
-        practice. ``"flood"``: cells are visited in the order of their path length from that first
-        cell, and one that no region has reached yet starts a region, which expands to 2 r; each
-        further component is flooded from its lowest cell. ``"grid"``: the cells in each cube of
-        edge 2 r of a grid over the bounds are one region, whose center is taken. Flood and grid
-        give about as many seeds as the radius asks for. An array: these cells.
+        practice. ``"geodesic"``: likewise the cell with the longest path to all seeds so far, so
+        that seeds are denser where creases are; exactly k, in O(N log N log k) in practice. Several
+        components begin with the central cell of each that has half of the measure of a region or
+        more, the largest first. ``"flood"``: cells are visited in the order of their path length
+        from that first cell, and one that no region has reached yet starts a region, which expands
+        to 2 r; each further component is flooded from its lowest cell. ``"grid"``: the cells in
+        each cube of edge 2 r of a grid over the bounds are one region, whose center is taken.
+        Flood and grid give about as many seeds as the radius asks for. An array: these cells.
     n_threads : int, optional
         As for `segment`.
 
@@ -145,6 +179,8 @@ def run_seeding(
     first = _core.central_cell(cells.graph, n_threads)
     if init == "farthest":
         return _core.farthest_seeds(cells.graph, first, size.n_segments, n_threads)
+    if init == "geodesic":
+        return _core.geodesic_seeds(cells.graph, first, size.n_segments, n_threads)
     reach = SEED_SPACING * _positive_radius(size, init)
     return _core.flood_seeds(cells.graph, first, reach, n_threads)
 

@@ -1,0 +1,43 @@
+"""Stage 6: how good labels are, with and without ground truth.
+
+- `evaluate`: all metrics at once; `GroundTruths` for many labels of one mesh.
+- Of the area that regions share with true segments, in one sparse table (`area_overlap`):
+  `undersegmentation_error`, `achievable_accuracy`, `hamming_distance`, `rand_index`,
+  `consistency_error`.
+- Of borders: `boundary_agreement` (recall and precision), `cut_discrepancy`.
+- Of regions alone: `compactness`, `explained_variation`.
+"""
+
+from .cuts import BoundaryAgreement, boundary_agreement, cut_discrepancy
+from .evaluation import GroundTruths, evaluate
+from .overlap import (
+    Consistency,
+    Hamming,
+    Overlap,
+    achievable_accuracy,
+    area_overlap,
+    consistency_error,
+    hamming_distance,
+    rand_index,
+    undersegmentation_error,
+)
+from .shape import compactness, explained_variation
+
+__all__ = [
+    "BoundaryAgreement",
+    "Consistency",
+    "GroundTruths",
+    "Hamming",
+    "Overlap",
+    "achievable_accuracy",
+    "area_overlap",
+    "boundary_agreement",
+    "compactness",
+    "consistency_error",
+    "cut_discrepancy",
+    "evaluate",
+    "explained_variation",
+    "hamming_distance",
+    "rand_index",
+    "undersegmentation_error",
+]

@@ -1,0 +1,184 @@
+"""Metrics of borders against true borders: how far one is from the other along the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_number, compact_labels
+from .borders import Borders, find_borders
+from .surface import Surface
+
+__all__ = [
+    "BoundaryAgreement",
+    "Cuts",
+    "boundary_agreement",
+    "boundary_agreement_of",
+    "cut_discrepancy",
+    "cut_discrepancy_of",
+]
+
+DEFAULT_TOLERANCE = 0.01
+"""Of the diagonal: a third of the radius of one of 150 regions, on a compact object."""
+
+
+class BoundaryAgreement(NamedTuple):
+    """Shares of border length, 1 is best."""
+
+    recall: float
+    """Of the true borders, what lies near borders of regions; 1 if there are none."""
+    precision: float
+    """Of the borders of regions, what lies near true borders; 1 if there are none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cuts:
+    """The borders of labels, and the way to them from everywhere."""
+
+    borders: Borders
+    distances: npt.NDArray[np.float64]  # (V,) along edges to the nearest border; inf if no way
+
+    @classmethod
+    def of(cls, surface: Surface, labels: npt.NDArray[np.int32]) -> Cuts:
+        """Find the borders of labels."""
+        borders = find_borders(surface, labels)
+        return cls(borders, surface.edge_paths.distances(borders.vertices))
+
+
+def boundary_agreement(
+    mesh: object,
+    labels: npt.ArrayLike,
+    truth: npt.ArrayLike,
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    weld: bool = True,
+) -> BoundaryAgreement:
+    """Return how much of the true borders is found, and how much of the borders is true.
+
+    An oversegmentation has many borders that are not true: a low precision is its nature.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, any numbers.
+    tolerance : float, default 0.01
+        How far apart borders may be to count as one, >= 0, as a fraction of the diagonal of the
+        bounding box. Distances are geodesic, measured along edges from vertex to vertex, which is
+        never too short; each border edge is measured at its two ends.
+    weld : bool, default True
+        Count vertices at exactly the same position as one.
+
+    Returns
+    -------
+    BoundaryAgreement
+        The boundary of an open mesh is no border. Time O(F log F).
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If there is not one integer label per face, or `tolerance` is negative.
+
+    References
+    ----------
+    Martin, Fowlkes and Malik, "Learning to detect natural image boundaries", 2004, for images.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> boundary_agreement(square, [0, 1], [0, 0])
+    BoundaryAgreement(recall=1.0, precision=0.0)
+    """
+    surface = Surface.of(mesh, weld=weld, n_threads=None)
+    found, true = _cuts_of_both(surface, labels, truth)
+    return boundary_agreement_of(
+        surface, found, true, checked_number(tolerance, "tolerance", zero=True)
+    )
+
+
+def cut_discrepancy(
+    mesh: object, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: bool = True
+) -> float:
+    """Return how far borders are from true borders and back, in radii of the mesh; 0 is best.
+
+    The mean geodesic distance from points on the borders to the nearest true border, and the same
+    the other way, added up and divided by the mean distance of the surface from its centroid.
+
+    Parameters
+    ----------
+    mesh, labels, truth, weld
+        As for `boundary_agreement`, which says how distances are measured.
+
+    Returns
+    -------
+    float
+        >= 0. From where there is no way to a border, as where the other labels have none, the
+        distance is taken to be the diagonal of the bounding box. Labels without borders are at no
+        distance from others.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If there is not one integer label per face, or no face has an area.
+
+    References
+    ----------
+    Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> cut_discrepancy(square, [0, 1], [4, 7])
+    0.0
+    """
+    surface = Surface.of(mesh, weld=weld, n_threads=None)
+    return cut_discrepancy_of(surface, *_cuts_of_both(surface, labels, truth))
+
+
+def boundary_agreement_of(
+    surface: Surface, found: Cuts, true: Cuts, tolerance: float
+) -> BoundaryAgreement:
+    """Return the agreement of cuts; see `boundary_agreement`."""
+    within = tolerance * surface.graph.diagonal
+    return BoundaryAgreement(
+        _share_near(true.borders, found.distances, within),
+        _share_near(found.borders, true.distances, within),
+    )
+
+
+def cut_discrepancy_of(surface: Surface, found: Cuts, true: Cuts) -> float:
+    """Return the discrepancy of cuts; see `cut_discrepancy`."""
+    farthest = surface.graph.diagonal
+    there = _mean_distance(found.borders, true.distances, farthest)
+    back = _mean_distance(true.borders, found.distances, farthest)
+    return (there + back) / surface.mean_radius
+
+
+def _cuts_of_both(
+    surface: Surface, labels: npt.ArrayLike, truth: npt.ArrayLike
+) -> tuple[Cuts, Cuts]:
+    both = [compact_labels(given, surface.mesh.n_faces)[0] for given in (labels, truth)]
+    return Cuts.of(surface, both[0]), Cuts.of(surface, both[1])
+
+
+def _share_near(borders: Borders, distances: npt.NDArray[np.float64], within: float) -> float:
+    total = float(borders.lengths.sum())
+    if not total > 0:
+        return 1.0
+    return float(borders.lengths[distances[borders.vertices] <= within].sum()) / total
+
+
+def _mean_distance(borders: Borders, distances: npt.NDArray[np.float64], farthest: float) -> float:
+    total = float(borders.lengths.sum())
+    if not total > 0:
+        return 0.0
+    reached = distances[borders.vertices]
+    return float(borders.lengths @ np.where(np.isinf(reached), farthest, reached)) / total

@@ -1,0 +1,189 @@
+"""All metrics at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_number, compact_labels
+from ..mesh import as_mesh
+from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement_of, cut_discrepancy_of
+from .overlap import (
+    Overlap,
+    achievable_accuracy,
+    consistency_error,
+    hamming_distance,
+    overlap_of,
+    rand_index,
+    undersegmentation_error,
+)
+from .shape import compactness_of, explained_variation_of, extra_pieces_of
+from .surface import Surface, positive_total
+
+__all__ = ["GroundTruths", "evaluate"]
+
+
+@dataclass(frozen=True)
+class _Truth:
+    """One ground truth of a surface."""
+
+    segments: npt.NDArray[np.int32]
+    n_segments: int
+    cuts: Cuts
+
+
+class GroundTruths:
+    """Ground truths of one mesh, with what is the same for all labels that are held against them.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    truths : sequence of array_like of integers, shape (F,)
+        True segment of each face, any numbers; none, one or several of these.
+    weld : bool, default True
+        Count vertices at exactly the same position as one.
+    n_threads : int, optional
+        As for `segment`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If there is not one integer per face, or no face has an area.
+    """
+
+    def __init__(
+        self,
+        mesh: object,
+        truths: Sequence[npt.ArrayLike],
+        *,
+        weld: bool = True,
+        n_threads: int | None = None,
+    ) -> None:
+        self.surface = Surface.of(mesh, weld=weld, n_threads=n_threads)
+        positive_total(self.surface.areas)
+        n_faces = self.surface.mesh.n_faces
+        compact = [compact_labels(truth, n_faces) for truth in truths]
+        self.truths = [_Truth(*labels, Cuts.of(self.surface, labels[0])) for labels in compact]
+
+    def __len__(self) -> int:
+        return len(self.truths)
+
+    def __repr__(self) -> str:
+        return f"GroundTruths({len(self)} of {self.surface.mesh.n_faces} faces)"
+
+
+def evaluate(
+    mesh: object,
+    labels: npt.ArrayLike,
+    ground_truths: GroundTruths | Sequence[npt.ArrayLike] = (),
+    *,
+    tolerance: float = DEFAULT_TOLERANCE,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> dict[str, float]:
+    """Return all metrics of labels, by name.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    labels : array_like of integers, shape (F,)
+        Region of each face, any numbers.
+    ground_truths : sequence of array_like of integers, or GroundTruths
+        True segments of each face. `GroundTruths` saves time where many labels of one mesh are held
+        against the same ones; it must have been made of this very mesh, and `weld` and `n_threads`
+        are then those it was made with.
+    tolerance : float, default 0.01
+        Of `boundary_agreement`, as a fraction of the diagonal.
+    weld : bool, default True
+        Count vertices at exactly the same position as one.
+    n_threads : int, optional
+        As for `segment`.
+
+    Returns
+    -------
+    dict of str to float
+        ``n_regions``, ``n_extra_pieces`` (connected pieces more than regions), ``compactness``,
+        ``explained_variation``; and, if there are ground truths, the means over them of
+        ``undersegmentation_error``, ``achievable_accuracy``, ``boundary_recall``,
+        ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
+        ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
+        ``local_consistency_error``. All are weighted by area or length, and do not change when
+        labels are renamed or the mesh is scaled.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If there is not one integer per face, no face has an area, `tolerance` is negative, or the
+        ground truths are of another mesh.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> found = evaluate(square, [0, 1], [[3, 3]])
+    >>> found["n_regions"], found["undersegmentation_error"], found["missing_rate"]
+    (2, 0.0, 0.5)
+    """
+    tolerance = checked_number(tolerance, "tolerance", zero=True)
+    prepared = _prepared(as_mesh(mesh), ground_truths, weld, n_threads)
+    surface = prepared.surface
+    regions, n_regions = compact_labels(labels, surface.mesh.n_faces)
+    values: dict[str, float] = {
+        "n_regions": n_regions,
+        "n_extra_pieces": extra_pieces_of(surface, regions, n_regions),
+        "compactness": compactness_of(surface, regions, n_regions),
+        "explained_variation": explained_variation_of(surface, regions, n_regions),
+    }
+    if not prepared.truths:
+        return values
+    cuts = Cuts.of(surface, regions)
+    rows = []
+    for truth in prepared.truths:
+        overlap = overlap_of(regions, n_regions, truth.segments, truth.n_segments, surface.areas)
+        rows.append(_of_overlap(overlap) | _of_cuts(surface, cuts, truth.cuts, tolerance))
+    return values | {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
+
+
+def _prepared(
+    mesh: object,
+    ground_truths: GroundTruths | Sequence[npt.ArrayLike],
+    weld: bool,
+    n_threads: int | None,
+) -> GroundTruths:
+    if not isinstance(ground_truths, GroundTruths):
+        return GroundTruths(mesh, ground_truths, weld=weld, n_threads=n_threads)
+    if ground_truths.surface.mesh is not mesh:
+        raise ValueError("the ground truths were prepared for another mesh")
+    return ground_truths
+
+
+def _of_overlap(overlap: Overlap) -> dict[str, float]:
+    hamming = hamming_distance(overlap)
+    consistency = consistency_error(overlap)
+    return {
+        "undersegmentation_error": undersegmentation_error(overlap),
+        "achievable_accuracy": achievable_accuracy(overlap),
+        "hamming_distance": hamming.distance,
+        "missing_rate": hamming.missing_rate,
+        "false_alarm_rate": hamming.false_alarm_rate,
+        "rand_index": rand_index(overlap),
+        "global_consistency_error": consistency.global_error,
+        "local_consistency_error": consistency.local_error,
+    }
+
+
+def _of_cuts(surface: Surface, found: Cuts, true: Cuts, tolerance: float) -> dict[str, float]:
+    agreement = boundary_agreement_of(surface, found, true, tolerance)
+    return {
+        "boundary_recall": agreement.recall,
+        "boundary_precision": agreement.precision,
+        "cut_discrepancy": cut_discrepancy_of(surface, found, true),
+    }

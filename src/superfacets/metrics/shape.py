@@ -1,0 +1,130 @@
+"""Metrics of labels that need no ground truth: how well-shaped and how flat regions are."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import compact_labels
+from .borders import region_perimeters
+from .surface import Surface, positive_total, sums_by_label
+
+__all__ = ["compactness", "compactness_of", "explained_variation", "explained_variation_of",
+           "extra_pieces_of"]  # fmt: skip
+
+# Normals of a flat surface differ by rounding errors: variation below this share of the area is
+# none.
+_NORMAL_NOISE = 1e-12
+
+
+def compactness(mesh: object, labels: npt.ArrayLike, *, weld: bool = True) -> float:
+    """Return the mean over regions of perimeter / sqrt(area); lower is rounder.
+
+    A disk has 3.54, a hexagon 3.72, a square 4. The boundary of an open mesh counts as perimeter. A
+    region that surrounds a limb like a sleeve has two borders, one that covers a tip a short one.
+    Regions without area are left out.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    labels : array_like of integers, shape (F,)
+        Region of each face, any numbers.
+    weld : bool, default True
+        Count vertices at exactly the same position as one.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If there is not one integer label per face, or no face has an area.
+
+    References
+    ----------
+    Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014, eq. 5.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> compactness(square, [0, 0])
+    4.0
+    """
+    surface = Surface.of(mesh, weld=weld, n_threads=None)
+    return compactness_of(surface, *compact_labels(labels, surface.mesh.n_faces))
+
+
+def compactness_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> float:
+    """Return the compactness of labels without gaps."""
+    perimeters = region_perimeters(surface, labels, n_regions)
+    areas = sums_by_label(labels, surface.areas, n_regions)
+    positive_total(areas)
+    has_area = areas > 0
+    return float(np.mean(perimeters[has_area] / np.sqrt(areas[has_area])))
+
+
+def explained_variation(mesh: object, labels: npt.ArrayLike) -> float:
+    """Return the share of the variation of normals that is between regions; 1 is best.
+
+    Each face's unit normal is compared with the mean normal of its region and with that of the
+    whole surface, weighted by area: 1 if all regions are flat, 0 if regions are no flatter than the
+    whole. 1 for a surface that is flat as a whole. Faces without a normal have no area and do not
+    count. Neighbors that are inconsistently oriented count as bent.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    labels : array_like of integers, shape (F,)
+        Region of each face, any numbers.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If there is not one integer label per face, or no face has an area.
+
+    References
+    ----------
+    Moore, Prince, Warrell, Mohammed and Jones, "Superpixel lattices", 2008, for colors.
+
+    Examples
+    --------
+    A square folded by 90 degrees along its diagonal:
+
+    >>> fold = ([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> explained_variation(fold, [0, 1]), explained_variation(fold, [0, 0])
+    (1.0, 0.0)
+    """
+    surface = Surface.of(mesh, weld=False, n_threads=None)
+    return explained_variation_of(surface, *compact_labels(labels, surface.mesh.n_faces))
+
+
+def explained_variation_of(
+    surface: Surface, labels: npt.NDArray[np.int32], n_regions: int
+) -> float:
+    """Return the explained variation of normals for labels without gaps.
+
+    With area vectors S (the sum of area times normal) and areas A, the variation around a mean is
+    A - |S|^2 / A: it takes no second look at the faces.
+    """
+    mesh, areas = surface.mesh, surface.areas
+    vectors = _core.area_vectors(mesh.vertices, mesh.faces, surface.n_threads)
+    total = positive_total(areas)
+    explained = total - float(np.square(vectors.sum(axis=0)).sum()) / total
+    if explained <= _NORMAL_NOISE * total:
+        return 1.0
+    region_areas = sums_by_label(labels, areas, n_regions)
+    sums = [sums_by_label(labels, vectors[:, axis], n_regions) for axis in range(3)]
+    squared = np.square(sums).sum(axis=0)
+    has_area = region_areas > 0
+    left = total - float((squared[has_area] / region_areas[has_area]).sum())
+    return min(1.0, 1.0 - left / explained)
+
+
+def extra_pieces_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> int:
+    """Return how many connected pieces there are more than regions."""
+    _, n_pieces = _core.find_pieces(surface.graph.offsets, surface.graph.neighbors, labels)
+    return n_pieces - n_regions

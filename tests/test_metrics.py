@@ -1,0 +1,270 @@
+"""Metrics against values worked out by hand, and what they must not depend on."""
+
+import math
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import Mesh, build_face_graph, sample_mesh, segment
+from superfacets.metrics import (
+    GroundTruths,
+    achievable_accuracy,
+    area_overlap,
+    boundary_agreement,
+    compactness,
+    consistency_error,
+    cut_discrepancy,
+    evaluate,
+    explained_variation,
+    hamming_distance,
+    rand_index,
+    undersegmentation_error,
+)
+from superfacets.metrics.surface import Surface
+
+# Regions 0 (area 4) and 1 (area 6) against segments 0 (area 7) and 1 (area 3):
+#             segment 0   segment 1
+# region 0        4           0
+# region 1        3           3
+HALVED = area_overlap([0, 1, 1], [0, 0, 1], [4.0, 3.0, 3.0])
+
+
+def test_overlap_is_a_sparse_table():
+    assert HALVED.regions.tolist() == [0, 1, 1]
+    assert HALVED.segments.tolist() == [0, 0, 1]
+    assert HALVED.areas.tolist() == [4, 3, 3]
+    assert HALVED.region_areas.tolist() == [4, 6]
+    assert HALVED.segment_areas.tolist() == [7, 3]
+    assert HALVED.total == 10
+
+
+def test_a_table_of_many_labels_is_the_same_as_of_few():
+    rng = np.random.default_rng(0)
+    labels, truth = rng.integers(0, 200, (2, 3000))
+    areas = rng.random(3000)
+    sparse = area_overlap(labels, truth, areas)  # 200 * 200 pairs: more than 4 per face
+    table = np.zeros((200, 200))
+    np.add.at(table, (labels, truth), areas)
+    assert np.array_equal(np.argwhere(table), np.stack([sparse.regions, sparse.segments], 1))
+    assert sparse.areas == pytest.approx(table[table > 0])
+
+
+def test_undersegmentation_error_by_hand():
+    # Segment 0: region 0 leaks 0, region 1 leaks 3. Segment 1: region 1 leaks 3.
+    assert undersegmentation_error(HALVED) == pytest.approx(6 / 10)
+    # An overlap of exactly half does not exceed half.
+    assert undersegmentation_error(HALVED, tolerance=0.5) == 0
+
+
+@pytest.mark.parametrize(("overlap", "error"), [(0.049, 0.049), (0.051, 1.0)])
+def test_an_overlap_of_less_than_a_twentieth_of_the_region_does_not_count(overlap, error):
+    table = area_overlap([0, 0], [0, 1], [1 - overlap, overlap])
+    assert undersegmentation_error(table) == pytest.approx(error)
+
+
+def test_the_metrics_of_the_princeton_benchmark_by_hand():
+    assert achievable_accuracy(HALVED) == pytest.approx((4 + 3) / 10)
+    # Segment 0 is best covered by region 0 (4 of 7), segment 1 by region 1 (3 of 3).
+    assert hamming_distance(HALVED) == pytest.approx((0.3, 0.3, 0.3))
+    # Two points: together in regions 0.16 + 0.36, in segments 0.49 + 0.09, in both 0.16 + 2 * 0.09.
+    assert rand_index(HALVED) == pytest.approx(1 - 0.52 - 0.58 + 2 * 0.34)
+    # Of regions: 6 of 10 points at 1/2. Of segments: 4 at 3/7, 3 at 4/7. The lower one: 0, 3/6, 0.
+    error = consistency_error(HALVED)
+    assert error.global_error == pytest.approx(min(0.3, (4 * 3 / 7 + 3 * 4 / 7) / 10))
+    assert error.local_error == pytest.approx(3 * 0.5 / 10)
+
+
+def test_labels_that_refine_the_truth_have_no_error():
+    refined = area_overlap([0, 1, 2, 2], [0, 0, 1, 1], [1.0, 2.0, 3.0, 4.0])
+    assert undersegmentation_error(refined) == 0
+    assert achievable_accuracy(refined) == 1
+    assert consistency_error(refined) == (0, 0)
+    assert hamming_distance(refined) == pytest.approx((0.05, 0.1, 0))
+
+
+def test_labels_that_are_the_truth_are_perfect():
+    mesh = shapes.bumpy_sheet(8)
+    truth = segment(mesh, 4).labels
+    values = evaluate(mesh, truth[::1] + 5, [truth])
+    for name in ("achievable_accuracy", "rand_index", "boundary_recall", "boundary_precision"):
+        assert values[name] == pytest.approx(1), name
+    for name in (
+        "undersegmentation_error", "hamming_distance", "missing_rate", "false_alarm_rate",
+        "global_consistency_error", "local_consistency_error", "cut_discrepancy",
+    ):  # fmt: skip
+        assert values[name] == pytest.approx(0), name
+    assert values["n_regions"] == 4
+    assert values["n_extra_pieces"] == 0
+
+
+def test_compactness_of_a_cube_by_hand():
+    sides = np.arange(12) // 2
+    assert compactness(shapes.cube(), sides) == pytest.approx(4)
+    assert compactness(shapes.cube(), 1 * (sides == 0)) == pytest.approx((4 / math.sqrt(5) + 4) / 2)
+    assert compactness(shapes.cube(), np.zeros(12, dtype=int)) == 0  # closed: no border
+
+
+def test_the_boundary_of_an_open_mesh_counts_as_perimeter():
+    strip = shapes.strip(4)  # 2 by 1
+    assert compactness(strip, [0, 0, 0, 0]) == pytest.approx(6 / math.sqrt(2))
+    assert compactness(strip, [0, 0, 1, 1]) == pytest.approx(4)
+
+
+def test_an_edge_counts_once_for_each_region_around_it_even_if_it_is_not_manifold():
+    """Three right triangles on one edge: two of one region, one of another."""
+    vertices = [[0, 0, 0], [0, 0, 1], [1, 0, 0], [-1, 0, 0], [0, 1, 0]]
+    fan = Mesh(vertices, [[0, 1, 2], [0, 1, 3], [0, 1, 4]])
+    of_two = (2 * (1 + math.sqrt(2)) + 1) / 1.0
+    of_one = (2 + math.sqrt(2)) / math.sqrt(0.5)
+    assert compactness(fan, [0, 0, 1]) == pytest.approx((of_two + of_one) / 2)
+    of_all = 3 * (1 + math.sqrt(2)) / math.sqrt(1.5)  # it has all of the faces on the edge
+    assert compactness(fan, [0, 0, 0]) == pytest.approx(of_all)
+
+
+def test_regions_without_area_have_no_compactness():
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]], [[0, 1, 2], [0, 1, 3]])
+    assert compactness(mesh, [0, 1]) == compactness(Mesh(mesh.vertices, [[0, 1, 2]]), [0])
+
+
+def test_explained_variation_by_hand():
+    cube = shapes.cube()
+    assert explained_variation(cube, np.arange(12) // 2) == pytest.approx(1)
+    assert explained_variation(cube, np.zeros(12, dtype=int)) == pytest.approx(0)
+    # The normals of three pairs of opposite sides cancel: nothing explained by any such pair.
+    assert explained_variation(cube, [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2]) == pytest.approx(0)
+    # Three sides at a corner: area 3, sum of normals (1, 1, 1): variation 3 - 3 / 3 = 2 of 3 each.
+    corner = np.array([0, 1, 0, 1, 0, 1]).repeat(2)
+    assert explained_variation(cube, corner) == pytest.approx(1 - 4 / 6)
+    assert explained_variation(shapes.strip(4), [0, 1, 0, 1]) == 1  # flat
+
+
+def cylinder_rows(n_around=12, n_rows=9, height=0.1):
+    """A closed strip of rows of quads around a prism, row by row from below; faces by row."""
+    angles = 2 * math.pi * np.arange(n_around) / n_around
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    vertices = [[*xy, height * row] for row in range(n_rows + 1) for xy in ring.tolist()]
+    faces = []
+    for row in range(n_rows):
+        for step in range(n_around):
+            a, b = row * n_around + step, row * n_around + (step + 1) % n_around
+            faces += [[a, b, b + n_around], [a, b + n_around, a + n_around]]
+    return Mesh(vertices, faces), np.arange(n_rows).repeat(2 * n_around)
+
+
+def test_borders_a_row_apart_are_found_within_its_height():
+    mesh, rows = cylinder_rows()
+    diagonal = build_face_graph(mesh).diagonal
+    found, true = 1 * (rows >= 4), 1 * (rows >= 5)  # one ring each, 0.1 apart
+    for tolerance, share in [(0.099, 0.0), (0.101, 1.0)]:
+        agreement = boundary_agreement(mesh, found, true, tolerance=tolerance / diagonal)
+        assert agreement == (share, share)
+
+
+def test_recall_and_precision_go_by_length():
+    mesh, rows = cylinder_rows()
+    agreement = boundary_agreement(
+        mesh, rows // 3, 1 * (rows >= 3), tolerance=0
+    )  # rings at 3, 6; at 3
+    assert agreement == pytest.approx((1.0, 0.5))
+    agreement = boundary_agreement(mesh, 1 * (rows >= 3), rows // 3, tolerance=0)
+    assert agreement == pytest.approx((0.5, 1.0))
+
+
+def test_cut_discrepancy_by_hand():
+    mesh, rows = cylinder_rows()
+    radius = Surface.of(mesh, weld=True, n_threads=1).mean_radius
+    assert cut_discrepancy(mesh, 1 * (rows >= 4), 1 * (rows >= 5)) == pytest.approx(0.2 / radius)
+    # There: rings at 3 (0) and 6 (0.3), on the mean 0.15. Back: 0.
+    assert cut_discrepancy(mesh, rows // 3, 1 * (rows >= 3)) == pytest.approx(0.15 / radius)
+
+
+def test_where_there_is_no_way_to_a_border_the_diagonal_counts():
+    islands = shapes.two_islands()
+    surface = Surface.of(islands, weld=True, n_threads=1)
+    far = surface.graph.diagonal / surface.mean_radius
+    one, other = np.zeros((2, 8), dtype=int)
+    one[2:4], other[6:] = 1, 1  # a border on one island each
+    assert cut_discrepancy(islands, one, other) == pytest.approx(2 * far)
+    assert cut_discrepancy(islands, one, np.zeros(8, dtype=int)) == pytest.approx(far)
+    none = np.zeros(8, dtype=int)
+    assert cut_discrepancy(islands, none, none) == 0
+    assert boundary_agreement(islands, none, one) == (0, 1)
+    assert boundary_agreement(islands, one, none) == (1, 0)
+
+
+def test_extra_pieces_are_counted():
+    mesh = shapes.strip(6)
+    assert evaluate(mesh, [0, 1, 0, 1, 1, 0])["n_extra_pieces"] == 3
+    assert evaluate(shapes.two_islands(), [3] * 8)["n_extra_pieces"] == 1
+
+
+def test_nothing_depends_on_names_of_labels_order_of_faces_scale_or_threads():
+    mesh = sample_mesh(3_000)
+    labels, truth = segment(mesh, 40).labels, segment(mesh, 7).labels
+    expected = evaluate(mesh, labels, [truth], n_threads=1)
+    rng = np.random.default_rng(1)
+    order = rng.permutation(mesh.n_faces)
+    changed = Mesh(7.5 * mesh.vertices[:, [1, 2, 0]] + 3, mesh.faces[order])
+    renamed = rng.permutation(40)[labels] * 10
+    values = evaluate(changed, renamed[order], [-truth[order]], n_threads=3)
+    assert values == pytest.approx(expected, rel=1e-6)  # paths keep 24 bits of each edge's length
+
+
+def test_soup_is_measured_as_if_welded():
+    mesh = sample_mesh(3_000)
+    labels, truth = segment(mesh, 40).labels, segment(mesh, 7).labels
+    soup = Mesh(
+        mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(3 * mesh.n_faces).reshape(-1, 3)
+    )
+    assert evaluate(soup, labels, [truth]) == pytest.approx(evaluate(mesh, labels, [truth]))
+    assert evaluate(soup, labels, weld=False)["n_extra_pieces"] == mesh.n_faces - 40
+
+
+def test_several_ground_truths_are_averaged_and_may_be_prepared():
+    mesh = sample_mesh(3_000)
+    labels = segment(mesh, 40).labels
+    truths = [segment(mesh, k).labels for k in (5, 9)]
+    each = [evaluate(mesh, labels, [truth]) for truth in truths]
+    prepared = GroundTruths(mesh, truths)
+    assert repr(prepared) == f"GroundTruths(2 of {mesh.n_faces} faces)"
+    both = evaluate(mesh, labels, prepared)
+    assert both == evaluate(mesh, labels, truths)
+    assert both == pytest.approx({k: (each[0][k] + each[1][k]) / 2 for k in both})
+
+
+def test_single_metrics_are_those_of_evaluate():
+    mesh = sample_mesh(3_000)
+    labels, truth = segment(mesh, 40).labels, segment(mesh, 7).labels
+    values = evaluate(mesh, labels, [truth])
+    overlap = area_overlap(labels, truth, build_face_graph(mesh).measures)
+    assert undersegmentation_error(overlap) == values["undersegmentation_error"]
+    assert compactness(mesh, labels) == values["compactness"]
+    assert explained_variation(mesh, labels) == values["explained_variation"]
+    assert cut_discrepancy(mesh, labels, truth) == values["cut_discrepancy"]
+    agreement = boundary_agreement(mesh, labels, truth)
+    assert agreement == (values["boundary_recall"], values["boundary_precision"])
+
+
+def test_what_cannot_be_measured_is_refused():
+    mesh = shapes.strip(4)
+    flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
+    with pytest.raises(ValueError, match="there are 3 labels for 4 faces"):
+        evaluate(mesh, [0, 0, 0])
+    with pytest.raises(ValueError, match="there are 3 labels for 4 faces"):
+        evaluate(mesh, [0] * 4, [[0] * 3])
+    with pytest.raises(TypeError, match="labels must be integers, got float64"):
+        compactness(mesh, [0.5] * 4)
+    with pytest.raises(ValueError, match="tolerance must be finite and not negative"):
+        boundary_agreement(mesh, [0] * 4, [0] * 4, tolerance=-1)
+    with pytest.raises(ValueError, match=r"tolerance must be 0 to 1, got 1\.5"):
+        undersegmentation_error(HALVED, tolerance=1.5)
+    with pytest.raises(ValueError, match="prepared for another mesh"):
+        evaluate(mesh, [0] * 4, GroundTruths(shapes.strip(4), [[0] * 4]))
+    for measure in (compactness, explained_variation, evaluate):
+        with pytest.raises(ValueError, match="the faces have no area to measure by"):
+            measure(flat, [0])
+    with pytest.raises(ValueError, match="the faces have no area to measure by"):
+        cut_discrepancy(flat, [0], [0])
+    with pytest.raises(ValueError, match="the faces have no area to measure by"):
+        area_overlap([0], [0], [0.0])
