@@ -18,6 +18,7 @@ from .meshes import Arrays
 
 __all__ = [
     "EXPECTED",
+    "PLAIN",
     "WrongLabelsError",
     "arctangents",
     "check_against_reference",
@@ -30,6 +31,9 @@ __all__ = [
     "require",
     "save_expected",
 ]
+
+PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
+"""The paper's weights and seeds, and labels as the loop leaves them."""
 
 EXPECTED = Path(__file__).with_name("expected.json")
 """Hashes of meshes and labels; ``python -m benchmarks expect`` writes them."""
@@ -100,7 +104,10 @@ def check_labels(
 
 
 def _check_one_thread(arrays: Arrays, result: sf.Segmentation) -> None:
-    names = ("n_segments", "tol", "max_num_iter", "radius_factor")
+    names = (
+        "n_segments", "weights", "alpha", "eta_convex", "init", "tol", "max_num_iter",
+        "radius_factor", "smooth",
+    )  # fmt: skip
     params = {name: result.params[name] for name in names}
     alone = sf.segment(tuple(arrays), **params, n_threads=1)
     require(np.array_equal(alone.labels, result.labels), "one thread gives other labels")
@@ -157,7 +164,7 @@ def check_against_reference(n_segments: int = 20) -> None:
     seeds = reference.farthest_seeds(graph, n_segments)
     for tol in (0.02, 0.0):
         history, stop_reason = reference.iterate(graph, seeds, radius, tol=tol)
-        result = sf.segment(mesh, n_segments, tol=tol)
+        result = sf.segment(mesh, n_segments, tol=tol, **PLAIN)
         require(result.labels.tolist() == history[-1][0], f"tol={tol}: not the reference's labels")
         require(result.stop_reason == stop_reason, f"tol={tol}: not the reference's stop reason")
 

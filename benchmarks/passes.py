@@ -36,7 +36,7 @@ def measure(mesh: str, arrays: Arrays, keys: list[Key], repeats: int) -> list[di
     surface = sf.Mesh(*arrays)
     faces = sf.build_face_graph(surface)
     graph = faces.with_weights(sf.superfacet_weights(surface, faces))
-    seeds = {k: sf.place_seeds(graph, k) for k in {k for k, _ in keys}}
+    seeds = {k: sf.place_seeds(graph, k, init="farthest") for k in {k for k, _ in keys}}
     labels = {k: sf.classify(graph, seeds[k]).labels for k in seeds}
 
     def accept(key: Key, result: sf.Segmentation) -> float:

@@ -76,21 +76,22 @@ class Plan:
         runs += [
             (k, settings)
             for raced, k in self.races
-            for settings in ("defaults", "10 iterations")
+            for settings in ("plain", "10 iterations")
             if raced == mesh
         ]
         return list(dict.fromkeys(runs))
 
     def _stage_cases(self, mesh: str) -> list[Case]:
         threads = thread_counts()
-        cases = [Case(mesh, k, "defaults", n) for k in N_SEGMENTS for n in threads]
+        cases = [Case(mesh, k, "plain", n) for k in N_SEGMENTS for n in threads]
+        cases += [Case(mesh, k, "defaults", threads[-1]) for k in N_SEGMENTS]
         return [*cases, Case(mesh, N_SEGMENTS[0], "tol=0", threads[-1])]
 
     def _scaling_cases(self, mesh: str) -> list[Case]:
         cases = self._target_cases(mesh)
         if mesh == self._mesh_of_k_series():
             n_threads = thread_counts()[-1]
-            names = ("defaults", "10 iterations")
+            names = ("plain", "10 iterations")
             cases += [Case(mesh, k, name, n_threads) for k in K_SERIES for name in names]
         return cases
 
@@ -102,13 +103,13 @@ class Plan:
 
     def _target_cases(self, mesh: str) -> list[Case]:
         threads = thread_counts()
-        cases = [Case(mesh, 150, name, threads[-1]) for name in ("defaults", "10 iterations")]
+        cases = [Case(mesh, 150, name, threads[-1]) for name in ("plain", "10 iterations")]
         if mesh in ("bunny", "hand-x64"):
             cases.append(Case(mesh, 150, "tol=0", threads[-1]))
         if mesh in HALTED:
             cases.append(Case(mesh, 150, "halted, 10 iterations", threads[-1]))
         if self.meshes[mesh] >= LARGE:
-            cases += [Case(mesh, k, "defaults", n) for k in N_SEGMENTS for n in threads]
+            cases += [Case(mesh, k, "plain", n) for k in N_SEGMENTS for n in threads]
         return cases
 
 

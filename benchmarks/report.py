@@ -78,7 +78,7 @@ def _range(row: dict[str, Any]) -> str:
 def _shares(results: Results) -> str:
     """Return what share of its time each run with the defaults on all threads spends where."""
     threads = results["machine"]["cores"]
-    rows = [r for r in results["runs"] if (r["settings"], r["threads"]) == ("defaults", threads)]
+    rows = [r for r in results["runs"] if (r["settings"], r["threads"]) == ("plain", threads)]
     stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
     return table(
         ["mesh", "faces", "k", "iterations", *stages],

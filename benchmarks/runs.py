@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import superfacets as sf
 
-from .checks import Expected, check_labels, hash_labels, require
+from .checks import PLAIN, Expected, check_labels, hash_labels, require
 from .clock import Sample, interleaved, median, summary
 from .meshes import Arrays
 
@@ -15,9 +15,10 @@ __all__ = ["SETTINGS", "Case", "measure", "run_name"]
 
 SETTINGS: dict[str, dict[str, Any]] = {
     "defaults": {},
-    "tol=0": {"tol": 0.0},
-    "10 iterations": {"tol": 0.0, "max_num_iter": 10},
-    "halted, 10 iterations": {"radius_factor": 2.0, "tol": 0.0, "max_num_iter": 10},
+    "plain": PLAIN,
+    "tol=0": {**PLAIN, "tol": 0.0},
+    "10 iterations": {**PLAIN, "tol": 0.0, "max_num_iter": 10},
+    "halted, 10 iterations": {**PLAIN, "radius_factor": 2.0, "tol": 0.0, "max_num_iter": 10},
 }
 """Names of keyword sets of `superfacets.segment`."""
 

@@ -147,7 +147,7 @@ def test_exponents_of_known_growth_are_found():
     assert growth.fit_exponent(sizes, [2.0, 2.0, 2.0]) == pytest.approx(0.0)
 
 
-def run_row(mesh, faces, seconds, k=150, threads=2, settings="defaults"):
+def run_row(mesh, faces, seconds, k=150, threads=2, settings="plain"):
     return {
         "mesh": mesh, "faces": faces, "k": k, "settings": settings, "threads": threads,
         "iterations": 10, "seconds": seconds, "fastest": seconds, "slowest": seconds,
@@ -284,7 +284,7 @@ def test_labels_that_depend_on_threads_end_the_benchmark(bear, monkeypatch):
         return right(mesh, n_segments + (n_threads == 2), n_threads=n_threads, **keywords)
 
     monkeypatch.setattr(sf, "segment", wrong_on_two)
-    cases = [runs.Case(BEAR, 20, "defaults", n) for n in (1, 2)]
+    cases = [runs.Case(BEAR, 20, "plain", n) for n in (1, 2)]
     with pytest.raises(checks.WrongLabelsError, match="number of threads"):
         runs.measure(bear, cases, 1, NOTHING_STORED)
 
@@ -387,9 +387,9 @@ def test_targets_are_judged_by_the_worst_case():
     quick = [run_row("bunny", 69_451, 0.029, settings="tol=0")]
     reached = judged(results_of(runs=[*hand, *alone, *quick]))
     assert reached["bunny (69,451 faces), k=150, tol=0, arrays to labels"] is True
-    assert reached["growth with N, defaults, k=150, exponent, worst surface"] is True
+    assert reached["growth with N, plain, k=150, exponent, worst surface"] is True
     assert reached["two threads, 1 M faces or more, times faster than one, worst case"] is True
-    assert reached["6.8 M faces, k=150, defaults, arrays to labels"] is False
+    assert reached["6.8 M faces, k=150, plain, arrays to labels"] is False
 
     steep = [run_row(f"bear{n}", 125_000 * 4**i, 5.0**i) for i, n in enumerate(["", "-x4", "-x16"])]
     slower = [
@@ -397,7 +397,7 @@ def test_targets_are_judged_by_the_worst_case():
         run_row("bear-x64", 8_000_000, 130.0, threads=1),
     ]
     reached = judged(results_of(runs=[*hand, *alone, *quick, *steep, *slower]))
-    assert reached["growth with N, defaults, k=150, exponent, worst surface"] is False
+    assert reached["growth with N, plain, k=150, exponent, worst surface"] is False
     assert reached["two threads, 1 M faces or more, times faster than one, worst case"] is False
 
 
@@ -468,12 +468,12 @@ def test_hashes_that_expect_stores_are_found_by_later_runs(no_data, tmp_path, mo
 def test_wrong_labels_print_no_times(no_data, monkeypatch):
     wrong = {"arctangents": checks.arctangents(), "meshes": {}}
     arrays = meshes.build("sphere-x64", None)
-    labels = {"k=150, defaults": "0"}
+    labels = {"k=150, plain": "0"}
     wrong["meshes"]["sphere-x64"] = {"mesh": checks.hash_mesh(arrays), "labels": labels}
     monkeypatch.setattr("benchmarks.cli.load_expected", lambda: wrong)
     done = run("stages", "--meshes", "sphere-x64", "--repeats", "1")
     assert done.exit_code == 1
-    assert "no times: sphere-x64, k=150, defaults: the labels do not have" in done.output
+    assert "no times: sphere-x64, k=150, plain: the labels do not have" in done.output
     assert "seconds" not in done.output
 
 

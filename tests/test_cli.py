@@ -16,10 +16,11 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import read_labels, read_mesh, segment, write_mesh
+from superfacets import PAPER, read_labels, read_mesh, segment, write_mesh
 from superfacets.cli import main
 
-STAGES = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update", "export"]
+STAGES = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update", "regions",
+          "export"]  # fmt: skip
 
 
 @pytest.fixture
@@ -89,9 +90,16 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
         (["-r", 0.1, "--init", "grid"], {"radius": 0.1, "init": "grid"}),
         (["--init", "flood", "--max-iter", 3], {"init": "flood", "max_num_iter": 3}),
         (["-n", 30, "--tol", 0.3, "--threads", 2], {"n_segments": 30, "tol": 0.3}),
-        (["-n", 30, "--weights", "stk02", "-a", 0.2], {"weights": "stk02", "alpha": 0.2}),
-        (["-n", 30, "--paper"], {"n_segments": 30, "radius_factor": 2.0, "tol": 0}),
-        (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, "radius_factor": 2.0, "tol": 0.3}),
+        (["-n", 30, "--weights", "stk02", "-a", 0.2],
+         {"n_segments": 30, "weights": "stk02", "alpha": 0.2}),
+        (["-n", 30, "--weights", "superfacets", "--init", "farthest", "--no-smooth"],
+         {"n_segments": 30, "weights": "superfacets", "init": "farthest", "smooth": False}),
+        (["-n", 30, "--min-size", 0.5, "--islands", "nearest"],
+         {"n_segments": 30, "min_size": 0.5, "islands": "nearest"}),
+        (["-n", 30, "--paper"], {"n_segments": 30, **PAPER}),
+        (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, **PAPER, "tol": 0.3}),
+        (["-n", 30, "--paper", "--smooth", "--connect"],
+         {"n_segments": 30, **PAPER, "smooth": True, "enforce_connectivity": True}),
     ]  # fmt: skip
     for arguments, keywords in options:
         assert run("segment", sheet, *arguments, "-o", output)[0] == 0
@@ -104,7 +112,7 @@ def test_json_is_one_object_with_the_facts(run, sheet):
     assert status == 0
     assert (facts["n_faces"], facts["n_segments"]) == (1152, 20)
     assert set(facts["seconds"]) == set(STAGES)
-    assert facts["params"]["alpha"] == 200
+    assert facts["params"]["alpha"] == 20
     assert facts["outputs"] == [str(sheet.with_name("sheet.superfacets.ply"))]
 
 
@@ -157,7 +165,9 @@ def test_info_prints_counts(run, sheet):
         (["--max-iter", 0], "Invalid value for '--max-iter'"),
         (["--tol", -1], "Invalid value for '--tol'"),
         (["--threads", 0], "Invalid value for '--threads'"),
-        (["--smooth"], "No such option"),
+        (["--smoother"], "No such option"),
+        (["--paper", "--weights", "stk02"], "--paper has weights of its own: leave --weights out"),
+        (["--paper", "--init", "grid"], "--paper has init of its own: leave --init out"),
         (["-o", "labels.xyz"], "labels.xyz"),
     ],
 )
@@ -396,7 +406,7 @@ def test_the_command_is_installed():
     assert shutil.which("superfacets", path=Path(sys.executable).parent)
 
 
-def test_the_bunny_takes_less_than_a_second_as_a_whole_process(data_dir, tmp_path):
+def test_the_bunny_takes_less_than_two_seconds_as_a_whole_process(data_dir, tmp_path):
     """Ten times what the kernels need leaves room for a slow day."""
     bunny = data_dir / "meshes" / "bunny.ply"
     command = [*COMMAND, "segment", str(bunny), "-o", str(tmp_path / "bunny.ply")]
@@ -405,7 +415,7 @@ def test_the_bunny_takes_less_than_a_second_as_a_whole_process(data_dir, tmp_pat
         start = time.perf_counter()
         subprocess.run(command, check=True, capture_output=True)
         seconds.append(time.perf_counter() - start)
-    assert min(seconds) < 1.0
+    assert min(seconds) < 2.0
 
 
 @pytest.fixture

@@ -35,7 +35,7 @@ def test_farthest_equals_the_naive_way_on_thousands_of_cells():
     rng = np.random.default_rng(5)
     positions = np.round(rng.uniform(0, 1, (5000, 3)), 2)  # many equal distances
     graph = CellGraph(positions, np.ones(5000), np.zeros(5001, int), np.zeros(0, int), [])
-    seeds = place_seeds(graph, 400)
+    seeds = place_seeds(graph, 400, init="farthest")
     expected = [int(seeds[0])]
     squared = np.full(5000, np.inf)
     while len(expected) < 400:
@@ -121,7 +121,7 @@ def test_region_size_is_that_of_disks_with_the_whole_area():
         (
             {"init": "random"},
             ValueError,
-            "init must be one of farthest, geodesic, flood, grid, got 'random'",
+            "init must be one of geodesic, farthest, flood, grid, got 'random'",
         ),
         ({"init": [0, 5]}, ValueError, r"init\[1\] is 5; it must be 0 to 4"),
         ({"init": [-1]}, ValueError, r"init\[0\] is -1; it must be 0 to 4"),

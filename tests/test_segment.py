@@ -12,11 +12,17 @@ from superfacets import (
     Mesh,
     build_face_graph,
     classify,
+    crease_weights,
     segment,
     segment_graph,
+    smooth_borders,
     superfacet_weights,
     update_centers,
 )
+from superfacets.metrics import compactness
+
+PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False}
+"""The paper's weights and seeds, and labels as the loop leaves them."""
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +52,7 @@ def test_exact_regions_are_connected_and_exactly_as_many_as_asked(sheet, k):
 
 @pytest.mark.parametrize("options", [{}, dict(PAPER), {"max_num_iter": 3}, {"tol": 0.5}])
 def test_labels_are_the_classification_of_the_centers_whatever_stopped_the_loop(sheet, options):
-    result = segment(sheet, 20, **options)
+    result = segment(sheet, 20, **{**PLAIN, **options})
     graph = graph_of(sheet)
     reach = None
     if "radius_factor" in options:
@@ -120,7 +126,7 @@ def test_a_radius_is_a_fraction_of_the_diagonal(sheet):
 
 
 def test_tol_zero_runs_until_no_center_changes(sheet):
-    result = segment(sheet, 3, tol=0, max_num_iter=500)
+    result = segment(sheet, 3, **PLAIN, tol=0, max_num_iter=500)
     assert result.stop_reason == "converged"
     assert np.array_equal(update_centers(graph_of(sheet), result.labels), result.centers)
     assert segment(sheet, 3, tol=1).n_iter == 1
@@ -131,14 +137,14 @@ def test_a_radius_too_small_to_square_gives_one_region_a_face(sheet):
 
 
 def test_the_first_small_move_converges(sheet):
-    result = segment(sheet, 20, tol=0.1)
+    result = segment(sheet, 20, **PLAIN, tol=0.1)
     assert result.stop_reason == "converged"
     graph = graph_of(sheet)
     moved = update_centers(graph, result.labels)
     move = graph.positions[moved] - graph.positions[result.centers]
     root_mean_square = np.sqrt((move**2).sum(axis=1).mean())
     assert root_mean_square <= 0.1 * result.params["expected_radius"]
-    before = segment(sheet, 20, tol=0, max_num_iter=result.n_iter - 1)
+    before = segment(sheet, 20, **PLAIN, tol=0, max_num_iter=result.n_iter - 1)
     assert before.stop_reason == "max_num_iter"
 
 
@@ -195,7 +201,8 @@ def test_given_weights_take_the_place_of_the_paper_s(sheet):
     graph = build_face_graph(sheet)
     weights = superfacet_weights(sheet, graph, alpha=50)
     given = segment(sheet, 20, weights=weights)
-    assert np.array_equal(given.labels, segment(sheet, 20, alpha=50).labels)
+    named = segment(sheet, 20, weights="superfacets", alpha=50, smooth=False)
+    assert np.array_equal(segment(sheet, 20, weights=weights, smooth=False).labels, named.labels)
     assert given.params["weights"] == "given"
     assert "alpha" not in given.params
 
@@ -206,7 +213,7 @@ def test_given_seeds_are_the_first_centers(sheet):
 
 
 def test_segment_graph_does_the_work_of_segment(sheet):
-    result = segment(sheet, 20)
+    result = segment(sheet, 20, weights="superfacets", smooth=False)
     assert np.array_equal(result.labels, segment_graph(graph_of(sheet), 20).labels)
 
 
@@ -231,7 +238,8 @@ def test_the_result_is_its_labels_to_numpy(sheet):
 def test_the_result_says_what_was_done_and_how_long_it_took(sheet):
     result = segment(sheet, 20, alpha=100)
     stages = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update"]
-    assert list(result.timings) == stages
+    assert list(result.timings) == [*stages, "regions"]
+    assert list(segment(sheet, 20, smooth=False).timings) == stages
     assert all(seconds >= 0 for seconds in result.timings.values())
     assert result.params["alpha"] == 100
     assert result.params["n_segments"] == 20
@@ -239,7 +247,10 @@ def test_the_result_says_what_was_done_and_how_long_it_took(sheet):
 
 
 def test_paper_is_read_only_and_changes_what_it_says(sheet):
-    assert dict(PAPER) == {"weights": "superfacets", "radius_factor": 2.0, "tol": 0.0}
+    assert dict(PAPER) == {
+        "weights": "superfacets", "init": "farthest", "radius_factor": 2.0, "tol": 0.0,
+        "smooth": False,
+    }  # fmt: skip
     with pytest.raises(TypeError):
         PAPER["tol"] = 1
     result = segment(sheet, 20, **PAPER)
@@ -259,7 +270,7 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         (
             {"weights": "stk"},
             ValueError,
-            "weights must be one of superfacets, creases, stk02, got 'stk'",
+            "weights must be one of creases, superfacets, stk02, got 'stk'",
         ),
         ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
         ({"init": "here"}, ValueError, "init must be one of"),
@@ -275,6 +286,10 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"radius": "0.1"}, TypeError, "radius must be a number"),
         ({"init": None}, ValueError, "init must be one-dimensional"),
         ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
+        ({"smooth": 1}, TypeError, "smooth must be True or False, got 1"),
+        ({"enforce_connectivity": None}, TypeError, "enforce_connectivity must be True or False"),
+        ({"min_size": -1}, ValueError, "min_size must be finite and not negative"),
+        ({"islands": "drop"}, ValueError, "islands must be one of keep, nearest, got 'drop'"),
         ({"progress": 1}, TypeError, "progress must be callable, got 1"),
     ],
 )
@@ -311,3 +326,50 @@ def test_the_environment_sets_the_number_of_threads(sheet, monkeypatch):
 def test_everything_public_has_a_docstring():
     for name in set(superfacets.__all__) - {"PAPER"}:  # a constant
         assert getattr(superfacets, name).__doc__, name
+
+
+def test_borders_are_straight_by_default_and_centers_stay_in_connected_regions(sheet):
+    rough = segment(sheet, 20, smooth=False)
+    result = segment(sheet, 20)
+    assert np.array_equal(result.centers, rough.centers)
+    assert np.array_equal(result.labels[result.centers], np.arange(20))
+    assert compactness(sheet, result.labels) < compactness(sheet, rough.labels) - 0.3
+    assert shapes.count_pieces(build_face_graph(sheet), result.labels) == 20
+    graph = build_face_graph(sheet)
+    weights = crease_weights(sheet, graph, rough.params["expected_radius"])
+    cells = graph.with_weights(weights)  # paths, and borders, are measured in whole units
+    again = smooth_borders(
+        sheet, rough.labels, centers=rough.centers, weights=cells.lengths * cells.unit
+    )
+    assert np.array_equal(result.labels, again)
+
+
+def test_regions_that_fell_apart_are_connected_if_asked_for():
+    mesh = shapes.bumpy_sheet(40)
+    paper = {**PAPER, "radius_factor": 1.2}
+    broken = segment(mesh, 60, **paper)
+    graph = build_face_graph(mesh)
+    n_pieces = shapes.count_pieces(graph, broken.labels)
+    assert n_pieces > broken.n_segments
+    result = segment(mesh, 60, **paper, enforce_connectivity=True)
+    assert shapes.count_pieces(graph, result.labels) == result.n_segments == broken.n_segments
+    assert result.n_joined == n_pieces - broken.n_segments
+    assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
+
+
+def test_small_regions_join_neighbors_if_asked_for(sheet):
+    whole = segment(sheet, 40, smooth=False)
+    result = segment(sheet, 40, smooth=False, min_size=0.8)
+    areas = np.bincount(result.labels, build_face_graph(sheet).measures)
+    assert result.n_segments == 40 - result.n_joined < 40
+    assert areas.min() >= 0.8 * areas.sum() / 40
+    assert set(result.centers.tolist()) < set(whole.centers.tolist())
+    assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
+
+
+def test_islands_stay_or_join_the_nearest_region():
+    mesh = shapes.two_islands()
+    kept = segment(mesh, init=[0, 3, 7], max_num_iter=1, min_size=1.2, smooth=False)
+    assert (kept.n_segments, kept.n_islands) == (2, 0)
+    kept = segment(mesh, init=[0, 7], max_num_iter=1, min_size=1.2, smooth=False)
+    assert (kept.n_segments, kept.n_islands) == (2, 2)

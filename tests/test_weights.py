@@ -11,6 +11,7 @@ from superfacets import (
     CellGraph,
     Mesh,
     build_face_graph,
+    crease_weights,
     segment,
     stk02_weights,
     superfacet_weights,
@@ -262,8 +263,9 @@ def test_stk02_weights_are_the_same_for_any_number_of_threads():
     graph = build_face_graph(mesh)
     one, many = (stk02_weights(mesh, graph, n_threads=n) for n in (1, 4))
     assert np.array_equal(one, many)
-    assert np.array_equal(segment(mesh, 20, weights="stk02").labels,
-                          segment(mesh, 20, weights=stk02_weights(mesh, graph)).labels)  # fmt: skip
+    by_name = segment(mesh, 20, weights="stk02", smooth=False)
+    given = segment(mesh, 20, weights=stk02_weights(mesh, graph), smooth=False)
+    assert np.array_equal(by_name.labels, given.labels)
 
 
 def test_stk02_refuses_wrong_shares_and_graphs():
@@ -358,3 +360,23 @@ def test_segment_uses_the_expected_radius_for_creases():
     assert result.params["weights"] == "creases"
     flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])  # without area, r is 0
     assert segment(flat, 1, weights="creases").labels.tolist() == [0]
+
+
+def test_crease_weights_have_the_radius_for_the_edge():
+    for degrees in (0, 90, -90, 30):
+        mesh = shapes.fold(degrees)
+        eta = 1.0 if degrees > 0 else 0.25
+        angular = 20 * eta * 7.0 * abs(degrees) / 180  # alpha eta r theta / pi
+        weights = crease_weights(mesh, build_face_graph(mesh), 7.0, eta_convex=0.25)
+        expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
+        assert weights == pytest.approx([expected, expected])
+
+
+@pytest.mark.parametrize(
+    ("radius", "options"),
+    [(-1.0, {}), (math.inf, {}), (1.0, {"alpha": -1}), (1.0, {"eta_convex": math.nan})],
+)
+def test_crease_weights_refuse_wrong_numbers(radius, options):
+    mesh = shapes.fold(30)
+    with pytest.raises(ValueError, match="must be finite and"):
+        crease_weights(mesh, build_face_graph(mesh), radius, **options)

@@ -5,6 +5,7 @@
 #include "bindings.hpp"
 #include "clustering.hpp"
 #include "parallel.hpp"
+#include "regions.hpp"
 #include "seeding.hpp"
 #include "update.hpp"
 
@@ -107,6 +108,12 @@ auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, 
   }));
 }
 
+auto bind_nearest_wanted(const OrderedGraph& graph, const Array<Cell>& cells,
+                         const Array<std::uint8_t>& is_wanted) {
+  const auto input = std::pair(view(cells), view(is_wanted));
+  return to_numpy(without_gil([&] { return nearest_wanted(graph, input.first, input.second); }));
+}
+
 }  // namespace
 
 void bind_cell_stages(nb::module_& module) {
@@ -134,6 +141,8 @@ void bind_cell_stages(nb::module_& module) {
       .def("lengths", &bind_lengths);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
+  module.def("nearest_wanted", &bind_nearest_wanted, "graph"_a, "cells"_a.noconvert(),
+             "is_wanted"_a.noconvert());
 }
 
 }  // namespace superfacets

@@ -4,6 +4,8 @@
 #include "checks.hpp"
 #include "face_graph.hpp"
 #include "pieces.hpp"
+#include "regions.hpp"
+#include "smooth.hpp"
 #include "vertex_graph.hpp"
 #include "weights.hpp"
 #include "weld.hpp"
@@ -128,6 +130,49 @@ auto bind_quantize_weights(const Array<double>& weights, int n_threads) {
   return std::tuple(to_numpy(std::move(lengths)), unit);
 }
 
+auto bind_smooth_borders(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                         const Rows<double>& centroids, const Array<double>& areas,
+                         const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
+                         const Array<std::uint16_t>& sides, const Array<std::uint8_t>& same_turn,
+                         const Array<double>& weights, const Array<Label>& labels,
+                         const Array<Face>& fixed, double diagonal, double max_distance,
+                         double crease_scale, std::size_t max_chain, int max_sweeps,
+                         int n_threads) {
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
+                         view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
+  const SmoothOptions options{{diagonal, crease_scale}, max_distance, max_chain, max_sweeps};
+  const auto lengths = view(weights);
+  const auto input = std::pair(view(labels), view(fixed));
+  return to_numpy(without_gil([&] {
+    return smooth_borders(arcs, lengths, input.first, input.second, options, n_threads);
+  }));
+}
+
+auto bind_region_borders(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                         const Rows<double>& centroids, const Array<double>& areas,
+                         const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
+                         const Array<std::uint16_t>& sides, const Array<std::uint8_t>& same_turn,
+                         const Array<double>& weights, const Array<Label>& labels, double diagonal,
+                         double crease_scale, int n_threads) {
+  const ArcGeometry arcs{points(vertices), triangles(faces), points(centroids), view(areas),
+                         view(offsets),    view(neighbors),  view(sides),       view(same_turn)};
+  const auto lengths = view(weights);
+  const auto regions = view(labels);
+  const BorderCost cost{diagonal, crease_scale};
+  const std::vector<RegionBorder> borders =
+      without_gil([&] { return region_borders(arcs, lengths, regions, cost, n_threads); });
+  std::vector<Label> low;
+  std::vector<Label> high;
+  std::vector<double> costs;
+  for (const RegionBorder& border : borders) {
+    low.push_back(border.low);
+    high.push_back(border.high);
+    costs.push_back(border.cost);
+  }
+  return std::tuple(to_numpy(std::move(low)), to_numpy(std::move(high)),
+                    to_numpy(std::move(costs)));
+}
+
 }  // namespace
 
 void bind_mesh_stages(nb::module_& module) {
@@ -158,6 +203,17 @@ void bind_mesh_stages(nb::module_& module) {
              "faces"_a.noconvert());
   module.def("signed_volume", &bind_signed_volume, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "origin"_a, "n_threads"_a);
+  module.def("smooth_borders", &bind_smooth_borders, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
+             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
+             "same_turn"_a.noconvert(), "weights"_a.noconvert(), "labels"_a.noconvert(),
+             "fixed"_a.noconvert(), "diagonal"_a, "max_distance"_a, "crease_scale"_a, "max_chain"_a,
+             "max_sweeps"_a, "n_threads"_a);
+  module.def("region_borders", &bind_region_borders, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "centroids"_a.noconvert(), "areas"_a.noconvert(),
+             "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
+             "same_turn"_a.noconvert(), "weights"_a.noconvert(), "labels"_a.noconvert(),
+             "diagonal"_a, "crease_scale"_a, "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);
 }
 

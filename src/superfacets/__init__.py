@@ -5,13 +5,16 @@ from typing import TYPE_CHECKING, Any
 
 from .cell_graph import CellGraph
 from .classify import Classification, classify
+from .clustering import Segmentation, segment_graph
 from .errors import MeshError, MissingExtraError
 from .face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .mesh import Mesh
+from .regions import RegionEdit, enforce_connectivity, merge_small_regions
 from .seeding import place_seeds
-from .segment import PAPER, Segmentation, segment, segment_graph
+from .segment import PAPER, segment
+from .smooth import smooth_borders
 from .update import update_centers
-from .weights import stk02_weights, superfacet_weights
+from .weights import crease_weights, stk02_weights, superfacet_weights
 
 if TYPE_CHECKING:
     from .colors import face_colors
@@ -33,12 +36,16 @@ __all__ = [
     "MeshError",
     "MeshInfo",
     "MissingExtraError",
+    "RegionEdit",
     "RenderError",
     "Segmentation",
     "View",
     "build_face_graph",
     "classify",
+    "crease_weights",
+    "enforce_connectivity",
     "face_colors",
+    "merge_small_regions",
     "mesh_info",
     "place_seeds",
     "read_labels",
@@ -47,6 +54,7 @@ __all__ = [
     "sample_mesh",
     "segment",
     "segment_graph",
+    "smooth_borders",
     "stk02_weights",
     "superfacet_weights",
     "update_centers",

@@ -59,6 +59,40 @@ def stk02_weights(
 ) -> _Doubles: ...
 def count_degenerate(vertices: _Doubles, faces: _Ints) -> int: ...
 def signed_volume(vertices: _Doubles, faces: _Ints, origin: _Point, n_threads: int) -> float: ...
+def smooth_borders(
+    vertices: _Doubles,
+    faces: _Ints,
+    centroids: _Doubles,
+    areas: _Doubles,
+    offsets: _Longs,
+    neighbors: _Ints,
+    sides: npt.NDArray[np.uint16],
+    same_turn: npt.NDArray[np.uint8],
+    weights: _Doubles,
+    labels: _Ints,
+    fixed: _Ints,
+    diagonal: float,
+    max_distance: float,
+    crease_scale: float,
+    max_chain: int,
+    max_sweeps: int,
+    n_threads: int,
+) -> _Ints: ...
+def region_borders(
+    vertices: _Doubles,
+    faces: _Ints,
+    centroids: _Doubles,
+    areas: _Doubles,
+    offsets: _Longs,
+    neighbors: _Ints,
+    sides: npt.NDArray[np.uint16],
+    same_turn: npt.NDArray[np.uint8],
+    weights: _Doubles,
+    labels: _Ints,
+    diagonal: float,
+    crease_scale: float,
+    n_threads: int,
+) -> tuple[_Ints, _Ints, _Doubles]: ...
 def quantize_weights(weights: _Doubles, n_threads: int) -> tuple[_Floats, float]: ...
 
 class OrderedGraph:
@@ -94,6 +128,9 @@ class Clustering:
     def lengths(self) -> npt.NDArray[np.uint64]: ...
 
 def update_centers(graph: OrderedGraph, labels: _Ints, n_regions: int, n_threads: int) -> _Ints: ...
+def nearest_wanted(
+    graph: OrderedGraph, cells: _Ints, is_wanted: npt.NDArray[np.uint8]
+) -> _Ints: ...
 def scan_lines(
     text: _Bytes, begin: int, end: int, comment: int, n_threads: int
 ) -> tuple[_Longs, _Longs, _Ints]: ...

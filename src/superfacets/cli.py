@@ -15,14 +15,16 @@ import numpy.typing as npt
 
 from . import __version__
 from ._timing import timed
+from .clustering import Segmentation
 from .errors import MeshError, MissingExtraError
 from .gl import RenderError
 from .io import check_outputs, has_labels, read_labels, read_mesh, write_outputs
 from .mesh import Mesh
 from .metrics.cuts import DEFAULT_TOLERANCE
+from .regions import ISLANDS
 from .reproduce.command import reproduce_command
 from .seeding import INITS
-from .segment import PAPER, Segmentation, segment
+from .segment import PAPER, segment
 from .weights import DEFAULTS
 
 if TYPE_CHECKING:
@@ -102,28 +104,24 @@ commands.add_command(reproduce_command)
     "-a",
     "--alpha",
     type=NOT_NEGATIVE,
-    help="How much borders follow creases.  [default: by weights: 200, 20, 0.5]",
+    help="How much borders follow creases.  [default: by weights: 20, 200, 0.5]",
 )
 @click.option(
     "--eta",
     "eta_convex",
     type=NOT_NEGATIVE,
-    help="What a convex crease counts against a concave one.  [default: by weights: 0.2, 0.05]",
+    help="What a convex crease counts against a concave one.  [default: by weights: 0, 0.2]",
 )
 @click.option(
     "--weights",
     type=click.Choice(tuple(DEFAULTS)),
-    default="superfacets",
-    show_default=True,
-    help="Lengths of steps: the paper's, the like with a fixed price for creases, or those of"
-    " Shlafman, Tal and Katz.",
+    help="Lengths of steps: with a price for creases that does not depend on resolution, those of"
+    " the paper, or those of Shlafman, Tal and Katz.  [default: creases]",
 )
 @click.option(
     "--init",
     type=click.Choice(INITS),
-    default="farthest",
-    show_default=True,
-    help="How the first centers are placed.",
+    help="How the first centers are placed.  [default: geodesic]",
 )
 @click.option("--paper", is_flag=True, help="The algorithm of the paper, to the letter.")
 @click.option(
@@ -138,6 +136,27 @@ commands.add_command(reproduce_command)
     "--tol",
     type=NOT_NEGATIVE,
     help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]",
+)
+@click.option(
+    "--smooth/--no-smooth",
+    default=None,
+    help="Make borders straight where the surface is smooth.  [default: yes, but with --paper]",
+)
+@click.option(
+    "--connect",
+    "enforce_connectivity",
+    is_flag=True,
+    help="Regions that have fallen apart, with --paper, keep one piece.",
+)
+@click.option(
+    "--min-size",
+    type=NOT_NEGATIVE,
+    help="Regions smaller than this, in mean regions, join a neighbor.",
+)
+@click.option(
+    "--islands",
+    type=click.Choice(ISLANDS),
+    help="What small regions do that touch no other.  [default: keep]",
 )
 @click.option(
     "--threads",
@@ -163,8 +182,7 @@ def segment_command(
     """Segment the mesh in the file IN and write its labels."""
     if not mesh.name:
         raise click.UsageError(f"{mesh} is not a file")
-    if options["paper"] and options["weights"] != PAPER["weights"]:
-        raise click.UsageError("--paper has weights of its own: leave --weights out")
+    options = _parameters(**options)
     paths = list(outputs) or [mesh.with_name(f"{mesh.stem}.superfacets.ply")]
     _check_outputs(mesh, paths)
     timings: dict[str, float] = {}
@@ -175,8 +193,8 @@ def segment_command(
         write_outputs(paths, surface, result.labels, ascii=ascii)
     stages = {**result.timings, **timings}
     asked = result.params["n_segments"]
-    if asked is not None and options["init"] == "farthest" and result.n_segments > asked:
-        click.echo(_note_on_more(result.n_segments - asked, options["paper"]), err=True)
+    for note in _notes(result, asked):
+        click.echo(f"superfacets: note: {note}", err=True)
     if as_json:
         click.echo(json.dumps(_facts(mesh, result, stages, paths)))
     else:
@@ -320,11 +338,19 @@ def _check_outputs(mesh: Path, paths: list[Path]) -> None:
         raise click.UsageError(f"{mesh}: the output would take the place of the input")
 
 
-def _segment(
-    mesh: Mesh, *, paper: bool = False, tol: float | None = None, **options: Any
-) -> Segmentation:
+def _parameters(*, paper: bool, **options: Any) -> dict[str, Any]:
+    """The keywords of `segment` that were given, or that --paper stands for."""
+    given = {name: value for name, value in options.items() if value is not None}
+    if not paper:
+        return given
+    for name in ("weights", "init"):
+        if name in given and given[name] != PAPER[name]:
+            raise click.UsageError(f"--paper has {name} of its own: leave --{name} out")
+    return {**PAPER, **given}
+
+
+def _segment(mesh: Mesh, **options: Any) -> Segmentation:
     """Segment with a progress bar on a terminal."""
-    options |= {**(PAPER if paper else {}), **({} if tol is None else {"tol": tol})}
     if not sys.stderr.isatty():
         return segment(mesh, **options)
     from tqdm import tqdm
@@ -344,11 +370,21 @@ def _labels_of(path: Path, mesh: Mesh) -> npt.NDArray[Any] | None:
     return read_labels(path, mesh.n_faces) if has_labels(path) else None
 
 
-def _note_on_more(n_more: int, paper: bool) -> str:
-    why = "components of the mesh that got no seed"
-    if paper:
-        why += ", or faces that no center reached"
-    return f"superfacets: note: {n_more} more regions than asked for, for {why}"
+def _notes(result: Segmentation, asked: int | None) -> list[str]:
+    """What may come as a surprise."""
+    notes = []
+    keeps_k = result.params["init"] in ("geodesic", "farthest")
+    n_more = result.n_segments + result.n_joined - asked if asked is not None and keeps_k else 0
+    if n_more > 0:
+        why = "components of the mesh that got no seed"
+        if result.params["radius_factor"] is not None:
+            why += ", or faces that no center reached"
+        notes.append(f"{n_more} more regions than asked for, for {why}")
+    if result.n_joined:
+        notes.append(f"{result.n_joined} pieces or small regions joined a neighbor")
+    if result.n_islands:
+        notes.append(f"{result.n_islands} of them touch no other region, and stayed")
+    return notes
 
 
 def _facts(

@@ -129,13 +129,12 @@ class FaceGraph:
             bounds=self.bounds,
         )
 
-    def quantized(self, weights: npt.ArrayLike, n_threads: int) -> npt.NDArray[np.float32]:
-        """Return what is left of weights in `CellGraph.lengths`, where the rest is not needed."""
+    def quantized(
+        self, weights: npt.ArrayLike, n_threads: int
+    ) -> tuple[npt.NDArray[np.float32], float]:
+        """Return what is left of weights in `CellGraph.lengths`, and the unit of these."""
         checked_measures(self.measures, self.n_cells, n_threads)
-        lengths, _ = _core.quantize_weights(
-            checked_weights(weights, self.n_arcs, n_threads), n_threads
-        )
-        return lengths
+        return _core.quantize_weights(checked_weights(weights, self.n_arcs, n_threads), n_threads)
 
     def __repr__(self) -> str:
         return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"

@@ -29,7 +29,7 @@ __all__ = [
     "run_seeding",
 ]
 
-INITS = ("farthest", "geodesic", "flood", "grid")
+INITS = ("geodesic", "farthest", "flood", "grid")
 """Names of the ways to place seeds."""
 
 DEFAULT_N_SEGMENTS = 150
@@ -62,7 +62,7 @@ def region_size(
     cells: OrderedCells,
     n_segments: int | None = None,
     radius: float | None = None,
-    init: str | npt.ArrayLike = "farthest",
+    init: str | npt.ArrayLike = "geodesic",
 ) -> RegionSize:
     """Return the number and the radius of the regions that the arguments of `segment` ask for."""
     check_size(n_segments, radius)
@@ -107,7 +107,7 @@ def place_seeds(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    init: str | npt.ArrayLike = "farthest",
+    init: str | npt.ArrayLike = "geodesic",
     n_threads: int | None = None,
 ) -> npt.NDArray[np.int32]:
     """Return the first centers.

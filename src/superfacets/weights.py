@@ -13,11 +13,18 @@ from ._validate import checked_choice, checked_number, checked_share, checked_th
 from .face_graph import FaceGraph
 from .mesh import Mesh, as_mesh
 
-__all__ = ["DEFAULTS", "ArcWeights", "is_inside_out", "stk02_weights", "superfacet_weights"]
+__all__ = [
+    "DEFAULTS",
+    "ArcWeights",
+    "crease_weights",
+    "is_inside_out",
+    "stk02_weights",
+    "superfacet_weights",
+]
 
 DEFAULTS: dict[str, dict[str, float]] = {
+    "creases": {"alpha": 20.0, "eta_convex": 0.0},
     "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
-    "creases": {"alpha": 20.0, "eta_convex": 0.05},
     "stk02": {"alpha": 0.5},
 }
 """Names of the arc weights that `segment` knows, and what their parameters are if not given."""
@@ -120,6 +127,66 @@ def superfacet_weights(
     )
 
 
+def crease_weights(
+    mesh: object,
+    graph: FaceGraph,
+    expected_radius: float,
+    *,
+    alpha: float = 20.0,
+    eta_convex: float = 0.0,
+    n_threads: int | None = None,
+) -> npt.NDArray[np.float64]:
+    r"""Return the weight of each arc, with a price for creases that no resolution changes.
+
+    .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}
+
+    with the expected radius r of a region in the place of the length of the edge in eq. 2: that
+    shrinks as a mesh is refined, and creases with it, while the distance term of a path stays what
+    it is. Here a path that turns by theta in all costs the same on fine and on coarse meshes. The
+    rest is as for `superfacet_weights`.
+
+    Parameters
+    ----------
+    mesh, graph, n_threads
+        As for `superfacet_weights`.
+    expected_radius : float
+        r = sqrt(A / (pi k)), >= 0, in the unit of the vertices: what a segmentation has as
+        ``params["expected_radius"]``. 0 (no face has an area): distance alone.
+    alpha : float, default 20.0
+        How many radii it costs to turn by pi in a concave edge, >= 0.
+    eta_convex : float, default 0.0
+        What a convex edge counts against a concave one, >= 0.
+
+    Returns
+    -------
+    ndarray of float64, shape (M,)
+        In units of d; finite, >= 0, the same for both arcs of a pair.
+
+    Raises
+    ------
+    ValueError
+        If a number is negative or not finite, or the graph is of another mesh.
+
+    Examples
+    --------
+    >>> from superfacets import build_face_graph
+    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> crease_weights(valley, build_face_graph(valley), 0.5, alpha=10).round(3).tolist()
+    [1.874, 1.874]
+    """
+    radius = checked_number(expected_radius, "expected_radius", zero=True)
+    if radius == 0:
+        alpha, radius = 0.0, 1.0
+    return superfacet_weights(
+        mesh,
+        graph,
+        alpha=alpha,
+        eta_convex=eta_convex,
+        crease_length=radius,
+        n_threads=n_threads,
+    )
+
+
 def stk02_weights(
     mesh: object, graph: FaceGraph, *, alpha: float = 0.5, n_threads: int | None = None
 ) -> npt.NDArray[np.float64]:
@@ -218,8 +285,8 @@ class ArcWeights:
         options = {name: value for name, value in self.params.items() if name != "weights"}
         if self.params["weights"] == "stk02":
             return stk02_weights(mesh, graph, n_threads=n_threads, **options)
-        if self.params["weights"] == "creases" and radius > 0:  # 0: no face has an area
-            options["crease_length"] = radius
+        if self.params["weights"] == "creases":
+            return crease_weights(mesh, graph, radius, n_threads=n_threads, **options)
         return superfacet_weights(mesh, graph, n_threads=n_threads, **options)
 
 

@@ -18,10 +18,10 @@ from .._validate import (
     checked_generator,
     checked_threads,
 )
+from ..clustering import Segmentation, StopReason
 from ..face_graph import FaceGraph, build_face_graph
 from ..mesh import Mesh, as_mesh
 from ..seeding import DEFAULT_N_SEGMENTS
-from ..segment import Segmentation, StopReason
 
 __all__ = ["variational_shape_approximation"]
 

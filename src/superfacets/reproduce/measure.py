@@ -13,7 +13,7 @@ import numpy as np
 from .. import __version__
 from ..mesh import Mesh
 from ..metrics import GroundTruths, evaluate
-from ..segment import Segmentation
+from ..clustering import Segmentation
 from .methods import METHODS, Segmenter, Setting
 from .records import pack_labels, record_path, write_record
 from .runs import Run

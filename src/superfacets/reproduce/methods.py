@@ -12,7 +12,8 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from ..mesh import Mesh
-from ..segment import PAPER, Segmentation, segment
+from ..clustering import Segmentation
+from ..segment import PAPER, segment
 
 __all__ = ["METHODS", "Method", "Segmenter", "Setting"]
 
@@ -67,6 +68,10 @@ _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _FEW_ALPHAS = (0.0, 100.0, 200.0)
 
 
+# The paper's weights and seeds, but every face belongs to its true nearest center.
+_EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
+
+
 def _superfacets(mesh: Mesh, setting: Setting, **keywords: Any) -> Segmenter:
     return partial(segment, mesh, alpha=setting.alpha, n_threads=1, **keywords)
 
@@ -112,7 +117,7 @@ def _metis(mesh: Mesh, setting: Setting) -> Segmenter:
 
 _SUPERFACETS = Method(
     title="superfacets",
-    prepare=_superfacets,
+    prepare=partial(_superfacets, **_EXACT),
     color="#1f5fa8",
     figures=("4", "5", "6", "7", "rivals"),
     alphas=_OUR_ALPHAS,
@@ -146,6 +151,16 @@ _VSA = Method(
 METHODS: Mapping[str, Method] = MappingProxyType(
     {
         "superfacets": _SUPERFACETS,
+        "default": replace(
+            _SUPERFACETS,
+            title="superfacets, defaults of today",
+            prepare=_superfacets,
+            color="#0fa3a3",
+            figures=("4", "5", "6", "7", "rivals"),
+            alphas=(20.0,),
+            subset_alphas=(20.0,),
+            usual_alpha=20.0,
+        ),
         "paper": replace(
             _SUPERFACETS,
             title="superfacets, halted as in the paper",
@@ -158,7 +173,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         "stk02": replace(
             _SUPERFACETS,
             title="STK02 weights",
-            prepare=partial(_superfacets, weights="stk02"),
+            prepare=partial(_superfacets, **{**_EXACT, "weights": "stk02"}),
             color="#3a8a3f",
             figures=("5", "6", "rivals"),
             alphas=(0.0, 0.25, 0.5, 0.75, 1.0),
