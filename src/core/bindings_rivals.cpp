@@ -3,10 +3,15 @@
 #include <new>
 
 #include "bindings.hpp"
+#include "parallel.hpp"
+#include "path_lengths.hpp"
 #include "vsa.hpp"
 
 namespace superfacets {
 namespace {
+
+// Paths from each of so many cells take longer than to start a thread.
+constexpr std::int64_t kMinCellsPerThread = 64;
 
 void bind_proxy_regions(ProxyRegions* self, const Rows<double>& vertices, const Rows<Vertex>& faces,
                         const Array<double>& areas, const Array<std::int64_t>& offsets,
@@ -39,6 +44,24 @@ auto bind_proxy_seeds(const ProxyRegions& regions) {
   return to_numpy(std::vector(regions.seeds()));
 }
 
+auto bind_path_lengths(const OrderedGraph& graph, const Array<Cell>& sources, double unit,
+                       int n_threads) {
+  const auto input = view(sources);
+  return to_numpy(without_gil([&] {
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads, kMinCellsPerThread));
+    return path_lengths(graph, input, unit, team);
+  }));
+}
+
+auto bind_path_lengths_within(const OrderedGraph& graph, double reach, double unit, int n_threads) {
+  SparseRows rows = without_gil([&] {
+    ThreadTeam team(useful_threads(graph.n_cells(), n_threads, kMinCellsPerThread));
+    return path_lengths_within(graph, reach, unit, team);
+  });
+  return std::tuple(to_numpy(std::move(rows.offsets)), to_numpy(std::move(rows.columns)),
+                    to_numpy(std::move(rows.values)));
+}
+
 }  // namespace
 
 void bind_rivals(nb::module_& module) {
@@ -54,6 +77,10 @@ void bind_rivals(nb::module_& module) {
       .def("insert", &bind_insert)
       .def("labels", &bind_proxy_labels)
       .def("seeds", &bind_proxy_seeds);
+  module.def("path_lengths", &bind_path_lengths, "graph"_a, "sources"_a.noconvert(), "unit"_a,
+             "n_threads"_a);
+  module.def("path_lengths_within", &bind_path_lengths_within, "graph"_a, "reach"_a, "unit"_a,
+             "n_threads"_a);
 }
 
 }  // namespace superfacets

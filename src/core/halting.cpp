@@ -11,17 +11,7 @@ namespace {
 // Every thread keeps 8 bytes a cell of its own; more would cost memory, not save time.
 constexpr std::int64_t kMaxWorkers = 4;
 
-// Places handled, in all and per place reached, beyond which buckets are given up for a heap. On
-// meshes it takes one to two for each.
-constexpr std::size_t kAlwaysHandled = 1000;
-constexpr std::size_t kMaxHandled = 4;
-
 }  // namespace
-
-HaltedPaths::Worker::Worker(const OrderedGraph& graph)
-    : queue(graph.n_arcs), lengths(graph.n_cells()) {
-  std::fill(lengths.begin(), lengths.end(), kUnreached);
-}
 
 HaltedPaths::HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team)
     : graph_(graph),
@@ -129,67 +119,26 @@ bool HaltedPaths::reaches(const std::vector<std::vector<char>>& is_source, Place
   return false;
 }
 
-HaltedPaths::Worker& HaltedPaths::worker(std::int64_t number) {
-  if (!workers_[number]) workers_[number] = std::make_unique<Worker>(graph_);
+SourcePaths& HaltedPaths::worker(std::int64_t number) {
+  if (!workers_[number]) workers_[number] = std::make_unique<SourcePaths>(graph_);
   return *workers_[number];
 }
 
-// Label correction from one center, as in Expansion, and with a heap where that does not work.
-void HaltedPaths::expand(Place center, Worker& worker) const {
-  worker.queue.restart(0);
-  relax(center, 0, worker, worker.queue);
-  while (!worker.queue.empty()) {
-    if (worker.queue.n_handled() > kMaxHandled * worker.reached.size() + kAlwaysHandled) {
-      return expand_in_order(center, worker);
-    }
-    for (const Place place : worker.queue.take()) {
-      const PathLength length = worker.lengths[place];
-      if (!worker.queue.is_stale(length)) follow(center, place, worker, worker.queue);
-    }
-  }
-}
-
-// Dijkstra's algorithm from all places in the queue.
-void HaltedPaths::expand_in_order(Place center, Worker& worker) const {
-  worker.heap.restart();
-  worker.queue.drain([&](Place place) { worker.heap.push(worker.lengths[place], place); });
-  while (!worker.heap.empty()) {
-    const auto [length, place] = worker.heap.pop();
-    if (length == worker.lengths[place]) follow(center, place, worker, worker.heap);
-  }
-}
-
-// Follows the arcs of a place that is within reach.
-template <typename Queue>
-void HaltedPaths::follow(Place center, Place place, Worker& worker, Queue& queue) const {
-  if (!is_within_reach(center, place)) return;
-  const PathLength length = worker.lengths[place];
-  for (const Arc& arc : graph_.arcs_of(place)) {
-    relax(arc.to, length + static_cast<PathLength>(arc.length), worker, queue);
-  }
-}
-
-template <typename Queue>
-void HaltedPaths::relax(Place place, PathLength length, Worker& worker, Queue& queue) {
-  if (length >= worker.lengths[place]) return;
-  if (worker.lengths[place] == kUnreached) worker.reached.push_back(place);
-  worker.lengths[place] = length;
-  queue.push(length, place);
+void HaltedPaths::expand(Place center, SourcePaths& worker) const {
+  worker.expand(center, [&](Place place, PathLength) { return is_within_reach(center, place); });
 }
 
 void HaltedPaths::expand_all(std::span<const Label> labels, std::span<const Place> centers) {
   std::atomic<std::size_t> next = 0;
   std::mutex mutex;
   team_.for_each(static_cast<std::int64_t>(workers_.size()), [&](std::int64_t task, int) {
-    Worker& worker = this->worker(task);
+    SourcePaths& worker = this->worker(task);
     for (std::size_t i = next++; i < labels.size(); i = next++) {
       expand(centers[labels[i]], worker);
       std::vector<Doubt> found;
-      for (const Place place : worker.reached) {
-        const PathLength length = std::exchange(worker.lengths[place], kUnreached);
+      worker.take([&](Place place, PathLength length) {
         if (doubt_of_[place] != kNoDoubt) found.push_back({place, {length, labels[i]}});
-      }
-      worker.reached.clear();
+      });
       const std::scoped_lock lock(mutex);
       for (const auto& [place, path] : found) {
         Path& best = doubts_[doubt_of_[place]].path;
@@ -210,15 +159,14 @@ void HaltedPaths::adopt_orphans(const Expansion& exact, std::vector<Place>& cent
     if (doubts_[doubt_of_[orphan]].path.label != kNoLabel) continue;
     const auto label = static_cast<Label>(centers.size());
     centers.push_back(orphan);
-    Worker& worker = this->worker(0);
+    SourcePaths& worker = this->worker(0);
     expand(orphan, worker);
-    for (const Place place : worker.reached) {
-      const Path found{std::exchange(worker.lengths[place], kUnreached), label};
-      if (!found.is_better_than(path(exact, place))) continue;
+    worker.take([&](Place place, PathLength length) {
+      const Path found{length, label};
+      if (!found.is_better_than(path(exact, place))) return;
       if (doubt_of_[place] == kNoDoubt) add_doubt(place, found);
       doubts_[doubt_of_[place]].path = found;
-    }
-    worker.reached.clear();
+    });
   }
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "expansion.hpp"
+#include "source_paths.hpp"
 
 namespace superfacets {
 
@@ -35,13 +36,6 @@ class HaltedPaths {
     Place place;
     Path path;  // the best halted path so far
   };
-  struct Worker {
-    explicit Worker(const OrderedGraph& graph);
-    BucketQueue queue;  // both empty between expansions
-    RadixHeap heap;
-    Buffer<PathLength> lengths;  // (N,) path from the present center; unreached between
-    std::vector<Place> reached;  // by the present center
-  };
 
   bool is_within_reach(Place center, Place place) const;
   void add_doubt(Place place, const Path& path);
@@ -50,22 +44,17 @@ class HaltedPaths {
   void mark_sources(std::vector<std::vector<char>>& is_source) const;
   bool reaches(const std::vector<std::vector<char>>& is_source, Place center, std::size_t level,
                std::size_t index) const;
-  void expand(Place center, Worker& worker) const;
-  void expand_in_order(Place center, Worker& worker) const;
-  template <typename Queue>
-  void follow(Place center, Place place, Worker& worker, Queue& queue) const;
-  template <typename Queue>
-  static void relax(Place place, PathLength length, Worker& worker, Queue& queue);
+  void expand(Place center, SourcePaths& worker) const;
   void expand_all(std::span<const Label> labels, std::span<const Place> centers);
   void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
-  Worker& worker(std::int64_t number);
+  SourcePaths& worker(std::int64_t number);
 
   const OrderedGraph& graph_;
   const double squared_reach_;
   ThreadTeam& team_;
   Buffer<std::int32_t> doubt_of_;  // (N,) the number of a place among the doubts
   std::vector<Doubt> doubts_;
-  std::vector<std::unique_ptr<Worker>> workers_;  // made when first needed
+  std::vector<std::unique_ptr<SourcePaths>> workers_;  // made when first needed
 };
 
 }  // namespace superfacets
