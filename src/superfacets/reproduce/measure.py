@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..clustering import Segmentation
 from ..mesh import Mesh
 from ..metrics import GroundTruths, evaluate
-from ..clustering import Segmentation
 from .methods import METHODS, Segmenter, Setting
 from .records import pack_labels, record_path, write_record
 from .runs import Run
