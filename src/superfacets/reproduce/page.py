@@ -259,7 +259,7 @@ def _too_large(results: Results) -> list[str]:
     for method in dict.fromkeys(run.method for run in results.plan.runs):
         shown = {run.source for run in results.plan.runs if run.method == method}
         n_left = sum(model not in shown for model in results.plan.models)
-        if n_left and METHODS[method].bytes_per_pair:
+        if n_left and METHODS[method].max_faces is not None:
             lines.append(f"{METHODS[method].title}: {n_left} models")
     return lines
 
