@@ -7,6 +7,8 @@ on how models are shared out among processes: but for times, results are the sam
 
 from __future__ import annotations
 
+import itertools
+import math
 import multiprocessing
 import os
 import time
@@ -33,8 +35,10 @@ __all__ = [
     "PLAIN",
     "SCALES",
     "VARIANTS",
+    "Creases",
     "Subject",
     "coarsened",
+    "creases",
     "dominators",
     "means",
     "refined",
@@ -68,6 +72,9 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
 
 RESOLUTION_VARIANTS = (PLAIN, ROUGH, DEFAULT)
 
+SHARP = math.radians(45)
+"""The least angle of a crease that nobody would overlook."""
+
 Say = Callable[[str], None]
 Row = dict[str, Any]
 
@@ -77,6 +84,20 @@ class Subject(NamedTuple):
 
     mesh: sf.Mesh
     truths: tuple[npt.NDArray[np.int32], ...]
+
+
+class Creases(NamedTuple):
+    """Sharp edges, as pairs of the faces on either side, each pair both ways around."""
+
+    sources: npt.NDArray[np.int32]
+    targets: npt.NDArray[np.int32]
+    lengths: npt.NDArray[np.float64]
+
+    def share_between(self, labels: npt.NDArray[np.int32]) -> float | None:
+        """Return the share of their length that is a border between regions, if they have any."""
+        total = self.lengths.sum()
+        between = labels[self.sources] != labels[self.targets]
+        return float(self.lengths[between].sum() / total) if total > 0 else None
 
 
 class Task(NamedTuple):
@@ -107,7 +128,7 @@ def coarsened(subject: Subject) -> Subject:
     from scipy.spatial import KDTree
 
     mesh = subject.mesh
-    surface = pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.faces.astype(np.int64))
+    surface = pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.faces.astype(int))
     decimated = surface.decimate(0.75)
     coarse = sf.Mesh(
         np.asarray(decimated.points, dtype=np.float64),
@@ -119,6 +140,31 @@ def coarsened(subject: Subject) -> Subject:
 
 def _centroids(mesh: sf.Mesh) -> npt.NDArray[np.float64]:
     return np.asarray(mesh.vertices[mesh.faces].mean(axis=1))
+
+
+def creases(mesh: sf.Mesh) -> tuple[Creases, Creases]:
+    """Return the concave and the convex edges of `SHARP` and more."""
+    faces = sf.build_face_graph(mesh)
+    unit = math.pi * faces.diagonal  # with it, eq. 2 adds the angle in radians
+
+    def angles(eta_convex: float) -> npt.NDArray[np.float64]:
+        priced = sf.superfacet_weights(
+            mesh, faces, alpha=1.0, eta_convex=eta_convex, crease_length=unit
+        )
+        return priced - sf.superfacet_weights(mesh, faces, alpha=0.0)
+
+    is_concave = angles(0.0) >= SHARP
+    is_convex = (angles(1.0) >= SHARP) & ~is_concave
+    sources = np.repeat(np.arange(faces.n_cells, dtype=np.int32), np.diff(faces.offsets))
+    corners = mesh.faces[sources]
+    arcs = np.arange(faces.n_arcs)
+    starts, ends = corners[arcs, faces.sides], corners[arcs, (faces.sides + 1) % 3]
+    lengths = np.linalg.norm(mesh.vertices[starts] - mesh.vertices[ends], axis=1)
+
+    def chosen(which: npt.NDArray[np.bool_]) -> Creases:
+        return Creases(sources[which], faces.neighbors[which], lengths[which])
+
+    return chosen(is_concave), chosen(is_convex)
 
 
 SCALES: Mapping[str, Callable[[Subject], Subject]] = {
@@ -205,28 +251,30 @@ def _measure(task: Task) -> tuple[list[Row], list[str]]:
     subject = SCALES[task.scale](Subject(model.mesh, model.ground_truths))
     surface = metrics.GroundTruths(subject.mesh, ())  # what all labels have in common
     areas = sf.build_face_graph(subject.mesh).measures
+    valleys, ridges = creases(subject.mesh)
     sf.segment(subject.mesh, task.ks[0], **VARIANTS[task.variants[0]])  # to warm up
     rows = []
-    for k in task.ks:
-        for name in task.variants:
-            start = time.process_time()  # what others do on the machine does not count
-            result = sf.segment(subject.mesh, k, **VARIANTS[name])
-            seconds = time.process_time() - start
-            values = metrics.evaluate(subject.mesh, result.labels, surface)
-            rows.append(
-                {
-                    "model": task.number,
-                    "scale": task.scale,
-                    "faces": subject.mesh.n_faces,
-                    "variant": name,
-                    "k": k,
-                    "ue": _mean_error(result.labels, subject.truths, areas),
-                    "compactness": values["compactness"],
-                    "regions": int(values["n_regions"]),
-                    "extra_pieces": int(values["n_extra_pieces"]),
-                    "seconds": seconds,
-                }
-            )
+    for k, name in itertools.product(task.ks, task.variants):
+        start = time.process_time()  # what others do on the machine does not count
+        labels = sf.segment(subject.mesh, k, **VARIANTS[name]).labels
+        seconds = time.process_time() - start
+        values = metrics.evaluate(subject.mesh, labels, surface)
+        rows.append(
+            {
+                "model": task.number,
+                "scale": task.scale,
+                "faces": subject.mesh.n_faces,
+                "variant": name,
+                "k": k,
+                "ue": _mean_error(labels, subject.truths, areas),
+                "compactness": values["compactness"],
+                "valleys": valleys.share_between(labels),
+                "ridges": ridges.share_between(labels),
+                "regions": int(values["n_regions"]),
+                "extra_pieces": int(values["n_extra_pieces"]),
+                "seconds": seconds,
+            }
+        )
     return rows, problems
 
 
@@ -311,6 +359,8 @@ def _comparison(results: Mapping[str, Any]) -> str:
             "yes" if name in dominating else "-",
             _share(new["ue"] < old["ue"] for new, old in pairs),
             _share(new["compactness"] < old["compactness"] for new, old in pairs),
+            _mean_share([new["valleys"] for new, _ in pairs]),
+            _mean_share([new["ridges"] for new, _ in pairs]),
             f"{ratio:.2f}",
             str(pieces),
             _share(new["regions"] == new["k"] for new, _ in pairs),
@@ -322,6 +372,12 @@ def _comparison(results: Mapping[str, Any]) -> str:
 def _share(cases: Iterable[bool]) -> str:
     values = list(cases)
     return f"{sum(values)} of {len(values)}"
+
+
+def _mean_share(shares: Iterable[float | None]) -> str:
+    """Return the mean over the models that have such creases."""
+    found = [share for share in shares if share is not None]
+    return f"{100 * np.mean(found):.0f} %" if found else "-"
 
 
 def _resolution(results: Mapping[str, Any]) -> str:
