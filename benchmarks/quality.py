@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 import superfacets as sf
 from superfacets import metrics
-from superfacets.princeton import Benchmark
+from superfacets.princeton import Benchmark, category_of
 
 from .clock import median
 from .machine import facts, usable_cores
@@ -51,6 +51,7 @@ KS = (50, 100, 150, 200, 300)
 PLAIN = "plain"
 DEFAULT = "default"
 ROUGH = "default, not smooth"
+OTHER_WEIGHTS = "default, eq. 2"
 
 _PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
 
@@ -60,17 +61,19 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     "plain, geodesic": _PLAIN | {"init": "geodesic"},
     "plain, eta 0": _PLAIN | {"eta_convex": 0.0},
     "creases, farthest": {"init": "farthest"},
+    "creases, farthest, alpha 40": {"init": "farthest", "alpha": 40.0},
     "creases, alpha 10": {"alpha": 10.0},
     DEFAULT: {},
     "creases, alpha 30": {"alpha": 30.0},
     "creases, alpha 40": {"alpha": 40.0},
     ROUGH: {"smooth": False},
+    OTHER_WEIGHTS: {"weights": "superfacets", "eta_convex": 0.0},
     "default, eta 0.05": {"eta_convex": 0.05},
     "default, eta 0.2": {"eta_convex": 0.2},
 }
 """Keywords of `superfacets.segment`, by name. `PLAIN` is the paper's method but for how it ends."""
 
-RESOLUTION_VARIANTS = (PLAIN, ROUGH, DEFAULT)
+RESOLUTION_VARIANTS = (PLAIN, OTHER_WEIGHTS, ROUGH, DEFAULT)
 
 SHARP = math.radians(45)
 """The least angle of a crease that nobody would overlook."""
@@ -319,7 +322,8 @@ def render_quality(results: Mapping[str, Any]) -> str:
     sections = [
         ("UE / compactness by k", _frontier(results)),
         ("Against plain", _comparison(results)),
-        ("UE / compactness by number of faces", _resolution(results)),
+        ("UE / compactness by category", _categories(results)),
+        ("UE / compactness / in valleys by number of faces", _resolution(results)),
     ]
     return "\n\n".join(f"### {title}\n\n{text}" for title, text in sections)
 
@@ -345,6 +349,8 @@ def _comparison(results: Mapping[str, Any]) -> str:
         "dominates",
         "lower UE",
         "lower compactness",
+        "in valleys",
+        "in ridges",
         "time",
         "pieces",
         "exactly k",
@@ -381,13 +387,41 @@ def _mean_share(shares: Iterable[float | None]) -> str:
 
 
 def _resolution(results: Mapping[str, Any]) -> str:
-    rows = results["resolution"]
-    scales = list(dict.fromkeys(row["scale"] for row in rows))
-    by_scale = {scale: [row for row in rows if row["scale"] == scale] for scale in scales}
-    found = {scale: means(by_scale[scale]) for scale in scales}
-    faces = {scale: np.mean([row["faces"] for row in by_scale[scale]]) for scale in scales}
-    keys = list(found[scales[0]]) if scales else []
+    cells: dict[tuple[str, int], dict[str, list[Row]]] = {}
+    faces: dict[str, list[int]] = {}
+    for row in results["resolution"]:
+        key, scale = (row["variant"], row["k"]), row["scale"]
+        cells.setdefault(key, {}).setdefault(scale, []).append(row)
+        faces.setdefault(scale, []).append(row["faces"])
+
+    def cell(key: tuple[str, int], scale: str) -> str:
+        rows = cells[key][scale]
+        return f"{_pair(means(rows)[key])} / {_mean_share(row['valleys'] for row in rows)}"
+
     return table(
-        ["variant", "k", *(f"{scale}: {faces[scale]:,.0f} faces" for scale in scales)],
-        ([name, k, *(_pair(found[scale][name, k]) for scale in scales)] for name, k in keys),
+        ["variant", "k", *(f"{scale}: {np.mean(faces[scale]):,.0f} faces" for scale in faces)],
+        ([*key, *(cell(key, scale) for scale in faces)] for key in cells),
+    )
+
+
+def _categories(results: Mapping[str, Any]) -> str:
+    """Return plain and the default in each category, mean over k, the largest gain in UE first."""
+    names = (PLAIN, DEFAULT)
+    rows = [
+        row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}
+        for row in results["rows"]
+        if row["variant"] in names
+    ]
+    found = means(rows)
+
+    def gain(category: str) -> float:
+        return found[f"{PLAIN} {category}", 0][0] - found[f"{DEFAULT} {category}", 0][0]
+
+    present = {category_of(row["model"]) for row in rows}
+    return table(
+        ["category", *names],
+        (
+            [category, *(_pair(found[f"{name} {category}", 0]) for name in names)]
+            for category in sorted(present, key=gain, reverse=True)
+        ),
     )

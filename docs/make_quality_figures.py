@@ -15,8 +15,6 @@ PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False}
 MODELS = {
     "fourleg": (397, sf.View(azimuth=40, elevation=12)),
     "mech": (325, sf.View(azimuth=30, elevation=30)),
-    "bird": (241, sf.View(azimuth=30, elevation=30)),
-    "airplane": (61, sf.View(azimuth=30, elevation=30)),
 }
 
 

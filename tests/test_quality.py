@@ -131,6 +131,13 @@ def test_means_are_over_models():
     assert quality.means(rows)["plain", 5] == pytest.approx((0.3, 3.0))
 
 
+def test_the_tables_are_as_wide_as_their_headers(results):
+    for section in quality.render_quality(results).split("###")[1:]:
+        lines = [line for line in section.splitlines() if line.startswith("|")]
+        assert len({line.count("|") for line in lines}) == 1
+        assert len(lines) > 2
+
+
 def test_a_model_that_is_not_there_is_refused(folder):
     with pytest.raises(ValueError, match="has no model 4"):
         quality.study(folder, (3, 4), (6,), 0, lambda _: None)
