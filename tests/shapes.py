@@ -104,6 +104,20 @@ def bumpy_sheet(n=24, seed=0):
     return Mesh(vertices, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]))
 
 
+def dumbbell(n_rings=31, n_around=14):
+    """Two blobs joined by a neck along x, open at both ends: narrowest in the ring x = 0."""
+    x = np.linspace(-1, 1, n_rings)
+    radii = 0.05 + 0.6 * np.abs(x) * np.sqrt(1.05 - x**2)
+    turns = 2 * math.pi * np.arange(n_around) / n_around
+    rings = np.stack(np.broadcast_arrays(x[:, None], np.cos(turns), np.sin(turns)), axis=-1)
+    rings[..., 1:] *= radii[:, None, None]
+    ring, around = np.meshgrid(np.arange(n_rings - 1), np.arange(n_around), indexing="ij")
+    a, b = ring * n_around + around, ring * n_around + (around + 1) % n_around
+    c, d = b + n_around, a + n_around
+    quads = np.stack([a, b, c, d], axis=-1).reshape(-1, 4)
+    return Mesh(rings.reshape(-1, 3), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+
+
 def line_graph(weights, measures=None):
     """Cells at x = 0, 1, 2, ... in a row, with the given weights between them."""
     n = len(weights) + 1

@@ -32,7 +32,7 @@ on those models, and by 0.03 on the ten of the smallest.
 """
 
 LARGEST_CELL = 0.25
-"""A face counts for this share of a mean part at most.
+"""A face counts for this share of the mean part at most.
 
 Where faces are larger than a part, METIS otherwise leaves parts empty, and complains on the
 terminal.
@@ -181,17 +181,30 @@ def _divide(
     if n_parts == n_faces:
         return np.arange(n_faces)
     pairs = _merge_pairs(component, _whole_numbers(costs))
-    capped = np.minimum(areas, LARGEST_CELL / n_parts * areas.sum())
     dtype = metis.zero_copy_dtype()
     parts = metis.part_graph(
         n_parts,
         metis.CSRAdjacency(pairs.offsets.astype(dtype), pairs.neighbors.astype(dtype)),
-        vweights=_whole_numbers(capped).astype(dtype),
+        vweights=_whole_numbers(_cap(areas, n_parts)).astype(dtype),
         eweights=pairs.costs.astype(dtype),
         recursive=False,  # only the direct scheme heeds that parts be connected
         options=metis.Options(contig=1, ufactor=IMBALANCE, seed=SEED),
     ).vertex_part
     return np.asarray(parts, dtype=np.int64)
+
+
+def _cap(areas: Floats, n_parts: int) -> Floats:
+    """Areas of which none is more than a share of the mean part, in capped areas; or all 1.
+
+    All are 1 where there are so few faces that they would all be capped.
+    """
+    falling = np.sort(areas)[::-1]
+    n_capped = np.arange(len(areas))
+    rest = falling[::-1].cumsum()[::-1]  # of the areas when so many are capped
+    with np.errstate(divide="ignore", invalid="ignore"):
+        caps = LARGEST_CELL * rest / np.maximum(n_parts - LARGEST_CELL * n_capped, 0)
+    fits = (caps >= falling) & (caps < np.inf)
+    return np.minimum(areas, caps[fits.argmax()]) if fits.any() else np.ones(len(areas))
 
 
 class _Pairs(NamedTuple):
