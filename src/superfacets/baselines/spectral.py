@@ -214,7 +214,7 @@ def normalized_cuts(
     Notes
     -----
     Time O(F^2 log F) for paths and O(k F^2) for vectors; memory 4 bytes for each pair of faces and
-    52 k for each face. With `reach`, pairs within it count instead: F^2 `reach`^2 / k, about.
+    52 k for each face. With a reach R, pairs within it count instead: about F^2 R^2 / k.
 
     References
     ----------
