@@ -230,6 +230,7 @@ def test_several_ground_truths_are_averaged_and_may_be_prepared():
     assert repr(prepared) == f"GroundTruths(2 of {mesh.n_faces} faces)"
     both = evaluate(mesh, labels, prepared)
     assert both == evaluate(mesh, labels, truths)
+    assert both == evaluate((mesh.vertices, mesh.faces), labels, prepared)
     assert both == pytest.approx({k: (each[0][k] + each[1][k]) / 2 for k in both})
 
 
@@ -260,7 +261,10 @@ def test_what_cannot_be_measured_is_refused():
     with pytest.raises(ValueError, match=r"tolerance must be 0 to 1, got 1\.5"):
         undersegmentation_error(HALVED, tolerance=1.5)
     with pytest.raises(ValueError, match="prepared for another mesh"):
-        evaluate(mesh, [0] * 4, GroundTruths(shapes.strip(4), [[0] * 4]))
+        evaluate(mesh, [0] * 4, GroundTruths(shapes.moebius(2), [[0] * 4]))
+    for truths in ([0] * 4, 5):
+        with pytest.raises(TypeError, match="ground truths must be a sequence of arrays"):
+            evaluate(mesh, [0] * 4, truths)
     for measure in (compactness, explained_variation, evaluate):
         with pytest.raises(ValueError, match="the faces have no area to measure by"):
             measure(flat, [0])

@@ -361,7 +361,7 @@ def test_small_regions_join_neighbors_if_asked_for(sheet):
     whole = segment(sheet, 40, smooth=False)
     result = segment(sheet, 40, smooth=False, min_size=0.8)
     areas = np.bincount(result.labels, build_face_graph(sheet).measures)
-    assert result.n_segments == 40 - result.n_joined < 40
+    assert result.n_segments == 40 - result.n_merged < 40
     assert areas.min() >= 0.8 * areas.sum() / 40
     assert set(result.centers.tolist()) < set(whole.centers.tolist())
     assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
@@ -371,5 +371,6 @@ def test_islands_stay_or_join_the_nearest_region():
     mesh = shapes.two_islands()
     kept = segment(mesh, init=[0, 3, 7], max_num_iter=1, min_size=1.2, smooth=False)
     assert (kept.n_segments, kept.n_islands) == (2, 0)
+    assert kept.n_merged == 1
     kept = segment(mesh, init=[0, 7], max_num_iter=1, min_size=1.2, smooth=False)
     assert (kept.n_segments, kept.n_islands) == (2, 2)

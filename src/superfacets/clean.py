@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ._validate import checked_choice, checked_number
 from .clustering import Segmentation
-from .regions import ISLANDS, LabeledSurface, RegionEdit, connect_surface, merge_surface
+from .regions import ISLANDS, LabeledSurface, connect_surface, merge_surface
 from .smooth import MAX_DISTANCE, smooth_surface
 
 __all__ = ["Cleaning", "clean"]
@@ -60,30 +59,21 @@ def clean(surface: LabeledSurface, result: Segmentation, cleaning: Cleaning) -> 
     """Return the result with its regions cleaned up; `surface` holds its labels."""
     if cleaning.enforce_connectivity:
         edit = connect_surface(surface, result.centers)
-        islands = _first_faces(edit, result.n_segments)
-        result = _edited(result, edit, np.append(result.centers, islands))
+        # Paths lead from its center to each face of a region, so its pieces are in one component.
+        assert not edit.n_islands
+        result = replace(result, labels=edit.labels, n_joined=edit.n_joined)
         surface = surface.relabeled(edit.labels)
     if cleaning.min_size > 0:
         edit = merge_surface(surface, cleaning.min_size, cleaning.islands)
-        result = _edited(result, edit, result.centers[edit.sources])
+        result = replace(
+            result,
+            labels=edit.labels,
+            centers=result.centers[edit.sources],
+            n_merged=edit.n_joined,
+            n_islands=edit.n_islands,
+        )
         surface = surface.relabeled(edit.labels)
     if cleaning.smooth:
         labels = smooth_surface(surface, result.centers, MAX_DISTANCE)
         result = replace(result, labels=labels)
     return result
-
-
-def _first_faces(edit: RegionEdit, n_before: int) -> npt.NDArray[np.int32]:
-    """The lowest face of each piece that became a region of its own."""
-    regions, first = np.unique(edit.labels, return_index=True)
-    return first[regions >= n_before].astype(np.int32)
-
-
-def _edited(result: Segmentation, edit: RegionEdit, centers: npt.NDArray[np.int32]) -> Segmentation:
-    return replace(
-        result,
-        labels=edit.labels,
-        centers=centers,
-        n_joined=result.n_joined + edit.n_joined,
-        n_islands=result.n_islands + edit.n_islands,
-    )

@@ -257,7 +257,7 @@ def render_command(
 @commands.command("evaluate")
 @click.argument("mesh", metavar="IN", type=FILE)
 @click.argument("labels", metavar="LABELS", type=FILE)
-@click.argument("more", nargs=-1, type=FILE, metavar="")
+@click.argument("more", nargs=-1, type=FILE, metavar="[--gt SEG...]")
 @click.option(
     "--gt",
     "truths",
@@ -292,6 +292,8 @@ def evaluate_command(
     regions = read_labels(labels, surface.n_faces)
     segments = [read_labels(path, surface.n_faces) for path in (*truths, *more)]
     values = evaluate(surface, regions, segments, tolerance=tolerance)
+    if segments:
+        click.echo(f"labels: {labels}; ground truths: {len(segments)}", err=True)
     if as_json:
         files = {"file": str(mesh), "labels": str(labels), "n_ground_truths": len(segments)}
         click.echo(json.dumps(files | values))
@@ -374,16 +376,18 @@ def _notes(result: Segmentation, asked: int | None) -> list[str]:
     """What may come as a surprise."""
     notes = []
     keeps_k = result.params["init"] in ("geodesic", "farthest")
-    n_more = result.n_segments + result.n_joined - asked if asked is not None and keeps_k else 0
+    n_more = result.n_segments + result.n_merged - asked if asked is not None and keeps_k else 0
     if n_more > 0:
         why = "components of the mesh that got no seed"
         if result.params["radius_factor"] is not None:
             why += ", or faces that no center reached"
         notes.append(f"{n_more} more regions than asked for, for {why}")
     if result.n_joined:
-        notes.append(f"{result.n_joined} pieces or small regions joined a neighbor")
+        notes.append(f"{result.n_joined} stray pieces joined a neighbor")
+    if result.n_merged:
+        notes.append(f"{result.n_merged} small regions joined another")
     if result.n_islands:
-        notes.append(f"{result.n_islands} of them touch no other region, and stayed")
+        notes.append(f"{result.n_islands} small regions touch no other, and stayed")
     return notes
 
 

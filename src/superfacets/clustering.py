@@ -50,9 +50,11 @@ class Segmentation:
         The centers moved less than `tol`; a set of centers came back; as many iterations as
         allowed; `progress` returned False.
     n_joined : int
-        Pieces and small regions that joined a neighbor when regions were cleaned up.
+        Pieces of regions that joined a neighbor, with ``enforce_connectivity``.
+    n_merged : int
+        Small regions that were merged into another, with ``min_size``: K was larger by as many.
     n_islands : int
-        Those that touched no other region, and stayed.
+        Small regions that touch no other, and stayed.
     timings : dict of str to float
         Seconds of wall time in each stage.
     params : dict
@@ -67,6 +69,7 @@ class Segmentation:
     timings: dict[str, float] = field(repr=False)
     params: dict[str, Any] = field(repr=False)
     n_joined: int = 0
+    n_merged: int = 0
     n_islands: int = 0
 
     @property

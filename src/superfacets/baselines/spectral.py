@@ -352,8 +352,8 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
         what, advice = f" with reach={reach:g}", "give a smaller `reach`"
     if n_bytes > max_memory:
         raise ValueError(
-            f"normalized cuts of {n_faces} faces{what} need {n_bytes / 1e9:.1f} GB but max_memory"
-            f" is {max_memory / 1e9:.1f} GB: {advice}"
+            f"normalized cuts of {n_faces} faces{what} need {n_bytes / 1e9:.3g} GB but max_memory"
+            f" is {max_memory / 1e9:.3g} GB: {advice}"
         )
 
 

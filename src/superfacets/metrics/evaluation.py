@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_number, compact_labels
-from ..mesh import as_mesh
+from ..mesh import Mesh, as_mesh
 from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement_of, cut_discrepancy_of
 from .overlap import (
     Overlap,
@@ -68,7 +68,7 @@ class GroundTruths:
         self.surface = Surface.of(mesh, weld=weld, n_threads=n_threads)
         positive_total(self.surface.areas)
         n_faces = self.surface.mesh.n_faces
-        compact = [compact_labels(truth, n_faces) for truth in truths]
+        compact = [compact_labels(truth, n_faces) for truth in _listed(truths)]
         self.truths = [_Truth(*labels, Cuts.of(self.surface, labels[0])) for labels in compact]
 
     def __len__(self) -> int:
@@ -97,7 +97,7 @@ def evaluate(
         Region of each face, any numbers.
     ground_truths : sequence of array_like of integers, or GroundTruths
         True segments of each face. `GroundTruths` saves time where many labels of one mesh are held
-        against the same ones; it must have been made of this very mesh, and `weld` and `n_threads`
+        against the same ones; it must have been made of the same mesh, and `weld` and `n_threads`
         are then those it was made with.
     tolerance : float, default 0.01
         Of `boundary_agreement`, as a fraction of the diagonal.
@@ -152,17 +152,27 @@ def evaluate(
     return values | {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
 
 
+def _listed(truths: Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:
+    if not hasattr(truths, "__iter__") or any(np.ndim(truth) == 0 for truth in truths):
+        raise TypeError("ground truths must be a sequence of arrays, each with a label per face")
+    return list(truths)
+
+
 def _prepared(
-    mesh: object,
+    mesh: Mesh,
     ground_truths: GroundTruths | Sequence[npt.ArrayLike],
     weld: bool,
     n_threads: int | None,
 ) -> GroundTruths:
-    if not isinstance(ground_truths, GroundTruths):
-        return GroundTruths(mesh, ground_truths, weld=weld, n_threads=n_threads)
-    if ground_truths.surface.mesh is not mesh:
-        raise ValueError("the ground truths were prepared for another mesh")
-    return ground_truths
+    if isinstance(ground_truths, GroundTruths):
+        prepared = ground_truths.surface.mesh
+        is_same = np.array_equal(prepared.faces, mesh.faces) and np.array_equal(
+            prepared.vertices, mesh.vertices
+        )
+        if mesh is not prepared and not is_same:
+            raise ValueError("the ground truths were prepared for another mesh")
+        return ground_truths
+    return GroundTruths(mesh, ground_truths, weld=weld, n_threads=n_threads)
 
 
 def _of_overlap(overlap: Overlap) -> dict[str, float]:

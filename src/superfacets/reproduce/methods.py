@@ -102,7 +102,7 @@ def _normalized_cuts(mesh: Mesh, setting: Setting, *, reach: float | None) -> Se
 
     embedding = spectral_embedding(
         mesh,
-        setting.most_segments,
+        min(setting.most_segments, mesh.n_faces),
         alpha=setting.alpha,
         reach=reach,
         max_memory=setting.max_memory,

@@ -21,7 +21,7 @@ CURVES = ("4", "6", "7")
 """Figures with a curve over k for each method and alpha."""
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
-"""Those of the paper, and one of its own: a curve for every method at its usual alpha."""
+"""Those of the paper, and one of its own: a curve for each method that runs on most models."""
 
 # The number of regions in the paper's pictures and times.
 _USUAL_K = 150
