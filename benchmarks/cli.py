@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import click
 import numpy as np
 
 import superfacets as sf
+from superfacets.princeton import Benchmark
 
 from . import report, runs
 from .checks import (
@@ -26,8 +28,9 @@ from .checks import (
     save_expected,
 )
 from .machine import usable_cores
-from .meshes import Arrays, build
+from .meshes import Arrays, build, find_data
 from .plan import CATALOG, TARGETED, make_plan
+from .quality import KS, render_quality, study
 from .sections import derive, measure
 
 __all__ = ["commands"]
@@ -153,6 +156,52 @@ def timings(repeats: int) -> None:
         cases = [runs.Case(mesh, k, "defaults", usable_cores()) for k in (150, 2_000)]
         rows += runs.measure(build(mesh, None), cases, repeats, load_expected())
     click.echo(report.readme_table(rows))
+
+
+@commands.command()
+@click.argument("psb", type=FOLDER, required=False)
+@click.option("--ks", default=",".join(map(str, KS)), show_default=True, help="Numbers of regions.")
+@click.option("--models", help="Numbers, separated by commas, as 5,125,397.")
+@click.option("--every", type=click.IntRange(min=1), default=1, help="Only every so many-th model.")
+@click.option(
+    "--finer",
+    type=click.IntRange(min=0),
+    default=10,
+    show_default=True,
+    help="Models that are subdivided and decimated.",
+)
+@click.option("--json", "output", type=FILE, help="Write all results there.")
+def quality(
+    psb: Path | None, ks: str, models: str | None, every: int, finer: int, output: Path | None
+) -> None:
+    """Repeat the study of the trade-off between undersegmentation error and compactness.
+
+    PSB is a folder with models and ground truths of the Princeton Segmentation Benchmark; if not
+    given, `psb` in the data folder.
+    """
+    root = psb or _benchmark_folder()
+    numbers = _integers(models) if models else Benchmark(root).numbers
+    results = study(root, numbers[::every], _integers(ks), finer, _say)
+    for line in results["problems"]:
+        _say(line)
+    click.echo(render_quality(results))
+    if output:
+        output.write_text(json.dumps(results, indent=1) + "\n")
+        _say(f"wrote {output}")
+
+
+def _benchmark_folder() -> Path:
+    data = find_data()
+    if data is None:
+        raise click.ClickException("no folder of models is given, and there is no data folder")
+    return data / "psb"
+
+
+def _integers(text: str) -> tuple[int, ...]:
+    """Return the numbers of a list with commas."""
+    if not re.fullmatch(r"[1-9]\d*(,[1-9]\d*)*", text):
+        raise click.ClickException(f"{text!r} are no numbers, separated by commas")
+    return tuple(map(int, text.split(",")))
 
 
 @commands.command("report")

@@ -19,7 +19,9 @@ def main() -> None:
     IMAGES.mkdir(exist_ok=True)
     mesh = sf.sample_mesh()
     faces = sf.build_face_graph(mesh)
-    graph = faces.with_weights(sf.superfacet_weights(mesh, faces))
+    rough = sf.segment(mesh, N_SEGMENTS, smooth=False)
+    weights = sf.crease_weights(mesh, faces, rough.params["expected_radius"])
+    graph = faces.with_weights(weights)
     seeds = sf.place_seeds(graph, N_SEGMENTS)
     first = sf.classify(graph, seeds)
     final = sf.segment(mesh, N_SEGMENTS)
@@ -29,7 +31,8 @@ def main() -> None:
     draw(mesh, "stage2-weights", colors=shades(dearest_arc(graph), 1.0))
     draw(mesh, "stage3-seeding", colors=shades(dots(graph, seeds), 1.0))
     draw(mesh, "stage4a-classify", first.labels, colors=shades(first.distances, 1.0))
-    draw(mesh, "stage4b-update", final.labels)
+    draw(mesh, "stage4b-update", rough.labels)
+    draw(mesh, "stage5-regions", final.labels)
     sf.render(mesh, final.labels, output=IMAGES / "bear.png", size=(1200, 900))
 
 

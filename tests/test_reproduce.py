@@ -314,8 +314,9 @@ def test_only_what_the_figures_need_is_run(benchmark):
     def runs_for(*figures, **choice):
         return make_plan(models, nothing, Choice(figures=figures, **choice)).runs
 
-    assert {run.method for run in runs_for("4")} == {"superfacets", "ncuts", "ncuts-sparse"}
-    assert {run.method for run in runs_for("6")} == {"superfacets", "stk02"}
+    ours = {"superfacets", "default"}
+    assert {run.method for run in runs_for("4")} == {*ours, "ncuts", "ncuts-sparse"}
+    assert {run.method for run in runs_for("6")} == {*ours, "stk02"}
     assert {(run.k, run.alpha) for run in runs_for("5") if run.method == "superfacets"} == {
         (150, 200.0)
     }
@@ -332,18 +333,24 @@ def many_models(*sizes):
     )
 
 
-def test_large_models_are_left_out_of_dense_cuts_but_for_two_of_a_category():
-    limit = methods.METHODS["ncuts"].max_faces
-    models = many_models(limit + 1, limit + 2, limit + 3)
+def test_large_models_are_left_out_of_normalized_cuts_but_for_two_of_a_category_with_the_sparse():
+    limits = [methods.METHODS[name].max_faces for name in ("ncuts", "ncuts-sparse")]
+    models = many_models(limits[0], limits[0] + 1, limits[1] + 1, limits[1] + 2)
     runs = make_plan(models, Sources((), ()), Choice(figures=("4",), ks=(50,))).runs
-    shown = {run.source.name for run in runs if run.method == "ncuts"}
-    assert shown == {"1", "2"}
-    assert {run.source.name for run in runs if run.method == "ncuts-sparse"} == {"1", "2", "3"}
+    shown = {name: {r.source.name for r in runs if r.method == name} for name in methods.METHODS}
+    assert shown["ncuts"] == {"1"}
+    assert shown["ncuts-sparse"] == {"1", "2"}
+    assert shown["superfacets"] == {"1", "2", "3", "4"}
+    large = many_models(limits[1] + 1, limits[1] + 2, limits[1] + 3)
+    runs = make_plan(large, Sources((), ()), Choice(figures=("4",), ks=(50,))).runs
+    assert {run.source.name for run in runs if run.method == "ncuts-sparse"} == {"1", "2"}
 
 
 def test_curves_are_compared_over_the_models_that_all_have():
     chosen = make_plan(
-        many_models(10, 20, 30), Sources((), ()), Choice(figures=("6",), ks=(5, 6), is_subset=True)
+        many_models(10, 20, 30),
+        Sources((), ()),
+        Choice(figures=("6",), methods=("superfacets", "stk02"), ks=(5, 6), is_subset=True),
     )
     chosen = replace(chosen, models=many_models(10, 20, 30).found)
     first, second, third = chosen.models

@@ -162,24 +162,19 @@ def segment(
         lengths, unit = faces.quantized(weights, loop.n_threads)
         del weights  # what is not needed any more makes room
     with timed(timings, "order"):
-        cells = OrderedCells(
-            _core.OrderedGraph(
-                faces.positions,
-                faces.measures,
-                faces.offsets,
-                faces.neighbors,
-                lengths,
-                loop.n_threads,
-            ),
-            faces.bounds,
-        )
+        cells = (faces.positions, faces.measures, faces.offsets, faces.neighbors, lengths)
+        bounds = faces.bounds
         unlabeled = _Unlabeled.of(surface, faces, chosen, lengths, unit)
         del surface, faces, lengths
-    result = segment_cells(cells, n_segments, radius, init, loop)
-    del cells
+        ordered = OrderedCells(_core.OrderedGraph(*cells, loop.n_threads), bounds)
+        del cells
+    result = segment_cells(ordered, n_segments, radius, init, loop)
+    del ordered
     if cleaning.is_needed:
         with timed(timings, "regions"):
-            result = clean(unlabeled.with_labels(result, r, loop.n_threads), result, cleaning)
+            labeled = unlabeled.with_labels(result, r, loop.n_threads)
+            del unlabeled
+            result = clean(labeled, result, cleaning)
     params = {"weld": weld, **chosen.params, **result.params, **cleaning.params}
     return replace(result, timings=_in_order(timings | result.timings), params=params)
 
@@ -192,7 +187,10 @@ class _Unlabeled:
     """
 
     mesh: Mesh
-    arcs: dict[str, npt.NDArray[Any]]
+    offsets: npt.NDArray[np.int64]
+    neighbors: npt.NDArray[np.int32]
+    sides: npt.NDArray[np.uint8]
+    same_turn: npt.NDArray[np.uint8] | None  # None: 0 everywhere
     edge_counts: EdgeCounts
     chosen: ArcWeights
     lengths: npt.NDArray[np.float32]
@@ -203,15 +201,14 @@ class _Unlabeled:
         cls, mesh: Mesh, faces: FaceGraph, chosen: ArcWeights,
         lengths: npt.NDArray[np.float32], unit: float,
     ) -> _Unlabeled:  # fmt: skip
-        names = ("offsets", "neighbors", "sides", "same_turn", "bounds")
-        arcs = {name: getattr(faces, name) for name in names}
-        return cls(mesh, arcs, faces.edge_counts, chosen, lengths, unit)
+        return cls(
+            mesh, faces.offsets, faces.neighbors, faces.sides.astype(np.uint8),
+            faces.same_turn if faces.same_turn.any() else None, faces.edge_counts,
+            chosen, lengths, unit,
+        )  # fmt: skip
 
     def with_labels(self, result: Segmentation, radius: float, n_threads: int) -> LabeledSurface:
-        centroids, areas = _core.measure_faces(self.mesh.vertices, self.mesh.faces, n_threads)
-        faces = FaceGraph._unchecked(
-            self.edge_counts, positions=centroids, measures=areas, **self.arcs
-        )
+        faces = self._faces(n_threads)
         if self.chosen.params["weights"] in ("creases", "given"):
             weights = self.lengths * np.float64(self.unit)
         else:  # other units, or other prices at other resolutions
@@ -220,6 +217,22 @@ class _Unlabeled:
             self.mesh, faces, weights, result.labels, result.n_segments,
             radius or faces.diagonal, n_threads,
         )  # fmt: skip
+
+    def _faces(self, n_threads: int) -> FaceGraph:
+        centroids, areas = _core.measure_faces(self.mesh.vertices, self.mesh.faces, n_threads)
+        same_turn = self.same_turn
+        if same_turn is None:
+            same_turn = np.zeros(len(self.neighbors), np.uint8)
+        return FaceGraph._unchecked(
+            self.edge_counts,
+            positions=centroids,
+            measures=areas,
+            offsets=self.offsets,
+            neighbors=self.neighbors,
+            sides=self.sides.astype(np.uint16),
+            same_turn=same_turn,
+            bounds=self.mesh.bounds,
+        )
 
 
 def _in_order(timings: dict[str, float]) -> dict[str, float]:

@@ -57,7 +57,9 @@ class Method:
     bytes_per_pair: int = 0
     """Memory for each pair of faces, where it is quadratic."""
     max_faces: int | None = None
-    """Larger models are left out, but for the two smallest of a category."""
+    """Larger models are left out, but for some of each category."""
+    least_models: int = 2
+    """So many models of each category, the smallest, are run whatever their size."""
     subset_max_faces: int | None = None
     """Larger models are left out of a run with ``--subset``."""
     version: int = 1
@@ -116,7 +118,7 @@ def _metis(mesh: Mesh, setting: Setting) -> Segmenter:
 
 
 _SUPERFACETS = Method(
-    title="superfacets",
+    title="superfacets, exact",
     prepare=partial(_superfacets, **_EXACT),
     color="#1f5fa8",
     figures=("4", "5", "6", "7", "rivals"),
@@ -136,7 +138,8 @@ _NCUTS = Method(
     usual_alpha=100.0,
     packages=("scipy",),
     bytes_per_pair=5,  # four for its affinity, and less than one for vectors of large meshes
-    max_faces=15_000,
+    max_faces=12_000,
+    least_models=0,
     subset_max_faces=9_000,
 )
 
@@ -153,7 +156,7 @@ METHODS: Mapping[str, Method] = MappingProxyType(
         "superfacets": _SUPERFACETS,
         "default": replace(
             _SUPERFACETS,
-            title="superfacets, defaults of today",
+            title="superfacets, the default",
             prepare=_superfacets,
             color="#0fa3a3",
             figures=("4", "5", "6", "7", "rivals"),
@@ -208,7 +211,8 @@ METHODS: Mapping[str, Method] = MappingProxyType(
             line="--",
             figures=("4", "5", "rivals"),
             bytes_per_pair=1,  # 32 for each of the 3 % of pairs that are near
-            max_faces=None,
+            max_faces=16_000,
+            least_models=2,
             subset_max_faces=None,
         ),
         "metis": Method(

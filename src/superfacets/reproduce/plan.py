@@ -26,9 +26,6 @@ FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
 # The number of regions in the paper's pictures and times.
 _USUAL_K = 150
 
-# So many models of each category are run whatever their size.
-_ALWAYS_RUN = 2
-
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
@@ -132,7 +129,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
     limit = row.subset_max_faces if choice.is_subset else row.max_faces
     if limit is None or run.source.n_faces <= limit:
         return True
-    return run.source.is_model and not choice.is_subset and ranks[run.source] < _ALWAYS_RUN
+    return run.source.is_model and not choice.is_subset and ranks[run.source] < row.least_models
 
 
 def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
