@@ -494,7 +494,7 @@ def test_pictures_show_the_smallest_models_of_their_categories():
     shown = pictures_of("8", (one, other, cat), (), 150)
     assert {picture.run.source for picture in shown} == {one, cat}
     assert {picture.run.method for picture in shown} == {
-        "superfacets", "vsa-l2-r", "vsa-l2-i", "vsa-l21-r", "vsa-l21-i",
+        "superfacets", "default", "vsa-l2-r", "vsa-l2-i", "vsa-l21-r", "vsa-l21-i",
     }  # fmt: skip
 
 

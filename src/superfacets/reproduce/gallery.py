@@ -24,6 +24,9 @@ _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
 
+# What rivals are shown above: the paper's method, and what it has become.
+_OURS = (("superfacets", _ALPHA), ("default", METHODS["default"].usual_alpha))
+
 _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
 
 
@@ -89,8 +92,8 @@ def _three_alphas(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
 def _cuts_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
     """Figure 3: normalized cuts above ours."""
     return [
-        Picture("3", METHODS[method].title, _title(model), Run(model, method, _ALPHA, k))
-        for method in ("ncuts", "ncuts-sparse", "superfacets")
+        Picture("3", METHODS[method].title, _title(model), Run(model, method, alpha, k))
+        for method, alpha in (("ncuts", _ALPHA), ("ncuts-sparse", _ALPHA), *_OURS)
         for model in _shown(models, _CUTS_CATEGORIES)
     ]
 
@@ -99,7 +102,7 @@ def _vsa_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
     """Figure 8: the four variants of VSA above ours."""
     return [
         Picture("8", METHODS[method].title, _title(model), Run(model, method, alpha, k))
-        for method, alpha in (*((vsa, None) for vsa in _VSA), ("superfacets", _ALPHA))
+        for method, alpha in (*((vsa, None) for vsa in _VSA), *_OURS)
         for model in _shown(models, _VSA_CATEGORIES)
     ]
 
