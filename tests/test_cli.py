@@ -406,16 +406,15 @@ def test_the_command_is_installed():
     assert shutil.which("superfacets", path=Path(sys.executable).parent)
 
 
-def test_the_bunny_takes_less_than_two_seconds_as_a_whole_process(data_dir, tmp_path):
-    """Ten times what the kernels need leaves room for a slow day."""
+def test_the_bunny_takes_less_than_two_seconds_of_processors_as_a_whole_process(data_dir, tmp_path):
+    """Several times what it needs, and not by the clock: others may be at work."""
     bunny = data_dir / "meshes" / "bunny.ply"
     command = [*COMMAND, "segment", str(bunny), "-o", str(tmp_path / "bunny.ply")]
-    seconds = []
-    for _ in range(3):
-        start = time.perf_counter()
-        subprocess.run(command, check=True, capture_output=True)
-        seconds.append(time.perf_counter() - start)
-    assert min(seconds) < 2.0
+    before = os.times()
+    subprocess.run(command, check=True, capture_output=True)
+    after = os.times()
+    spent = after.children_user + after.children_system
+    assert spent - before.children_user - before.children_system < 2.0
 
 
 @pytest.fixture
