@@ -366,7 +366,9 @@ def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large,
     command = [*COMMAND, "segment", large, "-n", "150", "--paper", "--max-iter", "100000"]
     ours, theirs = pty.openpty()
     termios.tcsetwinsize(theirs, (24, 80))
-    with subprocess.Popen(command, stderr=theirs, stdout=subprocess.PIPE) as process:
+    with subprocess.Popen(
+        command, stderr=theirs, stdout=subprocess.PIPE, preexec_fn=shapes.heed_interrupts
+    ) as process:
         shown = b""
         while b"iteration" not in shown:  # the bar: the loop has begun
             shown += os.read(ours, 10_000)
@@ -420,8 +422,6 @@ def test_the_bunny_takes_less_than_two_seconds_of_processors_as_a_whole_process(
 @pytest.fixture
 def labeled_strip(tmp_path):
     """A strip of four faces, its labels and two ground truths."""
-    import shapes
-
     write_mesh(tmp_path / "strip.ply", shapes.strip(4))
     for name, labels in [("labels", "0011"), ("one", "0011"), ("two", "0111")]:
         (tmp_path / f"{name}.seg").write_text("\n".join(labels) + "\n")

@@ -212,7 +212,11 @@ def test_ctrl_c_leaves_whole_records_only(benchmark, tmp_path):
     out = tmp_path / "out"
     command = [sys.executable, "-m", "superfacets", "reproduce", benchmark, "-o", out, *FAST]
     process = subprocess.Popen(
-        list(map(str, command)), start_new_session=True, stderr=subprocess.PIPE, text=True
+        list(map(str, command)),
+        start_new_session=True,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=shapes.heed_interrupts,
     )
     while not list(out.rglob("*.json")):
         assert process.poll() is None
