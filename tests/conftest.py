@@ -1,9 +1,14 @@
 """Real meshes for the tests that want them, found as the README says."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
+
+# A shell may have started us such that Ctrl-C is ignored, and what we start would ignore it as well.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def _find_data() -> Path | None:

@@ -1,7 +1,6 @@
 """Small meshes and graphs whose segmentations, weights and arcs can be worked out by hand."""
 
 import math
-import signal
 
 import numpy as np
 
@@ -170,8 +169,3 @@ def count_pieces(graph, labels):
     for a, b in zip(sources[inside].tolist(), graph.neighbors[inside].tolist(), strict=True):
         parent[root(a)] = root(b)
     return sum(root(cell) == cell for cell in range(len(labels)))
-
-
-def heed_interrupts():
-    """In a process of its own: a shell may have started the tests such that Ctrl-C is ignored."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
