@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-# A shell may have started us such that Ctrl-C is ignored, and what we start would ignore it as well.
+# A shell may have started us such that Ctrl-C is ignored, and what we start would ignore it too.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
