@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
@@ -152,31 +153,39 @@ def segment(
     chosen = ArcWeights.checked(weights, alpha, eta_convex)
     cleaning = Cleaning.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
-    with timed(timings, "mesh"):
-        surface = as_mesh(mesh)
-    with timed(timings, "face_graph"):
-        faces = build_face_graph(surface, weld=weld, n_threads=loop.n_threads)
-    with timed(timings, "weights"):
-        r = expected_radius(faces, n_segments, radius, init)
-        weights = chosen.weigh(surface, faces, r, loop.n_threads)
-        lengths, unit = faces.quantized(weights, loop.n_threads)
-        del weights  # what is not needed any more makes room
-    with timed(timings, "order"):
-        cells = (faces.positions, faces.measures, faces.offsets, faces.neighbors, lengths)
-        bounds = faces.bounds
-        unlabeled = _Unlabeled.of(surface, faces, chosen, lengths, unit)
-        del surface, faces, lengths
-        ordered = OrderedCells(_core.OrderedGraph(*cells, loop.n_threads), bounds)
-        del cells
+    radius_of = partial(expected_radius, n_segments=n_segments, radius=radius, init=init)
+    ordered, unlabeled = _order_cells(mesh, weld, chosen, radius_of, loop.n_threads, timings)
     result = segment_cells(ordered, n_segments, radius, init, loop)
-    del ordered
+    del ordered  # makes room
     if cleaning.is_needed:
         with timed(timings, "regions"):
-            labeled = unlabeled.with_labels(result, r, loop.n_threads)
+            labeled = unlabeled.with_labels(result, loop.n_threads)
             del unlabeled
             result = clean(labeled, result, cleaning)
     params = {"weld": weld, **chosen.params, **result.params, **cleaning.params}
     return replace(result, timings=_in_order(timings | result.timings), params=params)
+
+
+def _order_cells(
+    mesh: object, weld: bool, chosen: ArcWeights, radius_of: Callable[[FaceGraph], float],
+    n_threads: int, timings: dict[str, float],
+) -> tuple[OrderedCells, _Unlabeled]:  # fmt: skip
+    """Run stages 0 to 2, order the cells, and return what later stages need, and no more."""
+    with timed(timings, "mesh"):
+        surface = as_mesh(mesh)
+    with timed(timings, "face_graph"):
+        faces = build_face_graph(surface, weld=weld, n_threads=n_threads)
+    with timed(timings, "weights"):
+        radius = radius_of(faces)
+        weights = chosen.weigh(surface, faces, radius, n_threads)
+        lengths, unit = faces.quantized(weights, n_threads)
+        del weights  # makes room
+    with timed(timings, "order"):
+        cells = (faces.positions, faces.measures, faces.offsets, faces.neighbors, lengths)
+        bounds = faces.bounds
+        unlabeled = _Unlabeled.of(surface, faces, chosen, radius, (lengths, unit))
+        del faces  # what is kept of it takes less
+        return OrderedCells(_core.OrderedGraph(*cells, n_threads), bounds), unlabeled
 
 
 @dataclass(frozen=True)
@@ -193,29 +202,30 @@ class _Unlabeled:
     same_turn: npt.NDArray[np.uint8] | None  # None: 0 everywhere
     edge_counts: EdgeCounts
     chosen: ArcWeights
+    radius: float  # expected of a region
     lengths: npt.NDArray[np.float32]
     unit: float
 
     @classmethod
     def of(
-        cls, mesh: Mesh, faces: FaceGraph, chosen: ArcWeights,
-        lengths: npt.NDArray[np.float32], unit: float,
+        cls, mesh: Mesh, faces: FaceGraph, chosen: ArcWeights, radius: float,
+        quantized: tuple[npt.NDArray[np.float32], float],
     ) -> _Unlabeled:  # fmt: skip
         return cls(
             mesh, faces.offsets, faces.neighbors, faces.sides.astype(np.uint8),
             faces.same_turn if faces.same_turn.any() else None, faces.edge_counts,
-            chosen, lengths, unit,
+            chosen, radius, *quantized,
         )  # fmt: skip
 
-    def with_labels(self, result: Segmentation, radius: float, n_threads: int) -> LabeledSurface:
+    def with_labels(self, result: Segmentation, n_threads: int) -> LabeledSurface:
         faces = self._faces(n_threads)
         if self.chosen.params["weights"] in ("creases", "given"):
             weights = self.lengths * np.float64(self.unit)
         else:  # other units, or other prices at other resolutions
-            weights = crease_weights(self.mesh, faces, radius, n_threads=n_threads)
+            weights = crease_weights(self.mesh, faces, self.radius, n_threads=n_threads)
         return LabeledSurface(
             self.mesh, faces, weights, result.labels, result.n_segments,
-            radius or faces.diagonal, n_threads,
+            self.radius or faces.diagonal, n_threads,
         )  # fmt: skip
 
     def _faces(self, n_threads: int) -> FaceGraph:
