@@ -6,7 +6,7 @@ import heapq
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -82,6 +82,15 @@ class LabeledSurface:
         lengths = checked_weights(weights, graph.n_arcs, threads)
         return cls(surface, graph, lengths, array, n_regions, radius, threads)
 
+    @property
+    def arcs(self) -> tuple[npt.NDArray[Any], ...]:
+        """The arrays that kernels take arcs, their geometry and their weights by, in order."""
+        graph = self.graph
+        return (
+            self.mesh.vertices, self.mesh.faces, graph.positions, graph.measures, graph.offsets,
+            graph.neighbors, graph.sides, graph.same_turn, self.weights,
+        )  # fmt: skip
+
     def relabeled(self, labels: Ints) -> LabeledSurface:
         """Return the surface with other labels, 0..K-1, each at least once."""
         return replace(self, labels=labels, n_regions=int(labels.max()) + 1)
@@ -94,15 +103,7 @@ class LabeledSurface:
     def borders(self, regions: Ints, n_regions: int) -> Borders:
         """Who touches whom, and for how long: a border in a crease counts less."""
         low, high, costs = _core.region_borders(
-            self.mesh.vertices,
-            self.mesh.faces,
-            self.graph.positions,
-            self.graph.measures,
-            self.graph.offsets,
-            self.graph.neighbors,
-            self.graph.sides,
-            self.graph.same_turn,
-            self.weights,
+            *self.arcs,
             regions,
             self.graph.diagonal,
             CREASE_SCALE * self.radius,

@@ -23,6 +23,7 @@ __all__ = [
     "INITS",
     "RegionSize",
     "check_size",
+    "checked_n_segments",
     "expected_radius",
     "place_seeds",
     "region_size",
@@ -56,6 +57,13 @@ def check_size(n_segments: int | None, radius: float | None) -> None:
         checked_count(n_segments, "n_segments")
     if radius is not None:
         checked_number(radius, "radius", zero=False)
+
+
+def checked_n_segments(n_segments: int | None, n_cells: int) -> int:
+    """The number of regions asked for; if none is, the paper's, or that of the cells if less."""
+    if n_segments is None:
+        return min(DEFAULT_N_SEGMENTS, n_cells)
+    return checked_count(n_segments, "n_segments", n_cells, "faces")
 
 
 def region_size(
@@ -93,12 +101,10 @@ def _size_of(
         r = float(radius) * whole.diagonal
         k = whole.area / math.pi / r / r if r > 0 else math.inf
         return RegionSize(max(1, round(min(k, whole.n_cells))), r)
-    if n_segments is None:
-        k = min(DEFAULT_N_SEGMENTS, whole.n_cells)
-        if not isinstance(init, str):
-            k = len(checked_seeds(init, whole.n_cells, "init"))
+    if n_segments is None and not isinstance(init, str):
+        k = len(checked_seeds(init, whole.n_cells, "init"))
     else:
-        k = checked_count(n_segments, "n_segments", whole.n_cells, "faces")
+        k = checked_n_segments(n_segments, whole.n_cells)
     return RegionSize(k, math.sqrt(whole.area / (math.pi * k)))
 
 

@@ -104,20 +104,11 @@ def smooth_surface(
     surface: LabeledSurface, fixed: npt.NDArray[np.int32], max_distance: float
 ) -> npt.NDArray[np.int32]:
     """Smooth the borders of what has been checked; `max_distance` in r."""
-    mesh, graph = surface.mesh, surface.graph
     return _core.smooth_borders(
-        mesh.vertices,
-        mesh.faces,
-        graph.positions,
-        graph.measures,
-        graph.offsets,
-        graph.neighbors,
-        graph.sides,
-        graph.same_turn,
-        surface.weights,
+        *surface.arcs,
         surface.labels,
         fixed,
-        graph.diagonal,
+        surface.graph.diagonal,
         max_distance * surface.radius,
         CREASE_SCALE * surface.radius,
         MAX_CHAIN,

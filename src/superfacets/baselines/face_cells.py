@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from .. import _core
 from .._timing import timed
-from .._validate import checked_count, compact_labels
+from .._validate import compact_labels
 from ..cell_graph import CellGraph
 from ..clustering import Segmentation
 from ..face_graph import FaceGraph, build_face_graph
 from ..mesh import Mesh, as_mesh
-from ..seeding import DEFAULT_N_SEGMENTS, expected_radius
+from ..seeding import checked_n_segments, expected_radius
 from ..update import update_centers
 from ..weights import ArcWeights
 
@@ -98,9 +98,7 @@ def read_face_cells(
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = as_mesh(mesh)
-    if n_segments is None:
-        n_segments = min(DEFAULT_N_SEGMENTS, surface.n_faces)
-    n_segments = checked_count(n_segments, "n_segments", surface.n_faces, "faces")
+    n_segments = checked_n_segments(n_segments, surface.n_faces)
     with timed(timings, "face_graph"):
         faces = build_face_graph(surface, weld=weld, n_threads=n_threads)
     with timed(timings, "weights"):

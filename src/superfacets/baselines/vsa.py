@@ -21,7 +21,7 @@ from .._validate import (
 from ..clustering import Segmentation, StopReason
 from ..face_graph import FaceGraph, build_face_graph
 from ..mesh import Mesh, as_mesh
-from ..seeding import DEFAULT_N_SEGMENTS
+from ..seeding import checked_n_segments
 
 __all__ = ["variational_shape_approximation"]
 
@@ -131,9 +131,7 @@ def variational_shape_approximation(
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = as_mesh(mesh)
-    if n_segments is None:
-        n_segments = min(DEFAULT_N_SEGMENTS, surface.n_faces)
-    n_segments = checked_count(n_segments, "n_segments", surface.n_faces, "faces")
+    n_segments = checked_n_segments(n_segments, surface.n_faces)
     with timed(timings, "face_graph"):
         graph = build_face_graph(surface, weld=weld, n_threads=n_threads)
     with timed(timings, "seeding"):

@@ -153,9 +153,10 @@ def evaluate(
 
 
 def _listed(truths: Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:
-    if not hasattr(truths, "__iter__") or any(np.ndim(truth) == 0 for truth in truths):
+    listed = list(truths) if hasattr(truths, "__iter__") else [truths]
+    if any(np.ndim(truth) == 0 for truth in listed):
         raise TypeError("ground truths must be a sequence of arrays, each with a label per face")
-    return list(truths)
+    return listed
 
 
 def _prepared(
