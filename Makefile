@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name '*.py' -o -name '*.pyi' -o -name '*.[ch]pp')
+SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name "*.py" -o -name "*.pyi" -o -name "*.[ch]pp")
 
 .PHONY: help demo test lint docs figures bench timings sanitize dist clean
 
@@ -21,8 +21,8 @@ lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/clang-format --dry-run --Werror src/core/*.[ch]pp
-	$(BIN)/clang-tidy --quiet src/core/*.cpp -- -std=c++20 -Isrc/core $$($(BIN)/python tools/include-flags)
+	$(BIN)/clang-format --dry-run --Werror $$(find src/core -name "*.[ch]pp")
+	$(BIN)/clang-tidy --quiet $$(find src/core -name "*.cpp") -- -std=c++20 -Isrc/core $$($(BIN)/python tools/include-flags)
 
 docs: $(VENV)/group-dev ## build the documentation; warnings are errors
 	$(BIN)/sphinx-build -W --keep-going -q -E docs docs/_build/html

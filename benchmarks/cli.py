@@ -12,7 +12,7 @@ import click
 import numpy as np
 
 import superfacets as sf
-from superfacets.princeton import Benchmark
+from superfacets.study.princeton import Benchmark
 
 from . import report, runs
 from .checks import (

@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 import superfacets as sf
 from superfacets import metrics
-from superfacets.princeton import Benchmark, category_of
+from superfacets.study.princeton import Benchmark, category_of
 
 from .clock import median
 from .machine import facts, usable_cores

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import superfacets as sf
-from superfacets.gl import ensure_gl
+from superfacets.view.gl import ensure_gl
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (900, 720)

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 import superfacets as sf
-from superfacets.princeton import Benchmark
+from superfacets.study.princeton import Benchmark
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (640, 520)

@@ -9,7 +9,7 @@ from models import read_off
 
 from superfacets import build_face_graph, segment
 from superfacets.metrics import area_overlap, compactness, undersegmentation_error
-from superfacets.princeton import Benchmark
+from superfacets.study.princeton import Benchmark
 
 
 @pytest.fixture(scope="module")

@@ -3,26 +3,32 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .cell_graph import CellGraph
-from .classify import Classification, classify
-from .clustering import Segmentation, segment_graph
+from .cells.cell_graph import CellGraph
+from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
+from .cells.weights import crease_weights, stk02_weights, superfacet_weights
+from .clustering.classification import Classification, classify
+from .clustering.loop import Segmentation, segment_graph
+from .clustering.seeding import place_seeds
+from .clustering.update import update_centers
 from .errors import MeshError, MissingExtraError
-from .face_graph import EdgeCounts, FaceGraph, build_face_graph
-from .mesh import Mesh
-from .regions import RegionEdit, enforce_connectivity, merge_small_regions
-from .seeding import place_seeds
-from .segment import PAPER, segment
-from .smooth import smooth_borders
-from .update import update_centers
-from .weights import crease_weights, stk02_weights, superfacet_weights
+from .mesh.triangle_mesh import Mesh
+from .pipeline import PAPER, segment
+from .regions.regions import RegionEdit, enforce_connectivity, merge_small_regions
+from .regions.smooth import smooth_borders
 
 if TYPE_CHECKING:
-    from .colors import face_colors
-    from .gl import RenderError
-    from .info import MeshInfo, mesh_info
-    from .io import read_labels, read_mesh, write_labels, write_mesh
-    from .rendering import View, render
+    from . import metrics as metrics
+    from . import reference as reference
+    from .cells.info import MeshInfo, mesh_info
+    from .io.readers.labels import read_labels
+    from .io.readers.read import read_mesh
+    from .io.writers.write import write_labels, write_mesh
     from .sample import sample_mesh
+    from .study import baselines as baselines
+    from .study import princeton as princeton
+    from .view.colors import face_colors
+    from .view.gl import RenderError
+    from .view.rendering import View, render
 
 __version__ = "0.1.0"
 
@@ -63,28 +69,35 @@ __all__ = [
 ]
 
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
-# None of these modules has the name of something public, which importing it would hide.
-_LAZY_MODULES: dict[str, tuple[str, ...]] = {
-    "baselines": (),
-    "colors": ("face_colors",),
-    "gl": ("RenderError",),
-    "info": ("MeshInfo", "mesh_info"),
-    "io": ("read_labels", "read_mesh", "write_labels", "write_mesh"),
-    "metrics": (),
-    "princeton": (),
-    "rendering": ("View", "render"),
-    "sample": ("sample_mesh",),
+_LAZY_NAMES = {
+    "MeshInfo": "cells.info",
+    "mesh_info": "cells.info",
+    "read_labels": "io.readers.labels",
+    "read_mesh": "io.readers.read",
+    "write_labels": "io.writers.write",
+    "write_mesh": "io.writers.write",
+    "sample_mesh": "sample",
+    "face_colors": "view.colors",
+    "RenderError": "view.gl",
+    "View": "view.rendering",
+    "render": "view.rendering",
 }
-_LAZY_NAMES = {name: module for module, names in _LAZY_MODULES.items() for name in names}
+_LAZY_MODULES = {
+    "baselines": "study.baselines",
+    "metrics": "metrics",
+    "princeton": "study.princeton",
+    "reference": "reference",
+}
 
 if not TYPE_CHECKING:  # type checkers see the imports above, and names that are not there
 
     def __getattr__(name: str) -> Any:
         if name in _LAZY_MODULES:
-            return import_module(f".{name}", __name__)
-        if name not in _LAZY_NAMES:
+            value = import_module(f".{_LAZY_MODULES[name]}", __name__)
+        elif name in _LAZY_NAMES:
+            value = getattr(import_module(f".{_LAZY_NAMES[name]}", __name__), name)
+        else:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = getattr(import_module(f".{_LAZY_NAMES[name]}", __name__), name)
         globals()[name] = value
         return value
 

@@ -1,5 +1,5 @@
 """``python -m superfacets`` is the command `superfacets`."""
 
-from .cli import main
+from .cli.main import main
 
 main()

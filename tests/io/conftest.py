@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from superfacets import Mesh, MeshError
-from superfacets.io import read_mesh
+from superfacets.io.readers.read import read_mesh
 
 
 @pytest.fixture

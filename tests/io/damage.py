@@ -12,7 +12,9 @@ from pathlib import Path
 import mesh_files
 
 from superfacets import Mesh, MeshError
-from superfacets.io import LABEL_ENDINGS, read_labels, read_mesh, write_labels, write_mesh
+from superfacets.io.readers.labels import LABEL_ENDINGS, read_labels
+from superfacets.io.readers.read import read_mesh
+from superfacets.io.writers.write import write_labels, write_mesh
 
 
 def damaged(data: bytes, source: random.Random) -> bytes:

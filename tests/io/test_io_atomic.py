@@ -5,7 +5,8 @@ import stat
 
 import pytest
 
-from superfacets.io import atomic_outputs, check_outputs, write_labels
+from superfacets.io.atomic import atomic_outputs
+from superfacets.io.writers.write import check_outputs, write_labels
 
 
 def names(folder):

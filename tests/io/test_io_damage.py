@@ -10,7 +10,7 @@ import pytest
 from mesh_files import whole_files
 
 from superfacets import MeshError
-from superfacets.io import read_mesh
+from superfacets.io.readers.read import read_mesh
 
 FILES = whole_files()
 

@@ -10,7 +10,7 @@ from mesh_files import FACES, VERTICES, glb, gltf_buffer, gltf_document
 from numpy.testing import assert_allclose, assert_array_equal
 
 from superfacets import MeshError
-from superfacets.io import read_mesh
+from superfacets.io.readers.read import read_mesh
 
 HALF_TURN = [0, 0, 0.5**0.5, 0.5**0.5]
 """A quarter turn about z, as a quaternion."""
@@ -302,7 +302,7 @@ def test_coordinates_that_are_not_finite_are_refused(refuse, value):
 
 
 def test_more_faces_than_labels_can_count_are_refused_before_they_are_made(refuse, monkeypatch):
-    monkeypatch.setattr("superfacets.io.gltf.MAX_CELLS", 9)
+    monkeypatch.setattr("superfacets.io.readers.gltf.MAX_CELLS", 9)
     document = gltf_document([{"mesh": 0}, {"mesh": 0}])
     refuse(
         "a.glb", glb(document), "the scene shows 4 faces and 10 vertices; at most 9 are supported"

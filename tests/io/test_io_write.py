@@ -6,14 +6,9 @@ from mesh_files import FACES, VERTICES
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh
-from superfacets.io import (
-    check_outputs,
-    read_labels,
-    read_mesh,
-    write_labels,
-    write_mesh,
-    write_outputs,
-)
+from superfacets.io.readers.labels import read_labels
+from superfacets.io.readers.read import read_mesh
+from superfacets.io.writers.write import check_outputs, write_labels, write_mesh, write_outputs
 
 LABELS = [7, 0]
 
@@ -28,7 +23,7 @@ def mesh():
 @pytest.fixture
 def fake_colors(monkeypatch):
     """`face_colors` gives face f the color (f, region, 0); the regions that it got are returned."""
-    import superfacets.colors
+    import superfacets.view.colors
 
     calls = []
 
@@ -37,7 +32,7 @@ def fake_colors(monkeypatch):
         colors = [np.arange(mesh.n_faces), labels, np.zeros(mesh.n_faces)]
         return np.stack(colors, axis=1).astype(np.uint8)
 
-    monkeypatch.setattr(superfacets.colors, "face_colors", face_colors)
+    monkeypatch.setattr(superfacets.view.colors, "face_colors", face_colors)
     return calls
 
 
@@ -86,7 +81,7 @@ def test_labels_without_colors_get_colors(tmp_path, mesh, fake_colors):
 
 
 def test_labels_get_the_colors_of_face_colors(tmp_path, mesh):
-    colors = pytest.importorskip("superfacets.colors")
+    colors = pytest.importorskip("superfacets.view.colors")
     write_mesh(tmp_path / "a.ply", mesh, [0, 1], ascii=True)
     expected = " ".join(str(channel) for channel in colors.face_colors(mesh, [0, 1])[1])
     assert (tmp_path / "a.ply").read_text().endswith(f"1 1 {expected} 255\n")
@@ -115,7 +110,7 @@ def test_coordinates_come_back_exactly_in_the_smaller_type_that_can_hold_them(
 
 @pytest.mark.parametrize("ascii", [False, True])
 def test_many_rows_come_back(tmp_path, ascii, monkeypatch):
-    monkeypatch.setattr("superfacets.io.ply_write.ROWS_AT_ONCE", 1000)
+    monkeypatch.setattr("superfacets.io.writers.ply.ROWS_AT_ONCE", 1000)
     random = np.random.default_rng(1)
     mesh = Mesh(random.normal(size=(2345, 3)), random.integers(0, 2345, (4321, 3)))
     labels = random.integers(0, 2**31, 4321)
@@ -221,7 +216,7 @@ def test_either_all_outputs_are_written_or_none(tmp_path, mesh, monkeypatch):
         raise KeyboardInterrupt
 
     (tmp_path / "a.seg").write_text("old")
-    monkeypatch.setattr("superfacets.io.write.write_ply", fail)
+    monkeypatch.setattr("superfacets.io.writers.write.write_ply", fail)
     with pytest.raises(KeyboardInterrupt):
         write_outputs([tmp_path / "a.seg", tmp_path / "a.npy", tmp_path / "a.ply"], mesh, [0, 1])
     assert [path.name for path in tmp_path.iterdir()] == ["a.seg"]

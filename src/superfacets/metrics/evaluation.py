@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_number, compact_labels
-from ..mesh import Mesh, as_mesh
+from ..adapters.convert import as_mesh
+from ..mesh.triangle_mesh import Mesh
 from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement_of, cut_discrepancy_of
 from .overlap import (
     Overlap,

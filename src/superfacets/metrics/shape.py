@@ -126,5 +126,5 @@ def explained_variation_of(
 
 def extra_pieces_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> int:
     """Return how many connected pieces there are more than regions."""
-    _, n_pieces = _core.find_pieces(surface.graph.offsets, surface.graph.neighbors, labels)
+    _, n_pieces = _core.find_components(surface.graph.offsets, surface.graph.neighbors, labels)
     return n_pieces - n_regions

@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_threads
-from ..face_graph import FaceGraph, build_face_graph
-from ..mesh import Mesh, as_mesh
+from ..adapters.convert import as_mesh
+from ..cells.face_graph import FaceGraph, build_face_graph
+from ..mesh.triangle_mesh import Mesh
 
 __all__ = ["EdgePaths", "Surface", "positive_total", "sums_by_label"]
 

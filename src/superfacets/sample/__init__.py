@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_count
-from ..mesh import Mesh
+from ..mesh.triangle_mesh import Mesh
 from .bear import PART_NAMES, ellipsoids
 from .lattice import fill_lattice, without_pinches
 from .net import relax, surface_net

@@ -1,0 +1,37 @@
+// Axis-aligned boxes.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "base/types.hpp"
+
+namespace superfacets {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// The smallest box around what was included.
+struct Box {
+  Point low{kInfinity, kInfinity, kInfinity};
+  Point high{-kInfinity, -kInfinity, -kInfinity};
+
+  void include(const Box& other) {
+    low = {std::min(low.x, other.low.x), std::min(low.y, other.low.y),
+           std::min(low.z, other.low.z)};
+    high = {std::max(high.x, other.high.x), std::max(high.y, other.high.y),
+            std::max(high.z, other.high.z)};
+  }
+  void include(Point p) { include({p, p}); }
+
+  // A lower bound of the squared distance from a point to anything in the box. It is one in
+  // floating point too: rounding is monotone, and the terms are added in the order of squared_norm.
+  double squared_distance(Point p) const {
+    auto gap = [](double from, double to, double value) {
+      return std::max({from - value, 0.0, value - to});
+    };
+    return squared_norm(
+        {gap(low.x, high.x, p.x), gap(low.y, high.y, p.y), gap(low.z, high.z, p.z)});
+  }
+};
+
+}  // namespace superfacets

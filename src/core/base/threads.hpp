@@ -1,0 +1,170 @@
+// A team of threads for loops over independent elements, and sums that do not depend on its size.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <mutex>
+#include <span>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace superfacets {
+
+// Work below this size is done before a second thread would have started.
+inline constexpr std::int64_t kMinPerThread = 1 << 14;
+
+// The number of threads, n_threads at most, that are worth starting for n elements.
+inline int useful_threads(std::int64_t n, int n_threads,
+                          std::int64_t min_per_thread = kMinPerThread) {
+  return static_cast<int>(std::clamp<std::int64_t>(n / min_per_thread, 1, n_threads));
+}
+
+// The calling thread and n_threads - 1 helpers; fewer where threads cannot be started.
+class ThreadTeam {
+ public:
+  explicit ThreadTeam(int n_threads) {
+    helpers_.reserve(n_threads);
+    for (int helper = 1; helper < n_threads; ++helper) {
+      try {
+        helpers_.emplace_back([this, helper] { serve(helper); });
+      } catch (const std::exception&) {
+        break;  // no more threads, or no more memory, to be had
+      }
+    }
+  }
+  ThreadTeam(const ThreadTeam&) = delete;
+  ThreadTeam& operator=(const ThreadTeam&) = delete;
+  ~ThreadTeam() {
+    is_closing_ = true;
+    start_helpers();
+  }
+
+  int size() const { return static_cast<int>(helpers_.size()) + 1; }
+
+  // Calls work(task, thread) for each task 0..n_tasks-1, with thread in 0..size()-1. Which thread
+  // takes which task is left to chance, so results must not depend on it. The first exception that
+  // was thrown is thrown again when all threads are done.
+  template <typename Work>
+  void for_each(std::int64_t n_tasks, const Work& work) {
+    if (helpers_.empty() || n_tasks <= 1) {
+      for (std::int64_t task = 0; task < n_tasks; ++task) work(task, 0);
+      return;
+    }
+    work_ = &work;
+    call_ = [](const void* any_work, std::int64_t task, int thread) {
+      (*static_cast<const Work*>(any_work))(task, thread);
+    };
+    n_tasks_ = n_tasks;
+    next_task_.store(0, std::memory_order_relaxed);
+    n_busy_.store(static_cast<int>(helpers_.size()), std::memory_order_relaxed);
+    start_helpers();
+    take_tasks(0);
+    wait_while(n_busy_, [](int n_busy) { return n_busy > 0; });
+    if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  }
+
+  // Calls work(begin, end) for blocks of 0..n-1, each on some thread. The blocks do not depend on
+  // the number of threads.
+  template <typename Work>
+  void for_each_block(std::int64_t n, const Work& work, std::int64_t block = kBlock) {
+    for_each((n + block - 1) / block,
+             [&](std::int64_t task, int) { work(task * block, std::min(n, (task + 1) * block)); });
+  }
+
+  // Fills an array, of which each thread then has touched a part first.
+  template <typename T>
+  void fill(std::span<T> values, T value) {
+    for_each_block(static_cast<std::int64_t>(values.size()),
+                   [&](std::int64_t begin, std::int64_t end) {
+                     std::fill(values.begin() + begin, values.begin() + end, value);
+                   });
+  }
+
+ private:
+  // Elements that are worth taking as one task: some ten microseconds of simple work.
+  static constexpr std::int64_t kBlock = 1 << 14;
+
+  // Loops follow each other within microseconds, and waking a thread that sleeps takes some fifty:
+  // looking again so often takes about as long.
+  static constexpr int kLooksBeforeSleep = 20'000;
+
+  template <typename Value, typename Condition>
+  static Value wait_while(const std::atomic<Value>& value, const Condition& must_wait) {
+    Value seen = value.load(std::memory_order_acquire);
+    for (int look = 0; must_wait(seen); ++look) {
+      if (look >= kLooksBeforeSleep) value.wait(seen, std::memory_order_acquire);
+      seen = value.load(std::memory_order_acquire);
+    }
+    return seen;
+  }
+
+  void start_helpers() {
+    generation_.fetch_add(1, std::memory_order_release);
+    generation_.notify_all();
+  }
+
+  void serve(int helper) {
+    for (std::uint32_t done = 0;;) {
+      done = wait_while(generation_, [done](std::uint32_t now) { return now == done; });
+      if (is_closing_) return;
+      take_tasks(helper);
+      if (n_busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) n_busy_.notify_one();
+    }
+  }
+
+  void take_tasks(int thread) noexcept {
+    try {
+      for (;;) {
+        const std::int64_t task = next_task_.fetch_add(1, std::memory_order_relaxed);
+        if (task >= n_tasks_) return;
+        call_(work_, task, thread);
+      }
+    } catch (...) {
+      const std::scoped_lock lock(failure_mutex_);
+      if (!failure_) failure_ = std::current_exception();
+    }
+  }
+
+  // What the helpers work on; written before the generation rises, read after.
+  const void* work_ = nullptr;
+  void (*call_)(const void*, std::int64_t, int) = nullptr;
+  std::int64_t n_tasks_ = 0;
+  bool is_closing_ = false;
+
+  std::atomic<std::int64_t> next_task_ = 0;
+  std::atomic<std::uint32_t> generation_ = 0;  // rises with each loop
+  std::atomic<int> n_busy_ = 0;                // helpers that have not finished this loop
+  std::mutex failure_mutex_;
+  std::exception_ptr failure_;
+  std::vector<std::jthread> helpers_;  // last: joined before the rest goes
+};
+
+// Partial sums run over this many terms, whatever the number of threads.
+inline constexpr std::int64_t kSumBlock = 4096;
+
+// Adds sum(begin, end) for blocks of 0..n-1, in their order.
+template <typename Sum>
+double sum_of_blocks(std::int64_t n, const Sum& sum, ThreadTeam& team) {
+  std::vector<double> partial((n + kSumBlock - 1) / kSumBlock);
+  team.for_each_block(
+      n,
+      [&](std::int64_t begin, std::int64_t end) { partial[begin / kSumBlock] = sum(begin, end); },
+      kSumBlock);
+  double total = 0.0;
+  for (const double part : partial) total += part;
+  return total;
+}
+
+inline double sum_of(std::span<const double> values, ThreadTeam& team) {
+  const auto add_range = [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+    for (std::int64_t i = begin; i < end; ++i) sum += values[i];
+    return sum;
+  };
+  return sum_of_blocks(static_cast<std::int64_t>(values.size()), add_range, team);
+}
+
+}  // namespace superfacets

@@ -1,0 +1,89 @@
+// Bindings of the kernels that read files. What each function does stands in its header; what it
+// may assume, in superfacets/io/text.py and superfacets/io/guards.py.
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "bindings/bindings.hpp"
+#include "text/copy_rows.hpp"
+#include "text/parse_numbers.hpp"
+#include "text/scan_lines.hpp"
+
+namespace superfacets {
+namespace {
+
+// Text takes longer than other elements: less of it is worth starting a thread.
+constexpr std::int64_t kBytesPerThread = 1 << 16;
+constexpr std::int64_t kLinesPerThread = 1 << 12;
+
+using Bytes = Array<std::uint8_t>;
+using ByteRows = nb::ndarray<const std::uint8_t, nb::ndim<2>, nb::device::cpu>;
+
+std::string_view as_text(const Bytes& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.shape(0)};
+}
+
+auto bind_scan_lines(const Bytes& text, std::int64_t begin, std::int64_t end, int comment,
+                     int n_threads) {
+  const std::string_view input = as_text(text);
+  TextLines lines = on_team(
+      end - begin, n_threads,
+      [&](ThreadTeam& team) {
+        return scan_lines(input, begin, end, static_cast<char>(comment), team);
+      },
+      kBytesPerThread);
+  return std::tuple(to_numpy(std::move(lines.starts)), to_numpy(std::move(lines.ends)),
+                    to_numpy(std::move(lines.counts)));
+}
+
+auto bind_match_keywords(const Bytes& text, const Array<std::int64_t>& starts,
+                         const Array<std::int64_t>& ends, const std::vector<std::string>& keywords,
+                         bool any_case, int n_threads) {
+  Buffer<std::int8_t> found(starts.shape(0));
+  const LineSpans lines{as_text(text), view(starts), view(ends), {}};
+  on_team(starts.shape(0), n_threads, [&](ThreadTeam& team) {
+    match_keywords(lines.text, lines.starts, lines.ends, keywords, any_case, team, found.span());
+  });
+  return to_numpy(std::move(found));
+}
+
+template <auto kParse>
+auto bind_parse(const Bytes& text, const Array<std::int64_t>& starts,
+                const Array<std::int64_t>& ends, const Array<std::int32_t>& counts, int n_threads) {
+  const LineSpans lines{as_text(text), view(starts), view(ends), view(counts)};
+  auto parsed = on_team(
+      starts.shape(0), n_threads, [&](ThreadTeam& team) { return kParse(lines, team); },
+      kLinesPerThread);
+  return std::tuple(to_numpy(std::move(parsed.values)), to_numpy(std::move(parsed.left_out)));
+}
+
+template <auto kParse>
+void define_parse(nb::module_& module, const char* name) {
+  module.def(name, &bind_parse<kParse>, "text"_a.noconvert(), "starts"_a.noconvert(),
+             "ends"_a.noconvert(), "counts"_a.noconvert(), "n_threads"_a);
+}
+
+auto bind_copy_rows(const ByteRows& rows, int n_threads) {
+  const auto n_rows = static_cast<std::int64_t>(rows.shape(0));
+  const RowPlaces places{rows.data(), rows.stride(0), static_cast<std::int64_t>(rows.shape(1))};
+  Buffer<std::uint8_t> copy(rows.shape(0) * rows.shape(1));
+  on_team(rows.shape(0), n_threads,
+          [&](ThreadTeam& team) { copy_rows(places, n_rows, team, copy.data()); });
+  return to_numpy(std::move(copy));
+}
+
+}  // namespace
+
+void bind_files(nb::module_& module) {
+  module.def("scan_lines", &bind_scan_lines, "text"_a.noconvert(), "begin"_a, "end"_a, "comment"_a,
+             "n_threads"_a);
+  module.def("match_keywords", &bind_match_keywords, "text"_a.noconvert(), "starts"_a.noconvert(),
+             "ends"_a.noconvert(), "keywords"_a, "any_case"_a, "n_threads"_a);
+  define_parse<parse_doubles>(module, "parse_doubles");
+  define_parse<parse_integers<std::int32_t>>(module, "parse_integers");
+  define_parse<parse_integers<std::int64_t>>(module, "parse_long_integers");
+  define_parse<parse_corners<std::int32_t>>(module, "parse_corners");
+  define_parse<parse_corners<std::int64_t>>(module, "parse_long_corners");
+  module.def("copy_rows", &bind_copy_rows, "rows"_a.noconvert(), "n_threads"_a);
+}
+
+}  // namespace superfacets

@@ -1,0 +1,59 @@
+// The arcs between cells, in CSR form, and the one way to loop over them.
+#pragma once
+
+#include "base/types.hpp"
+
+namespace superfacets {
+
+// An arc that leaves a cell: its place among all arcs, and the cell it leads to.
+struct Step {
+  std::int64_t arc;
+  Cell to;
+};
+
+// The arcs that leave cell i are offsets[i] .. offsets[i + 1] - 1.
+struct Arcs {
+  std::span<const std::int64_t> offsets;  // (N + 1,)
+  std::span<const Cell> targets;          // (M,) the cell each arc leads to
+
+  class Steps {
+   public:
+    class Iterator {
+     public:
+      Iterator(const Cell* targets, std::int64_t arc) : targets_(targets), arc_(arc) {}
+      Step operator*() const { return {arc_, targets_[arc_]}; }
+      Iterator& operator++() {
+        ++arc_;
+        return *this;
+      }
+      bool operator!=(const Iterator& other) const { return arc_ != other.arc_; }
+
+     private:
+      const Cell* targets_;
+      std::int64_t arc_;
+    };
+
+    Steps(const Cell* targets, std::int64_t begin, std::int64_t end)
+        : targets_(targets), begin_(begin), end_(end) {}
+    Iterator begin() const { return {targets_, begin_}; }
+    Iterator end() const { return {targets_, end_}; }
+
+   private:
+    const Cell* targets_;
+    std::int64_t begin_;
+    std::int64_t end_;
+  };
+
+  Cell n_cells() const { return static_cast<Cell>(offsets.size() - 1); }
+  std::int64_t n_arcs() const { return static_cast<std::int64_t>(targets.size()); }
+
+  // for (const auto [arc, neighbor] : arcs.steps(cell))
+  Steps steps(Cell cell) const { return {targets.data(), offsets[cell], offsets[cell + 1]}; }
+
+  // for (const Cell neighbor : arcs.neighbors(cell))
+  std::span<const Cell> neighbors(Cell cell) const {
+    return targets.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
+  }
+};
+
+}  // namespace superfacets

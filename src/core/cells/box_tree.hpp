@@ -1,0 +1,40 @@
+// Boxes around groups of cells, groups of groups, and so on up to all.
+#pragma once
+
+#include <vector>
+
+#include "base/box.hpp"
+#include "base/threads.hpp"
+
+namespace superfacets {
+
+// A leaf holds kLeaf consecutive places on the curve, a node kFanOut nodes of the level below.
+class BoxTree {
+ public:
+  static constexpr std::size_t kLeaf = 32;   // positions of a leaf fill twelve cache lines
+  static constexpr std::size_t kFanOut = 8;  // an octant's share of a Morton curve
+
+  BoxTree() = default;  // of no cells
+
+  // Of the cells in their order on the curve.
+  BoxTree(std::span<const Point> positions, ThreadTeam& team);
+
+  // Levels, the leaves first and the root alone in the last.
+  std::size_t n_levels() const { return levels_.size(); }
+  std::span<const Box> level(std::size_t level) const { return levels_[level]; }
+
+  // Of a node above the leaves: its nodes in the level below, first to one past the last.
+  std::pair<std::size_t, std::size_t> children(std::size_t level, std::size_t index) const {
+    return {index * kFanOut, std::min((index + 1) * kFanOut, levels_[level - 1].size())};
+  }
+  // Of a leaf: its places, likewise.
+  std::pair<std::size_t, std::size_t> places(std::size_t leaf) const {
+    return {leaf * kLeaf, std::min((leaf + 1) * kLeaf, n_cells_)};
+  }
+
+ private:
+  std::size_t n_cells_ = 0;
+  std::vector<std::vector<Box>> levels_;
+};
+
+}  // namespace superfacets

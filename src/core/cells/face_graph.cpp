@@ -1,0 +1,422 @@
+#include "cells/face_graph.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <stdexcept>
+#include <string>
+
+#include "base/prefetch.hpp"
+#include "base/threads.hpp"
+
+namespace superfacets {
+namespace {
+
+// Faces between the one whose corners are asked for and the one that is worked on.
+constexpr std::size_t kAhead = 16;
+
+// The vertices are cut into parts of 2^kMinPartBits or more, so that the edges of a part are
+// matched within a near cache, but into no more parts than streams that a core writes well at once.
+constexpr int kMinPartBits = 12;
+constexpr std::int64_t kMaxParts = 1024;
+
+// Faces whose arcs are counted, and then written, as one task.
+constexpr std::int64_t kBlock = 1 << 14;
+
+// Corners as vertices after welding.
+class Corners {
+ public:
+  Corners(std::span<const Triangle> faces, std::span<const Vertex> representative, ThreadTeam& team)
+      : faces_(faces), representative_(representative) {
+    if (is_identity(representative, team)) representative_ = {};
+  }
+
+  std::int64_t n_faces() const { return static_cast<std::int64_t>(faces_.size()); }
+
+  void prefetch(Face face) const { superfacets::prefetch(&faces_[face]); }
+
+  Vertex operator()(Face face, int corner) const {
+    const Vertex vertex = faces_[face].corners[corner];
+    return representative_.empty() ? vertex : representative_[vertex];
+  }
+
+ private:
+  // Most meshes are welded already, and a look into memory per corner is then saved.
+  static bool is_identity(std::span<const Vertex> representative, ThreadTeam& team) {
+    std::atomic<bool> is_same = true;
+    const auto n = static_cast<std::int64_t>(representative.size());
+    team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t v = begin; v < end && is_same.load(std::memory_order_relaxed); ++v) {
+        if (representative[v] != v) is_same.store(false, std::memory_order_relaxed);
+      }
+    });
+    return is_same;
+  }
+
+  std::span<const Triangle> faces_;
+  std::span<const Vertex> representative_;  // empty: each vertex stands for itself
+};
+
+// One side of one face, where its lower vertex is known from its place.
+struct HalfEdge {
+  Vertex high;  // the other vertex
+  Face face;
+  std::uint8_t side;
+  bool ascending;  // the face runs from the lower to the higher vertex
+};
+
+// Calls visit(side, from, to) for the sides of a face that are edges.
+template <typename Visit>
+void for_each_side(const Corners& corners, Face face, const Visit& visit) {
+  const Vertex ends[] = {corners(face, 0), corners(face, 1), corners(face, 2)};
+  for (int side = 0; side < 3; ++side) {
+    const Vertex from = ends[side];
+    const Vertex to = ends[side == 2 ? 0 : side + 1];
+    if (from != to) visit(side, from, to);
+  }
+}
+
+// Faces filed by the parts of the vertices in which the lower ends of their sides lie. That is two
+// parts at most, since the highest vertex of a face is no lower end; and mostly one.
+struct Files {
+  int part_bits;                     // a vertex, less this many bits, is the part it lies in
+  std::vector<std::int64_t> starts;  // (parts + 1,) of part p: faces[starts[p] .. starts[p+1]-1]
+  Buffer<Face> faces;
+
+  std::int64_t n_parts() const { return static_cast<std::int64_t>(starts.size()) - 1; }
+};
+
+// The parts of faces begin .. end-1, as visit(face, part).
+template <typename Visit>
+void for_each_filing(const Corners& corners, std::int64_t begin, std::int64_t end, int part_bits,
+                     const Visit& visit) {
+  for (std::int64_t i = begin; i < end; ++i) {
+    const auto face = static_cast<Face>(i);
+    const Vertex a = corners(face, 0);
+    const Vertex b = corners(face, 1);
+    const Vertex c = corners(face, 2);
+    const Vertex lowest = std::min(std::min(a, b), c);
+    const Vertex middle = std::max(std::min(a, b), std::min(std::max(a, b), c));
+    visit(face, lowest >> part_bits);
+    if (lowest >> part_bits != middle >> part_bits) visit(face, middle >> part_bits);
+  }
+}
+
+// Turns counts[block][part] into the place where that block of faces begins to write in that part,
+// and returns where the parts start.
+std::vector<std::int64_t> place_blocks(std::vector<std::vector<std::int64_t>>& counts,
+                                       std::int64_t n_parts) {
+  std::vector<std::int64_t> starts(n_parts + 1);
+  std::int64_t total = 0;
+  for (std::int64_t part = 0; part < n_parts; ++part) {
+    starts[part] = total;
+    for (std::vector<std::int64_t>& block : counts) {
+      total += std::exchange(block[part], total);
+    }
+  }
+  starts[n_parts] = total;
+  return starts;
+}
+
+// A counting sort, in blocks of faces that know their places beforehand.
+Files file_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team) {
+  int bits = kMinPartBits;
+  while ((n_vertices >> bits) >= kMaxParts) ++bits;
+  const std::int64_t n_parts = (n_vertices >> bits) + 1;
+  const std::int64_t n_blocks = 4 * std::int64_t{team.size()};  // so that a slow thread does fewer
+  const auto start_of = [&](std::int64_t block) { return corners.n_faces() * block / n_blocks; };
+
+  std::vector<std::vector<std::int64_t>> next(n_blocks);  // counts, then free places, of each part
+  team.for_each(n_blocks, [&](std::int64_t block, int) {
+    std::vector<std::int64_t> counts(n_parts, 0);
+    for_each_filing(corners, start_of(block), start_of(block + 1), bits,
+                    [&](Face, Vertex part) { ++counts[part]; });
+    next[block] = std::move(counts);
+  });
+  Files files{bits, place_blocks(next, n_parts), {}};
+  files.faces = Buffer<Face>(files.starts.back());
+  team.for_each(n_blocks, [&](std::int64_t block, int) {
+    std::vector<std::int64_t>& places = next[block];
+    for_each_filing(corners, start_of(block), start_of(block + 1), bits,
+                    [&](Face face, Vertex part) { files.faces[places[part]++] = face; });
+  });
+  return files;
+}
+
+// How a side of a face is linked to what lies across it.
+enum class Link : std::uint8_t {
+  kNone,     // a boundary, or no edge at all
+  kOpposed,  // one other face, which runs through the edge the other way
+  kAlike,    // one other face, which runs through the edge the same way
+  kRing,     // two other faces or more
+};
+
+// The faces on each edge as a ring, in rising order: next[3 * face + side] is the face that follows
+// around the edge. Of rings of one only the link is set, to kNone.
+struct Rings {
+  Buffer<Face> next;
+  Buffer<Link> links;
+};
+
+struct Tally {
+  EdgeCounts edges;
+  std::uint64_t arcs = 0;       // n (n - 1) for each edge of n faces; fits, for n < 2^31
+  std::int64_t most_faces = 0;  // on one edge
+
+  void add(const Tally& other) {
+    edges.edges += other.edges.edges;
+    edges.boundary += other.edges.boundary;
+    edges.non_manifold += other.edges.non_manifold;
+    edges.inconsistent += other.edges.inconsistent;
+    arcs += other.arcs;
+    most_faces = std::max(most_faces, other.most_faces);
+  }
+};
+
+// Links the sides on one edge, which are of different faces in rising order.
+void link_edge(std::span<const HalfEdge* const> sides, Rings& rings, Tally& tally) {
+  const std::size_t n = sides.size();
+  ++tally.edges.edges;
+  tally.arcs += static_cast<std::uint64_t>(n) * (n - 1);
+  tally.most_faces = std::max(tally.most_faces, static_cast<std::int64_t>(n));
+  if (n == 1) {
+    ++tally.edges.boundary;
+    return;
+  }
+  Link link = Link::kRing;
+  if (n == 2) link = sides[0]->ascending == sides[1]->ascending ? Link::kAlike : Link::kOpposed;
+  if (link == Link::kAlike) ++tally.edges.inconsistent;
+  if (link == Link::kRing) ++tally.edges.non_manifold;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int64_t place = 3 * std::int64_t{sides[i]->face} + sides[i]->side;
+    rings.next[place] = sides[i + 1 < n ? i + 1 : 0]->face;
+    rings.links[place] = link;
+  }
+}
+
+// What a thread needs to sort the sides of one part by vertex, and those of a vertex by edge.
+struct Desk {
+  std::vector<std::int64_t> starts;  // by vertex of the part, in `sides`
+  std::vector<HalfEdge> sides;       // of a vertex: in the order of faces and sides
+  std::vector<std::uint64_t> order;  // of a vertex: higher vertex and place, 31 and 33 bits
+  std::vector<const HalfEdge*> edge;
+  Tally tally;  // of all parts that lay on this desk
+};
+
+void sort(std::span<std::uint64_t> values) {
+  constexpr std::size_t kFew = 24;  // around most vertices there are about six: quicker without
+  if (values.size() > kFew) {       // the overhead of std::sort
+    std::sort(values.begin(), values.end());
+    return;
+  }
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const std::uint64_t value = values[i];
+    std::size_t place = i;
+    for (; place > 0 && value < values[place - 1]; --place) values[place] = values[place - 1];
+    values[place] = value;
+  }
+}
+
+// Links all edges whose lower end is one vertex, from the sides that have it there.
+void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& desk, Tally& tally) {
+  constexpr int kPlaceBits = 33;  // for three sides of 2^31 faces
+  desk.order.resize(sides.size());
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    desk.order[i] = static_cast<std::uint64_t>(sides[i].high) << kPlaceBits | i;
+  }
+  sort(desk.order);
+  for (std::size_t i = 0; i < sides.size();) {
+    const std::uint64_t high = desk.order[i] >> kPlaceBits;
+    desk.edge.clear();
+    for (; i < sides.size() && desk.order[i] >> kPlaceBits == high; ++i) {
+      const HalfEdge* side = &sides[desk.order[i] & ((std::uint64_t{1} << kPlaceBits) - 1)];
+      // A degenerate face may run through one edge twice: its second side goes, so that no face
+      // meets itself.
+      const bool is_second = !desk.edge.empty() && desk.edge.back()->face == side->face;
+      if (!is_second) desk.edge.push_back(side);
+    }
+    link_edge(desk.edge, rings, tally);
+  }
+}
+
+// Fills a desk with the sides whose lower end lies in a part.
+void sort_by_vertex(const Corners& corners, const Files& files, std::int64_t part, Desk& desk) {
+  const int bits = files.part_bits;
+  const auto filed =
+      files.faces.span().subspan(files.starts[part], files.starts[part + 1] - files.starts[part]);
+  const auto for_each_lower_end = [&](const auto& visit) {
+    for (std::size_t i = 0; i < filed.size(); ++i) {
+      if (i + kAhead < filed.size()) corners.prefetch(filed[i + kAhead]);
+      for_each_side(corners, filed[i], [&](int side, Vertex from, Vertex to) {
+        const Vertex low = std::min(from, to);
+        if (low >> bits == part) visit(low & ((1 << bits) - 1), filed[i], side, from, to);
+      });
+    }
+  };
+  // Counts stand two places on, so that they become the free places of each vertex one place on,
+  // and these, when all are taken, starts.
+  desk.starts.assign((std::size_t{1} << bits) + 2, 0);
+  for_each_lower_end([&](Vertex v, Face, int, Vertex, Vertex) { ++desk.starts[v + 2]; });
+  for (std::size_t v = 1; v < desk.starts.size(); ++v) desk.starts[v] += desk.starts[v - 1];
+  const auto n_sides = static_cast<std::size_t>(desk.starts.back());
+  if (desk.sides.size() < n_sides) desk.sides.resize(n_sides);
+  for_each_lower_end([&](Vertex v, Face face, int side, Vertex from, Vertex to) {
+    desk.sides[desk.starts[v + 1]++] = {std::max(from, to), face, static_cast<std::uint8_t>(side),
+                                        from < to};
+  });
+}
+
+Tally link_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team, Rings& rings) {
+  const Files files = file_faces(corners, n_vertices, team);
+  std::vector<Desk> desks(team.size());
+  team.for_each(files.n_parts(), [&](std::int64_t part, int thread) {
+    Desk& desk = desks[thread];
+    sort_by_vertex(corners, files, part, desk);
+    Tally tally;
+    for (std::size_t v = 0; v + 2 < desk.starts.size(); ++v) {
+      const std::int64_t n_sides = desk.starts[v + 1] - desk.starts[v];
+      const auto sides = std::span(desk.sides).subspan(desk.starts[v], n_sides);
+      link_edges_at_vertex(sides, rings, desk, tally);
+    }
+    desk.tally.add(tally);
+  });
+  Tally total;
+  for (const Desk& desk : desks) total.add(desk.tally);
+  return total;
+}
+
+void check_number_of_arcs(const Tally& tally, std::int64_t n_faces) {
+  const auto limit =
+      static_cast<std::uint64_t>(std::max(kArcsAlwaysAllowed, kArcsPerFaceAllowed * n_faces));
+  if (tally.arcs <= limit) return;
+  throw std::length_error("the mesh has " + std::to_string(tally.arcs) +
+                          " pairs of neighboring faces, more than the limit of " +
+                          std::to_string(limit) + "; one edge is shared by " +
+                          std::to_string(tally.most_faces) + " faces");
+}
+
+struct Arc {
+  Face neighbor;
+  bool same_turn;
+};
+
+// Reads the rings as arcs.
+class ArcReader {
+ public:
+  ArcReader(const Corners& corners, const Rings& rings) : corners_(corners), rings_(rings) {}
+
+  Link link(Face face, int side) const { return rings_.links[place(face, side)]; }
+  Face next(Face face, int side) const { return rings_.next[place(face, side)]; }
+
+  std::int64_t count(Face face, int side) const {
+    if (link(face, side) != Link::kRing) return link(face, side) != Link::kNone;
+    std::int64_t n_others = 0;
+    walk_ring(face, side, [&](Arc) { ++n_others; });
+    return n_others;
+  }
+
+  // The other faces around an edge of three or more, in rising order.
+  void collect_ring(Face face, int side, std::vector<Arc>& arcs) const {
+    arcs.clear();
+    walk_ring(face, side, [&](Arc arc) { arcs.push_back(arc); });
+    std::sort(arcs.begin(), arcs.end(),
+              [](const Arc& a, const Arc& b) { return a.neighbor < b.neighbor; });
+  }
+
+ private:
+  static std::int64_t place(Face face, int side) { return 3 * std::int64_t{face} + side; }
+
+  template <typename Visit>
+  void walk_ring(Face face, int side, const Visit& visit) const {
+    const Vertex from = corners_(face, side);
+    const Vertex to = corners_(face, (side + 1) % 3);
+    for (Face other = next(face, side); other != face;) {
+      const int other_side = side_along(other, from, to);
+      visit(Arc{other, corners_(other, other_side) == from});
+      other = next(other, other_side);
+    }
+  }
+
+  // The first side that joins the two vertices: the one that was kept where there are two.
+  int side_along(Face face, Vertex a, Vertex b) const {
+    for (int side = 0; side < 2; ++side) {
+      const Vertex from = corners_(face, side);
+      const Vertex to = corners_(face, side + 1);
+      if ((from == a && to == b) || (from == b && to == a)) return side;
+    }
+    return 2;
+  }
+
+  const Corners& corners_;
+  const Rings& rings_;
+};
+
+// Writes the arcs of faces begin .. end-1, the first of them at offsets[begin].
+void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end, FaceGraph& graph) {
+  std::int64_t place = graph.offsets[begin];
+  const auto write = [&](Face neighbor, int side, bool same_turn) {
+    graph.neighbors[place] = neighbor;
+    graph.sides[place] = static_cast<std::uint16_t>(side);
+    graph.same_turn[place] = static_cast<std::uint8_t>(same_turn);
+    ++place;
+  };
+  std::vector<Arc> ring;
+  for (std::int64_t i = begin; i < end; ++i) {
+    const auto face = static_cast<Face>(i);
+    graph.offsets[i] = place;
+    for (int side = 0; side < 3; ++side) {
+      const Link link = reader.link(face, side);
+      if (link == Link::kNone) continue;
+      if (link != Link::kRing) {
+        write(reader.next(face, side), side, link == Link::kAlike);
+        continue;
+      }
+      reader.collect_ring(face, side, ring);
+      for (const Arc& arc : ring) write(arc.neighbor, side, arc.same_turn);
+    }
+  }
+}
+
+void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& team,
+                  FaceGraph& graph) {
+  const std::int64_t n_blocks = (n_faces + kBlock - 1) / kBlock;
+  const auto end_of = [&](std::int64_t block) { return std::min(n_faces, (block + 1) * kBlock); };
+  graph.offsets = Buffer<std::int64_t>(n_faces + 1);
+  team.for_each(n_blocks, [&](std::int64_t block, int) {
+    std::int64_t n_arcs = 0;
+    for (std::int64_t face = block * kBlock; face < end_of(block); ++face) {
+      for (int side = 0; side < 3; ++side) n_arcs += reader.count(static_cast<Face>(face), side);
+    }
+    graph.offsets[block * kBlock] = n_arcs;
+  });
+  std::int64_t total = 0;
+  for (std::int64_t block = 0; block < n_blocks; ++block) {
+    total += std::exchange(graph.offsets[block * kBlock], total);
+  }
+  graph.offsets[n_faces] = total;
+  graph.neighbors = Buffer<Face>(total);
+  graph.sides = Buffer<std::uint16_t>(total);
+  graph.same_turn = Buffer<std::uint8_t>(total);
+  team.for_each(n_blocks, [&](std::int64_t block, int) {
+    write_arcs(reader, block * kBlock, end_of(block), graph);
+  });
+}
+
+}  // namespace
+
+FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
+                           ThreadTeam& team) {
+  const Corners corners(faces, representative, team);
+  const std::int64_t n_faces = corners.n_faces();
+  Rings rings{Buffer<Face>(3 * n_faces), Buffer<Link>(3 * n_faces)};
+  team.fill(rings.links.span(), Link::kNone);
+  const auto n_vertices = static_cast<std::int64_t>(representative.size());
+  const Tally tally = link_faces(corners, n_vertices, team, rings);
+  check_number_of_arcs(tally, n_faces);
+
+  FaceGraph graph;
+  graph.counts = tally.edges;
+  collect_arcs(ArcReader(corners, rings), n_faces, team, graph);
+  return graph;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,45 @@
+// Stage 1: which faces share an edge.
+#pragma once
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+// The largest number of arcs that is built: more than 2^24 arcs (half a gigabyte) are accepted only
+// on meshes that need them by their size, not for one edge with five thousand faces on it.
+inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
+inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
+
+// Undirected edges by the number of faces on them.
+struct EdgeCounts {
+  std::int64_t edges = 0;
+  std::int64_t boundary = 0;      // one face
+  std::int64_t non_manifold = 0;  // three faces or more
+  std::int64_t inconsistent = 0;  // two faces that run through the edge in the same direction
+};
+
+struct FaceGraph {
+  Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
+  Buffer<Face> neighbors;          // (M,) the face an arc leads to
+  Buffer<std::uint16_t> sides;     // (M,) the side 0, 1, 2 of the face that the arc leaves by
+  Buffer<std::uint8_t> same_turn;  // (M,) 1 where both faces run through the edge alike
+  EdgeCounts counts;
+};
+
+// Builds one arc per shared edge and direction. Side s of a face joins its corners s and s + 1;
+// corners are compared by representative[vertex] (see weld_vertices). All pairs of faces around a
+// non-manifold edge are neighbors; a boundary edge has no arc; a side whose two ends are one vertex
+// is no edge; a face is never its own neighbor; a face that runs through one edge twice is there by
+// the first of the two sides; faces that share two edges have two arcs. The arcs of a face are
+// sorted by side, then by neighbor. At most 2^31 - 1 faces and vertices; sides and arcs are counted
+// in 64 bits.
+//
+// Time O(F + V + M), and O(n log n) at a vertex with n edges; memory beside the result, at its
+// largest, about 36 bytes per face. Throws std::length_error where there are too many arcs (see
+// above), before memory is taken for any.
+FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
+                           ThreadTeam& team);
+
+}  // namespace superfacets

@@ -1,0 +1,16 @@
+// A space-filling curve: cells that are near in the order are near in space.
+#pragma once
+
+#include "base/box.hpp"
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+// Cells sorted along a Morton curve of 2^10 steps an axis over `bounds`, the box around all
+// positions; cells on the same step keep the order of their indices. Time O(N); memory 16 bytes a
+// cell beside the result.
+Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
+
+}  // namespace superfacets

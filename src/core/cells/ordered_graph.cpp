@@ -1,0 +1,151 @@
+#include "cells/ordered_graph.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <tuple>
+
+#include "cells/morton.hpp"
+
+namespace superfacets {
+namespace {
+
+// Cells whose boxes are put together before those of other blocks are.
+constexpr std::int64_t kBlock = 1 << 14;
+
+Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
+  const auto n = static_cast<std::int64_t>(positions.size());
+  std::vector<Box> boxes((n + kBlock - 1) / kBlock);
+  auto include_range = [&](std::int64_t begin, std::int64_t end) {
+    Box box;
+    for (std::int64_t cell = begin; cell < end; ++cell) box.include(positions[cell]);
+    boxes[begin / kBlock] = box;
+  };
+  team.for_each_block(n, include_range, kBlock);
+  Box bounds;
+  for (const Box& box : boxes) bounds.include(box);
+  return bounds;
+}
+
+// The order of arcs in a list, so that one can be found among thousands.
+bool is_before(const Arc& a, const Arc& b) {
+  return std::tie(a.to, a.length) < std::tie(b.to, b.length);
+}
+
+bool fits_rows(const CellGraph& graph, ThreadTeam& team) {
+  std::atomic<bool> fits = true;
+  auto check_range = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t cell = begin; cell < end; ++cell) {
+      if (graph.offsets[cell + 1] - graph.offsets[cell] > OrderedGraph::kRow) fits = false;
+    }
+  };
+  team.for_each_block(graph.n_cells(), check_range);
+  return fits;
+}
+
+}  // namespace
+
+OrderedGraph::OrderedGraph(const CellGraph& graph, std::span<const double> input, ThreadTeam& team)
+    : bounds(bounds_of(graph.positions, team)),
+      n_arcs(graph.offsets.back()),
+      total_measure(sum_of(input, team)) {
+  cells = morton_order(graph.positions, bounds, team);
+  copy_cells(graph, input, team);
+  tree = BoxTree(positions.span(), team);
+  if (fits_rows(graph, team)) {
+    copy_rows(graph, team);
+  } else {
+    copy_lists(graph, team);
+  }
+  std::atomic<bool> all_lead_back = true;
+  auto check_range = [&](std::int64_t begin, std::int64_t end) {
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      const auto leaving = arcs_of(place);
+      const bool lead_back = std::all_of(leaving.begin(), leaving.end(),
+                                         [&](const Arc& arc) { return leads_back(place, arc); });
+      if (!lead_back) all_lead_back = false;
+    }
+  };
+  team.for_each_block(n_cells(), check_range);
+  is_symmetric = all_lead_back;
+}
+
+void OrderedGraph::copy_cells(const CellGraph& graph, std::span<const double> input,
+                              ThreadTeam& team) {
+  place_of = Buffer<Place>(cells.size());
+  positions = Buffer<Point>(cells.size());
+  measures = Buffer<double>(cells.size());
+  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t place = begin; place < end; ++place) {
+      const Cell cell = cells[place];
+      place_of[cell] = static_cast<Place>(place);
+      positions[place] = graph.positions[cell];
+      measures[place] = input[cell];
+    }
+  };
+  team.for_each_block(n_cells(), copy_range);
+}
+
+void OrderedGraph::copy_rows(const CellGraph& graph, ThreadTeam& team) {
+  arcs = Buffer<Arc>(std::size_t{kRow} * cells.size());
+  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      const std::size_t row = std::size_t{kRow} * place;
+      const std::size_t n_copied = copy_arcs(graph, place, row);
+      std::fill(&arcs[row + n_copied], &arcs[row] + kRow, Arc{place, 1.0F});
+    }
+  };
+  team.for_each_block(n_cells(), copy_range);
+}
+
+void OrderedGraph::copy_lists(const CellGraph& graph, ThreadTeam& team) {
+  offsets = Buffer<std::int64_t>(cells.size() + 1);
+  offsets[0] = 0;
+  for (std::size_t place = 0; place < cells.size(); ++place) {
+    const Cell cell = cells[place];
+    offsets[place + 1] = offsets[place] + graph.offsets[cell + 1] - graph.offsets[cell];
+  }
+  arcs = Buffer<Arc>(n_arcs);
+  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      const std::size_t n_copied = copy_arcs(graph, place, offsets[place]);
+      Arc* list = arcs.data() + offsets[place];
+      std::sort(list, list + n_copied, is_before);
+    }
+  };
+  team.for_each_block(n_cells(), copy_range);
+}
+
+// Copies the arcs of the cell at a place to `first` and on; returns how many there are.
+std::size_t OrderedGraph::copy_arcs(const CellGraph& graph, Place place, std::size_t first) {
+  const std::int64_t begin = graph.offsets[cells[place]];
+  const std::int64_t end = graph.offsets[cells[place] + 1];
+  for (std::int64_t arc = begin; arc < end; ++arc) {
+    arcs[first++] = {place_of[graph.neighbors[arc]], graph.lengths[arc]};
+  }
+  return end - begin;
+}
+
+std::vector<Place> OrderedGraph::places_of(std::span<const Cell> some_cells) const {
+  std::vector<Place> places;
+  places.reserve(some_cells.size());
+  for (const Cell cell : some_cells) places.push_back(place_of[cell]);
+  return places;
+}
+
+std::vector<Cell> OrderedGraph::cells_at(std::span<const Place> places) const {
+  std::vector<Cell> some_cells;
+  some_cells.reserve(places.size());
+  for (const Place place : places) some_cells.push_back(cells[place]);
+  return some_cells;
+}
+
+bool OrderedGraph::leads_back(Place from, const Arc& arc) const {
+  const auto back = arcs_of(arc.to);
+  const Arc wanted{from, arc.length};
+  if (!has_rows()) return std::binary_search(back.begin(), back.end(), wanted, is_before);
+  return std::any_of(back.begin(), back.end(), [&](const Arc& other) {
+    return other.to == wanted.to && other.length == wanted.length;
+  });
+}
+
+}  // namespace superfacets

@@ -1,0 +1,53 @@
+// Stage 2: the length of each arc (eq. 1-3 of the paper), and its rounding to whole units.
+#pragma once
+
+#include "base/threads.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+// All weights together are less than 2 to this power of units. So is then any path: it fits into 64
+// bits by far, and a double holds it exactly. On meshes of millions of faces a mean arc is still
+// 2^23 units long, and a typical arc keeps enough of them when a few arcs are 2^20 times as long.
+inline constexpr int kTotalBits = 48;
+
+struct WeightOptions {
+  double alpha = 200.0;        // weight of the angular term, >= 0
+  double eta_convex = 0.2;     // what a convex edge counts, against 1 for a concave one
+  double crease_length = 0.0;  // what stands for |e| in eq. 2; 0: the length of each edge itself
+  double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
+  bool inside_out = false;     // normals point inwards: concave and convex swap
+};
+
+// The arcs of a face graph with what eq. 1-3 need of them.
+struct ArcGeometry {
+  std::span<const Point> vertices;
+  std::span<const Triangle> faces;
+  std::span<const Point> centroids;
+  std::span<const double> areas;
+  std::span<const std::int64_t> offsets;
+  std::span<const Face> neighbors;
+  std::span<const std::uint16_t> sides;
+  std::span<const std::uint8_t> same_turn;
+};
+
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0, where
+// options may put another length in the place of |e|. theta is in [0, pi] and 0 where a face has no
+// normal. The two arcs of a pair get the same bits. Memory: 24 bytes per face.
+void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, ThreadTeam& team,
+                        std::span<double> weights);
+
+// weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
+// Shlafman, Tal and Katz 2002 (eq. 6 of the paper), 0 <= alpha <= 1; finite and >= 0. The second
+// term is 0 where a face has no normal. Areas and same_turn are not used. Memory: 24 bytes per
+// face.
+void stk02_weights(const ArcGeometry& arcs, double alpha, ThreadTeam& team,
+                   std::span<double> weights);
+
+// Rounds finite weights >= 0 to whole numbers >= 1 of a unit, which is returned: the power of two
+// that is 2^47 to 2^48 times smaller than the sum of the weights (1 if all are 0). The same bits on
+// any number of threads.
+double quantize_weights(std::span<const double> weights, ThreadTeam& team,
+                        std::span<float> lengths);
+
+}  // namespace superfacets

@@ -1,0 +1,84 @@
+#include "clustering/classification.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <utility>
+
+namespace superfacets {
+
+Classification::Classification(const OrderedGraph& graph, double reach, ThreadTeam& team)
+    : graph_(graph), team_(team), exact_(graph, team) {
+  if (std::isfinite(reach)) halted_.emplace(graph, reach, team);
+}
+
+void Classification::classify(std::span<const Place> centers) {
+  centers_.assign(centers.begin(), centers.end());
+  // Along arcs that lead one way, or are longer one way, it is not known how much farther cells are
+  // from where their center moved to.
+  if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
+    start_all();
+  } else {
+    start_moved();
+  }
+  exact_.run();
+  started_ = centers_;
+  if (halted_) {
+    halted_->correct(exact_, centers_);
+  } else if (may_have_orphans_) {
+    adopt_orphans();
+  }
+}
+
+void Classification::start_all() {
+  exact_.clear();
+  may_have_orphans_ = true;
+  for (std::size_t label = 0; label < centers_.size(); ++label) {
+    exact_.start(centers_[label], static_cast<Label>(label));
+  }
+}
+
+// Every path stays one when its center moves: it gets longer by the way from the new place to the
+// old one. So no path is forgotten; those from the new places take over where they are better,
+// which is nearly everywhere in their own region, but hardly beyond it.
+void Classification::start_moved() {
+  std::vector<PathLength> detours(started_.size(), 0);
+  for (std::size_t label = 0; label < started_.size(); ++label) {
+    if (centers_[label] == started_[label]) continue;
+    const Path path = exact_.path(centers_[label]);
+    const bool is_inside = std::cmp_equal(path.label, label);
+    detours[label] = is_inside ? path.length : kUnreached;
+    if (!is_inside) may_have_orphans_ = true;
+  }
+  exact_.lengthen(detours);
+  for (std::size_t label = 0; label < centers_.size(); ++label) {
+    const bool has_stayed = label < started_.size() && centers_[label] == started_[label];
+    if (!has_stayed) exact_.start(centers_[label], static_cast<Label>(label));
+  }
+}
+
+void Classification::adopt_orphans() {
+  std::mutex mutex;
+  std::vector<Place> orphans;
+  auto find_orphans = [&](std::int64_t begin, std::int64_t end) {
+    std::vector<Place> found;
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      if (exact_.path(place).label == kNoLabel) found.push_back(place);
+    }
+    const std::scoped_lock lock(mutex);
+    orphans.insert(orphans.end(), found.begin(), found.end());
+  };
+  team_.for_each_block(graph_.n_cells(), find_orphans);
+  std::sort(orphans.begin(), orphans.end(),
+            [&](Place a, Place b) { return graph_.cells[a] < graph_.cells[b]; });
+  for (const Place orphan : orphans) {
+    if (exact_.path(orphan).label != kNoLabel) continue;
+    exact_.start(orphan, static_cast<Label>(centers_.size()));
+    centers_.push_back(orphan);
+    exact_.run();
+  }
+  started_ = centers_;
+  may_have_orphans_ = false;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,53 @@
+#include "clustering/clustering.hpp"
+
+#include "base/threads.hpp"
+
+namespace superfacets {
+
+Clustering::Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
+                       int n_threads)
+    : graph_(graph),
+      team_(useful_threads(graph.n_cells(), n_threads)),
+      classification_(graph, reach, team_),
+      means_(graph, team_) {
+  classify(centers);
+}
+
+void Clustering::classify(std::span<const Cell> centers) {
+  classification_.classify(graph_.places_of(centers));
+}
+
+std::vector<Cell> Clustering::centers() const {
+  return graph_.cells_at(classification_.centers());
+}
+
+std::vector<Cell> Clustering::update() {
+  means_.resize(classification_.centers().size());
+  auto take_over = [&](Place begin, Place end) {
+    means_.take_over(begin, end, [&](Place place) { return classification_.path(place).label; });
+  };
+  classification_.take_changes(take_over);
+  return graph_.cells_at(means_.nearest(classification_.centers()));
+}
+
+Buffer<Label> Clustering::labels() {
+  Buffer<Label> labels(graph_.n_cells());
+  team_.for_each_block(graph_.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t cell = begin; cell < end; ++cell) {
+      labels[cell] = classification_.path(graph_.place_of[cell]).label;
+    }
+  });
+  return labels;
+}
+
+Buffer<PathLength> Clustering::lengths() {
+  Buffer<PathLength> lengths(graph_.n_cells());
+  team_.for_each_block(graph_.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t cell = begin; cell < end; ++cell) {
+      lengths[cell] = classification_.path(graph_.place_of[cell]).length;
+    }
+  });
+  return lengths;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,117 @@
+#include "clustering/farthest.hpp"
+
+#include <algorithm>
+
+namespace superfacets {
+namespace {
+
+// Below every squared distance, so that a center is never the farthest cell again.
+constexpr double kIsCenter = -1.0;
+
+// Below that.
+constexpr double kBelowAll = -2.0;
+
+// Nodes of this level hold 2^11 cells, some ten microseconds of work, and are updated on several
+// threads where a new center changes that many of them.
+constexpr std::size_t kSharedLevel = 2;
+constexpr std::size_t kMinShared = 8;
+
+}  // namespace
+
+FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
+    : graph_(graph), team_(team), squared_distance_(graph.n_cells()) {
+  team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    std::fill(squared_distance_.begin() + begin, squared_distance_.begin() + end, kInfinity);
+  });
+  for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {
+    summaries_.emplace_back(graph_.tree.level(level).size());
+    auto summarize_range = [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t index = begin; index < end; ++index) summarize(level, index);
+    };
+    team.for_each_block(static_cast<std::int64_t>(summaries_[level].size()), summarize_range);
+  }
+}
+
+void FarthestPoints::place(Place center) {
+  squared_distance_[center] = kIsCenter;
+  const Point position = graph_.positions[center];
+  const std::size_t top = graph_.tree.n_levels() - 1;
+  if (team_.size() == 1 || top < kSharedLevel) return update(top, 0, position);
+  std::vector<std::size_t> changing;
+  find_changing(top, 0, position, changing);
+  if (changing.size() < kMinShared) return update(top, 0, position);
+  team_.for_each(static_cast<std::int64_t>(changing.size()),
+                 [&](std::int64_t task, int) { update(kSharedLevel, changing[task], position); });
+  for (std::size_t level = kSharedLevel + 1; level <= top; ++level) {
+    for (std::size_t& index : changing) index /= BoxTree::kFanOut;
+    changing.erase(std::unique(changing.begin(), changing.end()), changing.end());
+    for (const std::size_t index : changing) summarize(level, index);
+  }
+}
+
+// The nodes of the shared level that a new center may change, in their order.
+void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point center,
+                                   std::vector<std::size_t>& changing) const {
+  if (!can_change(level, index, center)) return;
+  if (level == kSharedLevel) return changing.push_back(index);
+  const auto [begin, end] = graph_.tree.children(level, index);
+  for (auto child = begin; child < end; ++child) find_changing(level - 1, child, center, changing);
+}
+
+// Where a box is no nearer than the farthest of its cells is already, nothing can change. A new
+// center itself is always reached: its box is at distance 0 and some cell is farther, or all are
+// centers or coincide with one, and then `>=` lets it in.
+bool FarthestPoints::can_change(std::size_t level, std::size_t index, Point center) const {
+  return summaries_[level][index].farthest_squared >=
+         graph_.tree.level(level)[index].squared_distance(center);
+}
+
+void FarthestPoints::update(std::size_t level, std::size_t index, Point center) {
+  if (!can_change(level, index, center)) return;
+  if (level == 0) return update_leaf(index, center);
+  const auto [begin, end] = graph_.tree.children(level, index);
+  for (auto child = begin; child < end; ++child) update(level - 1, child, center);
+  summarize(level, index);
+}
+
+void FarthestPoints::update_leaf(std::size_t leaf, Point center) {
+  const auto [begin, end] = graph_.tree.places(leaf);
+  Summary summary{kBelowAll, static_cast<Place>(begin)};
+  for (auto place = begin; place < end; ++place) {
+    const double squared =
+        std::min(squared_distance_[place], squared_norm(graph_.positions[place] - center));
+    squared_distance_[place] = squared;
+    if (squared < summary.farthest_squared) continue;
+    const Summary other{squared, static_cast<Place>(place)};
+    if (is_farther(other, summary)) summary = other;
+  }
+  summaries_.front()[leaf] = summary;
+}
+
+bool FarthestPoints::is_farther(const Summary& a, const Summary& b) const {
+  return a.farthest_squared > b.farthest_squared ||
+         (a.farthest_squared == b.farthest_squared &&
+          graph_.cells[a.farthest] < graph_.cells[b.farthest]);
+}
+
+void FarthestPoints::summarize_leaf(std::size_t leaf) {
+  const auto [begin, end] = graph_.tree.places(leaf);
+  Summary summary{squared_distance_[begin], static_cast<Place>(begin)};
+  for (auto place = begin + 1; place < end; ++place) {
+    const Summary other{squared_distance_[place], static_cast<Place>(place)};
+    if (is_farther(other, summary)) summary = other;
+  }
+  summaries_.front()[leaf] = summary;
+}
+
+void FarthestPoints::summarize(std::size_t level, std::size_t index) {
+  if (level == 0) return summarize_leaf(index);
+  const auto [begin, end] = graph_.tree.children(level, index);
+  Summary summary = summaries_[level - 1][begin];
+  for (auto child = begin + 1; child < end; ++child) {
+    if (is_farther(summaries_[level - 1][child], summary)) summary = summaries_[level - 1][child];
+  }
+  summaries_[level][index] = summary;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,41 @@
+// Farthest-point sampling in a tree of bounding boxes; used by the seeding stage.
+#pragma once
+
+#include "cells/ordered_graph.hpp"
+
+namespace superfacets {
+
+// The squared distance of every cell to the centers placed so far, and the farthest cell.
+class FarthestPoints {
+ public:
+  // No center is placed yet.
+  FarthestPoints(const OrderedGraph& graph, ThreadTeam& team);
+
+  // Places a center: its cell is never the farthest again.
+  void place(Place center);
+
+  // The farthest from all centers, the lowest cell among equals. There must be one left.
+  Place farthest() const { return summaries_.back().front().farthest; }
+
+ private:
+  struct Summary {
+    double farthest_squared;  // the largest squared distance among the cells of a node
+    Place farthest;           // the place that has it, lowest cell among equals
+  };
+
+  bool can_change(std::size_t level, std::size_t index, Point center) const;
+  void find_changing(std::size_t level, std::size_t index, Point center,
+                     std::vector<std::size_t>& changing) const;
+  void update(std::size_t level, std::size_t index, Point center);
+  void update_leaf(std::size_t leaf, Point center);
+  void summarize_leaf(std::size_t leaf);
+  void summarize(std::size_t level, std::size_t index);
+  bool is_farther(const Summary& a, const Summary& b) const;
+
+  const OrderedGraph& graph_;
+  ThreadTeam& team_;
+  Buffer<double> squared_distance_;              // (N,) infinite before any center
+  std::vector<std::vector<Summary>> summaries_;  // of each node, as in the tree
+};
+
+}  // namespace superfacets

@@ -1,0 +1,51 @@
+#include "clustering/fixed_point.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace superfacets {
+namespace {
+
+constexpr double kLowerScale = 0x1p31;
+
+// Totals below have no scale that is a finite number. Areas and extents that small are refused, but
+// for extents of centroids that all but coincide; where they are in it does not matter then.
+constexpr double kSmallestTotal = 0x1p-900;
+
+// The power of two that brings numbers whose sum is `total` below 2^62 in all. A sum of rounded
+// numbers is off by far less than the factor of two that is left.
+double scale_for(double total) {
+  return total > kSmallestTotal ? std::ldexp(1.0, 60 - std::ilogb(total)) : 1.0;
+}
+
+}  // namespace
+
+FixedPoint::FixedPoint(const OrderedGraph& graph)
+    : origin_(graph.bounds.low), measure_scale_(scale_for(graph.total_measure)) {
+  const Point extent = graph.bounds.high - graph.bounds.low;
+  position_scale_ = scale_for(graph.total_measure * std::max({extent.x, extent.y, extent.z}));
+}
+
+FixedSum FixedPoint::of(const OrderedGraph& graph, Place place) const {
+  const double measure = graph.measures[place];
+  const Point moment = measure * (graph.positions[place] - origin_);
+  const std::array<double, 4> scaled{position_scale_ * moment.x, position_scale_ * moment.y,
+                                     position_scale_ * moment.z, measure_scale_ * measure};
+  FixedSum sum;
+  for (int i = 0; i < 4; ++i) {
+    sum.upper[i] = std::llrint(scaled[i]);
+    sum.lower[i] = std::llrint((scaled[i] - static_cast<double>(sum.upper[i])) * kLowerScale);
+  }
+  return sum;
+}
+
+Point FixedPoint::mean(const FixedSum& sum) const {
+  std::array<double, 4> total{};
+  for (int i = 0; i < 4; ++i) {
+    total[i] = static_cast<double>(sum.upper[i]) + static_cast<double>(sum.lower[i]) / kLowerScale;
+  }
+  const double to_mean = measure_scale_ / position_scale_ / total[3];
+  return origin_ + Point{total[0] * to_mean, total[1] * to_mean, total[2] * to_mean};
+}
+
+}  // namespace superfacets

@@ -1,0 +1,33 @@
+// Stage 0: whether arrays are a mesh.
+#pragma once
+
+#include "base/threads.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+struct MeshFindings {
+  bool is_finite = true;    // all coordinates, of vertices that faces use or not
+  bool is_in_range = true;  // all corners are vertices
+  // Of the vertices that faces use. Means something only where the mesh is finite and in range.
+  Point low{};
+  Point high{};
+};
+
+// Looks for what the other kernels take for granted. Time O(F + V), memory V bytes.
+MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Triangle> faces,
+                        ThreadTeam& team);
+
+// Copies indices; those that do not fit become -1, which is not in any range.
+void narrow_indices(std::span<const std::int64_t> indices, ThreadTeam& team,
+                    std::span<std::int32_t> narrow);
+
+struct NumberFindings {
+  bool is_valid = true;  // all are finite and >= 0
+  double largest = 0.0;  // means something only where all are valid
+};
+
+// Looks for numbers that are no areas or weights.
+NumberFindings check_numbers(std::span<const double> numbers, ThreadTeam& team);
+
+}  // namespace superfacets

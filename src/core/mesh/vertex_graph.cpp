@@ -1,0 +1,95 @@
+#include "mesh/vertex_graph.hpp"
+
+#include <algorithm>
+
+#include "base/threads.hpp"
+
+namespace superfacets {
+namespace {
+
+// Calls visit(a, b) for each side of each face, as its two ends.
+template <typename Visit>
+void for_each_side(std::span<const Triangle> faces, std::span<const Vertex> representative,
+                   const Visit& visit) {
+  for (const Triangle& face : faces) {
+    for (int side = 0; side < 3; ++side) {
+      const Vertex a = representative[face.corners[side]];
+      const Vertex b = representative[face.corners[(side + 1) % 3]];
+      if (a != b) visit(a, b);
+    }
+  }
+}
+
+void sort_rows(VertexGraph& graph, ThreadTeam& team) {
+  const auto n_vertices = static_cast<std::int64_t>(graph.offsets.size()) - 1;
+  team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t vertex = begin; vertex < end; ++vertex) {
+      std::sort(graph.neighbors.data() + graph.offsets[vertex],
+                graph.neighbors.data() + graph.offsets[vertex + 1]);
+    }
+  });
+}
+
+// Moves the distinct neighbors of each sorted row down, and forgets the rest.
+void drop_repeated(VertexGraph& graph) {
+  std::int64_t n_kept = 0;
+  for (std::size_t vertex = 0; vertex + 1 < graph.offsets.size(); ++vertex) {
+    const std::int64_t begin = graph.offsets[vertex];
+    const std::int64_t end = graph.offsets[vertex + 1];
+    graph.offsets[vertex] = n_kept;
+    Vertex last = -1;
+    for (std::int64_t arc = begin; arc < end; ++arc) {
+      const Vertex neighbor = graph.neighbors[arc];
+      if (neighbor != last) graph.neighbors[n_kept++] = neighbor;
+      last = neighbor;
+    }
+  }
+  graph.offsets[graph.offsets.size() - 1] = n_kept;
+  Buffer<Vertex> kept(n_kept);
+  std::copy_n(graph.neighbors.data(), n_kept, kept.data());
+  graph.neighbors = std::move(kept);
+}
+
+void measure_edges(std::span<const Point> vertices, ThreadTeam& team, VertexGraph& graph) {
+  graph.lengths = Buffer<double>(graph.neighbors.size());
+  const auto n_vertices = static_cast<std::int64_t>(vertices.size());
+  team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t vertex = begin; vertex < end; ++vertex) {
+      for (std::int64_t arc = graph.offsets[vertex]; arc < graph.offsets[vertex + 1]; ++arc) {
+        // From the lower to the higher one: the same bits both ways.
+        const std::int64_t neighbor = graph.neighbors[arc];
+        const auto [low, high] = std::minmax({vertex, neighbor});
+        graph.lengths[arc] = norm(vertices[high] - vertices[low]);
+      }
+    }
+  });
+}
+
+}  // namespace
+
+VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
+                               std::span<const Vertex> representative, ThreadTeam& team) {
+  const std::size_t n_vertices = representative.size();
+  VertexGraph graph{Buffer<std::int64_t>(n_vertices + 1), {}, {}};
+  std::fill(graph.offsets.begin(), graph.offsets.end(), 0);
+  for_each_side(faces, representative, [&](Vertex a, Vertex b) {
+    ++graph.offsets[a];
+    ++graph.offsets[b];
+  });
+  std::int64_t n_arcs = 0;
+  for (std::int64_t& offset : graph.offsets) {  // counts become ends of rows, filled backwards
+    n_arcs += offset;
+    offset = n_arcs;
+  }
+  graph.neighbors = Buffer<Vertex>(n_arcs);
+  for_each_side(faces, representative, [&](Vertex a, Vertex b) {
+    graph.neighbors[--graph.offsets[a]] = b;
+    graph.neighbors[--graph.offsets[b]] = a;
+  });
+  sort_rows(graph, team);
+  drop_repeated(graph);
+  measure_edges(vertices, team, graph);
+  return graph;
+}
+
+}  // namespace superfacets

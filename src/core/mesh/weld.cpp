@@ -1,0 +1,109 @@
+#include "mesh/weld.hpp"
+
+#include <array>
+#include <atomic>
+#include <bit>
+
+#include "base/prefetch.hpp"
+#include "base/threads.hpp"
+
+namespace superfacets {
+namespace {
+
+constexpr Vertex kEmptySlot = -1;
+
+// Vertices whose slots are asked for before the first of them is needed: enough to hide the way to
+// memory, few enough to stay in the nearest cache.
+constexpr std::int64_t kBatch = 32;
+
+// The finalizer of splitmix64: every input bit reaches every output bit, so that regular grids of
+// positions do not cluster in the table.
+std::uint64_t mix(std::uint64_t bits) {
+  bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebULL;
+  return bits ^ (bits >> 31);
+}
+
+std::uint64_t hash(Point p) {
+  // Adding 0.0 turns -0.0 into 0.0, which compares equal to it and so must hash alike.
+  std::uint64_t h = mix(std::bit_cast<std::uint64_t>(p.x + 0.0));
+  h = mix(h + std::bit_cast<std::uint64_t>(p.y + 0.0));
+  return mix(h + std::bit_cast<std::uint64_t>(p.z + 0.0));
+}
+
+bool same_position(Point a, Point b) {
+  return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+// The lowest vertex of each position, by open addressing with linear probing in a table at most
+// half full. A slot once taken keeps its position for ever, and all threads probe in the same
+// order: so they agree on one slot per position, whoever comes first, without a lock.
+class PositionTable {
+ public:
+  using Slot = std::uint32_t;  // 2^31 - 1 vertices make a table of 2^32
+
+  PositionTable(std::span<const Point> vertices, ThreadTeam& team)
+      : vertices_(vertices), table_(std::bit_ceil(2 * vertices.size() + 1)) {
+    team.fill(table_.span(), kEmptySlot);
+  }
+
+  // Returns the slot of the vertex's position, which holds no higher vertex from now on.
+  Slot insert(Vertex vertex, Slot home) {
+    for (Slot slot = home;; slot = next(slot)) {
+      const std::atomic_ref<Vertex> owner(table_[slot]);
+      Vertex seen = owner.load(std::memory_order_relaxed);
+      if (seen == kEmptySlot &&
+          owner.compare_exchange_strong(seen, vertex, std::memory_order_relaxed)) {
+        return slot;
+      }
+      if (!same_position(vertices_[seen], vertices_[vertex])) continue;
+      while (vertex < seen &&
+             !owner.compare_exchange_weak(seen, vertex, std::memory_order_relaxed)) {
+      }
+      return slot;
+    }
+  }
+
+  Slot home(Vertex vertex) const { return static_cast<Slot>(hash(vertices_[vertex])) & mask(); }
+  const Vertex& operator[](Slot slot) const { return table_[slot]; }
+
+ private:
+  Slot mask() const { return static_cast<Slot>(table_.size() - 1); }
+  Slot next(Slot slot) const { return (slot + 1) & mask(); }
+
+  std::span<const Point> vertices_;
+  Buffer<Vertex> table_;
+};
+
+void insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
+                  std::span<PositionTable::Slot> slots) {
+  std::array<PositionTable::Slot, kBatch> homes;
+  for (std::int64_t first = begin; first < end; first += kBatch) {
+    const std::int64_t size = std::min(kBatch, end - first);
+    for (std::int64_t i = 0; i < size; ++i) {
+      homes[i] = table.home(static_cast<Vertex>(first + i));
+      prefetch(&table[homes[i]]);
+    }
+    for (std::int64_t i = 0; i < size; ++i) {
+      slots[first + i] = table.insert(static_cast<Vertex>(first + i), homes[i]);
+    }
+  }
+}
+
+}  // namespace
+
+Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team) {
+  const auto n_vertices = static_cast<std::int64_t>(vertices.size());
+  PositionTable table(vertices, team);
+  Buffer<PositionTable::Slot> slots(vertices.size());  // of each vertex's position
+  team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
+    insert_range(begin, end, table, slots.span());
+  });
+  Buffer<Vertex> representative(vertices.size());
+  team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t v = begin; v < end; ++v) representative[v] = table[slots[v]];
+  });
+  return representative;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,15 @@
+// Stage 0: vertices at the same position count as one.
+#pragma once
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+// For each vertex the lowest index among the vertices at exactly the same position (-0.0 is 0.0).
+// Positions are finite, at most 2^31 - 1. Expected time O(V); memory at most 20 bytes per vertex
+// beside the result.
+Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team);
+
+}  // namespace superfacets

@@ -1,0 +1,219 @@
+#include "paths/expansion.hpp"
+
+#include <array>
+#include <bit>
+#include <utility>
+
+#include "base/prefetch.hpp"
+
+namespace superfacets {
+namespace {
+
+// Places of a chunk: with arcs and paths a few megabytes at most, of which what is being worked on
+// fits into a second-level cache. Fewer on small graphs, so that each thread has some chunks to
+// choose from, but not so few that most paths leave theirs.
+constexpr int kMaxChunkBits = 17;
+constexpr int kMinChunkBits = 13;
+constexpr std::int64_t kChunksPerThread = 4;
+
+// Places handled per place of a chunk, beyond which buckets are given up for a heap. On meshes it
+// takes one to two.
+constexpr std::size_t kMaxHandled = 4;
+
+// How far ahead of the work arcs, and then paths, are brought into the nearest cache.
+constexpr std::size_t kArcsAhead = 16;
+constexpr std::size_t kPathsAhead = 6;
+
+int chunk_bits_for(std::int64_t n_cells, int n_threads) {
+  if (n_threads == 1) return kMaxChunkBits;
+  const auto wanted = static_cast<std::uint64_t>(n_cells / (kChunksPerThread * n_threads));
+  return std::clamp(static_cast<int>(std::bit_width(wanted)), kMinChunkBits, kMaxChunkBits);
+}
+
+PathLength longer_by(PathLength length, const Arc& arc) {
+  // By way of a signed number, which processors convert to in one step.
+  return length + static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
+}
+
+}  // namespace
+
+Expansion::Expansion(const OrderedGraph& graph, ThreadTeam& team)
+    : graph_(graph),
+      team_(team),
+      chunk_bits_(chunk_bits_for(graph.n_cells(), team.size())),
+      lengths_(graph.n_cells()),
+      labels_(graph.n_cells()),
+      chunks_((static_cast<std::int64_t>(graph.n_cells()) + (1 << chunk_bits_) - 1) >> chunk_bits_),
+      workers_(team.size(), Worker(graph.n_arcs)) {
+  clear();
+}
+
+std::pair<Place, Place> Expansion::places(std::int64_t chunk) const {
+  const std::int64_t begin = chunk << chunk_bits_;
+  const std::int64_t end = std::min<std::int64_t>(begin + (1 << chunk_bits_), graph_.n_cells());
+  return {static_cast<Place>(begin), static_cast<Place>(end)};
+}
+
+void Expansion::clear() {
+  team_.for_each(n_chunks(), [&](std::int64_t chunk, int) {
+    const auto [begin, end] = places(chunk);
+    std::fill(lengths_.begin() + begin, lengths_.begin() + end, kUnreached);
+    std::fill(labels_.begin() + begin, labels_.begin() + end, kNoLabel);
+    chunks_[chunk].waiting.clear();
+    chunks_[chunk].has_changed = true;
+  });
+  active_.clear();
+}
+
+void Expansion::lengthen(std::span<const PathLength> by_label) {
+  team_.for_each(n_chunks(), [&](std::int64_t chunk, int) { lengthen_chunk(chunk, by_label); });
+  team_.for_each(n_chunks(), [&](std::int64_t chunk, int thread) {
+    if (chunks_[chunk].has_changed) compare_labels(chunk, by_label, workers_[thread]);
+  });
+  deliver();
+}
+
+void Expansion::lengthen_chunk(std::int64_t chunk, std::span<const PathLength> by_label) {
+  const auto [begin, end] = places(chunk);
+  for (Place place = begin; place < end; ++place) {
+    const Label label = labels_[place];
+    if (label == kNoLabel || by_label[label] == 0) continue;
+    chunks_[chunk].has_changed = true;
+    if (by_label[label] == kUnreached) {
+      lengths_[place] = kUnreached;
+      labels_[place] = kNoLabel;
+    } else {
+      lengths_[place] += by_label[label];
+    }
+  }
+}
+
+// Proposes what arcs from other labels improve. Within a label nothing can: all its paths were
+// made longer alike. Only proposes, since other threads read here what would be written.
+void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> by_label,
+                               Worker& worker) {
+  const auto [begin, end] = places(chunk);
+  for (Place place = begin; place < end; ++place) {
+    const Label label = labels_[place];
+    if (label != kNoLabel && by_label[label] == 0) continue;
+    for (const Arc& arc : graph_.arcs_of(place)) {
+      if (labels_[arc.to] == label || labels_[arc.to] == kNoLabel) continue;
+      const Path other{longer_by(lengths_[arc.to], arc), labels_[arc.to]};
+      if (other.is_better_than(path(place))) worker.proposals.push_back({place, other});
+    }
+  }
+}
+
+bool Expansion::improve(Place place, const Path& path) {
+  if (!path.is_better_than(this->path(place))) return false;
+  std::atomic_ref(lengths_[place]).store(path.length, std::memory_order_relaxed);
+  labels_[place] = path.label;
+  return true;
+}
+
+void Expansion::propose(const Proposal& proposal) {
+  if (!improve(proposal.place, proposal.path)) return;
+  const std::int64_t chunk = proposal.place >> chunk_bits_;
+  if (chunks_[chunk].waiting.empty()) active_.push_back(chunk);
+  chunks_[chunk].waiting.push_back(proposal.place);
+}
+
+void Expansion::deliver() {
+  for (Worker& worker : workers_) {
+    for (const Proposal& proposal : worker.proposals) propose(proposal);
+    worker.proposals.clear();
+  }
+}
+
+void Expansion::run() {
+  while (!active_.empty()) {
+    const std::vector<std::int64_t> now = std::exchange(active_, {});
+    team_.for_each(static_cast<std::int64_t>(now.size()), [&](std::int64_t task, int thread) {
+      expand_chunk(now[task], workers_[thread]);
+    });
+    deliver();
+  }
+}
+
+void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
+  chunks_[chunk].has_changed = true;
+  auto& waiting = chunks_[chunk].waiting;
+  PathLength lowest = kUnreached;
+  for (const Place place : waiting) lowest = std::min(lowest, lengths_[place]);
+  worker.queue.restart(lowest);
+  for (const Place place : waiting) worker.queue.push(lengths_[place], place);
+  waiting.clear();
+
+  const auto [begin, end] = places(chunk);
+  const std::size_t n_allowed = kMaxHandled * (end - begin);
+  while (!worker.queue.empty()) {
+    if (worker.queue.n_handled() > n_allowed) return expand_in_order(chunk, worker);
+    const std::vector<Place>& taken = worker.queue.take();
+    for (std::size_t i = 0; i < taken.size(); ++i) {
+      if (i + kArcsAhead < taken.size()) prefetch(graph_.arcs_of(taken[i + kArcsAhead]).data());
+      if (i + kPathsAhead < taken.size()) {
+        for (const Arc& arc : graph_.arcs_of(taken[i + kPathsAhead])) {
+          prefetch(&lengths_[arc.to]);
+          prefetch(&labels_[arc.to]);
+        }
+      }
+      if (worker.queue.is_stale(lengths_[taken[i]])) continue;
+      if (graph_.has_rows()) {
+        expand_row(taken[i], chunk, worker, worker.queue);
+      } else {
+        expand(taken[i], chunk, worker, worker.queue);
+      }
+    }
+  }
+}
+
+// Dijkstra's algorithm from all places in the queue, each of which comes up in order.
+void Expansion::expand_in_order(std::int64_t chunk, Worker& worker) {
+  worker.heap.restart();
+  worker.queue.drain([&](Place place) { worker.heap.push(lengths_[place], place); });
+  while (!worker.heap.empty()) {
+    const auto [length, place] = worker.heap.pop();
+    if (length == lengths_[place]) expand(place, chunk, worker, worker.heap);
+  }
+}
+
+// Follows the arcs of a place.
+template <typename Queue>
+void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
+  const Path path = this->path(place);
+  for (const Arc& arc : graph_.arcs_of(place)) {
+    const PathLength longer = longer_by(path.length, arc);
+    if (longer <= length(arc.to)) {
+      relax({arc.to, {longer, path.label}}, chunk, worker, queue);
+    }
+  }
+}
+
+// The same for a row of arcs. Whether an arc improves anything is hard to predict, so all are
+// compared before the first branch.
+template <typename Queue>
+void Expansion::expand_row(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
+  const Path path = this->path(place);
+  const Arc* row = &graph_.arcs[std::size_t{OrderedGraph::kRow} * place];
+  std::array<PathLength, OrderedGraph::kRow> longer{};
+  unsigned improved = 0;  // bit i: arc i may improve a path
+  for (unsigned i = 0; i < OrderedGraph::kRow; ++i) {
+    longer[i] = longer_by(path.length, row[i]);
+    improved |= static_cast<unsigned>(longer[i] <= length(row[i].to)) << i;
+  }
+  for (; improved != 0; improved &= improved - 1) {
+    const int i = std::countr_zero(improved);
+    relax({row[i].to, {longer[i], path.label}}, chunk, worker, queue);
+  }
+}
+
+template <typename Queue>
+void Expansion::relax(const Proposal& proposal, std::int64_t chunk, Worker& worker, Queue& queue) {
+  if (proposal.place >> chunk_bits_ != chunk) {
+    worker.proposals.push_back(proposal);
+  } else if (improve(proposal.place, proposal.path)) {
+    queue.push(proposal.path.length, proposal.place);
+  }
+}
+
+}  // namespace superfacets

@@ -1,0 +1,60 @@
+// The paper's halted expansions, as corrections to the exact classification.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "paths/expansion.hpp"
+#include "paths/source_paths.hpp"
+
+namespace superfacets {
+
+// In the halted mode each center expands on its own: a place farther than `reach` (Euclidean) from
+// it is labeled but not expanded, and where expansions overlap the better path wins. That costs
+// some five expansions a place, most of which only confirm the exact classification: a place whose
+// exact path runs within reach of its center gets the same path here, since no other center, halted
+// or not, has a better one. So only the other places are in doubt. Their paths are found as the
+// paper finds them, by expanding, each on its own, the centers that may reach one of them.
+class HaltedPaths {
+ public:
+  HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team);
+
+  // Finds the paths that differ from the exact ones, and makes centers, appended to `centers`, of
+  // the lowest cell that none reaches, until all are reached. `exact` holds the classification by
+  // the centers given, with cells unreached where no center is in their component.
+  void correct(const Expansion& exact, std::vector<Place>& centers);
+
+  // After that.
+  Path path(const Expansion& exact, Place place) const {
+    return doubt_of_[place] == kNoDoubt ? exact.path(place) : doubts_[doubt_of_[place]].path;
+  }
+
+ private:
+  static constexpr std::int32_t kNoDoubt = -1;
+
+  struct Doubt {
+    Place place;
+    Path path;  // the best halted path so far
+  };
+
+  bool is_within_reach(Place center, Place place) const;
+  void add_doubt(Place place, const Path& path);
+  void find_doubts(const Expansion& exact, std::span<const Place> centers);
+  std::vector<Label> centers_in_doubt(std::span<const Place> centers) const;
+  void mark_sources(std::vector<std::vector<char>>& is_source) const;
+  bool reaches(const std::vector<std::vector<char>>& is_source, Place center, std::size_t level,
+               std::size_t index) const;
+  void expand(Place center, SourcePaths& worker) const;
+  void expand_all(std::span<const Label> labels, std::span<const Place> centers);
+  void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
+  SourcePaths& worker(std::int64_t number);
+
+  const OrderedGraph& graph_;
+  const double squared_reach_;
+  ThreadTeam& team_;
+  Buffer<std::int32_t> doubt_of_;  // (N,) the number of a place among the doubts
+  std::vector<Doubt> doubts_;
+  std::vector<std::unique_ptr<SourcePaths>> workers_;  // made when first needed
+};
+
+}  // namespace superfacets

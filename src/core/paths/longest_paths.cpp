@@ -1,0 +1,69 @@
+#include "paths/longest_paths.hpp"
+
+#include <algorithm>
+
+namespace superfacets {
+namespace {
+
+// Some microseconds of work: small against the expansion from a new center.
+constexpr std::int64_t kBlock = 1 << 11;
+
+}  // namespace
+
+LongestPaths::LongestPaths(const OrderedGraph& graph, ThreadTeam& team)
+    : graph_(graph), paths_(graph, team) {
+  for (std::int64_t block = 0; block * kBlock < graph.n_cells(); ++block) {
+    bounds_.push_back({kUnreached, block});
+  }
+}
+
+void LongestPaths::place(Place center) {
+  paths_.start(center, n_placed_++);
+  paths_.run();
+}
+
+bool LongestPaths::reach_all() const {
+  for (Place place = 0; place < graph_.n_cells(); ++place) {
+    if (paths_.path(place).label == kNoLabel) return false;
+  }
+  return true;
+}
+
+// Paths only get shorter, so what was once the longest of a block bounds it for ever: only blocks
+// whose bound is no less than the longest path found have to be looked at again.
+Place LongestPaths::farthest() {
+  Farthest farthest{0, 0};
+  std::vector<Bound> looked_at;
+  while (!bounds_.empty() && bounds_.front().longest >= farthest.length) {
+    std::pop_heap(bounds_.begin(), bounds_.end());
+    const std::int64_t block = bounds_.back().block;
+    bounds_.pop_back();
+    const Farthest other = farthest_in(block);
+    looked_at.push_back({other.length, block});
+    const bool is_lower = graph_.cells[other.place] < graph_.cells[farthest.place];
+    if (other.length > farthest.length || (other.length == farthest.length && is_lower)) {
+      farthest = other;
+    }
+  }
+  for (const Bound& bound : looked_at) {
+    bounds_.push_back(bound);
+    std::push_heap(bounds_.begin(), bounds_.end());
+  }
+  return farthest.place;
+}
+
+LongestPaths::Farthest LongestPaths::farthest_in(std::int64_t block) const {
+  const auto begin = static_cast<Place>(block * kBlock);
+  const auto end =
+      static_cast<Place>(std::min<std::int64_t>((block + 1) * kBlock, graph_.n_cells()));
+  Farthest farthest{0, begin};
+  for (Place place = begin; place < end; ++place) {
+    const PathLength length = paths_.path(place).length;
+    if (length == kUnreached || length < farthest.length) continue;
+    if (length == farthest.length && graph_.cells[place] > graph_.cells[farthest.place]) continue;
+    farthest = {length, place};
+  }
+  return farthest;
+}
+
+}  // namespace superfacets

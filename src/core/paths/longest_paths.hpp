@@ -1,0 +1,46 @@
+// Farthest-point sampling by path length; used by the seeding stage.
+#pragma once
+
+#include <vector>
+
+#include "cells/ordered_graph.hpp"
+#include "paths/expansion.hpp"
+
+namespace superfacets {
+
+// The best path of every place from the centers placed so far, and the place with the longest.
+class LongestPaths {
+ public:
+  // No center is placed yet.
+  LongestPaths(const OrderedGraph& graph, ThreadTeam& team);
+
+  void place(Place center);
+
+  // Whether there is a path to every place.
+  bool reach_all() const;
+
+  // The place with the longest path, the lowest cell among equals, of those that there is a path
+  // to. There must be one that is no center. Centers placed later must be among those, too.
+  Place farthest();
+
+ private:
+  struct Bound {
+    PathLength longest;  // no path in the block is longer
+    std::int64_t block;
+
+    bool operator<(const Bound& other) const { return longest < other.longest; }
+  };
+  struct Farthest {
+    PathLength length;
+    Place place;
+  };
+
+  Farthest farthest_in(std::int64_t block) const;
+
+  const OrderedGraph& graph_;
+  Expansion paths_;
+  Label n_placed_ = 0;
+  std::vector<Bound> bounds_;  // a heap, the highest first: of every block of places
+};
+
+}  // namespace superfacets

@@ -1,0 +1,122 @@
+#include "paths/path_lengths.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <numeric>
+
+#include "paths/source_paths.hpp"
+
+namespace superfacets {
+namespace {
+
+// Sources that are worth taking as one task, so that few lists wait to be put together.
+constexpr std::int64_t kBlock = 64;
+
+// One expansion per thread of a team at a time.
+class SourceTeam {
+ public:
+  SourceTeam(const OrderedGraph& graph, ThreadTeam& team)
+      : graph_(graph), team_(team), workers_(team.size()) {}
+
+  // Calls work(first, last, paths) for blocks of 0..n_sources-1, each on some thread.
+  template <typename Work>
+  void for_each_block(std::int64_t n_sources, const Work& work) {
+    team_.for_each((n_sources + kBlock - 1) / kBlock, [&](std::int64_t block, int thread) {
+      if (!workers_[thread]) workers_[thread] = std::make_unique<SourcePaths>(graph_);
+      work(block * kBlock, std::min(n_sources, (block + 1) * kBlock), *workers_[thread]);
+    });
+  }
+
+ private:
+  const OrderedGraph& graph_;
+  ThreadTeam& team_;
+  std::vector<std::unique_ptr<SourcePaths>> workers_;  // made when first needed
+};
+
+float in_units(PathLength length, double unit) {
+  return static_cast<float>(static_cast<double>(length) * unit);
+}
+
+struct Entry {
+  Cell column;
+  float value;
+};
+
+// The rows of some cells, one after the other.
+struct Block {
+  std::vector<std::int64_t> ends;  // of each row, in entries
+  std::vector<Entry> entries;
+};
+
+void append_row(const OrderedGraph& graph, Cell source, double squared_reach, double unit,
+                SourcePaths& paths, Block& block) {
+  const Point center = graph.positions[graph.place_of[source]];
+  auto is_within_reach = [&](Place place) {
+    return squared_norm(graph.positions[place] - center) <= squared_reach;
+  };
+  paths.expand(graph.place_of[source],
+               [&](Place place, PathLength) { return is_within_reach(place); });
+  const auto begin = static_cast<std::ptrdiff_t>(block.entries.size());
+  paths.take([&](Place place, PathLength length) {
+    if (is_within_reach(place)) {
+      block.entries.push_back({graph.cells[place], in_units(length, unit)});
+    }
+  });
+  std::sort(block.entries.begin() + begin, block.entries.end(),
+            [](const Entry& a, const Entry& b) { return a.column < b.column; });
+  block.ends.push_back(static_cast<std::int64_t>(block.entries.size()));
+}
+
+}  // namespace
+
+Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
+                           ThreadTeam& team) {
+  const std::size_t n_cells = graph.n_cells();
+  Buffer<float> matrix(sources.size() * n_cells);
+  auto fill_rows = [&](std::int64_t first, std::int64_t last, SourcePaths& paths) {
+    for (std::int64_t source = first; source < last; ++source) {
+      const std::span<float> row = matrix.span().subspan(source * n_cells, n_cells);
+      std::fill(row.begin(), row.end(), std::numeric_limits<float>::infinity());
+      paths.expand(graph.place_of[sources[source]], [](Place, PathLength) { return true; });
+      paths.take([&](Place place, PathLength length) {
+        row[graph.cells[place]] = in_units(length, unit);
+      });
+    }
+  };
+  SourceTeam(graph, team).for_each_block(static_cast<std::int64_t>(sources.size()), fill_rows);
+  return matrix;
+}
+
+SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double unit,
+                               ThreadTeam& team) {
+  const std::int64_t n_cells = graph.n_cells();
+  std::vector<Block> blocks((n_cells + kBlock - 1) / kBlock);
+  auto append_rows = [&](std::int64_t first, std::int64_t last, SourcePaths& paths) {
+    for (std::int64_t cell = first; cell < last; ++cell) {
+      append_row(graph, static_cast<Cell>(cell), reach * reach, unit, paths, blocks[cell / kBlock]);
+    }
+  };
+  SourceTeam(graph, team).for_each_block(n_cells, append_rows);
+
+  std::vector<std::int64_t> begins(blocks.size() + 1, 0);  // of each block, in entries
+  std::transform_inclusive_scan(
+      blocks.begin(), blocks.end(), begins.begin() + 1, std::plus<>(),
+      [](const Block& block) { return static_cast<std::int64_t>(block.entries.size()); });
+  SparseRows rows{Buffer<std::int64_t>(n_cells + 1), Buffer<Cell>(begins.back()),
+                  Buffer<float>(begins.back())};
+  rows.offsets[0] = 0;
+  team.for_each(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t index, int) {
+    const Block block = std::move(blocks[index]);  // makes room as it goes
+    for (std::size_t row = 0; row < block.ends.size(); ++row) {
+      rows.offsets[index * kBlock + row + 1] = begins[index] + block.ends[row];
+    }
+    for (std::size_t i = 0; i < block.entries.size(); ++i) {
+      rows.columns[begins[index] + i] = block.entries[i].column;
+      rows.values[begins[index] + i] = block.entries[i].value;
+    }
+  });
+  return rows;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,60 @@
+// A monotone priority queue for integer keys (Ahuja, Mehlhorn, Orlin and Tarjan 1990): a key that
+// is pushed is never below the last key popped, as in Dijkstra's algorithm.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <vector>
+
+#include "base/types.hpp"
+
+namespace superfacets {
+
+class RadixHeap {
+ public:
+  struct Entry {
+    PathLength key;
+    Place place;
+  };
+
+  bool empty() const { return size_ == 0; }
+
+  // Restarts the order at key 0. The heap must be empty.
+  void restart() { last_ = 0; }
+
+  void push(PathLength key, Place place) {
+    buckets_[bucket_of(key)].push_back({key, place});
+    ++size_;
+  }
+
+  // Removes and returns an entry with the lowest key. The heap must not be empty.
+  Entry pop() {
+    if (buckets_[0].empty()) refill();
+    const Entry entry = buckets_[0].back();
+    buckets_[0].pop_back();
+    --size_;
+    return entry;
+  }
+
+ private:
+  // Bucket b > 0 holds the keys whose highest bit that differs from last_ is bit b - 1.
+  std::size_t bucket_of(PathLength key) const { return std::bit_width(key ^ last_); }
+
+  // Moves the entries of the first occupied bucket down; those with the lowest key reach bucket 0.
+  void refill() {
+    std::size_t occupied = 1;
+    while (buckets_[occupied].empty()) ++occupied;
+    auto by_key = [](const Entry& a, const Entry& b) { return a.key < b.key; };
+    auto& entries = buckets_[occupied];
+    last_ = std::min_element(entries.begin(), entries.end(), by_key)->key;
+    for (const Entry& entry : entries) buckets_[bucket_of(entry.key)].push_back(entry);
+    entries.clear();
+  }
+
+  std::array<std::vector<Entry>, 65> buckets_;
+  PathLength last_ = 0;   // the lowest key that may still come
+  std::size_t size_ = 0;  // entries in all buckets
+};
+
+}  // namespace superfacets

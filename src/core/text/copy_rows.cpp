@@ -1,0 +1,41 @@
+#include "text/copy_rows.hpp"
+
+#include <cstring>
+
+#include "base/threads.hpp"
+
+namespace superfacets {
+namespace {
+
+// With the size known, a copy is an instruction or two.
+template <std::int64_t kSize>
+void copy_sized(const RowPlaces& rows, std::int64_t begin, std::int64_t end, std::uint8_t* copy) {
+  for (std::int64_t i = begin; i < end; ++i) {
+    std::memcpy(copy + i * kSize, rows.first + i * rows.stride, kSize);
+  }
+}
+
+void copy_any(const RowPlaces& rows, std::int64_t begin, std::int64_t end, std::uint8_t* copy) {
+  for (std::int64_t i = begin; i < end; ++i) {
+    std::memcpy(copy + i * rows.size, rows.first + i * rows.stride, rows.size);
+  }
+}
+
+}  // namespace
+
+void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy) {
+  team.for_each_block(n_rows, [&](std::int64_t begin, std::int64_t end) {
+    switch (rows.size) {
+      case 4:
+        return copy_sized<4>(rows, begin, end, copy);
+      case 12:
+        return copy_sized<12>(rows, begin, end, copy);
+      case 36:
+        return copy_sized<36>(rows, begin, end, copy);
+      default:
+        return copy_any(rows, begin, end, copy);
+    }
+  });
+}
+
+}  // namespace superfacets

@@ -1,0 +1,21 @@
+// Rows of bytes that lie apart, as the fields of records in a binary file do.
+#pragma once
+
+#include <cstdint>
+
+#include "base/threads.hpp"
+
+namespace superfacets {
+
+// Row i has the bytes first[i * stride] .. first[i * stride + size - 1].
+struct RowPlaces {
+  const std::uint8_t* first = nullptr;
+  std::int64_t stride = 0;
+  std::int64_t size = 0;
+};
+
+// Writes the rows side by side to `copy`, which has room for n_rows * rows.size bytes. Numbers in
+// records are not aligned: numpy would copy them one by one.
+void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy);
+
+}  // namespace superfacets

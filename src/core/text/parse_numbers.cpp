@@ -1,0 +1,174 @@
+#include "text/parse_numbers.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <numeric>
+#include <system_error>
+
+#include "base/threads.hpp"
+#include "text/scan_lines.hpp"
+
+// libc++ before version 20 has no from_chars for floating point, GCC before 11 a slow one.
+#if defined(__cpp_lib_to_chars) && !defined(SUPERFACETS_WITHOUT_FROM_CHARS)
+#define SUPERFACETS_HAS_FROM_CHARS
+#else
+#include <cerrno>
+#include <clocale>
+#include <cstdlib>
+#include <cstring>
+#if defined(__APPLE__)
+#include <xlocale.h>
+#endif
+#endif
+
+namespace superfacets {
+namespace {
+
+constexpr std::int64_t kLinesAtOnce = 4096;  // lines per unit of work
+
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+// A plus that a digit or a point follows: from_chars does not take it.
+const char* skip_plus(const char* begin, const char* end) {
+  const bool is_plus = end - begin >= 2 && *begin == '+' && (is_digit(begin[1]) || begin[1] == '.');
+  return is_plus ? begin + 1 : begin;
+}
+
+#if defined(SUPERFACETS_HAS_FROM_CHARS)
+
+const char* parse_plain_double(const char* begin, const char* end, double& value) {
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  return error == std::errc() ? stop : nullptr;
+}
+
+#else
+
+// strtod in the locale "C", whatever the process has chosen.
+double to_double(const char* token, char** stop) {
+#if defined(_MSC_VER)
+  static const _locale_t plain = _create_locale(LC_ALL, "C");
+  return _strtod_l(token, stop, plain);
+#else
+  static const locale_t plain = newlocale(LC_ALL_MASK, "C", nullptr);
+  return strtod_l(token, stop, plain);
+#endif
+}
+
+const char* parse_plain_double(const char* begin, const char* end, double& value) {
+  char token[64];  // strtod wants a zero at the end; longer tokens are rare, and left out
+  const auto* stop =
+      std::find_if(begin, end, [](char c) { return !is_digit(c) && !std::strchr("+-.eE", c); });
+  const std::size_t size = stop - begin;
+  if (size >= sizeof(token)) return nullptr;
+  std::memcpy(token, begin, size);
+  token[size] = '\0';
+  char* token_end = nullptr;
+  errno = 0;
+  value = to_double(token, &token_end);
+  return errno == 0 ? begin + (token_end - token) : nullptr;
+}
+
+#endif
+
+// Each of these reads the token that begins at `begin`, where a byte is. It returns the end of what
+// it took, or null.
+
+const char* parse_double(const char* begin, const char* end, double& value) {
+  begin = skip_plus(begin, end);
+  const char* first = begin + (*begin == '-' ? 1 : 0);
+  const bool is_plain = first < end && (is_digit(*first) || *first == '.');  // no nan, no inf
+  return is_plain ? parse_plain_double(begin, end, value) : nullptr;
+}
+
+template <typename Integer>
+const char* parse_integer(const char* begin, const char* end, Integer& value) {
+  const auto [stop, error] = std::from_chars(skip_plus(begin, end), end, value);
+  return error == std::errc() ? stop : nullptr;
+}
+
+template <typename Integer>
+const char* parse_corner(const char* begin, const char* end, Integer& value) {
+  const char* place = parse_integer(begin, end, value);
+  while (place != nullptr && place < end && *place == '/') {
+    ++place;
+    Integer skipped = 0;  // index of a texture coordinate or a normal
+    const bool is_absent = place == end || *place == '/' || is_blank(*place);
+    if (!is_absent) place = parse_integer(place, end, skipped);
+  }
+  return place;
+}
+
+// Reads as many tokens as there are values; false if the line does not hold just these.
+template <typename Value, typename ParseToken>
+bool parse_line(const char* place, const char* end, std::span<Value> values,
+                const ParseToken& parse_token) {
+  for (Value& value : values) {
+    while (place < end && is_blank(*place)) ++place;
+    if (place == end) return false;
+    place = parse_token(place, end, value);
+    if (place == nullptr || (place < end && !is_blank(*place))) return false;
+  }
+  return std::all_of(place, end, is_blank);
+}
+
+template <typename Value, typename ParseToken>
+ParsedLines<Value> parse_lines(const LineSpans& lines, ThreadTeam& team,
+                               const ParseToken& parse_token) {
+  const auto n_lines = static_cast<std::int64_t>(lines.counts.size());
+  const std::int64_t n_chunks = (n_lines + kLinesAtOnce - 1) / kLinesAtOnce;
+  std::vector<std::int64_t> firsts(n_chunks + 1, 0);  // values before each chunk
+  for (std::int64_t chunk = 0; chunk < n_chunks; ++chunk) {
+    const std::int64_t begin = chunk * kLinesAtOnce;
+    const auto counts = lines.counts.subspan(begin, std::min(kLinesAtOnce, n_lines - begin));
+    firsts[chunk + 1] = std::accumulate(counts.begin(), counts.end(), firsts[chunk]);
+  }
+  ParsedLines<Value> parsed{Buffer<Value>(firsts[n_chunks]), {}};
+  std::vector<std::vector<std::int64_t>> left_out(n_chunks);
+
+  auto parse_chunk = [&](std::int64_t chunk) {
+    Value* first = parsed.values.data() + firsts[chunk];
+    const std::int64_t end = std::min(n_lines, (chunk + 1) * kLinesAtOnce);
+    for (std::int64_t line = chunk * kLinesAtOnce; line < end; ++line) {
+      const auto values = std::span(first, lines.counts[line]);
+      const char* text = lines.text.data();
+      if (!parse_line(text + lines.starts[line], text + lines.ends[line], values, parse_token)) {
+        std::fill(values.begin(), values.end(), Value{0});
+        left_out[chunk].push_back(line);
+      }
+      first += values.size();
+    }
+  };
+  auto parse_chunks = [&](std::int64_t first_chunk, std::int64_t last_chunk) {
+    for (std::int64_t chunk = first_chunk; chunk < last_chunk; ++chunk) parse_chunk(chunk);
+  };
+  team.for_each_block(n_chunks, parse_chunks, 1);
+  for (const auto& some : left_out) {
+    parsed.left_out.insert(parsed.left_out.end(), some.begin(), some.end());
+  }
+  return parsed;
+}
+
+}  // namespace
+
+ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team) {
+  return parse_lines<double>(lines, team, parse_double);
+}
+
+template <typename Integer>
+ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team) {
+  return parse_lines<Integer>(lines, team, parse_integer<Integer>);
+}
+
+template <typename Integer>
+ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team) {
+  return parse_lines<Integer>(lines, team, parse_corner<Integer>);
+}
+
+template ParsedLines<std::int32_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int64_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int32_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
+template ParsedLines<std::int64_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
+
+}  // namespace superfacets

@@ -1,0 +1,49 @@
+// Numbers written as text.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+
+namespace superfacets {
+
+// Some lines of a text. Line i has the bytes starts[i]..ends[i]-1, and counts[i] tokens.
+struct LineSpans {
+  std::string_view text;
+  std::span<const std::int64_t> starts;
+  std::span<const std::int64_t> ends;
+  std::span<const std::int32_t> counts;
+};
+
+// The values of all tokens of some lines, one after the other.
+template <typename Value>
+struct ParsedLines {
+  Buffer<Value> values;
+  // Lines with a token that is not what was looked for, or that is not handled here. Their values
+  // are zeros, which the caller has to replace.
+  std::vector<std::int64_t> left_out;
+};
+
+// Decimals, rounded to the nearest double, as Python's float() does. Left out are, besides what is
+// no number, nan, inf, and what is too large or too small for a double.
+ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
+
+// Integers. Left out are those that do not fit.
+template <typename Integer>
+ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
+
+// The first of the integers that each token joins by slashes, as in 7, 7/2, 7//3 and 7/2/3. All
+// but the first may be absent.
+template <typename Integer>
+ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
+
+extern template ParsedLines<std::int32_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
+extern template ParsedLines<std::int64_t> parse_integers(const LineSpans& lines, ThreadTeam& team);
+extern template ParsedLines<std::int32_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
+extern template ParsedLines<std::int64_t> parse_corners(const LineSpans& lines, ThreadTeam& team);
+
+}  // namespace superfacets

@@ -1,0 +1,1 @@
+"""From paths, arrays and meshes of other libraries to ours."""

@@ -1,0 +1,200 @@
+"""Stage 1: the graph of faces that share an edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import (
+    checked_arcs,
+    checked_bounds,
+    checked_positions,
+    checked_threads,
+    exact_array,
+    freeze,
+)
+from ..adapters.convert import as_mesh
+from ..errors import MeshError
+from .cell_graph import CellGraph, box_diagonal, checked_measures, checked_weights
+
+__all__ = ["EdgeCounts", "FaceGraph", "build_face_graph"]
+
+
+class EdgeCounts(NamedTuple):
+    """Edges of a mesh by the number of faces on them."""
+
+    edges: int
+    """All edges."""
+    boundary: int
+    """Edges of one face."""
+    non_manifold: int
+    """Edges of three faces or more."""
+    inconsistent: int
+    """Edges whose two faces run through them in the same direction."""
+
+
+@dataclass(frozen=True, eq=False)
+class FaceGraph:
+    """Faces as cells, and an arc from each face to each face it shares an edge with.
+
+    Attributes
+    ----------
+    positions : ndarray of float64, shape (N, 3)
+        Centroids of the faces.
+    measures : ndarray of float64, shape (N,)
+        Areas of the faces; 0 for a degenerate one.
+    offsets : ndarray of int64, shape (N + 1,)
+        The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
+    neighbors : ndarray of int32, shape (M,)
+        The face that each arc leads to.
+    sides : ndarray of uint16, shape (M,)
+        The side of the face that the arc leaves by: side s joins corners s and s + 1 (mod 3).
+    same_turn : ndarray of uint8, shape (M,)
+        1 where both faces run through their edge in the same direction, that is, where they are
+        inconsistently oriented; else 0.
+    bounds : ndarray of float64, shape (2, 3)
+        Low and high corner of the bounding box of the vertices that faces use.
+    edge_counts : EdgeCounts
+        Edges, and those on the boundary, non-manifold and inconsistent.
+    """
+
+    positions: npt.NDArray[np.float64]
+    measures: npt.NDArray[np.float64]
+    offsets: npt.NDArray[np.int64]
+    neighbors: npt.NDArray[np.int32]
+    sides: npt.NDArray[np.uint16]
+    same_turn: npt.NDArray[np.uint8]
+    bounds: npt.NDArray[np.float64]
+    edge_counts: EdgeCounts
+
+    def __post_init__(self) -> None:
+        positions = checked_positions(self.positions)
+        offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
+        measures = exact_array(self.measures, np.float64)
+        sides = exact_array(self.sides, np.uint16)
+        same_turn = exact_array(self.same_turn, np.uint8)
+        if measures.shape != (len(positions),):
+            raise ValueError("measures must be one per face")
+        if not sides.shape == same_turn.shape == neighbors.shape:
+            raise ValueError("sides and same_turn must be one per arc")
+        if sides.max(initial=0) > 2:
+            raise ValueError("sides must be 0, 1 or 2")
+        freeze(
+            self,
+            positions=positions,
+            measures=measures,
+            offsets=offsets,
+            neighbors=neighbors,
+            sides=sides,
+            same_turn=same_turn,
+            bounds=checked_bounds(self.bounds, positions),
+        )
+
+    @classmethod
+    def _unchecked(cls, edge_counts: EdgeCounts, **arrays: npt.NDArray[Any]) -> FaceGraph:
+        """Make a graph of what our own kernels have just made, which needs no check."""
+        graph = object.__new__(cls)
+        freeze(graph, **arrays)
+        object.__setattr__(graph, "edge_counts", edge_counts)
+        return graph
+
+    @property
+    def n_cells(self) -> int:
+        """Number of faces, N."""
+        return len(self.positions)
+
+    @property
+    def n_arcs(self) -> int:
+        """Number of arcs, M: two for each pair of neighbors on an edge."""
+        return len(self.neighbors)
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box, d in eq. 3, in the unit of the vertices; > 0."""
+        return box_diagonal(self.bounds)
+
+    def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
+        """Return the graph that the clusterer takes, with one weight per arc (finite, >= 0)."""
+        return CellGraph._of_checked_arcs(
+            checked_threads(n_threads),
+            positions=self.positions,
+            measures=self.measures,
+            offsets=self.offsets,
+            neighbors=self.neighbors,
+            weights=weights,
+            bounds=self.bounds,
+        )
+
+    def quantized(
+        self, weights: npt.ArrayLike, n_threads: int
+    ) -> tuple[npt.NDArray[np.float32], float]:
+        """Return what is left of weights in `CellGraph.lengths`, and the unit of these."""
+        checked_measures(self.measures, self.n_cells, n_threads)
+        return _core.quantize_weights(checked_weights(weights, self.n_arcs, n_threads), n_threads)
+
+    def __repr__(self) -> str:
+        return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"
+
+
+def build_face_graph(mesh: object, *, weld: bool = True, n_threads: int | None = None) -> FaceGraph:
+    """Return the graph of the faces of a mesh that share an edge.
+
+    All pairs of faces around a non-manifold edge are neighbors; a boundary edge has no arc. Faces
+    that share two edges have two arcs each way. A side whose two ends are one vertex is no edge,
+    and no face is its own neighbor. The arcs of a face are sorted by side, then by neighbor. Time
+    and memory are linear in faces and arcs.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    weld : bool, default True
+        Count vertices at exactly the same position as one, so that triangle soup and meshes with
+        seams are connected. If False, only faces that name the same vertices are neighbors.
+    n_threads : int, optional
+        As for `segment`.
+
+    Raises
+    ------
+    MeshError
+        If there are more than 16 arcs per face and more than 2**24 in all, as where five
+        thousand faces share one edge.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> graph = build_face_graph(square)
+    >>> graph.neighbors, graph.sides
+    (array([1, 0], dtype=int32), array([2, 0], dtype=uint16))
+    >>> graph.edge_counts
+    EdgeCounts(edges=5, boundary=4, non_manifold=0, inconsistent=0)
+    """
+    mesh = as_mesh(mesh)
+    threads = checked_threads(n_threads)
+    if weld:
+        representative = _core.weld_vertices(mesh.vertices, threads)
+    else:
+        representative = np.arange(mesh.n_vertices, dtype=np.int32)
+    try:
+        offsets, neighbors, sides, same_turn, counts = _core.build_face_graph(
+            mesh.faces, representative, threads
+        )
+    except ValueError as error:  # std::length_error: too many arcs
+        raise MeshError(str(error)) from None
+    del representative  # memory for what follows
+    centroids, areas = _core.measure_faces(mesh.vertices, mesh.faces, threads)
+    return FaceGraph._unchecked(
+        EdgeCounts(*counts),
+        positions=centroids,
+        measures=areas,
+        offsets=offsets,
+        neighbors=neighbors,
+        sides=sides,
+        same_turn=same_turn,
+        bounds=mesh.bounds,
+    )

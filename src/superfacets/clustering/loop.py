@@ -1,0 +1,228 @@
+"""Stage 4: the loop. Place seeds; label all cells; move the centers; repeat."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._timing import timed
+from .._validate import checked_callable, checked_count, checked_number, checked_threads
+from ..cells.cell_graph import CellGraph, OrderedCells, checked_graph
+from .seeding import check_size, region_size, run_seeding
+
+__all__ = ["Loop", "Progress", "Segmentation", "StopReason", "segment_cells", "segment_graph"]
+
+StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
+Progress = Callable[[int, int], object]
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """Superfacets: a label for every face, and how they came about.
+
+    ``np.asarray(segmentation)`` is ``labels``.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (N,)
+        Region of each face, 0..K-1, in the order of the input.
+    centers : ndarray of int32, shape (K,)
+        The face that stands for each region, and belongs to it. The labels are the classification
+        of these; where regions were cleaned up after that, as `segment` does by default, they
+        begin from it.
+    n_segments : int
+        Number of regions, K.
+    n_iter : int
+        How many times all faces were labeled.
+    stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
+        The centers moved less than `tol`; a set of centers came back; as many iterations as
+        allowed; `progress` returned False.
+    n_joined : int
+        Pieces of regions that joined a neighbor, with ``enforce_connectivity``.
+    n_merged : int
+        Small regions that were merged into another, with ``min_size``: K was larger by as many.
+    n_islands : int
+        Small regions that touch no other, and stayed.
+    timings : dict of str to float
+        Seconds of wall time in each stage.
+    params : dict
+        The parameters as used. ``expected_radius`` is r in the unit of the vertices, where
+        ``radius`` is the fraction of the diagonal that was asked for, or None.
+    """
+
+    labels: npt.NDArray[np.int32]
+    centers: npt.NDArray[np.int32]
+    n_iter: int
+    stop_reason: StopReason
+    timings: dict[str, float] = field(repr=False)
+    params: dict[str, Any] = field(repr=False)
+    n_joined: int = 0
+    n_merged: int = 0
+    n_islands: int = 0
+
+    @property
+    def n_segments(self) -> int:
+        """Number of regions, K."""
+        return len(self.centers)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        return np.array(self.labels, dtype=dtype, copy=copy)
+
+    def __repr__(self) -> str:
+        return (
+            f"Segmentation({len(self.labels)} cells, {self.n_segments} regions, "
+            f"{self.n_iter} iterations, {self.stop_reason})"
+        )
+
+
+def segment_graph(
+    graph: CellGraph,
+    n_segments: int | None = None,
+    *,
+    radius: float | None = None,
+    init: str | npt.ArrayLike = "geodesic",
+    radius_factor: float | None = None,
+    max_num_iter: int = 50,
+    tol: float = 0.02,
+    n_threads: int | None = None,
+    progress: Progress | None = None,
+) -> Segmentation:
+    """Label every cell of a graph of one's own with one of k compact regions.
+
+    The clustering behind `segment`, for cells of any kind: it knows positions, measures and
+    weighted arcs, and no mesh.
+
+    Parameters
+    ----------
+    graph : CellGraph
+    n_segments, radius, init, radius_factor, max_num_iter, tol, n_threads, progress
+        As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``.
+
+    Returns
+    -------
+    Segmentation
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    Examples
+    --------
+    >>> line = CellGraph([[x, 0, 0] for x in range(5)], [1] * 5, [0, 1, 3, 5, 7, 8],
+    ...                  [1, 0, 2, 1, 3, 2, 4, 3], [1] * 8)
+    >>> segment_graph(line, 2)
+    Segmentation(5 cells, 2 regions, 1 iterations, converged)
+    """
+    checked_graph(graph)
+    check_size(n_segments, radius)
+    loop = Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
+    return segment_cells(graph.ordered(loop.n_threads), n_segments, radius, init, loop)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """Checked parameters of the loop."""
+
+    max_num_iter: int
+    tol: float  # in radii
+    radius_factor: float | None  # None: exact
+    n_threads: int
+    progress: Progress | None
+
+    @classmethod
+    def checked(
+        cls, max_num_iter: int, tol: float, radius_factor: float | None, n_threads: int | None,
+        progress: Progress | None,
+    ) -> Loop:  # fmt: skip
+        """Arguments as for `segment`."""
+        if radius_factor is not None:
+            radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
+        return cls(
+            checked_count(max_num_iter, "max_num_iter"),
+            checked_number(tol, "tol", zero=True),
+            radius_factor,
+            checked_threads(n_threads),
+            checked_callable(progress, "progress"),
+        )
+
+
+def segment_cells(
+    cells: OrderedCells,
+    n_segments: int | None,
+    radius: float | None,
+    init: str | npt.ArrayLike,
+    loop: Loop,
+) -> Segmentation:
+    """Segment what has been checked."""
+    timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
+    with timed(timings, "seeding"):
+        size = region_size(cells, n_segments, radius, init)
+        seeds = run_seeding(cells, size, n_segments, init, loop.n_threads)
+    clustering, n_iter, stop_reason = _iterate(cells.graph, seeds, size.radius, loop, timings)
+    params = {
+        "n_segments": None if radius is not None else size.n_segments,
+        "radius": radius,
+        "expected_radius": size.radius,
+        "init": init if isinstance(init, str) else "given",
+        "radius_factor": loop.radius_factor,
+        "max_num_iter": loop.max_num_iter,
+        "tol": loop.tol,
+    }
+    labels, centers = clustering.labels(), clustering.centers()
+    return Segmentation(labels, centers, n_iter, stop_reason, timings, params)
+
+
+def _iterate(
+    graph: _core.OrderedGraph,
+    seeds: npt.NDArray[np.int32],
+    radius: float,
+    loop: Loop,
+    timings: dict[str, float],
+) -> tuple[_core.Clustering, int, StopReason]:
+    """Classify and update until one of the stop rules holds; add up the time of both.
+
+    What comes back is the classification by its own centers: the last move is dropped, whatever
+    ends the loop.
+    """
+    reach = math.inf if loop.radius_factor is None else loop.radius_factor * radius
+    with timed(timings, "classify"):
+        clustering = _core.Clustering(graph, seeds, reach, loop.n_threads)
+    seen: set[bytes] = set()
+    for iteration in range(1, loop.max_num_iter + 1):
+        centers = clustering.centers()
+        with timed(timings, "update"):
+            moved_to = clustering.update()
+        n_moved = int(np.count_nonzero(moved_to != centers))
+        seen.add(_fingerprint(centers))
+        answer = None if loop.progress is None else loop.progress(iteration, n_moved)
+        is_cancelled = isinstance(answer, (bool, np.bool_)) and not answer
+        if n_moved == 0 or _root_mean_square_move(graph, centers, moved_to) <= loop.tol * radius:
+            return clustering, iteration, "converged"
+        if is_cancelled:
+            return clustering, iteration, "cancelled"
+        if _fingerprint(moved_to) in seen:
+            return clustering, iteration, "cycle"
+        if iteration < loop.max_num_iter:
+            with timed(timings, "classify"):
+                clustering.classify(moved_to)
+    return clustering, loop.max_num_iter, "max_num_iter"
+
+
+def _root_mean_square_move(
+    graph: _core.OrderedGraph, centers: npt.NDArray[np.int32], moved_to: npt.NDArray[np.int32]
+) -> float:
+    moves = graph.positions_of(moved_to) - graph.positions_of(centers)
+    return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
+
+
+def _fingerprint(centers: npt.NDArray[np.int32]) -> bytes:
+    """128 bits that tell sets of centers apart, so that the sets need not be kept."""
+    return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()

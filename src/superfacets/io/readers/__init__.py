@@ -1,0 +1,1 @@
+"""Reading of meshes and labels: one file per format, on `text` and `guards`."""

@@ -1,0 +1,196 @@
+"""glTF and GLB: the triangles of a scene, each mesh once per node that shows it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._validate import MAX_CELLS
+from ...errors import MeshError
+from ..guards import Arrays, Content, as_doubles
+from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
+
+__all__ = ["read_gltf"]
+
+Matrix = npt.NDArray[np.float64]
+
+TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
+
+
+def read_gltf(data: Content, folder: Path) -> Arrays:
+    """Vertices and faces of the default scene of a .gltf or .glb file that lies in `folder`.
+
+    Meshes come in the order of the file, each moved by every node that shows it, in the order of
+    the scene. Vertices that primitives of one mesh share stay shared. Lines and points are skipped.
+
+    lagrange is not used: it reads past the end of buffers, crashes on nodes in a circle, skips
+    sparse values, misreads quantized positions, and refuses meshes without indices.
+    """
+    gltf = open_gltf(data, folder)
+    visits = sorted(_visit_nodes(gltf), key=lambda visit: visit[0])
+    meshes = {index: _read_mesh(gltf, index) for index in sorted({index for index, _ in visits})}
+    n_faces = sum(len(meshes[index][1]) for index, _ in visits)
+    n_vertices = sum(len(meshes[index][0]) for index, _ in visits)
+    if n_faces == 0:
+        raise MeshError("the scene of the glTF file shows no triangles")
+    if max(n_faces, n_vertices) > MAX_CELLS:
+        raise MeshError(
+            f"the scene shows {n_faces} faces and {n_vertices} vertices;"
+            f" at most {MAX_CELLS} are supported"
+        )
+    return _join([_place(*meshes[index], matrix) for index, matrix in visits])
+
+
+def _join(parts: list[Arrays]) -> Arrays:
+    """One mesh of several."""
+    sizes = [len(positions) for positions, _ in parts]
+    first_vertices = np.cumsum(sizes) - sizes
+    faces = [
+        _moved_on(faces, int(first))
+        for (_, faces), first in zip(parts, first_vertices, strict=True)
+    ]
+    return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
+
+
+def _moved_on(faces: npt.NDArray[Any], first_vertex: int) -> npt.NDArray[Any]:
+    """Faces whose vertices follow others."""
+    return faces + np.int64(first_vertex) if first_vertex else faces
+
+
+def _concatenated(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    """The parts as one array, which is no copy of a single one."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+
+
+def _visit_nodes(gltf: Gltf) -> list[tuple[int, Matrix]]:
+    """Mesh and global matrix of each node of the scene that shows a mesh, depth first."""
+    scene = gltf.item("scenes", gltf.document.get("scene", 0))
+    stack = [(root, np.eye(4)) for root in reversed(_indices(scene, "nodes"))]
+    seen: set[int] = set()
+    visits = []
+    while stack:
+        index, above = stack.pop()
+        node = gltf.item("nodes", index)
+        if index in seen:
+            raise MeshError(f"broken glTF: nodes[{index}] has two parents, or is its own")
+        seen.add(index)
+        matrix = _product(above, _local_matrix(node))
+        if "mesh" in node:
+            gltf.item("meshes", node["mesh"])
+            visits.append((node["mesh"], matrix))
+        stack.extend((child, matrix) for child in reversed(_indices(node, "children")))
+    return visits
+
+
+def _indices(item: dict[str, Any], key: str) -> list[Any]:
+    values = item.get(key, [])
+    if not isinstance(values, list):
+        raise MeshError(f"broken glTF: {key} is not a list")
+    return values
+
+
+def _product(left: Matrix, right: Matrix) -> Matrix:
+    """Matrix product in a fixed order of additions, so that every machine rounds alike."""
+    with np.errstate(over="ignore", invalid="ignore"):  # for the checks of Mesh to find
+        result: Matrix = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
+    return result
+
+
+def _local_matrix(node: dict[str, Any]) -> Matrix:
+    """The node's own matrix, which is stored by columns, or is made of its parts."""
+    if "matrix" in node:
+        return numbers(node, "matrix", [0.0] * 16).reshape(4, 4).T
+    matrix = np.eye(4)
+    scale = numbers(node, "scale", [1.0] * 3)
+    matrix[:3, :3] = _rotation(numbers(node, "rotation", [0.0, 0.0, 0.0, 1.0])) * scale
+    matrix[:3, 3] = numbers(node, "translation", [0.0] * 3)
+    return matrix
+
+
+def _rotation(quaternion: npt.NDArray[np.float64]) -> Matrix:
+    """Rotation matrix of x, y, z, w, which need not have length 1."""
+    length = np.abs(quaternion).max()
+    if length == 0:
+        raise MeshError("broken glTF: a rotation is zero")
+    x, y, z, w = quaternion / length
+    s = 2 / (x * x + y * y + z * z + w * w)
+    return np.array(
+        [
+            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+        ]
+    )
+
+
+def _read_mesh(gltf: Gltf, index: int) -> Arrays:
+    """The triangles of all primitives of a mesh."""
+    positions: dict[int, npt.NDArray[np.float64]] = {}  # of each accessor, in order of first use
+    faces: list[npt.NDArray[Any]] = []
+    first_vertices: dict[int, int] = {}
+    n_vertices = 0
+    for primitive in items(gltf.item("meshes", index), "primitives"):
+        if not _has_triangles(primitive):
+            continue
+        attributes = primitive.get("attributes")
+        accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
+        if type(accessor) is not int:
+            raise MeshError(f"broken glTF: meshes[{index}] has a primitive without positions")
+        if accessor not in positions:
+            positions[accessor] = _read_positions(gltf, accessor)
+            first_vertices[accessor] = n_vertices
+            n_vertices += len(positions[accessor])
+        corners = _read_corners(gltf, primitive, len(positions[accessor]))
+        faces.append(_moved_on(corners.reshape(-1, 3), first_vertices[accessor]))
+    if not faces:
+        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
+    return _concatenated(list(positions.values())), _concatenated(faces)
+
+
+def _has_triangles(primitive: dict[str, Any]) -> bool:
+    mode = whole(primitive, "mode", TRIANGLES)
+    if mode in (TRIANGLE_STRIP, TRIANGLE_FAN):
+        raise MeshError("the glTF file holds triangle strips or fans, which are not supported")
+    return mode == TRIANGLES
+
+
+def _read_positions(gltf: Gltf, index: int) -> npt.NDArray[np.float64]:
+    """Positions as (V, 3); quantized ones (KHR_mesh_quantization) become what they stand for."""
+    stored = read_accessor(gltf, index, "VEC3")
+    positions = as_doubles(stored)
+    if stored.dtype.kind == "f" or gltf.item("accessors", index).get("normalized") is not True:
+        return positions
+    return np.maximum(positions / np.iinfo(stored.dtype).max, -1.0)
+
+
+def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> npt.NDArray[Any]:
+    """Vertex index of each corner, flat: without indices, vertices are corners in their order."""
+    if "indices" in primitive:
+        stored = read_accessor(gltf, primitive["indices"], "SCALAR")
+        if stored.dtype.kind != "u":
+            raise MeshError("broken glTF: vertex indices must be unsigned integers")
+        fits = stored.max(initial=0) <= MAX_CELLS
+        corners = stored.astype(np.int32 if fits else np.int64, copy=False)
+    else:
+        corners = np.arange(n_vertices)
+    if len(corners) % 3:
+        raise MeshError(f"broken glTF: {len(corners)} corners do not make triangles")
+    if len(corners) and corners.max() >= n_vertices:
+        raise MeshError(
+            f"a face refers to vertex {corners.max()} but its primitive has {n_vertices} vertices"
+        )
+    return corners
+
+
+def _place(positions: npt.NDArray[np.float64], faces: npt.NDArray[Any], matrix: Matrix) -> Arrays:
+    """A mesh moved by a matrix; where that mirrors, faces turn so that they still face outward."""
+    if np.array_equal(matrix, np.eye(4)):
+        return positions, faces
+    axes = matrix[:3, :3]
+    with np.errstate(over="ignore", invalid="ignore"):  # for the checks of Mesh to find
+        moved = (positions[:, np.newaxis, :] * axes).sum(axis=2) + matrix[:3, 3]
+        volume = float((np.cross(axes[0], axes[1]) * axes[2]).sum())
+    return moved, faces[:, [0, 2, 1]] if volume < 0 else faces

@@ -1,0 +1,218 @@
+"""The container of glTF: its JSON document, its buffers, and the arrays that accessors describe.
+
+Nothing in the document is trusted: indices, sizes and strides are checked against the bytes that
+are there before numpy sees them.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import reprlib
+import struct
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+from urllib.parse import unquote
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ..guards import Content, read_content
+
+__all__ = ["Gltf", "items", "numbers", "open_gltf", "read_accessor", "whole"]
+
+COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+
+WIDTHS = {"SCALAR": 1, "VEC3": 3}
+"""Of all accessor types, those of indices and positions."""
+
+LARGEST = sys.float_info.max
+
+CHUNK_JSON, CHUNK_BINARY = 0x4E4F534A, 0x004E4942
+
+UNSUPPORTED = (
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
+)
+"""Extensions that put faces where only they know."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gltf:
+    """A glTF document.
+
+    Parameters
+    ----------
+    document : dict
+        The JSON.
+    buffers : list of memoryview
+        Contents of the buffers, each as long as the document declares, or longer.
+    """
+
+    document: dict[str, Any]
+    buffers: list[memoryview]
+
+    def item(self, kind: str, index: object) -> dict[str, Any]:
+        """Object ``index`` of a list of the document; a MeshError if there is none."""
+        listed = self.document.get(kind)
+        found = listed if isinstance(listed, list) else []
+        item = found[index] if type(index) is int and 0 <= index < len(found) else None
+        if not isinstance(item, dict):
+            raise MeshError(f"broken glTF: there is no {kind}[{reprlib.repr(index)}]")
+        return item
+
+
+def open_gltf(data: Content, folder: Path) -> Gltf:
+    """Take a .glb or .gltf file apart."""
+    text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
+    try:
+        document = json.loads(text.decode("utf-8-sig"), parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as error:
+        problem = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise MeshError(f"not a glTF file, or damaged: {problem}") from None
+    if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
+        raise MeshError("not a glTF file: the JSON has no asset")
+    version = document["asset"].get("version")
+    if not isinstance(version, str) or not version.startswith("2."):
+        raise MeshError(f"glTF version {reprlib.repr(version)} is not supported, only 2.0 is")
+    required = document.get("extensionsRequired", [])
+    used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
+    if used:
+        raise MeshError(f"the glTF extension {used[0]} is not supported: save the file without it")
+    return Gltf(document, _read_buffers(document, binary, folder))
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not a JSON number")
+
+
+def _split_chunks(data: Content) -> tuple[bytes, memoryview]:
+    """The JSON and the binary chunk of a GLB."""
+    if len(data) < 20:
+        raise MeshError(f"the GLB file is cut: it has only {len(data)} bytes")
+    version, size, json_size, kind = struct.unpack_from("<4I", data, 4)
+    if version != 2:
+        raise MeshError(f"GLB version {version} is not supported, only 2 is")
+    if size != len(data):
+        raise MeshError(f"the GLB file declares {size} bytes but has {len(data)}: is it damaged?")
+    json_end = 20 + json_size
+    if kind != CHUNK_JSON or json_end > len(data):
+        raise MeshError("broken GLB: it does not begin with a whole JSON chunk")
+    binary = memoryview(b"")
+    if json_end < len(data):
+        if json_end + 8 > len(data):
+            raise MeshError("broken GLB: the header of its second chunk is cut")
+        binary_size, kind = struct.unpack_from("<2I", data, json_end)
+        if json_end + 8 + binary_size > len(data):
+            raise MeshError("broken GLB: its second chunk is longer than the file")
+        if kind == CHUNK_BINARY:
+            binary = memoryview(data)[json_end + 8 : json_end + 8 + binary_size]
+    return data[20:json_end], binary
+
+
+def items(item: dict[str, Any], key: str) -> list[dict[str, Any]]:
+    """A list of objects out of an object of the document; empty where it is absent."""
+    values = item.get(key, [])
+    if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
+        raise MeshError(f"broken glTF: {key} is not a list of objects")
+    return values
+
+
+def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
+    """A number >= 0 out of an object of the document; a MeshError if it is anything else."""
+    value = item.get(key, default)
+    if type(value) is not int or value < 0:
+        raise MeshError(f"broken glTF: {key} is {reprlib.repr(value)}")
+    return value
+
+
+def numbers(item: dict[str, Any], key: str, default: list[float]) -> npt.NDArray[np.float64]:
+    """As many finite numbers as `default` has, out of an object of the document."""
+    values = item.get(key, default)
+    is_list = isinstance(values, list) and len(values) == len(default)
+    if not is_list or not all(type(value) in (int, float) for value in values):
+        raise MeshError(f"broken glTF: {key} must be {len(default)} numbers")
+    if not all(abs(value) <= LARGEST for value in values):
+        raise MeshError(f"broken glTF: {key} is not finite")
+    return np.array(values, dtype=np.float64)
+
+
+def read_accessor(gltf: Gltf, index: object, kind: str) -> npt.NDArray[Any]:
+    """The (n,) or (n, 3) array that an accessor of type `kind` describes, as it is stored."""
+    accessor = gltf.item("accessors", index)
+    where = f"accessors[{index}]"
+    if accessor.get("type") != kind or whole(accessor, "componentType") not in COMPONENTS:
+        raise MeshError(f"broken glTF: {where} should be of type {kind}")
+    if "sparse" in accessor or "bufferView" not in accessor:
+        raise MeshError(f"{where} is sparse or compressed, which is not supported")
+    dtype = np.dtype(COMPONENTS[accessor["componentType"]])
+    n_rows = whole(accessor, "count")
+    view = gltf.item("bufferViews", accessor["bufferView"])
+    content = _view_content(gltf, view)
+    begin = whole(accessor, "byteOffset", 0)
+    row_size = dtype.itemsize * WIDTHS[kind]
+    stride = whole(view, "byteStride", row_size)
+    if stride < row_size:
+        raise MeshError(f"broken glTF: {where} has rows that overlap")
+    if n_rows and begin + stride * (n_rows - 1) + row_size > len(content):
+        raise MeshError(f"broken glTF: {where} is longer than its buffer view: is the file cut?")
+    shape = (n_rows,) if kind == "SCALAR" else (n_rows, WIDTHS[kind])
+    strides = (stride,) if kind == "SCALAR" else (stride, dtype.itemsize)
+    if not n_rows:
+        return np.empty(shape, dtype=dtype)
+    return np.ndarray(shape, dtype=dtype, buffer=content, offset=begin, strides=strides)
+
+
+def _view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
+    """The bytes of a buffer view."""
+    gltf.item("buffers", view.get("buffer"))
+    buffer = gltf.buffers[view["buffer"]]
+    begin, size = whole(view, "byteOffset", 0), whole(view, "byteLength")
+    if begin + size > len(buffer):
+        raise MeshError("broken glTF: a buffer view is longer than its buffer: is the file cut?")
+    view_content: memoryview = buffer[begin : begin + size]
+    return view_content
+
+
+def _read_buffers(document: dict[str, Any], binary: memoryview, folder: Path) -> list[memoryview]:
+    """Contents of the buffers: the binary chunk, or what an address holds or points to."""
+    contents: list[memoryview] = []
+    for index, buffer in enumerate(items(document, "buffers")):
+        address = buffer.get("uri")
+        if address is None and index == 0:
+            content = binary
+        elif isinstance(address, str):
+            content = memoryview(_fetch(address, folder))
+        else:
+            raise MeshError(f"broken glTF: buffers[{index}] has no data")
+        declared = whole(buffer, "byteLength")
+        if declared > len(content):
+            raise MeshError(
+                f"buffers[{index}] declares {reprlib.repr(declared)} bytes but has {len(content)}:"
+                " is the file cut?"
+            )
+        contents.append(content)
+    return contents
+
+
+def _fetch(address: str, folder: Path) -> Content:
+    """Bytes of a data address, or of a file beside the document."""
+    shown = reprlib.repr(address)
+    if address.startswith("data:"):
+        _, marker, encoded = address.partition(";base64,")
+        try:
+            return base64.b64decode(encoded if marker else "*", validate=True)
+        except ValueError:
+            raise MeshError(f"broken glTF: {shown} is not base64") from None
+    if re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in unquote(address):
+        raise MeshError(f"the buffer {shown} is not a file beside the glTF file")
+    try:
+        return read_content(folder / unquote(address))
+    except OSError:
+        raise MeshError(f"the buffer {shown} cannot be read beside the glTF file") from None

@@ -1,0 +1,114 @@
+"""OBJ: the `v` and `f` lines, whatever objects, groups and materials they belong to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ..guards import Arrays, Content, check_triangles
+from .text import Lines, iterate_lines, table
+
+__all__ = ["read_obj"]
+
+KEYWORDS = (b"v", b"f")
+VERTEX, FACE = range(2)
+
+_CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
+"""A line, without a comment, that goes on in the next one."""
+
+
+def read_obj(data: Content) -> Arrays:
+    """Vertices, one per `v` line, and faces, one per `f` line, of an OBJ file.
+
+    Texture and normal indices do not split vertices. Lines and points are skipped. The format
+    declares no counts: a file that was cut between two lines cannot be told from a whole one.
+
+    lagrange is not used: it misrounds decimals (0.348799 becomes 0.34879899999999997), reads
+    ``nan`` as 0, drops a cut last face, and refuses comments behind, and lines continued in, faces.
+    """
+    if data.find(b"\\") >= 0:
+        data = _CONTINUED.sub(rb"\1 ", data)
+    blocks = list(_read_blocks(data))
+    vertices = np.concatenate([block.vertices for block in blocks])
+    lengths = np.concatenate([block.lengths for block in blocks])
+    if not len(vertices) and not len(lengths):
+        raise MeshError("not an OBJ file: it has no `v` and no `f` lines")
+    check_triangles(lengths)
+    faces = np.concatenate([block.corners for block in blocks]).reshape(-1, 3)
+    if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
+        _raise_index_error(data, faces, len(vertices))
+    return vertices, faces
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """What some lines of the file hold.
+
+    Parameters
+    ----------
+    vertices : (V, 3) float64
+        Of the `v` lines.
+    corners : (C,) int32 or int64
+        Vertex indices of the `f` lines, which count from 0; below 0 where there is no such vertex.
+    lengths : (F,) int32
+        Number of corners of each `f` line.
+    """
+
+    vertices: npt.NDArray[np.float64]
+    corners: npt.NDArray[Any]
+    lengths: npt.NDArray[np.int32]
+
+
+def _read_blocks(data: Content) -> Iterator[_Block]:
+    n_vertices = 0
+    for lines in iterate_lines(data, comment=b"#"):
+        keywords = lines.keywords(KEYWORDS)
+        is_vertex, is_face = keywords == VERTEX, keywords == FACE
+        vertices = _read_vertices(lines.after_keyword(is_vertex, b"v"))
+        faces = lines.after_keyword(is_face, b"f")
+        corners = faces.parse_corners()
+        if corners.min(initial=1) < 0:
+            n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
+            corners = _count_from_one(corners, np.repeat(n_before, faces.counts))
+        corners -= 1
+        yield _Block(vertices, corners, faces.counts)
+        n_vertices += len(vertices)
+
+
+def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:
+    """Coordinates; a weight or a color may follow them."""
+    short = np.flatnonzero(lines.counts < 3)
+    if len(short):
+        number, n_tokens = lines.number(short[0]), int(lines.counts[short[0]])
+        raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
+    vertices: npt.NDArray[np.float64] = table(lines.parse(np.float64), lines.counts, 3)
+    return vertices
+
+
+def _count_from_one(
+    corners: npt.NDArray[Any], n_before: npt.NDArray[np.int64]
+) -> npt.NDArray[np.int64]:
+    """Indices from 1, where -1 was the last of the vertices so far; 0 where there is none."""
+    return np.where(corners < 0, np.maximum(corners + n_before + 1, 0), corners)
+
+
+def _raise_index_error(data: Content, faces: npt.NDArray[Any], n_vertices: int) -> NoReturn:
+    """Raise a MeshError that names the first line with a wrong index, as it is written there."""
+    face, corner = np.argwhere((faces < 0) | (faces >= n_vertices))[0].tolist()
+    row = face
+    for lines in iterate_lines(data, comment=b"#"):
+        found = lines[lines.keywords(KEYWORDS) == FACE]
+        if row < len(found):
+            break
+        row -= len(found)
+    written = found.after_keyword(np.arange(len(found)) == row, b"f").parse_corners()[corner]
+    raise MeshError(
+        f"line {found.number(row)}: faces[{face}] refers to vertex {written}"
+        f" but the vertices are 1 to {n_vertices}"
+    )

@@ -1,0 +1,85 @@
+"""OFF: the word OFF, the counts, vertices, faces; comments and blank lines anywhere."""
+
+from __future__ import annotations
+
+import re
+import reprlib
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ..guards import Arrays, Content, check_triangles, counted, side_by_side
+from .text import Lines, as_integers, split_lines, table
+
+__all__ = ["read_off"]
+
+# The letters announce texture coordinates, colors and normals, which follow x y z on a vertex line.
+# Some data sets (ModelNet) write the counts right behind the word.
+_MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
+
+
+def read_off(data: Content) -> Arrays:
+    """Vertices and faces of an OFF file; colors and normals are skipped.
+
+    lagrange is not used: it hangs on a comment and rewrites indices that are out of range.
+    """
+    lines = split_lines(data, comment=b"#")
+    n_vertices, n_faces, n_header = _read_header(lines)
+    n_rows = len(lines) - n_header
+    if n_rows < n_vertices + n_faces:
+        raise MeshError(
+            f"the header declares {counted(n_vertices, 'vertex')} and {counted(n_faces, 'face')}"
+            f" but only {counted(n_rows, 'line')} follow: is the file cut?"
+        )
+    if n_rows > n_vertices + n_faces:
+        extra = lines.number(n_header + n_vertices + n_faces)
+        raise MeshError(f"line {extra} comes after all that the header declares")
+    body = lines[n_header:]
+    return _read_vertices(body[:n_vertices]), _read_faces(body[n_vertices:])
+
+
+def _read_header(lines: Lines) -> tuple[int, int, int]:
+    """Numbers of vertices, of faces and of header lines."""
+    first = lines.content(0).rstrip() if len(lines) else b""
+    magic = _MAGIC.match(first)
+    if magic is None:
+        raise MeshError("not an OFF file: it does not begin with the word OFF")
+    counts = first[magic.end() :]
+    n_header = 1
+    if counts.upper().startswith(b"BINARY"):
+        raise MeshError("binary OFF files are not supported")
+    if not counts and len(lines) > 1:
+        counts = lines.content(1)
+        n_header = 2
+    tokens = counts.split()
+    if not 2 <= len(tokens) <= 3 or not all(token.isdigit() for token in tokens):
+        shown = reprlib.repr(counts.decode("latin-1").strip())
+        raise MeshError(f"expected the counts of vertices, faces and edges, got {shown}")
+    # Longer than any count: int() refuses thousands of digits with an error of its own.
+    n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
+    return n_vertices, n_faces, n_header
+
+
+def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:
+    short = np.flatnonzero(lines.counts < 3)
+    if len(short):
+        number, n_tokens = lines.number(short[0]), int(lines.counts[short[0]])
+        raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
+    vertices: npt.NDArray[np.float64] = table(lines.parse(np.float64), lines.counts, 3)
+    return vertices
+
+
+def _read_faces(lines: Lines) -> npt.NDArray[Any]:
+    values = lines.parse_integers_or_floats()  # floats where colors are
+    n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
+    short = np.flatnonzero(lines.counts - 1 < n_corners)
+    if len(short):
+        line = short[0]
+        raise MeshError(
+            f"line {lines.number(line)}: a face of {n_corners[line]} corners"
+            f" needs as many indices, got {lines.counts[line] - 1}"
+        )
+    check_triangles(n_corners)
+    return as_integers(side_by_side(table(values, lines.counts, 4)[:, 1:]), "vertex indices")

@@ -1,0 +1,87 @@
+"""PLY: vertices and triangles, or the labels of faces, out of a file's tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ..guards import Arrays, Content, check_triangles, side_by_side
+from .ply_body import read_tables
+from .ply_header import Element, Header, parse_header
+from .text import as_integers
+
+__all__ = ["read_ply", "read_ply_labels"]
+
+INDEX_NAMES = ("vertex_indices", "vertex_index")
+
+
+def read_ply(data: Content) -> Arrays:
+    """Vertices and faces of a PLY file, ASCII or binary.
+
+    lagrange is not used: it does not notice that a binary file was cut, never returns from some
+    ASCII files that were, reads words there as 0, and takes the memory that a header claims.
+    """
+    header = parse_header(data)
+    vertex, vertices = _find_element(header, "vertex")
+    xyz = [_find_scalar(vertices, name) for name in "xyz"]
+    face, faces = _find_faces(header)
+    column = faces.find(*INDEX_NAMES)
+    if column is None or not faces.properties[column].is_list:
+        raise MeshError(f"the PLY faces have no list {INDEX_NAMES[0]}")
+    if not faces.properties[column].is_integer:
+        raise MeshError(f"the PLY list {INDEX_NAMES[0]} must hold integers")
+    tables = read_tables(header, data)
+    indices = tables[face][column]
+    check_triangles(_present(indices.lengths))
+    positions = np.empty((vertices.n_rows, 3))
+    with np.errstate(invalid="ignore"):  # numpy warns of some kinds of NaN; `Mesh` refuses them
+        for axis, place in enumerate(xyz):
+            positions[:, axis] = _present(tables[vertex][place].values)
+    return positions, as_integers(side_by_side(_present(indices.values)), "vertex indices")
+
+
+def read_ply_labels(data: Content) -> npt.NDArray[Any]:
+    """The face property `label` of a PLY file; the faces may be polygons."""
+    header = parse_header(data)
+    face, faces = _find_faces(header)
+    column = faces.find("label")
+    if column is None or faces.properties[column].is_list:
+        raise MeshError("the PLY faces have no property label")
+    if not faces.properties[column].is_integer:
+        raise MeshError("labels must be integers: the PLY file declares another type")
+    return as_integers(_present(read_tables(header, data)[face][column].values), "labels")
+
+
+def _find_element(header: Header, name: str) -> tuple[int, Element]:
+    place = header.find(name)
+    if place is None:
+        raise MeshError(f"the PLY file has no element {name}")
+    return place, header.elements[place]
+
+
+def _find_faces(header: Header) -> tuple[int, Element]:
+    """Place and declaration of the faces, of which there is at least one."""
+    place = header.find("face")
+    if place is not None and header.elements[place].n_rows:
+        return place, header.elements[place]
+    if header.find("tristrips") is not None:
+        raise MeshError(
+            "the PLY file holds triangle strips (element tristrips), which are not supported:"
+            " save it with faces"
+        )
+    raise MeshError("the PLY file has no faces: is it a point cloud?")
+
+
+def _find_scalar(element: Element, name: str) -> int:
+    column = element.find(name)
+    if column is None or element.properties[column].is_list:
+        raise MeshError(f"the PLY element {element.name} has no property {name}")
+    return column
+
+
+def _present(values: npt.NDArray[Any] | None) -> npt.NDArray[Any]:
+    assert values is not None
+    return values

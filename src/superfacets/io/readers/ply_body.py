@@ -1,0 +1,255 @@
+"""The tables of a PLY file, as columns, whatever elements and properties they have."""
+
+from __future__ import annotations
+
+import reprlib
+import struct
+from array import array
+from dataclasses import dataclass
+from typing import Any, NoReturn
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ..guards import Content, counted
+from .ply_header import Element, Header, Property
+from .text import Lines, as_integers, split_lines
+
+__all__ = ["Column", "read_tables"]
+
+Index = npt.NDArray[np.int64]
+
+MAX_RECORD_SIZE = 2**31 - 1
+"""numpy refuses larger records."""
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """The values of one property.
+
+    Parameters
+    ----------
+    values : ndarray or None
+        Shape (R,), or for lists (R, n); None where the lists differ in length.
+    lengths : (R,) ndarray of integers, or None
+        Lengths of the lists; None if this is no list.
+    """
+
+    values: npt.NDArray[Any] | None
+    lengths: npt.NDArray[Any] | None = None
+
+
+def read_tables(header: Header, data: Content) -> list[list[Column]]:
+    """Columns of all elements, in the order of the header.
+
+    No array is made before its declared size was compared with what the file holds, and nothing
+    but blanks may follow the last element. Lists of one length (all faces triangles) are read at
+    once; where lengths differ, rows are visited one by one.
+    """
+    return _read_text(header, data) if header.is_ascii else _read_binary(header, data)
+
+
+def _raise_cut(element: Element, what: str) -> NoReturn:
+    raise MeshError(
+        f"the PLY header declares {counted(element.n_rows, 'row')} of element"
+        f" {reprlib.repr(element.name)} but the file ends {what}: is it cut?"
+    )
+
+
+def _read_binary(header: Header, data: Content) -> list[list[Column]]:
+    tables = []
+    begin = header.size
+    for element in header.elements:
+        columns, begin = _read_binary_element(element, data, begin)
+        tables.append(columns)
+    if data[begin:].strip(b"\0 \r\n\t"):
+        n_extra = len(data) - begin
+        raise MeshError(f"{counted(n_extra, 'byte')} follow all that the PLY header declares")
+    return tables
+
+
+def _read_binary_element(element: Element, data: Content, begin: int) -> tuple[list[Column], int]:
+    """Columns of an element, and where it ends."""
+    heads = [np.dtype(stored.count_dtype or stored.dtype) for stored in element.properties]
+    least = sum(head.itemsize for head in heads)
+    if element.n_rows * least > len(data) - begin:
+        _raise_cut(element, f"after at most {(len(data) - begin) // least}")
+    if not element.n_rows or not least:
+        return [Column(np.empty(0), np.empty(0)) for _ in heads], begin
+    _, lengths, _ = _walk(element, 1, data, begin)
+    columns, end = _read_uniform(element, lengths[0].tolist(), data, begin)
+    if columns is None:
+        starts, lengths, end = _walk(element, element.n_rows, data, begin)
+        columns = [
+            _gather(stored, data, starts[:, i], lengths[:, i])
+            for i, stored in enumerate(element.properties)
+        ]
+    return columns, end
+
+
+def _read_uniform(
+    element: Element, lengths: list[int], data: Content, begin: int
+) -> tuple[list[Column] | None, int]:
+    """Columns if all rows have lists of these lengths, else None; and where the element ends."""
+    fields: list[Any] = []
+    for i, (stored, length) in enumerate(zip(element.properties, lengths, strict=True)):
+        if stored.is_list:
+            fields.append((f"length{i}", stored.count_dtype))
+        fields.append((f"value{i}", stored.dtype, (length,) if stored.is_list else ()))
+    row_size = sum(np.dtype(kind).itemsize * int(np.prod(shape)) for _, kind, *shape in fields)
+    if row_size > MAX_RECORD_SIZE or row_size * element.n_rows > len(data) - begin:
+        return None, begin
+    rows = np.frombuffer(data, dtype=np.dtype(fields), count=element.n_rows, offset=begin)
+    columns = []
+    for i, (stored, length) in enumerate(zip(element.properties, lengths, strict=True)):
+        stored_lengths = rows[f"length{i}"] if stored.is_list else None
+        if stored_lengths is not None and np.any(stored_lengths != length):
+            return None, begin
+        columns.append(Column(rows[f"value{i}"], stored_lengths))
+    return columns, begin + row_size * element.n_rows
+
+
+def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Index, Index, int]:
+    """First byte and number of the values in each row and column, and where the rows end."""
+    layout = [
+        (
+            struct.Struct(stored.dtype[0] + np.dtype(stored.count_dtype).char)
+            if stored.is_list
+            else None,
+            np.dtype(stored.dtype).itemsize,
+        )
+        for stored in element.properties
+    ]
+    starts, lengths = array("q"), array("q")
+    place = begin
+    for row in range(n_rows):
+        for head, size in layout:
+            length = 1
+            if head is not None:
+                if place + head.size > len(data):
+                    _raise_cut(element, f"in row {row}")
+                (length,) = head.unpack_from(data, place)
+                place += head.size
+            starts.append(place)
+            lengths.append(length)
+            place += size * max(length, 0)
+        if place > len(data):
+            _raise_cut(element, f"in row {row}")
+    shape = (n_rows, len(layout))
+    all_lengths = np.frombuffer(lengths, dtype=np.int64).reshape(shape)
+    _check_lengths(all_lengths)
+    return np.frombuffer(starts, dtype=np.int64).reshape(shape), all_lengths, place
+
+
+def _check_lengths(lengths: npt.NDArray[Any]) -> None:
+    if lengths.min(initial=0) < 0:
+        raise MeshError(f"the PLY file holds a list of {lengths.min()} numbers")
+
+
+def _gather(stored: Property, data: Content, starts: Index, lengths: Index) -> Column:
+    """The column whose values begin at these bytes."""
+    listed = lengths if stored.is_list else None
+    if np.any(lengths != lengths[0]):
+        return Column(None, listed)
+    size = np.dtype(stored.dtype).itemsize * int(lengths[0])
+    content = np.frombuffer(data, dtype=np.uint8)
+    values = content[starts[:, np.newaxis] + np.arange(size)].view(stored.dtype)
+    return Column(values if stored.is_list else values[:, 0], listed)
+
+
+def _read_text(header: Header, data: Content) -> list[list[Column]]:
+    lines = split_lines(data, begin=header.size)
+    tables = []
+    for element in header.elements:
+        n_rows = element.n_rows if element.properties else 0
+        if n_rows > len(lines):
+            _raise_cut(element, f"after {len(lines)}")
+        tables.append(_read_text_element(element, lines[:n_rows]))
+        lines = lines[n_rows:]
+    if len(lines):
+        raise MeshError(f"line {lines.number(0)} comes after all that the PLY header declares")
+    return tables
+
+
+def _read_text_element(element: Element, lines: Lines) -> list[Column]:
+    if any(stored.is_integer for stored in element.properties):
+        values = lines.parse_integers_or_floats()
+    else:
+        values = lines.parse(np.float64)
+    columns = _read_uniform_text(element, values, lines.counts)
+    return columns or _gather_text(element, values, lines)
+
+
+def _read_uniform_text(
+    element: Element, values: npt.NDArray[Any], counts: npt.NDArray[np.int32]
+) -> list[Column] | None:
+    """Columns if all rows have lists of the same lengths, else None."""
+    if not len(counts) or counts.min() != counts.max():
+        return None
+    rows = values.reshape(len(counts), -1)
+    columns = []
+    place = 0
+    for stored in element.properties:
+        if place >= rows.shape[1]:
+            return None
+        head = rows[:, place]
+        place += 1
+        if not stored.is_list:
+            columns.append(Column(_as_declared(head, stored)))
+            continue
+        length = int(head[0]) if 0 <= head[0] <= rows.shape[1] - place else -1
+        if length < 0 or np.any(head != length):
+            return None
+        lengths = np.broadcast_to(np.int64(length), len(head))
+        columns.append(Column(rows[:, place : place + length], lengths))
+        place += length
+    return columns if place == rows.shape[1] else None
+
+
+def _gather_text(element: Element, values: npt.NDArray[Any], lines: Lines) -> list[Column]:
+    """Columns of rows whose lists differ in length; a MeshError where one is no row."""
+    ends = np.cumsum(lines.counts, dtype=np.int64)
+    places = ends - lines.counts
+    columns = []
+    for stored in element.properties:
+        _check_tokens(lines, places < ends)
+        head = values[places]
+        places = places + 1
+        if not stored.is_list:
+            columns.append(Column(_as_declared(head, stored)))
+            continue
+        lengths = as_integers(head, "lengths of lists")
+        _check_lengths(lengths)
+        _check_tokens(lines, lengths <= ends - places)
+        columns.append(Column(_list_values(values, places, lengths), lengths))
+        places = places + lengths
+    _check_tokens(lines, places == ends)
+    return columns
+
+
+def _check_tokens(lines: Lines, is_right: npt.NDArray[np.bool_]) -> None:
+    if not is_right.all():
+        line = int(np.argmin(is_right))
+        raise MeshError(
+            f"line {lines.number(line)}: {counted(int(lines.counts[line]), 'number')}"
+            " do not make a row as the PLY header declares it"
+        )
+
+
+def _as_declared(values: npt.NDArray[Any], stored: Property) -> npt.NDArray[Any]:
+    """Values rounded as a binary file of the same header would hold them."""
+    if stored.dtype[-2:] != "f4":
+        return values
+    with np.errstate(over="ignore"):  # an infinity is for the checks of Mesh to find
+        return values.astype(np.float32)
+
+
+def _list_values(
+    values: npt.NDArray[Any], places: Index, lengths: Index
+) -> npt.NDArray[Any] | None:
+    """Lists of one length as an array; None if their lengths differ."""
+    if not len(lengths) or np.any(lengths != lengths[0]):
+        return None
+    listed: npt.NDArray[Any] = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]
+    return listed

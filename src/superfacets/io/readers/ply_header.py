@@ -1,0 +1,167 @@
+"""The header of a PLY file: what it declares, checked, with no array made."""
+
+from __future__ import annotations
+
+import reprlib
+from dataclasses import dataclass, field
+
+from ...errors import MeshError
+from ..guards import Content
+
+__all__ = ["Element", "Header", "Property", "parse_header"]
+
+TYPES = {
+    "char": "i1",
+    "uchar": "u1",
+    "short": "i2",
+    "ushort": "u2",
+    "int": "i4",
+    "uint": "u4",
+    "float": "f4",
+    "double": "f8",
+    "int8": "i1",
+    "uint8": "u1",
+    "int16": "i2",
+    "uint16": "u2",
+    "int32": "i4",
+    "uint32": "u4",
+    "float32": "f4",
+    "float64": "f8",
+}
+"""numpy's name of each type, without the byte order."""
+
+BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+@dataclass(frozen=True)
+class Property:
+    """A column: one number per row, or a list of them.
+
+    Parameters
+    ----------
+    name : str
+        As in the file.
+    dtype : str
+        numpy's name of the type, with the byte order.
+    count_dtype : str or None
+        Type of a list's length; None if this is no list.
+    """
+
+    name: str
+    dtype: str
+    count_dtype: str | None = None
+
+    @property
+    def is_list(self) -> bool:
+        """Whether rows hold lists."""
+        return self.count_dtype is not None
+
+    @property
+    def is_integer(self) -> bool:
+        """Whether the numbers are integers."""
+        return self.dtype[-2] in "iu"
+
+
+@dataclass(frozen=True)
+class Element:
+    """A table: vertices, faces, or anything else."""
+
+    name: str
+    n_rows: int
+    properties: list[Property] = field(default_factory=list)
+
+    def find(self, *names: str) -> int | None:
+        """Column of the first property that has one of the names."""
+        for column, stored in enumerate(self.properties):
+            if stored.name in names:
+                return column
+        return None
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a PLY file declares.
+
+    Parameters
+    ----------
+    byte_order : str
+        ``<`` or ``>`` in a binary file; empty in an ASCII file.
+    elements : list of Element
+        In the order of the file.
+    size : int
+        Bytes of the header: the body begins there.
+    """
+
+    byte_order: str
+    elements: list[Element]
+    size: int
+
+    @property
+    def is_ascii(self) -> bool:
+        """Whether the body is text."""
+        return not self.byte_order
+
+    def find(self, name: str) -> int | None:
+        """Place of the element of that name."""
+        for place, element in enumerate(self.elements):
+            if element.name == name:
+                return place
+        return None
+
+
+def parse_header(data: Content) -> Header:
+    """Read the header that `data` begins with; a MeshError names the line that is wrong."""
+    if data[:4] not in (b"ply\n", b"ply\r"):
+        raise MeshError("not a PLY file: it does not begin with the word ply")
+    newline = b"\r\n" if data[3:5] == b"\r\n" else data[3:4]
+    end = data.find(newline + b"end_header" + newline)
+    if end < 0:
+        raise MeshError("the PLY header has no line end_header: is the file cut?")
+    size = end + len(newline + b"end_header" + newline)
+    lines = data[:end].decode("latin-1").split(newline.decode())
+    byte_order = _parse_format(lines[1].split() if len(lines) > 1 else [])
+    elements: list[Element] = []
+    for line in lines[2:]:
+        _parse_line(line, byte_order, elements)
+    for name in ("vertex", "face"):
+        if sum(element.name == name for element in elements) > 1:
+            raise MeshError(f"the PLY header declares element {name} twice")
+    return Header(byte_order, elements, size)
+
+
+def _parse_format(words: list[str]) -> str:
+    if len(words) != 3 or words[0] != "format" or words[1] not in BYTE_ORDERS:
+        raise _bad_line(" ".join(words), f"`format` and one of {', '.join(BYTE_ORDERS)}")
+    if words[2] != "1.0":
+        raise MeshError(f"PLY version {reprlib.repr(words[2])} is not supported")
+    return BYTE_ORDERS[words[1]]
+
+
+def _parse_line(line: str, byte_order: str, elements: list[Element]) -> None:
+    """Add what a line of the header declares to `elements`."""
+    words = line.split()
+    if not words or words[0] in ("comment", "obj_info"):
+        return
+    if words[0] == "element" and len(words) == 3 and words[2].isdecimal() and words[2].isascii():
+        # int() refuses thousands of digits with an error of its own.
+        elements.append(Element(words[1], int(words[2][:30])))
+    elif words[0] == "property" and elements:
+        elements[-1].properties.append(_parse_property(words, byte_order))
+    else:
+        raise _bad_line(line, "an element with its count, or a property")
+
+
+def _parse_property(words: list[str], byte_order: str) -> Property:
+    order = byte_order or "="
+    match words:
+        case [_, "list", count_type, item_type, name] if {count_type, item_type} <= TYPES.keys():
+            if TYPES[count_type][0] == "f":
+                raise _bad_line(" ".join(words), "an integer type for the length of a list")
+            return Property(name, order + TYPES[item_type], order + TYPES[count_type])
+        case [_, item_type, name] if item_type in TYPES:
+            return Property(name, order + TYPES[item_type])
+    raise _bad_line(" ".join(words), "a property with a type and a name")
+
+
+def _bad_line(line: str, expected: str) -> MeshError:
+    return MeshError(f"the PLY header holds {reprlib.repr(line)} where {expected} should be")

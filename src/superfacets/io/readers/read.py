@@ -1,0 +1,89 @@
+"""Reading a mesh from a file of any supported format."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from ...errors import MeshError
+from ...mesh.triangle_mesh import Mesh
+from ..guards import Arrays, Content, known_ending, read_content
+from .gltf import read_gltf
+from .obj import read_obj
+from .off import read_off
+from .ply import read_ply
+from .stl import read_stl
+from .tri import read_tri
+
+__all__ = ["MESH_ENDINGS", "read_mesh"]
+
+_READERS: dict[str, Callable[[Content], Arrays]] = {
+    ".obj": read_obj,
+    ".off": read_off,
+    ".ply": read_ply,
+    ".stl": read_stl,
+    ".tri": read_tri,
+}
+
+_GLTF_ENDINGS = (".glb", ".gltf")
+
+MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS)
+
+
+def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+    r"""Return the triangle mesh that a file holds: its vertices and faces in their order.
+
+    Nothing is merged, split, dropped, repaired or triangulated. Vertices are those that the file
+    stores: an STL file has three per face, and a glTF file repeats them along texture seams.
+
+    Parameters
+    ----------
+    path : path-like
+        The ending, in any case, tells the format. PLY (``.ply``, ASCII and binary), Wavefront
+        (``.obj``), STL (``.stl``, ASCII and binary), OFF (``.off``, ASCII), glTF 2.0 (``.glb``,
+        ``.gltf``), and ``.tri``: vertex count, a line of x y z per vertex, triangle count, a line
+        of three indices from 0 per triangle. Groups and objects become one mesh. Meshes of a glTF
+        scene become one, in the order of the file, each once for every node that shows it.
+
+    Returns
+    -------
+    Mesh
+        With float64 vertices, exactly as stored: decimals are rounded to the nearest double.
+
+    Raises
+    ------
+    MeshError
+        If the file is empty, cut, damaged or of another format than its ending says; if it holds
+        polygons, triangle strips or no faces; if an index or a coordinate is invalid; if the
+        ending is unknown. The message is one line that begins with the path. A text file that was
+        cut within its last number, or an OBJ file cut between lines, cannot be told from a whole
+        one.
+    OSError
+        If there is no such file, or it cannot be read.
+
+    Notes
+    -----
+    Time and memory are linear in the size of the file; sizes that a header declares are compared
+    with what the file holds before memory is taken. Needs nothing but numpy.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> text = "OFF 4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n"
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "square.off")
+    ...     _ = path.write_text(text)
+    ...     read_mesh(path)
+    Mesh(4 vertices, 2 faces)
+    """
+    path = Path(path)
+    ending = known_ending(path, MESH_ENDINGS)
+    data = read_content(path)
+    try:
+        if ending in _GLTF_ENDINGS:
+            return Mesh(*read_gltf(data, path.parent))
+        return Mesh(*_READERS[ending](data))
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None

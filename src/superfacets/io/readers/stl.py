@@ -1,0 +1,116 @@
+"""STL, ASCII and binary: three corners per triangle, not merged into shared vertices."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._validate import MAX_CELLS
+from ...errors import MeshError
+from ..guards import Arrays, Content, as_doubles, counted, side_by_side
+from .text import Lines, iterate_lines, split_lines
+
+__all__ = ["read_stl"]
+
+HEADER_SIZE = 80
+
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+KEYWORDS = (b"facet", b"outer", b"vertex", b"endloop", b"endfacet", b"solid", b"endsolid")
+FACET, OUTER, VERTEX, ENDLOOP, ENDFACET, SOLID, ENDSOLID = range(7)
+
+TRIANGLE_LINES = np.array([FACET, OUTER, VERTEX, VERTEX, VERTEX, ENDLOOP, ENDFACET], dtype=np.int8)
+
+
+def read_stl(data: Content) -> Arrays:
+    """Vertices, three per face, and faces of an STL file; the stored normals are skipped.
+
+    lagrange is not used: it returns no faces for a cut or an upper-case file, mixes up the corners
+    behind a polygon, and returns memory that was never written for a coordinate that is no number.
+    """
+    corners = _read_binary(data) if _is_binary(data) else _read_ascii(data)
+    vertices = as_doubles(corners).reshape(-1, 3)
+    index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
+    return vertices, np.arange(len(vertices), dtype=index_type).reshape(-1, 3)
+
+
+def _declared(data: Content) -> tuple[int, int]:
+    """Faces that a binary file with this head declares, and the bytes that it then has."""
+    n_faces = int.from_bytes(data[HEADER_SIZE : HEADER_SIZE + 4], "little")
+    return n_faces, HEADER_SIZE + 4 + n_faces * TRIANGLE.itemsize
+
+
+def _is_binary(data: Content) -> bool:
+    """Tell by the size first: the header of a binary file may begin with "solid" as well."""
+    if len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]:
+        return True
+    return not re.match(rb"\s*solid", data, re.I) or b"\0" in data[: HEADER_SIZE + 4]
+
+
+def _read_binary(data: Content) -> npt.NDArray[np.float32]:
+    if len(data) < HEADER_SIZE + 4:
+        raise MeshError(f"not an STL file: no word solid, and only {counted(len(data), 'byte')}")
+    n_faces, size = _declared(data)
+    if size > len(data) or data[size:].strip(b"\0 \r\n\t"):
+        raise MeshError(
+            f"not an STL file, or damaged: {counted(n_faces, 'declared triangle')} take"
+            f" {size} bytes but the file has {len(data)}"
+        )
+    triangles = np.frombuffer(data, dtype=TRIANGLE, count=n_faces, offset=HEADER_SIZE + 4)
+    return side_by_side(triangles["corners"].reshape(n_faces, 9))
+
+
+def _read_ascii(data: Content) -> npt.NDArray[np.float64]:
+    blocks = [_read_block(lines) for lines in iterate_lines(data)]
+    vertices, keywords = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    _check_solids(keywords, data)
+    _check_facets(keywords, data)
+    return vertices
+
+
+def _read_block(lines: Lines) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int8]]:
+    """Flat coordinates of the vertex lines, and the keyword of each line."""
+    keywords = lines.keywords(KEYWORDS, any_case=True)
+    vertices = lines.after_keyword(keywords == VERTEX, KEYWORDS[VERTEX])
+    wrong = np.flatnonzero(vertices.counts != 3)
+    if len(wrong):
+        number, n_tokens = vertices.number(wrong[0]), int(vertices.counts[wrong[0]])
+        raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
+    return vertices.parse(np.float64), keywords
+
+
+def _check_solids(keywords: npt.NDArray[np.int8], data: Content) -> None:
+    """Raise a MeshError if the solids are not closed, one after the other."""
+    borders = keywords[(keywords == SOLID) | (keywords == ENDSOLID)]
+    expected = np.resize([SOLID, ENDSOLID], len(borders) + len(borders) % 2)
+    if keywords[-1] != ENDSOLID or not np.array_equal(borders, expected):
+        number = split_lines(data).number(-1)
+        raise MeshError(
+            f"line {number}: the file ends, but not each `solid` with an `endsolid`: is it cut?"
+        )
+
+
+def _check_facets(keywords: npt.NDArray[np.int8], data: Content) -> None:
+    """Raise a MeshError at the first line that no list of triangles has there."""
+    is_content = (keywords != SOLID) & (keywords != ENDSOLID)
+    content = keywords[is_content]
+    n_rest = len(content) % 7
+    rows = content[: len(content) - n_rest].reshape(-1, 7)
+    is_wrong = np.append(
+        rows != TRIANGLE_LINES, content[len(content) - n_rest :] != TRIANGLE_LINES[:n_rest]
+    )
+    place = int(np.argmax(is_wrong)) if is_wrong.any() else len(content)
+    if place == len(content):
+        if n_rest:
+            raise MeshError("the last facet is incomplete")
+        return
+    number = split_lines(data).number(np.flatnonzero(is_content)[place])
+    wanted = TRIANGLE_LINES[place % 7]
+    if wanted == ENDLOOP and content[place] == VERTEX:
+        raise MeshError(
+            f"line {number}: faces[{place // 7}] has more than 3 corners;"
+            " only triangles are supported yet: triangulate the mesh first"
+        )
+    raise MeshError(f"line {number}: expected the keyword {KEYWORDS[wanted].decode()}")

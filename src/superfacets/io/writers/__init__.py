@@ -1,0 +1,1 @@
+"""Writing of meshes and labels: one file per format, on `atomic`."""

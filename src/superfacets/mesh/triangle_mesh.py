@@ -1,0 +1,67 @@
+"""Stage 0: triangle meshes, as two checked arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_mesh, freeze
+
+__all__ = ["Mesh"]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh: checked, and safe to hand to every stage.
+
+    Open, non-manifold, inconsistently oriented, degenerate and disconnected meshes and soups of
+    triangles are all accepted. Faces are kept as they are, in their order.
+
+    Parameters
+    ----------
+    vertices : array_like, shape (V, 3)
+        Positions, finite; kept as float64, read-only. Faces need not use every vertex.
+    faces : array_like of integers, shape (F, 3)
+        Vertex indices, 0 to V - 1, counterclockwise seen from outside; kept as int32, read-only.
+        F >= 1.
+
+    Attributes
+    ----------
+    bounds : ndarray of float64, shape (2, 3)
+        Low and high corner of the bounding box of the vertices that faces use.
+
+    Raises
+    ------
+    MeshError
+        If a shape, an index or a coordinate is wrong (the first offender is named), if there is
+        no face, or if all faces lie at one point.
+
+    Examples
+    --------
+    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> square.n_faces
+    2
+    """
+
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int32]
+    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        vertices, faces, bounds = checked_mesh(self.vertices, self.faces)
+        freeze(self, vertices=vertices, faces=faces, bounds=bounds)
+
+    @property
+    def n_faces(self) -> int:
+        """Number of faces, F."""
+        return len(self.faces)
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices, V, used or not."""
+        return len(self.vertices)
+
+    def __repr__(self) -> str:
+        return f"Mesh({self.n_vertices} vertices, {self.n_faces} faces)"

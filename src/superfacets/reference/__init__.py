@@ -1,0 +1,1 @@
+"""A slow, readable twin of every kernel: the oracle of the tests."""

@@ -1,0 +1,1 @@
+"""Stage 5: who touches whom, and the clean-up of regions."""

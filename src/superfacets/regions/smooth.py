@@ -1,0 +1,117 @@
+"""Stage 5: straight borders between regions."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_number, checked_seeds
+from .regions import CREASE_SCALE, LabeledSurface
+
+__all__ = ["MAX_DISTANCE", "smooth_borders", "smooth_surface"]
+
+MAX_DISTANCE = 1.0
+"""In r. On the benchmark models compactness is 4.59 at 0.6, 4.49 at 1 and 4.44 at 1.3, and the
+undersegmentation error 0.1232, 0.1237 and 0.1254."""
+
+MAX_CHAIN = 8
+"""Faces that move at once: compactness is 4.80 with 1, 4.60 with 4, 4.57 with 8, 4.56 with 16."""
+
+MAX_SWEEPS = 10
+"""Borders have settled after 4 on most meshes; a limit keeps time linear on all."""
+
+
+def smooth_borders(
+    mesh: object,
+    labels: npt.ArrayLike,
+    *,
+    weights: npt.ArrayLike | None = None,
+    centers: npt.ArrayLike | None = None,
+    max_distance: float = MAX_DISTANCE,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> npt.NDArray[np.int32]:
+    r"""Return labels with straight borders where the surface is smooth, and in creases elsewhere.
+
+    Chains of up to eight faces move from one region to the next as long as that makes the borders
+    cheaper, where a border costs the sum over its edges of
+
+    .. math:: |e| \exp\left(-\frac{w - g}{6 r}\right)
+
+    with w the weight of the arc across the edge, g the distance between the two centroids over its
+    midpoint (eq. 1) and r the expected radius of a region: what a crease adds to the way across it
+    makes a border in it cheap.
+
+    Faces that hung together in a region still do, and no region vanishes. Where an edge has three
+    faces or more, regions keep the faces they need for that even if there is another way around.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    labels : array_like of int, shape (N,)
+        0..K-1, each at least once.
+    weights : array_like, shape (M,), optional
+        Arc weights of ``build_face_graph(mesh, weld=weld)`` in units of d; `crease_weights`
+        for r = sqrt(A / (pi K)) if not given.
+    centers : array_like of int, optional
+        Distinct faces that stay in their regions.
+    max_distance : float, default 1.0
+        How far, in r and as a path length in the given weights, a face may be from the border of
+        the region that it moves to, >= 0. As creases make paths long, borders do not leave them.
+    weld, n_threads
+        As for `segment`. The labels do not depend on the number of threads.
+
+    Returns
+    -------
+    ndarray of int32, shape (N,)
+        0..K-1, each at least once. Of moves that win as much, the one of the face with the lower
+        index comes first.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If the labels are not integers, not one per face, negative or with gaps, or another
+        parameter is out of range or of the wrong type.
+
+    Notes
+    -----
+    Time O(N + M), and for each of up to ten sweeps a constant time per face at a border.
+
+    Examples
+    --------
+    A border that zigzags through a flat strip is made straight:
+
+    >>> from superfacets import Mesh
+    >>> vertices = [[x, y, 0] for y in range(3) for x in range(3)]
+    >>> quads = [(v, v + 1, v + 4, v + 3) for v in (0, 1, 3, 4)]
+    >>> mesh = Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+    >>> smooth_borders(mesh, [0, 0, 1, 0, 0, 0, 1, 1])
+    array([0, 0, 1, 1, 0, 0, 1, 1], dtype=int32)
+    """
+    max_distance = checked_number(max_distance, "max_distance", zero=True)
+    surface = LabeledSurface.checked(mesh, labels, weights, weld, n_threads)
+    fixed = np.empty(0, np.int32)
+    if centers is not None:
+        fixed = checked_seeds(centers, len(surface.labels))
+    return smooth_surface(surface, fixed, max_distance)
+
+
+def smooth_surface(
+    surface: LabeledSurface, fixed: npt.NDArray[np.int32], max_distance: float
+) -> npt.NDArray[np.int32]:
+    """Smooth the borders of what has been checked; `max_distance` in r."""
+    return _core.smooth_borders(
+        *surface.arcs,
+        surface.labels,
+        fixed,
+        surface.graph.diagonal,
+        max_distance * surface.radius,
+        CREASE_SCALE * surface.radius,
+        MAX_CHAIN,
+        MAX_SWEEPS,
+        surface.n_threads,
+    )

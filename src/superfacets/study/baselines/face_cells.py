@@ -1,0 +1,122 @@
+"""What methods on the weighted graph of faces begin with: its cells, component by component."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _core
+from ..._timing import timed
+from ..._validate import compact_labels
+from ...adapters.convert import as_mesh
+from ...cells.cell_graph import CellGraph
+from ...cells.face_graph import FaceGraph, build_face_graph
+from ...cells.weights import ArcWeights
+from ...clustering.loop import Segmentation
+from ...clustering.seeding import checked_n_segments, expected_radius
+from ...clustering.update import update_centers
+from ...mesh.triangle_mesh import Mesh
+
+__all__ = ["Component", "FaceCells", "component_graph", "read_face_cells"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Component:
+    """Faces that paths lead between, and no other."""
+
+    faces: npt.NDArray[np.int64]  # (n,) rising
+    arcs: npt.NDArray[np.int64]  # (m,) those that leave these faces, in their order
+    offsets: npt.NDArray[np.int64]  # (n + 1,) into arcs
+    neighbors: Ints  # (m,) as places in `faces`
+
+
+@dataclass(frozen=True)
+class FaceCells:
+    """The cell graph of a mesh, and how it came about."""
+
+    mesh: Mesh
+    faces: FaceGraph
+    graph: CellGraph
+    n_segments: int
+    radius: float  # r, expected of so many regions
+    timings: dict[str, float]
+    params: dict[str, Any]
+
+    def components(self) -> list[Component]:
+        """Return the components, in the order of their lowest faces."""
+        graph = self.graph
+        no_labels = np.zeros(graph.n_cells, np.int32)
+        piece, n_pieces = _core.find_components(graph.offsets, graph.neighbors, no_labels)
+        by_piece = np.argsort(piece, kind="stable")
+        place = np.empty(graph.n_cells, np.int64)  # of each face in its component
+        components = []
+        for faces in np.split(by_piece, np.cumsum(np.bincount(piece, minlength=n_pieces))[:-1]):
+            place[faces] = np.arange(len(faces))
+            counts = graph.offsets[faces + 1] - graph.offsets[faces]
+            offsets = np.concatenate([[0], np.cumsum(counts)])
+            arcs = np.arange(offsets[-1]) + np.repeat(graph.offsets[faces] - offsets[:-1], counts)
+            neighbors = place[graph.neighbors[arcs]].astype(np.int32)
+            components.append(Component(faces, arcs, offsets, neighbors))
+        return components
+
+    def segmentation(self, labels: npt.NDArray[Any], n_threads: int) -> Segmentation:
+        """Return the result of a method that has no centers of its own and labels faces once.
+
+        Labels that no face has are skipped.
+        """
+        compact, _ = compact_labels(labels, self.graph.n_cells)
+        timings = dict(self.timings)
+        with timed(timings, "update"):
+            centers = update_centers(self.graph, compact, n_threads=n_threads)
+        return Segmentation(compact, centers, 1, "converged", timings, dict(self.params))
+
+
+def component_graph(cells: FaceCells, component: Component) -> CellGraph:
+    """Return the cell graph of one component."""
+    graph = cells.graph
+    return CellGraph(
+        graph.positions[component.faces],
+        graph.measures[component.faces],
+        component.offsets,
+        component.neighbors,
+        graph.weights[component.arcs],
+    )
+
+
+def read_face_cells(
+    mesh: object, n_segments: int | None, chosen: ArcWeights, weld: bool, n_threads: int
+) -> FaceCells:
+    """Run stages 0 to 2; arguments as for `superfacets.segment`.
+
+    Where the two arcs of a pair are given different weights, both get the mean.
+    """
+    timings: dict[str, float] = {}
+    with timed(timings, "mesh"):
+        surface = as_mesh(mesh)
+    n_segments = checked_n_segments(n_segments, surface.n_faces)
+    with timed(timings, "face_graph"):
+        faces = build_face_graph(surface, weld=weld, n_threads=n_threads)
+    with timed(timings, "weights"):
+        radius = expected_radius(faces, n_segments, None, "farthest")
+        weights = chosen.weigh(surface, faces, radius, n_threads)
+        graph = faces.with_weights(weights, n_threads=n_threads)
+        if chosen.given is not None:
+            graph = replace(graph, weights=_means_of_pairs(graph))
+    params = {"n_segments": n_segments, "weld": weld, **chosen.params}
+    return FaceCells(surface, faces, graph, n_segments, radius, timings, params)
+
+
+def _means_of_pairs(graph: CellGraph) -> Floats:
+    """Mean weight of each arc and the one that leads back."""
+    sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    there = np.lexsort((graph.neighbors, sources))
+    back = np.lexsort((sources, graph.neighbors))
+    weights = np.empty(graph.n_arcs)
+    weights[there] = 0.5 * (graph.weights[there] + graph.weights[back])
+    return weights

@@ -1,0 +1,243 @@
+"""METIS: parts of about the same area, with borders as short and as creased as may be."""
+
+from __future__ import annotations
+
+import heapq
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._timing import timed
+from ..._validate import checked_threads
+from ...cells.weights import ArcWeights
+from ...clustering.loop import Segmentation
+from ...errors import MissingExtraError
+from .face_cells import Component, FaceCells, read_face_cells
+
+__all__ = ["metis_partition"]
+
+CREASE_SCALE = 2.0
+"""At how many times the mean weight per edge length an edge costs 1/e of a flat one to cut.
+
+On the 95 benchmark models at hand, k = 150, alpha = 200: from 1 to 3 the undersegmentation error
+changes by 0.001, and borders get rounder.
+"""
+
+IMBALANCE = 500
+"""By how many thousandths of the mean the largest part may exceed it.
+
+With the 30 that METIS allows if not told, borders often miss creases: its error is higher by 0.002
+on those models, and by 0.03 on the ten of the smallest.
+"""
+
+LARGEST_CELL = 0.25
+"""A face counts for this share of the mean part at most.
+
+Where faces are larger than a part, METIS otherwise leaves parts empty, and complains on the
+terminal.
+"""
+
+SEED = 0
+
+_MEAN_INTEGER = 1000  # weights are rounded to integers that are so many on average
+_LARGEST_SUM = 2**30  # and this together at most: METIS may have been built for 32 bits
+
+Floats = npt.NDArray[np.float64]
+
+
+def metis_partition(
+    mesh: object,
+    n_segments: int | None = None,
+    *,
+    alpha: float | None = None,
+    eta_convex: float | None = None,
+    weights: str | npt.ArrayLike = "superfacets",
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> Segmentation:
+    """Label every face of a mesh with one of k parts that METIS finds.
+
+    A multilevel partition of the face graph: the sum of the costs of the edges that borders run
+    along is made small, with parts of at most one and a half times the mean area. To run along an
+    edge e between faces of weight w costs ``|e| exp(-w / (s |e|))``, where s is twice the sum of
+    all weights over the sum of all edge lengths: borders are short, and cheap in creases. The unit
+    of the weights does not matter.
+
+    Parameters
+    ----------
+    mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
+        Any triangle mesh, as for `superfacets.segment`. Components are divided on their own: each
+        is one part at least, and who has most area per part gets the next.
+    n_segments : int, optional
+        Number of parts k, 1 to the number of faces; 150 (or the number of faces, if that is less)
+        if not given. METIS may leave parts empty, some in a thousand at 20 faces a part and more
+        where parts are smaller; there are then fewer. There are more where the mesh has more
+        components.
+    alpha, eta_convex, weights
+        As for `superfacets.segment`, but ``"superfacets"`` if not given. Where the two arcs of a
+        pair are given different weights, both get the mean.
+    weld : bool, default True
+        Count vertices at exactly the same position as one.
+    n_threads : int, optional
+        As for `superfacets.segment`; METIS uses one thread.
+
+    Returns
+    -------
+    Segmentation
+        ``centers`` are those of `update_centers`. Parts are asked to be connected, and nearly all
+        are; METIS gives no promise.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+    MissingExtraError
+        If pymetis is not installed.
+
+    References
+    ----------
+    Karypis and Kumar, "A Fast and High Quality Multilevel Scheme for Partitioning Irregular
+    Graphs", 1998.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> metis_partition(square, 2)
+    Segmentation(2 cells, 2 regions, 1 iterations, converged)
+    """
+    threads = checked_threads(n_threads)
+    chosen = ArcWeights.checked(weights, alpha, eta_convex)
+    metis = _import_pymetis()
+    cells = read_face_cells(mesh, n_segments, chosen, weld, threads)
+    with timed(cells.timings, "partition"):
+        labels = _partition(metis, cells)
+    cells.params.update(method="metis", seed=SEED)
+    return cells.segmentation(labels, threads)
+
+
+def _partition(metis: Any, cells: FaceCells) -> npt.NDArray[np.int64]:
+    """Labels of all faces, component after component; some may not occur."""
+    costs = _cutting_costs(cells)
+    areas = cells.graph.measures
+    components = cells.components()
+    n_parts = _share_out(
+        [float(areas[component.faces].sum()) for component in components],
+        [len(component.faces) for component in components],
+        cells.n_segments,
+    )
+    labels = np.empty(cells.graph.n_cells, np.int64)
+    n_labels = 0
+    for component, n in zip(components, n_parts, strict=True):
+        parts = _divide(metis, component, areas[component.faces], costs[component.arcs], n)
+        labels[component.faces] = n_labels + parts
+        n_labels += n
+    return labels
+
+
+def _cutting_costs(cells: FaceCells) -> Floats:
+    """What it costs, in edge length, that the two faces of an arc are in different parts."""
+    corners = cells.mesh.vertices[cells.mesh.faces]
+    face_of_arc = np.repeat(np.arange(cells.graph.n_cells), np.diff(cells.graph.offsets))
+    sides = cells.faces.sides.astype(np.int64)
+    ends = corners[face_of_arc, sides], corners[face_of_arc, (sides + 1) % 3]
+    lengths: Floats = np.linalg.norm(ends[1] - ends[0], axis=1)
+    weights = cells.graph.weights
+    if not weights.any():
+        return lengths
+    scale = CREASE_SCALE * weights.sum() / lengths.sum()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        costs = lengths * np.exp(-weights / (scale * lengths))
+    return np.where(lengths > 0, costs, 0.0)
+
+
+def _share_out(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
+    """Parts of each component: one each, the next to that of most area per part; as many as faces.
+
+    The lowest component among equals.
+    """
+    shares = [1] * len(areas)
+    queue = [(-area, place) for place, area in enumerate(areas) if sizes[place] > 1]
+    heapq.heapify(queue)
+    for _ in range(n_parts - len(areas)):
+        place = queue[0][1]
+        shares[place] += 1
+        if shares[place] < sizes[place]:
+            heapq.heapreplace(queue, (-areas[place] / shares[place], place))
+        else:
+            heapq.heappop(queue)
+    return shares
+
+
+def _divide(
+    metis: Any, component: Component, areas: Floats, costs: Floats, n_parts: int
+) -> npt.NDArray[np.int64]:
+    """Parts of the faces of one component, 0..n_parts - 1."""
+    n_faces = len(areas)
+    if n_parts == 1:
+        return np.zeros(n_faces, np.int64)
+    if n_parts == n_faces:
+        return np.arange(n_faces)
+    pairs = _merge_pairs(component, _whole_numbers(costs))
+    dtype = metis.zero_copy_dtype()
+    parts = metis.part_graph(
+        n_parts,
+        metis.CSRAdjacency(pairs.offsets.astype(dtype), pairs.neighbors.astype(dtype)),
+        vweights=_whole_numbers(_cap(areas, n_parts)).astype(dtype),
+        eweights=pairs.costs.astype(dtype),
+        recursive=False,  # only the direct scheme heeds that parts be connected
+        options=metis.Options(contig=1, ufactor=IMBALANCE, seed=SEED),
+    ).vertex_part
+    return np.asarray(parts, dtype=np.int64)
+
+
+def _cap(areas: Floats, n_parts: int) -> Floats:
+    """Areas of which none is more than a share of the mean part, in capped areas; or all 1.
+
+    All are 1 where there are so few faces that they would all be capped.
+    """
+    falling = np.sort(areas)[::-1]
+    n_capped = np.arange(len(areas))
+    rest = falling[::-1].cumsum()[::-1]  # of the areas when so many are capped
+    with np.errstate(divide="ignore", invalid="ignore"):
+        caps = LARGEST_CELL * rest / np.maximum(n_parts - LARGEST_CELL * n_capped, 0)
+    fits = (caps >= falling) & (caps < np.inf)
+    return np.minimum(areas, caps[fits.argmax()]) if fits.any() else np.ones(len(areas))
+
+
+class _Pairs(NamedTuple):
+    """Neighbors of each face, each once, in CSR form, and what it costs to part from them."""
+
+    offsets: npt.NDArray[Any]
+    neighbors: npt.NDArray[Any]
+    costs: npt.NDArray[Any]
+
+
+def _merge_pairs(component: Component, costs: npt.NDArray[np.int64]) -> _Pairs:
+    """Make one of the arcs between faces that share several edges."""
+    n_faces = len(component.faces)
+    sources = np.repeat(np.arange(n_faces), np.diff(component.offsets))
+    pairs, pair_of_arc = np.unique(sources * n_faces + component.neighbors, return_inverse=True)
+    offsets = np.searchsorted(pairs, np.arange(n_faces + 1) * n_faces)
+    # Sums of whole numbers are exact: the same for the arcs that lead back, in whatever order.
+    return _Pairs(offsets, pairs % n_faces, np.bincount(pair_of_arc, costs))
+
+
+def _whole_numbers(values: Floats) -> npt.NDArray[np.int64]:
+    """Values as integers of about the same ratios, >= 1; all 1 where all values are 0."""
+    total = values.sum()
+    if total == 0:
+        return np.ones(len(values), np.int64)
+    scale = min(_MEAN_INTEGER * len(values), _LARGEST_SUM) / total
+    whole: npt.NDArray[np.int64] = np.maximum(1, np.rint(values * scale)).astype(np.int64)
+    return whole
+
+
+def _import_pymetis() -> Any:
+    try:
+        import pymetis
+    except ModuleNotFoundError:
+        raise MissingExtraError("a partition by METIS", "reproduce") from None
+    return pymetis

@@ -1,0 +1,149 @@
+"""The Princeton Segmentation Benchmark, in its own layout.
+
+Chen, Golovinskiy and Funkhouser, "A Benchmark for 3D Mesh Segmentation", 2009: 380 models in 19
+categories of 20, each cut into parts by about eleven people. A folder holds ``off/N.off`` for model
+N and ``seg/Benchmark/N/N_j.seg`` for its ground truths; any part of it will do.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError
+from ..io.readers.labels import read_labels
+from ..io.readers.read import read_mesh
+from ..mesh.triangle_mesh import Mesh
+
+__all__ = ["CATEGORIES", "Benchmark", "Model", "category_of"]
+
+_SHELVES = (
+    "Human", "Cup", "Glasses", "Airplane", "Ant", "Chair", "Octopus", "Table", "Teddy", "Hand",
+    "Plier", "Fish", "Bird", "", "Armadillo", "Bust", "Mech", "Bearing", "Vase", "Fourleg",
+)  # fmt: skip
+"""Models 1 to 20, 21 to 40, ...; the fourteenth (261 to 280) is empty."""
+
+CATEGORIES = tuple(name for name in _SHELVES if name)
+"""The 19 categories, in the order of their models."""
+
+_MODELS_PER_CATEGORY = 20
+
+
+def category_of(number: int) -> str:
+    """Return the category of a model of the benchmark.
+
+    Raises
+    ------
+    ValueError
+        If the benchmark has no model of this number: they are 1 to 260 and 281 to 400.
+
+    Examples
+    --------
+    >>> category_of(1), category_of(20), category_of(281), category_of(400)
+    ('Human', 'Human', 'Armadillo', 'Fourleg')
+    """
+    shelf = (number - 1) // _MODELS_PER_CATEGORY
+    if not (0 <= shelf < len(_SHELVES) and _SHELVES[shelf]):
+        raise ValueError(f"the benchmark has no model {number}: they are 1 to 260 and 281 to 400")
+    return _SHELVES[shelf]
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A model with what people made of it.
+
+    Attributes
+    ----------
+    number : int
+    category : str
+    mesh : Mesh
+    ground_truths : tuple of ndarray of int32, shape (F,)
+        Segment of each face, one array for each file that could be used, in the order of j.
+    problems : tuple of str
+        A line for each file that is missing or does not fit the mesh, and was left out.
+    """
+
+    number: int
+    category: str
+    mesh: Mesh
+    ground_truths: tuple[npt.NDArray[np.int32], ...]
+    problems: tuple[str, ...]
+
+
+class Benchmark:
+    """The benchmark, or a part of it, in a folder.
+
+    Parameters
+    ----------
+    root : path-like
+        Holds the folders ``off`` and ``seg``.
+
+    Attributes
+    ----------
+    numbers : tuple of int
+        Models that have a mesh file, ascending. Files of other names are not looked at.
+
+    Raises
+    ------
+    MeshError
+        If there is no such folder, or no model in it.
+    """
+
+    def __init__(self, root: str | os.PathLike[str]) -> None:
+        self.root = Path(root)
+        meshes = self.root / "off"
+        if not meshes.is_dir():
+            raise MeshError(
+                f"{self.root}: not a copy of the Princeton benchmark: there is no folder off"
+            )
+        names = (re.fullmatch(r"([1-9]\d*)\.off", path.name) for path in meshes.iterdir())
+        self.numbers = tuple(sorted(int(name[1]) for name in names if name))
+        if not self.numbers:
+            raise MeshError(f"{meshes}: there is no model (N.off) in this folder")
+
+    def path_of(self, number: int) -> Path:
+        """Return the mesh file of a model."""
+        return self.root / "off" / f"{number}.off"
+
+    def load(self, number: int) -> Model:
+        """Read a model and its ground truths.
+
+        Raises
+        ------
+        MeshError
+            If the mesh cannot be used. (A ground truth that cannot is left out, and named.)
+        OSError
+            If there is no mesh of this number.
+        ValueError
+            If the benchmark has no model of this number.
+        """
+        category = category_of(number)
+        mesh = read_mesh(self.path_of(number))
+        truths, problems = [], []
+        for path in self._truth_files(number):
+            try:
+                truths.append(read_labels(path, mesh.n_faces))
+            except MeshError as error:
+                problems.append(str(error))
+            except OSError as error:
+                reason = "no such file" if isinstance(error, FileNotFoundError) else str(error)
+                problems.append(f"{path}: {reason}")
+        if not truths and not problems:
+            problems.append(f"{self._truth_folder(number)}: there are no ground truths")
+        return Model(number, category, mesh, tuple(truths), tuple(problems))
+
+    def _truth_folder(self, number: int) -> Path:
+        return self.root / "seg" / "Benchmark" / str(number)
+
+    def _truth_files(self, number: int) -> list[Path]:
+        """From N_0.seg to the last that is there, so that one that is missing is found out."""
+        pattern = re.compile(rf"{number}_(\d+)\.seg")
+        folder = self._truth_folder(number)
+        names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))
+        last = max((int(name[1]) for name in names if name), default=-1)
+        return [folder / f"{number}_{j}.seg" for j in range(last + 1)]

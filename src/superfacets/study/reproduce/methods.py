@@ -1,0 +1,230 @@
+"""What is compared: a table of methods, each with how it is run and where it is shown.
+
+A further method is a further row: figures draw whatever says that it belongs to them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
+from typing import Any, Literal
+
+from ...clustering.loop import Segmentation
+from ...mesh.triangle_mesh import Mesh
+from ...pipeline import PAPER, segment
+
+__all__ = ["METHODS", "Method", "Segmenter", "Setting"]
+
+Segmenter = Callable[[int], Segmentation]
+"""From a number of regions to the segmentation of one mesh."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """What a method may depend on, apart from the mesh and the number of regions."""
+
+    alpha: float | None
+    most_segments: int
+    """The largest number of regions that will be asked for."""
+    seed: int
+    """For methods that draw lots; it differs between meshes, not between runs."""
+    max_memory: int
+    """Bytes that may be used; labels do not depend on it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """A row of the table."""
+
+    title: str
+    prepare: Callable[[Mesh, Setting], Segmenter]
+    """Does once what all numbers of regions share."""
+    color: str
+    line: str = "-"
+    """Style of its curves, where methods of similar colors meet in a figure."""
+    figures: tuple[str, ...]
+    """Figures whose curves or dots it has."""
+    depends_on: tuple[str, ...] = ("alpha",)
+    """Fields of `Setting` that its labels depend on."""
+    alphas: tuple[float | None, ...] = (None,)
+    subset_alphas: tuple[float | None, ...] = (None,)
+    usual_alpha: float | None = None
+    """The one for pictures, times, and figures with one curve a method."""
+    packages: tuple[str, ...] = ()
+    """What has to be installed for it."""
+    bytes_per_pair: int = 0
+    """Memory for each pair of faces, where it is quadratic."""
+    max_faces: int | None = None
+    """Larger models are left out, but for some of each category."""
+    least_models: int = 2
+    """So many models of each category, the smallest, are run whatever their size."""
+    subset_max_faces: int | None = None
+    """Larger models are left out of a run with ``--subset``."""
+    version: int = 1
+    """Raised when the method is run in another way: older records are then made again."""
+
+
+_OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
+_FEW_ALPHAS = (0.0, 100.0, 200.0)
+
+
+# The paper's weights and seeds, but every face belongs to its true nearest center.
+_EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
+
+
+def _superfacets(mesh: Mesh, setting: Setting, **keywords: Any) -> Segmenter:
+    return partial(segment, mesh, alpha=setting.alpha, n_threads=1, **keywords)
+
+
+def _vsa(
+    mesh: Mesh,
+    setting: Setting,
+    *,
+    metric: Literal["l21", "l2"],
+    init: Literal["random", "incremental"],
+) -> Segmenter:
+    from ..baselines import variational_shape_approximation
+
+    return partial(
+        variational_shape_approximation,
+        mesh,
+        metric=metric,
+        init=init,
+        rng=setting.seed,
+        n_threads=1,
+    )
+
+
+def _normalized_cuts(mesh: Mesh, setting: Setting, *, reach: float | None) -> Segmenter:
+    from ..baselines import spectral_embedding
+
+    embedding = spectral_embedding(
+        mesh,
+        min(setting.most_segments, mesh.n_faces),
+        alpha=setting.alpha,
+        reach=reach,
+        max_memory=setting.max_memory,
+        n_threads=1,
+    )
+    return embedding.segment
+
+
+def _metis(mesh: Mesh, setting: Setting) -> Segmenter:
+    from ..baselines import metis_partition
+
+    return partial(metis_partition, mesh, alpha=setting.alpha, n_threads=1)
+
+
+_SUPERFACETS = Method(
+    title="superfacets, exact",
+    prepare=partial(_superfacets, **_EXACT),
+    color="#1f5fa8",
+    figures=("4", "5", "6", "7", "rivals"),
+    alphas=_OUR_ALPHAS,
+    subset_alphas=_FEW_ALPHAS,
+    usual_alpha=200.0,
+)
+
+_NCUTS = Method(
+    title="normalized cuts, all pairs",
+    prepare=partial(_normalized_cuts, reach=None),
+    color="#c23b22",
+    figures=("4", "5"),
+    depends_on=("alpha", "most_segments"),
+    alphas=_FEW_ALPHAS,
+    subset_alphas=_FEW_ALPHAS,
+    usual_alpha=100.0,
+    packages=("scipy",),
+    bytes_per_pair=5,  # four for its affinity, and less than one for vectors of large meshes
+    max_faces=12_000,
+    least_models=0,
+    subset_max_faces=9_000,
+)
+
+_VSA = Method(
+    title="VSA, L2, random",
+    prepare=partial(_vsa, metric="l2", init="random"),
+    color="#8e5bb0",
+    figures=("5", "7", "rivals"),
+    depends_on=("seed",),
+)
+
+METHODS: Mapping[str, Method] = MappingProxyType(
+    {
+        "superfacets": _SUPERFACETS,
+        "default": replace(
+            _SUPERFACETS,
+            title="superfacets, the default",
+            prepare=_superfacets,
+            color="#0fa3a3",
+            figures=("4", "5", "6", "7", "rivals"),
+            alphas=(20.0,),
+            subset_alphas=(20.0,),
+            usual_alpha=20.0,
+        ),
+        "paper": replace(
+            _SUPERFACETS,
+            title="superfacets, halted as in the paper",
+            prepare=partial(_superfacets, **PAPER),
+            color="#62a3d9",
+            figures=("5", "rivals"),
+            alphas=(200.0,),
+            subset_alphas=(200.0,),
+        ),
+        "stk02": replace(
+            _SUPERFACETS,
+            title="STK02 weights",
+            prepare=partial(_superfacets, **{**_EXACT, "weights": "stk02"}),
+            color="#3a8a3f",
+            figures=("5", "6", "rivals"),
+            alphas=(0.0, 0.25, 0.5, 0.75, 1.0),
+            subset_alphas=(0.25, 0.5, 0.75),
+            usual_alpha=0.5,
+        ),
+        "vsa-l2-r": _VSA,
+        "vsa-l2-i": replace(
+            _VSA,
+            title="VSA, L2, incremental",
+            prepare=partial(_vsa, metric="l2", init="incremental"),
+            color="#c58be0",
+        ),
+        "vsa-l21-r": replace(
+            _VSA,
+            title="VSA, L2,1, random",
+            prepare=partial(_vsa, metric="l21", init="random"),
+            color="#b8860b",
+        ),
+        "vsa-l21-i": replace(
+            _VSA,
+            title="VSA, L2,1, incremental",
+            prepare=partial(_vsa, metric="l21", init="incremental"),
+            color="#e0b84c",
+        ),
+        "ncuts": _NCUTS,
+        "ncuts-sparse": replace(
+            _NCUTS,
+            title="normalized cuts, bounded distances",
+            prepare=partial(_normalized_cuts, reach=3.0),
+            color="#e07b39",
+            line="--",
+            figures=("4", "5", "rivals"),
+            bytes_per_pair=1,  # 32 for each of the 3 % of pairs that are near
+            max_faces=16_000,
+            least_models=2,
+            subset_max_faces=None,
+        ),
+        "metis": Method(
+            title="METIS",
+            prepare=_metis,
+            color="#555555",
+            figures=("5", "rivals"),
+            alphas=(0.0, 200.0),
+            subset_alphas=(0.0, 200.0),
+            usual_alpha=200.0,
+            packages=("pymetis",),
+        ),
+    }
+)
+"""Names, as given to ``--methods``, and methods, in the order of legends."""

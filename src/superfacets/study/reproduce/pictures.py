@@ -1,0 +1,88 @@
+"""Rendered meshes: a PNG each, drawn anew only if its labels changed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ...io.atomic import atomic_outputs
+from ...view.rendering import render
+from .gallery import Picture, view_of
+from .records import unpack_labels
+from .results import Record
+from .sources import load
+
+__all__ = ["Drawing", "is_drawn", "picture_path"]
+
+_SIZE = (640, 480)
+
+_LOOK = 1  # raised when pictures of the same labels are to look different
+
+# Name of the text inside a PNG that says what it was made from.
+_KEY = "superfacets"
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A picture to be drawn, by a worker."""
+
+    picture: Picture
+    labels: str
+    """As the record has them."""
+    key: str
+    folder: Path
+    memory: int = 0
+
+    @classmethod
+    def of(cls, picture: Picture, record: Record, folder: Path) -> Drawing:
+        """Return the drawing of a picture whose run is done."""
+        made_from = [record["key"], record["labels"], _SIZE, _LOOK]
+        key = hashlib.blake2b(json.dumps(made_from).encode(), digest_size=16).hexdigest()
+        return cls(picture, record["labels"], key, folder)
+
+    def run(self) -> str | None:
+        """Draw; return why that failed, if it did."""
+        try:
+            mesh, _ = load(self.picture.run.source)
+            pixels = render(
+                mesh,
+                unpack_labels(self.labels),
+                size=_SIZE,
+                view=view_of(mesh),
+            )
+            _write(picture_path(self.folder, self.picture), pixels, self.key)
+        except Exception as error:  # it is named, and the others are drawn
+            return " ".join(f"{type(error).__name__}: {error}".split())
+        return None
+
+
+def picture_path(folder: Path, picture: Picture) -> Path:
+    """Return where a picture lies."""
+    return folder / f"{picture.name}.png"
+
+
+def is_drawn(drawing: Drawing) -> bool:
+    """Whether the picture is there, made from these labels."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(picture_path(drawing.folder, drawing.picture)) as image:
+            image.load()
+            return bool(image.info.get(_KEY) == drawing.key)
+    except (OSError, SyntaxError, UnidentifiedImageError):
+        return False
+
+
+def _write(path: Path, pixels: npt.NDArray[np.uint8], key: str) -> None:
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    text = PngInfo()
+    text.add_text(_KEY, key)
+    with atomic_outputs([path]) as (partial,):
+        Image.fromarray(pixels).save(partial, format="PNG", pnginfo=text, optimize=True)

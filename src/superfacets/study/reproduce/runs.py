@@ -1,0 +1,46 @@
+"""One run: a mesh, a method, its alpha and a number of regions."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import Any
+
+from ... import __version__
+from .methods import METHODS, Setting
+from .sources import Source
+
+__all__ = ["Run"]
+
+_RECORD_VERSION = 1  # raised when records hold something else
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one record is about."""
+
+    source: Source
+    method: str
+    alpha: float | None
+    """None for methods that have none."""
+    k: int
+
+    def setting(self, most_segments: int, max_memory: int) -> Setting:
+        """Return what the method is run with."""
+        seed = self.source.number or zlib.crc32(self.source.name.encode())
+        return Setting(
+            alpha=self.alpha, most_segments=most_segments, seed=seed, max_memory=max_memory
+        )
+
+    def key(self, most_segments: int) -> dict[str, Any]:
+        """Return all that the labels and numbers depend on: a record with another is stale."""
+        method = METHODS[self.method]
+        setting = self.setting(most_segments, max_memory=0)
+        return {
+            "record": _RECORD_VERSION,
+            "superfacets": __version__,
+            "mesh": self.source.digest,
+            "method": [self.method, method.version],
+            "settings": {name: getattr(setting, name) for name in method.depends_on},
+            "k": self.k,
+        }

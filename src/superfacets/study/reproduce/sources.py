@@ -1,0 +1,134 @@
+"""The meshes: models of the benchmark with their ground truths, and files of the user's."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ...io.readers.read import MESH_ENDINGS, read_mesh
+from ...mesh.triangle_mesh import Mesh
+from ...metrics import GroundTruths
+from ..princeton import Benchmark
+
+__all__ = ["Source", "Sources", "find_meshes", "find_models", "load"]
+
+
+@dataclass(frozen=True)
+class Source:
+    """A mesh that can be loaded, and what is known of it before."""
+
+    name: str
+    """Number in the benchmark, or name of the file."""
+    path: Path
+    """Root of the benchmark, or the file."""
+    category: str
+    """Category in the benchmark; empty for other meshes."""
+    n_faces: int
+    n_ground_truths: int
+    digest: str
+    """Hash of the mesh and its ground truths."""
+    number: int = 0
+    """Number in the benchmark, from 1; 0 for other meshes."""
+
+    @property
+    def is_model(self) -> bool:
+        """Whether there is ground truth to compare with."""
+        return self.number > 0
+
+
+@dataclass(frozen=True)
+class Sources:
+    """The meshes found, smallest first, and one line for each file that is missing or not used."""
+
+    found: tuple[Source, ...]
+    problems: tuple[str, ...]
+
+
+def find_models(root: Path) -> Sources:
+    """Return the models of a benchmark that can be read and have ground truth.
+
+    Raises
+    ------
+    MeshError
+        If the folder is not laid out as the benchmark is, or no model in it can be used.
+    """
+    benchmark = Benchmark(root)
+    found, problems = [], []
+    for number in benchmark.numbers:
+        try:
+            model = benchmark.load(number)
+        except (ValueError, OSError) as error:  # it cannot be read, or there is no such number
+            problems.append(f"model {number} is left out: {error}")
+            continue
+        problems += model.problems
+        if not model.ground_truths:
+            problems.append(f"model {number} is left out: it has no ground truth")
+            continue
+        digest = _digest(model.mesh, model.ground_truths)
+        n_truths = len(model.ground_truths)
+        found.append(
+            Source(str(number), root, model.category, model.mesh.n_faces, n_truths, digest, number)
+        )
+    if not found:
+        raise MeshError(f"{root}: no model can be used: {problems[0]}")
+    return Sources(_by_size(found), tuple(problems))
+
+
+def find_meshes(folder: Path) -> Sources:
+    """Return the mesh files of a folder that can be read.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be read.
+    """
+    found, problems = [], []
+    for path in sorted(folder.iterdir()):
+        if path.suffix.lower() not in MESH_ENDINGS:
+            continue
+        try:
+            mesh = read_mesh(path)
+        except (MeshError, OSError) as error:
+            problems.append(f"{path.name} is left out: {error}")
+        else:
+            found.append(Source(path.name, path, "", mesh.n_faces, 0, _digest(mesh, ())))
+    return Sources(_by_size(found), tuple(problems))
+
+
+@lru_cache(maxsize=1)  # the tasks of one mesh mostly follow one another
+def load(source: Source) -> tuple[Mesh, GroundTruths]:
+    """Return the mesh, and its ground truths: none if it is not of the benchmark.
+
+    Raises
+    ------
+    MeshError, OSError
+        If the files changed meanwhile, or cannot be read any more.
+    """
+    if not source.is_model:
+        mesh = read_mesh(source.path)
+        return mesh, GroundTruths(mesh, (), n_threads=1)
+    model = Benchmark(source.path).load(source.number)
+    if _digest(model.mesh, model.ground_truths) != source.digest:
+        raise MeshError(f"the files of model {source.name} were changed during the run")
+    return model.mesh, GroundTruths(model.mesh, model.ground_truths, n_threads=1)
+
+
+def _by_size(sources: list[Source]) -> tuple[Source, ...]:
+    return tuple(sorted(sources, key=lambda source: (source.n_faces, source.number, source.name)))
+
+
+def _digest(mesh: Mesh, ground_truths: Iterable[npt.NDArray[np.int32]]) -> str:
+    hashed = hashlib.blake2b(digest_size=16)
+    arrays: tuple[npt.NDArray[Any], ...] = (mesh.vertices, mesh.faces, *ground_truths)
+    for array in arrays:
+        hashed.update(str(array.shape).encode())
+        hashed.update(np.ascontiguousarray(array).tobytes())
+    return hashed.hexdigest()

@@ -1,0 +1,382 @@
+"""Stage 2: eq. 1-3 worked out by hand."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import (
+    CellGraph,
+    Mesh,
+    build_face_graph,
+    crease_weights,
+    segment,
+    stk02_weights,
+    superfacet_weights,
+)
+from superfacets.cells.weights import ArcWeights
+
+
+def weights_of(mesh, **options):
+    return superfacet_weights(mesh, build_face_graph(mesh), **options)
+
+
+def geodesic_of_fold():
+    """Both centroids are 1 from the edge's midpoint: (-1, 1, 0), and the like on the other side."""
+    return 2.0
+
+
+def diagonal_of_fold(degrees):
+    angle = math.radians(degrees)
+    return math.hypot(3 + max(3 * math.cos(angle), 0), 2, 3 * math.sin(angle))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "angular"),
+    [
+        (0, 0.0),
+        (90, 200 * 1.0 * 2 * 0.5),  # concave: alpha eta |e| theta / pi
+        (-90, 200 * 0.2 * 2 * 0.5),  # convex
+        (60, 200 * 1.0 * 2 / 3),
+        (-60, 200 * 0.2 * 2 / 3),
+        (179, 200 * 1.0 * 2 * 179 / 180),
+        (1e-6, 200 * 1.0 * 2 * 1e-6 / 180),
+    ],
+)
+def test_a_fold_weighs_what_eq_3_says(degrees, angular):
+    expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
+    assert weights_of(shapes.fold(degrees)) == pytest.approx([expected, expected], rel=1e-13)
+
+
+def test_concave_convex_and_flat_differ_by_eta_alone():
+    def crease(degrees):
+        return weights_of(shapes.fold(degrees))[0] * diagonal_of_fold(degrees) - 2
+
+    assert crease(90) == pytest.approx(5 * crease(-90), rel=1e-13)
+    assert crease(0) == 0
+
+
+def test_alpha_zero_leaves_the_distance_alone():
+    expected = 2 / diagonal_of_fold(90)
+    assert weights_of(shapes.fold(90), alpha=0).tolist() == pytest.approx([expected] * 2)
+
+
+def test_eta_can_make_ridges_free_or_dear():
+    assert weights_of(shapes.fold(-90), eta_convex=0)[0] == pytest.approx(2 / diagonal_of_fold(90))
+    assert weights_of(shapes.fold(-90), eta_convex=1)[0] == weights_of(shapes.fold(90))[0]
+
+
+def test_a_cube_has_convex_edges_and_flat_diagonals():
+    mesh = shapes.cube()
+    graph = build_face_graph(mesh)
+    sources = np.repeat(np.arange(12), np.diff(graph.offsets))
+    is_diagonal = sources // 2 == graph.neighbors // 2
+    weights = superfacet_weights(mesh, graph)
+    # The legs' midpoints are sqrt(1/9 + 1/36) from the centroid, the hypotenuse's sqrt(2)/6.
+    flat = 2 * math.sqrt(2) / 6 / math.sqrt(3)
+    convex = (2 * math.sqrt(5) / 6 + 200 * 0.2 * 1 * 0.5) / math.sqrt(3)
+    assert weights[is_diagonal] == pytest.approx([flat] * 12, rel=1e-13)
+    assert weights[~is_diagonal] == pytest.approx([convex] * 24, rel=1e-13)
+
+
+def test_an_inside_out_closed_mesh_weighs_the_same():
+    def pairs(mesh):
+        graph = build_face_graph(mesh)
+        sources = np.repeat(np.arange(mesh.n_faces), np.diff(graph.offsets))
+        arcs = zip(sources.tolist(), graph.neighbors.tolist(), strict=True)
+        return dict(zip(arcs, superfacet_weights(mesh, graph).tolist(), strict=True))
+
+    assert pairs(shapes.cube()) == pytest.approx(pairs(shapes.inside_out_cube()), rel=1e-14)
+
+
+def test_an_open_mesh_is_never_inside_out():
+    inside_out = shapes.inside_out_cube()
+    opened = Mesh(inside_out.vertices, inside_out.faces[:-1])
+    sharpest = (2 * math.sqrt(5) / 6 + 200 * 1.0 * 0.5) / math.sqrt(3)  # concave now
+    assert weights_of(opened).max() == pytest.approx(sharpest)
+
+
+def test_both_arcs_of_a_pair_have_the_same_bits():
+    mesh = shapes.bumpy_sheet(16)
+    graph = build_face_graph(mesh)
+    weights = superfacet_weights(mesh, graph)
+    sources = np.repeat(np.arange(mesh.n_faces), np.diff(graph.offsets))
+    there = dict(zip(zip(sources, graph.neighbors, strict=True), weights, strict=True))
+    assert all(there[j, i] == weight for (i, j), weight in there.items())
+
+
+@pytest.mark.parametrize("turned", [0, 1])
+@pytest.mark.parametrize("degrees", [90, -90])
+def test_of_faces_as_large_the_one_with_the_lower_index_says_where_up_is(turned, degrees):
+    mesh = shapes.fold(degrees)
+    faces = mesh.faces.copy()
+    faces[turned] = faces[turned][::-1]
+    seen_from = degrees if turned == 1 else -degrees
+    expected = weights_of(shapes.fold(seen_from))[0]
+    assert weights_of(Mesh(mesh.vertices, faces)) == pytest.approx([expected] * 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("order", [[0, 1], [1, 0]])
+def test_the_larger_face_says_where_up_is(order):
+    valley = shapes.fold(90)
+    vertices = valley.vertices.copy()
+    vertices[2] *= [2, 1, 1]  # the first face is twice as large
+    flipped = valley.faces.copy()
+    flipped[1] = flipped[1][::-1]
+    expected = weights_of(Mesh(vertices, valley.faces))[0]
+    assert weights_of(Mesh(vertices, flipped[order])) == pytest.approx([expected] * 2, rel=1e-14)
+
+
+def test_the_seam_of_a_moebius_band_weighs_about_what_its_other_edges_do():
+    mesh = shapes.moebius(60)
+    graph = build_face_graph(mesh)
+    weights = superfacet_weights(mesh, graph)
+    seam = weights[graph.same_turn == 1]
+    assert len(seam) == 2
+    assert seam[0] == seam[1]
+    assert seam[0] < 1.5 * np.median(weights) + weights.max() / 2
+
+
+def test_faces_without_a_normal_weigh_their_distance_alone():
+    mesh = shapes.slivers()
+    weights = weights_of(mesh)
+    assert np.array_equal(weights, weights_of(mesh, alpha=0))
+    # Face 0 has its centroid at (2/3, 2/3, 0), face 1 at (1, 1, 0), their edge its midpoint there.
+    assert weights[1] == pytest.approx(math.sqrt(2) / 3 / math.sqrt(75))
+
+
+def test_a_collinear_face_has_no_normal_for_all_its_rounding_errors():
+    direction = np.array([0.1, 0.7, 0.3])
+    vertices = np.array([0 * direction, direction, direction * 3.3, [1, 0, 0]])
+    mesh = Mesh(vertices, [[0, 1, 2], [1, 0, 3]])
+    assert np.linalg.norm(np.cross(vertices[1], vertices[2])) > 0
+    assert np.array_equal(weights_of(mesh), weights_of(mesh, alpha=0))
+
+
+def test_a_needle_keeps_its_normal():
+    """A triangle of length 1 and height 1e-9 still knows which way it faces."""
+    vertices = [[0, 0, 0], [1, 0, 0], [0.5, 1e-9, 0], [0.5, 0, 1]]
+    mesh = Mesh(vertices, [[0, 1, 2], [1, 0, 3]])
+    theta = weights_of(mesh)[0] - weights_of(mesh, alpha=0)[0]
+    assert theta * build_face_graph(mesh).diagonal / 200 == pytest.approx(0.5, rel=1e-6)
+
+
+def test_two_coincident_sheets_are_not_inside_out_by_rounding():
+    rng = np.random.default_rng(1)
+    vertices = rng.uniform(-1, 1, (3, 3)) + 1000
+    sheet = Mesh(vertices, [[0, 1, 2], [2, 1, 0]])
+    assert np.isfinite(weights_of(sheet)).all()
+    # theta is pi and the step between the centroids 0: neither concave nor convex counts as convex.
+    edges = np.linalg.norm(vertices - np.roll(vertices, -1, axis=0), axis=1)
+    angular = weights_of(sheet)[:3] - weights_of(sheet, alpha=0)[:3]
+    diagonal = np.linalg.norm(np.ptp(vertices, axis=0))
+    assert angular == pytest.approx(200 * 0.2 * edges / diagonal, rel=1e-9)
+
+
+@pytest.mark.parametrize("options", [{"alpha": -1}, {"alpha": math.nan}, {"eta_convex": -0.1}])
+def test_negative_or_missing_factors_are_refused(options):
+    with pytest.raises(ValueError, match="must be finite and not negative"):
+        weights_of(shapes.cube(), **options)
+
+
+def test_a_graph_of_another_mesh_is_refused():
+    with pytest.raises(ValueError, match="the graph has 12 cells but the mesh 4 faces"):
+        superfacet_weights(shapes.strip(4), build_face_graph(shapes.cube()))
+
+
+def test_weights_and_lengths_do_not_depend_on_the_number_of_threads():
+    mesh = shapes.bumpy_sheet(150)
+    graph = build_face_graph(mesh)
+    one, *others = (superfacet_weights(mesh, graph, n_threads=n) for n in (1, 2, 8))
+    assert all(np.array_equal(one, other) for other in others)
+    one_thread, *more = (graph.with_weights(one, n_threads=n) for n in (1, 2, 8))
+    assert all(np.array_equal(one_thread.lengths, cells.lengths) for cells in more)
+    assert all(one_thread.unit == cells.unit for cells in more)
+
+
+def weights_one_way(mesh, graph):
+    """Weights of a graph from which each arc in turn has lost its way back."""
+    sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    weights = np.empty(graph.n_arcs)
+    for is_kept in (sources < graph.neighbors, sources > graph.neighbors):
+        offsets = np.concatenate(
+            [[0], np.cumsum(np.bincount(sources[is_kept], None, mesh.n_faces))]
+        )
+        half = dataclasses.replace(
+            graph,
+            offsets=offsets,
+            neighbors=graph.neighbors[is_kept],
+            sides=graph.sides[is_kept],
+            same_turn=graph.same_turn[is_kept],
+        )
+        weights[is_kept] = superfacet_weights(mesh, half)
+    return weights
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        shapes.bumpy_sheet(16),
+        shapes.moebius(12),
+        shapes.fins(4),
+        shapes.fins(12),  # more arcs than are searched for the way back
+        shapes.slivers(),
+        Mesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]]),  # three arcs each way
+    ],
+)
+def test_an_arc_weighs_the_same_with_and_without_an_arc_back(mesh):
+    graph = build_face_graph(mesh)
+    assert np.array_equal(superfacet_weights(mesh, graph), weights_one_way(mesh, graph))
+
+
+@pytest.mark.parametrize("degrees", [0, 30, 90, -90, 135, 180])
+def test_stk02_weights_are_eq_6_by_hand(degrees):
+    """The centroids lie 1 from the edge, in whose middle the shortest way over it is not bent."""
+    mesh = shapes.fold(degrees)
+    for alpha in (0.0, 0.25, 1.0):
+        weights = stk02_weights(mesh, build_face_graph(mesh), alpha=alpha)
+        by_hand = (1 - alpha) * 2.0 + alpha * math.sin(math.radians(degrees)) ** 2
+        assert weights == pytest.approx([by_hand, by_hand], abs=1e-15)
+
+
+def test_stk02_weights_are_not_scale_invariant():
+    mesh = shapes.fold(90)
+    larger = Mesh(4 * mesh.vertices, mesh.faces)
+    weights = [stk02_weights(m, build_face_graph(m), alpha=0.5)[0] for m in (mesh, larger)]
+    assert weights == pytest.approx([0.5 * 2 + 0.5, 0.5 * 8 + 0.5])
+
+
+def test_stk02_takes_no_notice_of_orientation_and_of_faces_without_a_normal():
+    mesh = shapes.fold(60)
+    turned = Mesh(mesh.vertices, [mesh.faces[0], mesh.faces[1][::-1]])
+    flat = Mesh([[0, 0, 0], [0, 2, 0], [-3, 1, 0], [0, 1, 0]], mesh.faces)
+    weights = [
+        stk02_weights(m, build_face_graph(m), alpha=1.0)[0].item() for m in (mesh, turned, flat)
+    ]
+    assert weights == pytest.approx([0.75, 0.75, 0.0])
+
+
+def test_stk02_weights_are_the_same_for_any_number_of_threads():
+    mesh = shapes.bumpy_sheet(128)
+    graph = build_face_graph(mesh)
+    one, many = (stk02_weights(mesh, graph, n_threads=n) for n in (1, 4))
+    assert np.array_equal(one, many)
+    by_name = segment(mesh, 20, weights="stk02", smooth=False)
+    given = segment(mesh, 20, weights=stk02_weights(mesh, graph), smooth=False)
+    assert np.array_equal(by_name.labels, given.labels)
+
+
+def test_stk02_refuses_wrong_shares_and_graphs():
+    mesh = shapes.fold(60)
+    with pytest.raises(ValueError, match=r"alpha must be 0 to 1, got 1\.01"):
+        stk02_weights(mesh, build_face_graph(mesh), alpha=1.01)
+    with pytest.raises(ValueError, match="the graph has 2 cells but the mesh 12 faces"):
+        stk02_weights(shapes.cube(), build_face_graph(mesh))
+
+
+def test_lengths_are_whole_units_of_which_all_arcs_have_48_bits():
+    graph = build_face_graph(shapes.bumpy_sheet(16)).with_weights(
+        weights_of(shapes.bumpy_sheet(16))
+    )
+    assert np.array_equal(graph.lengths, np.rint(graph.lengths))
+    assert 2**47 <= graph.weights.sum() / graph.unit < 2**48
+    assert np.abs(graph.lengths * graph.unit - graph.weights).max() <= graph.weights.max() * 2**-20
+
+
+def test_a_weight_of_zero_is_one_unit_so_that_paths_grow():
+    graph = shapes.line_graph([0.0, 1.0])
+    assert graph.lengths.tolist() == [1, 1, 2**46, 2**46]
+    assert shapes.line_graph([0.0, 0.0]).lengths.tolist() == [1, 1, 1, 1]
+
+
+def test_weights_are_checked_where_the_arcs_need_not_be():
+    graph = build_face_graph(shapes.fold(90))
+    with pytest.raises(ValueError, match=r"weights\[1\] is nan; it must be finite and not neg"):
+        graph.with_weights([1.0, math.nan])
+    with pytest.raises(ValueError, match=r"weights\[0\] is inf; it must be finite and not neg"):
+        graph.with_weights([math.inf, 1.0])
+    with pytest.raises(ValueError, match=r"one value per arc, shape \(2,\), got \(3,\)"):
+        graph.with_weights([1.0] * 3)
+    with pytest.raises(ValueError, match=r"weights are at most 1e\+200: rescale"):
+        graph.with_weights([1e200, 1.0])
+    negative = dataclasses.replace(graph, measures=-graph.measures)
+    with pytest.raises(ValueError, match=r"measures\[0\] is -.*; it must be finite and not neg"):
+        negative.with_weights([1.0, 1.0])
+
+
+def test_weights_of_a_graph_must_be_finite_and_not_negative():
+    for bad in (-1.0, math.nan, math.inf):
+        with pytest.raises(ValueError, match=r"weights\[0\] is .*; it must be finite and not neg"):
+            shapes.line_graph([bad])
+    with pytest.raises(TypeError, match="weights must be numbers, got complex128"):
+        shapes.line_graph([1j])
+    with pytest.raises(ValueError, match=r"one value per arc, shape \(2,\), got \(1,\)"):
+        CellGraph([[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0])
+
+
+def test_a_crease_length_takes_the_place_of_that_of_every_edge():
+    mesh = shapes.fold(90)  # an edge of 2
+    own = weights_of(mesh, alpha=10)
+    assert weights_of(mesh, alpha=10, crease_length=2.0) == pytest.approx(own)
+    assert weights_of(mesh, alpha=10, crease_length=4.0) == pytest.approx(
+        weights_of(mesh, alpha=20)
+    )
+    with pytest.raises(ValueError, match="crease_length must be finite and positive"):
+        weights_of(mesh, crease_length=0)
+
+
+def refined(mesh):
+    """Each triangle cut into four at the midpoints of its edges."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    d, e, f = (a + b) / 2, (b + c) / 2, (c + a) / 2
+    corners = np.stack([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]).transpose(2, 0, 1, 3)
+    return Mesh(corners.reshape(-1, 3), np.arange(12 * mesh.n_faces).reshape(-1, 3))
+
+
+@pytest.mark.parametrize(("weights", "ratio"), [("creases", 1.0), ("superfacets", 0.5)])
+def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, ratio):
+    """What it costs to cross the fold, without the distance."""
+    prices = []
+    for mesh in (shapes.fold(90), refined(shapes.fold(90))):
+        graph = build_face_graph(mesh)
+        chosen = [
+            ArcWeights.checked(weights, alpha, 1.0).weigh(mesh, graph, 0.3, 1)
+            for alpha in (0.0, 100.0)
+        ]
+        prices.append(np.max(chosen[1] - chosen[0]))
+    assert prices[1] / prices[0] == pytest.approx(ratio)
+
+
+def test_segment_uses_the_expected_radius_for_creases():
+    mesh = shapes.bumpy_sheet(16)
+    graph = build_face_graph(mesh)
+    result = segment(mesh, 9, weights="creases", alpha=30.0, eta_convex=0.1)
+    weights = superfacet_weights(
+        mesh, graph, alpha=30.0, eta_convex=0.1, crease_length=result.params["expected_radius"]
+    )
+    assert np.array_equal(segment(mesh, 9, weights=weights).labels, result.labels)
+    assert result.params["weights"] == "creases"
+    flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])  # without area, r is 0
+    assert segment(flat, 1, weights="creases").labels.tolist() == [0]
+
+
+def test_crease_weights_have_the_radius_for_the_edge():
+    for degrees in (0, 90, -90, 30):
+        mesh = shapes.fold(degrees)
+        eta = 1.0 if degrees > 0 else 0.25
+        angular = 20 * eta * 7.0 * abs(degrees) / 180  # alpha eta r theta / pi
+        weights = crease_weights(mesh, build_face_graph(mesh), 7.0, eta_convex=0.25)
+        expected = (geodesic_of_fold() + angular) / diagonal_of_fold(degrees)
+        assert weights == pytest.approx([expected, expected])
+
+
+@pytest.mark.parametrize(
+    ("radius", "options"),
+    [(-1.0, {}), (math.inf, {}), (1.0, {"alpha": -1}), (1.0, {"eta_convex": math.nan})],
+)
+def test_crease_weights_refuse_wrong_numbers(radius, options):
+    mesh = shapes.fold(30)
+    with pytest.raises(ValueError, match="must be finite and"):
+        crease_weights(mesh, build_face_graph(mesh), radius, **options)

@@ -1,0 +1,174 @@
+"""Stage 3: seeds on cells that can be counted, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import CellGraph, Mesh, build_face_graph, place_seeds, superfacet_weights
+from superfacets.clustering.seeding import region_size
+
+
+def graph_of(mesh):
+    graph = build_face_graph(mesh)
+    return graph.with_weights(superfacet_weights(mesh, graph))
+
+
+def test_farthest_takes_the_middle_then_the_ends():
+    line = shapes.line_graph([1.0] * 8)
+    assert place_seeds(line, 5).tolist() == [4, 0, 8, 2, 6]  # ties go to the lower cell
+
+
+def test_farthest_gives_distinct_cells_up_to_all_of_them():
+    graph = graph_of(shapes.bumpy_sheet(12))
+    assert sorted(place_seeds(graph, graph.n_cells).tolist()) == list(range(graph.n_cells))
+
+
+def test_farthest_takes_each_of_many_coincident_cells_once():
+    n = 100
+    graph = CellGraph(np.zeros((n, 3)), np.ones(n), np.zeros(n + 1, int), np.zeros(0, int), [])
+    assert place_seeds(graph, n).tolist() == list(range(n))
+
+
+def test_farthest_equals_the_naive_way_on_thousands_of_cells():
+    rng = np.random.default_rng(5)
+    positions = np.round(rng.uniform(0, 1, (5000, 3)), 2)  # many equal distances
+    graph = CellGraph(positions, np.ones(5000), np.zeros(5001, int), np.zeros(0, int), [])
+    seeds = place_seeds(graph, 400, init="farthest")
+    expected = [int(seeds[0])]
+    squared = np.full(5000, np.inf)
+    while len(expected) < 400:
+        step = positions - positions[expected[-1]]
+        squared = np.minimum(squared, step[:, 0] ** 2 + step[:, 1] ** 2 + step[:, 2] ** 2)
+        squared[expected[-1]] = -1
+        expected.append(int(np.argmax(squared)))
+    assert seeds.tolist() == expected
+
+
+def test_the_first_seed_is_nearest_to_the_centroid_by_area():
+    line = shapes.line_graph([1.0] * 4, measures=[1, 0, 0, 0, 9])
+    assert place_seeds(line, 1).tolist() == [4]  # the centroid is at 3.6
+
+
+def test_without_any_area_the_plain_centroid_counts():
+    line = shapes.line_graph([1.0] * 4, measures=[0] * 5)
+    assert place_seeds(line, 2).tolist() == [2, 0]
+
+
+def test_flood_starts_a_region_where_none_has_reached():
+    # r = 0.5: regions expand through cells within 1, and label the cells at 2.
+    line = shapes.line_graph([1.0] * 8)
+    assert place_seeds(line, radius=0.5 / 8, init="flood").tolist() == [4, 1, 7]
+
+
+def test_flood_visits_cells_in_the_order_of_their_path_length():
+    line = shapes.line_graph([9.0, 9.0, 1.0, 1.0, 1.0, 1.0])
+    assert place_seeds(line, radius=0.4 / 6, init="flood").tolist() == [3, 5, 1]
+
+
+def test_flood_goes_on_in_every_component():
+    graph = graph_of(shapes.two_islands())
+    assert place_seeds(graph, radius=1, init="flood").tolist() == [1, 4]
+
+
+def test_grid_takes_the_center_of_each_occupied_cube():
+    line = shapes.line_graph([1.0] * 8)
+    # Cubes of edge 3 from x = 0: cells 0 1 2, 3 4 5 and 6 7 8.
+    assert place_seeds(line, radius=1.5 / 8, init="grid").tolist() == [1, 4, 7]
+
+
+def test_grid_counts_from_the_corner_of_the_bounds():
+    cells = CellGraph([[0.5, 0, 0], [1.5, 0, 0]], [1, 1], [0, 0, 0], [], [], [[0, 0, 0], [2, 0, 0]])
+    assert place_seeds(cells, radius=0.5, init="grid").tolist() == [0]
+    assert place_seeds(cells, radius=0.25, init="grid").tolist() == [0, 1]
+
+
+def test_a_grid_of_unthinkably_small_cubes_gives_each_cell_its_own():
+    graph = graph_of(shapes.cube())
+    assert sorted(place_seeds(graph, radius=1e-30, init="grid").tolist()) == list(range(12))
+
+
+def test_given_seeds_are_kept_in_their_order():
+    seeds = place_seeds(shapes.line_graph([1.0] * 4), init=[3, 0])
+    assert seeds.tolist() == [3, 0]
+    assert seeds.dtype == np.int32
+
+
+def test_region_size_is_that_of_disks_with_the_whole_area():
+    line = shapes.line_graph([1.0] * 7)
+    assert region_size(line.ordered(1), 2) == (2, math.sqrt(8 / (2 * math.pi)))
+    assert region_size(line.ordered(1), radius=0.1) == (5, pytest.approx(0.7))
+    assert region_size(line.ordered(1), radius=100) == (1, 700)
+    assert region_size(line.ordered(1), radius=1e-9).n_segments == 8
+    assert region_size(line.ordered(1)).n_segments == 8
+    assert region_size(line.ordered(1), init=[1, 2]).n_segments == 2
+    assert region_size(graph_of(shapes.bumpy_sheet(10)).ordered(1)).n_segments == 150
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"n_segments": 0}, ValueError, "n_segments must be at least 1, got 0"),
+        ({"n_segments": -3}, ValueError, "n_segments must be at least 1, got -3"),
+        ({"n_segments": 6}, ValueError, "n_segments is 6 but there are only 5 faces"),
+        ({"n_segments": 2.0}, TypeError, r"n_segments must be an integer, got 2\.0"),
+        ({"n_segments": True}, TypeError, "n_segments must be an integer, got True"),
+        ({"n_segments": 2, "radius": 0.1}, ValueError, "n_segments or radius, not both"),
+        ({"radius": 0}, ValueError, "radius must be finite and positive, got 0"),
+        ({"radius": math.inf}, ValueError, "radius must be finite and positive, got inf"),
+        ({"radius": "wide"}, TypeError, "radius must be a number, got 'wide'"),
+        (
+            {"init": "random"},
+            ValueError,
+            "init must be one of geodesic, farthest, flood, grid, got 'random'",
+        ),
+        ({"init": [0, 5]}, ValueError, r"init\[1\] is 5; it must be 0 to 4"),
+        ({"init": [-1]}, ValueError, r"init\[0\] is -1; it must be 0 to 4"),
+        ({"init": [1, 2, 1]}, ValueError, "init holds 1 more than once"),
+        ({"init": []}, ValueError, "init must hold at least one"),
+        ({"init": [0.5]}, TypeError, "init must be integers, got float64"),
+        ({"init": [[0]]}, ValueError, "init must be one-dimensional"),
+        ({"init": [0], "n_segments": 2}, ValueError, "n_segments is 2 but 1 seeds are given"),
+    ],
+)
+def test_wrong_arguments_are_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        place_seeds(shapes.line_graph([1.0] * 4), **arguments)
+
+
+@pytest.mark.parametrize("init", ["flood", "grid"])
+def test_a_radius_cannot_come_from_no_area(init):
+    line = shapes.line_graph([1.0] * 4, measures=[0] * 5)
+    with pytest.raises(ValueError, match=f"init='{init}' needs a radius, and the faces have no"):
+        place_seeds(line, 2, init=init)
+
+
+def test_geodesic_seeds_are_the_ends_of_the_longest_paths():
+    """Cells in a row, with a long step between the second and the third."""
+    graph = shapes.line_graph([1.0, 10.0, 1.0, 1.0])
+    assert place_seeds(graph, 3, init="geodesic").tolist() == [2, 0, 4]
+
+
+def test_geodesic_seeds_begin_with_the_components_that_are_worth_a_region():
+    mesh = shapes.two_islands()  # of 4 faces and 2 in area each
+    speck = Mesh(
+        np.concatenate([mesh.vertices, [[9, 9, 0], [9.1, 9, 0], [9, 9.1, 0]]]),
+        np.concatenate([[[12, 13, 14]], mesh.faces]),
+    )
+    graph = build_face_graph(speck).with_weights(np.ones(12))
+    for k in (2, 3, 8):
+        seeds = place_seeds(graph, k, init="geodesic")
+        assert len(set(seeds.tolist())) == k
+        assert 0 not in seeds  # the speck
+        assert {*((seeds[:2] - 1) // 4).tolist()} == {0, 1}  # an island each
+    assert set(place_seeds(graph, 9, init="geodesic").tolist()) == set(range(9))
+    assert place_seeds(graph, 1, init="geodesic").tolist()[0] > 0
+
+
+def test_geodesic_seeds_of_soup_are_distinct():
+    soup = Mesh([[x, y, z] for x in range(40) for y, z in ((0, 0), (1, 0), (0, 1))],
+                np.arange(120).reshape(-1, 3))  # fmt: skip
+    graph = build_face_graph(soup).with_weights([])
+    for k in (1, 20, 40):
+        assert len(set(place_seeds(graph, k, init="geodesic").tolist())) == k

@@ -1,0 +1,188 @@
+"""Stage 5: regions in one piece, and none too small."""
+
+import numpy as np
+import pytest
+import shapes
+from models import read_off
+
+from superfacets import Mesh, build_face_graph, segment
+from superfacets.regions.regions import LabeledSurface, enforce_connectivity, merge_small_regions
+
+
+def roof(*angles):
+    """A strip of squares in two triangles each, bent by an angle (degrees) after each square."""
+    directions = np.radians(np.cumsum([0, *angles]))
+    steps = np.stack([np.cos(directions), np.zeros(len(directions)), np.sin(directions)], axis=1)
+    low = np.concatenate([[[0.0, 0.0, 0.0]], np.cumsum(steps, axis=0)])
+    n = len(low)
+    squares = [(i, i + 1, n + i + 1, n + i) for i in range(n - 1)]
+    faces = [t for a, b, c, d in squares for t in ([a, b, c], [a, c, d])]
+    return Mesh(np.concatenate([low, low + [0, 1, 0]]), faces)
+
+
+def check_edit(edit, labels, sources, n_joined, n_islands):
+    assert edit.labels.tolist() == labels
+    assert edit.sources.tolist() == sources
+    assert (edit.n_joined, edit.n_islands) == (n_joined, n_islands)
+    assert edit.labels.dtype == edit.sources.dtype == np.int32
+
+
+def test_a_region_keeps_its_largest_piece():
+    edit = enforce_connectivity(shapes.strip(6), [0, 1, 1, 1, 0, 0])
+    check_edit(edit, [1, 1, 1, 1, 0, 0], [0, 1], 1, 0)
+
+
+def test_a_region_keeps_the_piece_of_its_center():
+    edit = enforce_connectivity(shapes.strip(6), [0, 1, 1, 1, 0, 0], centers=[0, 2])
+    check_edit(edit, [0, 1, 1, 1, 1, 1], [0, 1], 1, 0)
+
+
+def test_of_pieces_as_large_the_first_is_kept():
+    edit = enforce_connectivity(shapes.strip(4), [0, 1, 1, 0])
+    check_edit(edit, [0, 1, 1, 1], [0, 1], 1, 0)
+
+
+@pytest.mark.parametrize(("angles", "joined"), [((0, 0, 60, 0), 2), ((0, 0, 0, 60), 1)])
+def test_a_piece_joins_over_a_plane_rather_than_a_crease(angles, joined):
+    edit = enforce_connectivity(roof(*angles), [0, 0, 0, 0, 1, 1, 0, 0, 2, 2])
+    check_edit(edit, [0, 0, 0, 0, 1, 1, joined, joined, 2, 2], [0, 1, 2], 1, 0)
+
+
+def test_pieces_inside_pieces_join_one_after_the_other():
+    edit = enforce_connectivity(shapes.strip(8), [0, 0, 0, 1, 2, 1, 1, 2], centers=[0, 6, 7])
+    assert shapes.count_pieces(build_face_graph(shapes.strip(8)), edit.labels) == 3
+    assert edit.n_joined == 2
+
+
+def test_a_piece_on_an_island_becomes_a_region():
+    edit = enforce_connectivity(shapes.two_islands(), [0, 0, 1, 1, 0, 0, 0, 0], centers=[0, 2])
+    check_edit(edit, [0, 0, 1, 1, 2, 2, 2, 2], [0, 1, 0], 0, 1)
+
+
+def test_connected_regions_stay_as_they_are():
+    mesh = shapes.bumpy_sheet(8)
+    labels = segment(mesh, 9, smooth=False).labels
+    edit = enforce_connectivity(mesh, labels)
+    check_edit(edit, labels.tolist(), list(range(9)), 0, 0)
+
+
+@pytest.mark.parametrize(("angles", "joined"), [((0, 60, 0, 0), 1), ((0, 0, 60, 0), 0)])
+def test_a_small_region_joins_over_a_plane_rather_than_a_crease(angles, joined):
+    edit = merge_small_regions(roof(*angles), [0, 0, 0, 0, 1, 1, 2, 2, 2, 2], 0.7)
+    check_edit(edit, [0, 0, 0, 0, joined, joined, 1, 1, 1, 1], [0, 2], 1, 0)
+
+
+def test_a_ridge_counts_as_a_plane():
+    labels = [0, 0, 0, 0, 1, 1, 2, 2, 2, 2]
+    edit = merge_small_regions(roof(0, -60, 60, 0), labels, 0.7)
+    assert edit.labels.tolist() == [0] * 6 + [1] * 4
+
+
+def test_small_regions_join_until_they_are_large_enough():
+    edit = merge_small_regions(shapes.strip(8), [0, 1, 2, 3, 4, 4, 4, 4], 1.0)
+    counts = np.bincount(edit.labels)
+    assert (counts >= 8 / 5).all()
+    assert edit.n_joined == 5 - len(counts)
+
+
+def test_no_region_is_too_small_for_a_size_of_zero():
+    mesh = shapes.bumpy_sheet(3)
+    check_edit(merge_small_regions(mesh, range(18), 0.0), list(range(18)), list(range(18)), 0, 0)
+
+
+def test_all_regions_of_a_component_may_become_one():
+    edit = merge_small_regions(shapes.strip(5), [0, 1, 2, 3, 4], 100.0)
+    assert edit.labels.tolist() == [0] * 5
+    assert (edit.n_joined, edit.n_islands) == (4, 1)
+
+
+def test_small_islands_stay_or_join_the_nearest_region():
+    big = shapes.strip(8)
+    speck = Mesh([[9, 0, 0], [9.1, 0, 0], [9, 0.1, 0]], [[0, 1, 2]])
+    mesh = Mesh(
+        np.concatenate([big.vertices, speck.vertices]),
+        np.concatenate([big.faces, speck.faces + big.n_vertices]),
+    )
+    labels = [0] * 4 + [2] * 4 + [1]
+    check_edit(merge_small_regions(mesh, labels, 0.5), labels, [0, 1, 2], 0, 1)
+    edit = merge_small_regions(mesh, labels, 0.5, islands="nearest")
+    check_edit(edit, [0] * 4 + [1] * 5, [0, 2], 1, 0)
+
+
+def test_where_there_are_only_small_islands_they_stay():
+    labels = [0] * 4 + [1] * 4
+    edit = merge_small_regions(shapes.two_islands(), labels, 2.0, islands="nearest")
+    check_edit(edit, labels, [0, 1], 0, 2)
+
+
+def test_faces_without_area_are_in_regions_too():
+    mesh = shapes.slivers()
+    assert enforce_connectivity(mesh, [0, 0, 0, 0]).n_islands == 1
+    line = Mesh([[x, 0, 0] for x in range(4)], [[0, 1, 2], [1, 2, 3]])
+    assert merge_small_regions(line, [0, 1], 1.0).labels.tolist() == [0, 1]
+
+
+def test_borders_are_the_same_for_any_number_of_threads():
+    mesh = shapes.bumpy_sheet(128)
+    labels = segment(mesh, 50, smooth=False).labels
+    tables = []
+    for n_threads in (1, 3):
+        surface = LabeledSurface.checked(mesh, labels, None, True, n_threads)
+        tables.append(surface.borders(surface.labels, 50))
+    assert tables[0] == tables[1]
+
+
+def test_borders_on_a_plane_are_as_long_as_their_edges():
+    mesh = roof(0, 0)
+    surface = LabeledSurface.checked(mesh, [0, 0, 1, 1, 2, 2], None, True, 1)
+    borders = surface.borders(surface.labels, 3)
+    assert [sorted(row) for row in borders] == [[1], [0, 2], [1]]
+    assert borders[0][1] == borders[1][0] == pytest.approx(1.0)
+
+
+def test_random_labels_of_real_meshes_end_up_in_one_piece_each(benchmark_paths):
+    for path in benchmark_paths[::24]:
+        mesh = read_off(path)
+        rng = np.random.default_rng(0)
+        labels = segment(mesh, 40, smooth=False).labels.copy()
+        wrong = rng.random(mesh.n_faces) < 0.2
+        labels[wrong] = rng.integers(0, 40, int(wrong.sum()))
+        edit = enforce_connectivity(mesh, labels)
+        graph = build_face_graph(mesh)
+        assert shapes.count_pieces(graph, edit.labels) == len(edit.sources)
+        merged = merge_small_regions(mesh, edit.labels, 0.5)
+        areas = np.bincount(merged.labels, graph.measures)
+        n_small = np.count_nonzero(areas < 0.5 * graph.measures.sum() / len(edit.sources))
+        assert n_small == merged.n_islands
+        assert shapes.count_pieces(graph, merged.labels) == len(areas)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"labels": [0, 2, 0, 0]}, ValueError, "no face has label 1"),
+        ({"centers": [0]}, ValueError, "there are 1 centers for 2 regions"),
+        ({"centers": [0, 1]}, ValueError, r"centers\[1\] is face 1, which has label 0"),
+        ({"centers": [0, 7]}, ValueError, r"centers\[1\] is 7; it must be 0 to 3"),
+        ({"weights": [-1.0] * 6}, ValueError, r"weights\[0\] is -1"),
+    ],
+)
+def test_faults_in_what_is_to_be_connected_are_found(parameters, error, message):
+    arguments = {"labels": [0, 0, 1, 1]} | parameters
+    with pytest.raises(error, match=message):
+        enforce_connectivity(shapes.strip(4), arguments.pop("labels"), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"min_size": -1.0}, ValueError, "min_size must be finite and not negative"),
+        ({"min_size": "1"}, TypeError, "min_size must be a number"),
+        ({"islands": "drown"}, ValueError, "islands must be one of keep, nearest"),
+        ({"labels": [0.5] * 4}, TypeError, "labels must be integers"),
+    ],
+)
+def test_faults_in_what_is_to_be_merged_are_found(parameters, error, message):
+    arguments = {"labels": [0, 0, 1, 1], "min_size": 0.5} | parameters
+    with pytest.raises(error, match=message):
+        merge_small_regions(shapes.strip(4), **arguments)

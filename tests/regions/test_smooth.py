@@ -1,0 +1,283 @@
+"""Stage 5: straight borders."""
+
+import numpy as np
+import pytest
+import shapes
+from models import read_off
+
+from superfacets import Mesh, build_face_graph, sample_mesh, segment
+from superfacets.reference import reference
+from superfacets.regions.regions import CREASE_SCALE, LabeledSurface
+from superfacets.regions.smooth import MAX_CHAIN, MAX_SWEEPS, smooth_borders
+
+
+def sheet(drawing, height=lambda x, y: 0.0):
+    """A mesh and labels from a drawing: two characters a square, its lower and its upper triangle.
+
+    The squares are cut from the lower left to the upper right; rows are drawn from the top.
+    """
+    rows = [row.split() for row in drawing.split("\n") if row.strip()][::-1]
+    n_rows, n_columns = len(rows), len(rows[0])
+    points = [(x, y, height(x, y)) for y in range(n_rows + 1) for x in range(n_columns + 1)]
+    faces, labels = [], []
+    for y, row in enumerate(rows):
+        for x, (lower, upper) in enumerate(row):
+            a = y * (n_columns + 1) + x
+            b, c, d = a + 1, a + n_columns + 2, a + n_columns + 1
+            faces += [[a, b, c], [a, c, d]]
+            labels += [int(lower), int(upper)]
+    return Mesh(points, faces), labels
+
+
+def check_smoothed(drawing, expected, height=lambda x, y: 0.0, **parameters):
+    mesh, labels = sheet(drawing, height)
+    _, expected_labels = sheet(expected, height)
+    assert smooth_borders(mesh, labels, **parameters).tolist() == expected_labels
+
+
+def test_a_zigzag_is_made_straight():
+    check_smoothed(
+        """
+        00 00 01 11 11
+        00 00 10 11 11
+        00 00 01 11 11
+        00 00 10 11 11
+        """,
+        """
+        00 00 00 11 11
+        00 00 00 11 11
+        00 00 00 11 11
+        00 00 00 11 11
+        """,
+    )
+    # One tooth of three squares: no face alone can leave it at a profit.
+    check_smoothed(
+        """
+        00 00 00 11 11 11
+        00 00 11 11 11 11
+        00 00 11 11 11 11
+        00 00 00 11 11 11
+        """,
+        """
+        00 00 00 11 11 11
+        00 00 00 11 11 11
+        00 00 00 11 11 11
+        00 00 00 11 11 11
+        """,
+    )
+
+
+def test_a_straight_border_stays():
+    drawing = """
+        00 00 11 11
+        00 00 11 11
+        00 00 11 11
+        """
+    check_smoothed(drawing, drawing)
+
+
+CORNER = """
+    00 00 11 11
+    00 00 11 11
+    11 11 11 11
+    11 11 11 11
+    """
+CUT_CORNER = """
+    00 00 11 11
+    00 10 11 11
+    11 11 11 11
+    11 11 11 11
+    """
+
+
+def test_a_corner_is_cut_on_a_plane_but_not_where_it_is_in_a_crease():
+    def walls(x, y):
+        """Two slopes that rise from a floor in the upper left."""
+        return max(0, x - 2, 2 - y)
+
+    check_smoothed(CORNER, CUT_CORNER, max_distance=0.3)
+    check_smoothed(CORNER, CORNER, walls)
+
+
+def test_a_ridge_is_no_crease():
+    check_smoothed(CORNER, CUT_CORNER, lambda x, y: -max(0, x - 2, 2 - y), max_distance=0.3)
+
+
+def test_a_zigzag_goes_to_the_valley_at_its_side():
+    check_smoothed(
+        """
+        00 00 10 11 11
+        00 00 10 11 11
+        00 00 10 11 11
+        """,
+        """
+        00 00 11 11 11
+        00 00 11 11 11
+        00 00 11 11 11
+        """,
+        lambda x, y: abs(x - 2),
+    )
+
+
+def test_no_face_goes_farther_than_it_may():
+    drawing = """
+        00 00 01 11 11
+        00 00 10 11 11
+        """
+    check_smoothed(drawing, drawing, max_distance=0.0)
+
+
+def test_centers_stay():
+    mesh, labels = sheet("""
+        00 00 01 11 11
+        00 00 10 11 11
+        00 00 01 11 11
+        """)
+    smoothed = smooth_borders(mesh, labels)
+    moved = np.flatnonzero(smoothed != labels)
+    assert len(moved)
+    kept = smooth_borders(mesh, labels, centers=moved)
+    assert np.array_equal(kept[moved], np.array(labels)[moved])
+
+
+def test_one_region_and_a_region_for_each_face_stay():
+    mesh = shapes.bumpy_sheet(4)
+    assert smooth_borders(mesh, [0] * 32).tolist() == [0] * 32
+    assert smooth_borders(mesh, range(32)).tolist() == list(range(32))
+    assert smooth_borders(shapes.strip(1), [0]).tolist() == [0]
+
+
+def test_faces_without_area_have_borders_without_length():
+    line = Mesh([[x, 0, 0] for x in range(4)], [[0, 1, 2], [1, 2, 3]])
+    assert smooth_borders(line, [0, 1]).tolist() == [0, 1]
+
+
+def test_given_weights_decide_what_a_crease_is():
+    drawing = """
+        00 00 01 11 11
+        00 00 10 11 11
+        00 00 01 11 11
+        """
+    mesh, labels = sheet(drawing)
+    graph = build_face_graph(mesh)
+    sources = np.repeat(np.arange(mesh.n_faces), np.diff(graph.offsets))
+    is_border = np.array(labels)[sources] != np.array(labels)[graph.neighbors]
+    weights = np.where(is_border, 100.0, 0.1)
+    assert smooth_borders(mesh, labels, weights=weights).tolist() == labels
+
+
+@pytest.mark.parametrize("weld", [True, False])
+def test_soup_is_smoothed_where_it_is_welded(weld):
+    mesh, labels = sheet("""
+        00 00 01 11 11
+        00 00 10 11 11
+        """)
+    smoothed = smooth_borders(shapes.soup(mesh), labels, weld=weld)
+    expected = smooth_borders(mesh, labels).tolist() if weld else labels
+    assert smoothed.tolist() == expected
+
+
+MESHES = {
+    "sheet": lambda: shapes.bumpy_sheet(16),
+    "moebius": lambda: shapes.moebius(40),
+    "fins": lambda: shapes.fins(7),
+    "slivers": shapes.slivers,
+    "soup": lambda: shapes.soup(shapes.bumpy_sheet(9)),
+    "sample": lambda: sample_mesh(3000),
+    "two sheets as one": lambda: doubled(shapes.bumpy_sheet(8)),
+}
+
+
+def doubled(mesh):
+    """Each face twice: every edge inside has four faces."""
+    return Mesh(mesh.vertices, np.concatenate([mesh.faces, mesh.faces[::-1]]))
+
+
+def labelings(mesh):
+    """Regions of `segment`, and labels at random, which are in pieces."""
+    rng = np.random.default_rng(3)
+    k = min(12, mesh.n_faces)
+    yield segment(mesh, k, smooth=False).labels
+    yield np.unique(rng.integers(0, k, mesh.n_faces), return_inverse=True)[1]
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_the_kernel_equals_its_twin(name):
+    mesh = MESHES[name]()
+    for labels in labelings(mesh):
+        surface = LabeledSurface.checked(mesh, labels, None, True, 1)
+        fixed = {int(np.argmax(surface.labels == 0))}
+        expected = reference.smooth_borders(
+            surface.graph, mesh, surface.weights, surface.labels.tolist(), fixed,
+            max_distance=1.0 * surface.radius, crease_scale=CREASE_SCALE * surface.radius,
+            max_chain=MAX_CHAIN, max_sweeps=MAX_SWEEPS,
+        )  # fmt: skip
+        assert smooth_borders(mesh, labels, centers=sorted(fixed)).tolist() == expected
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_no_region_vanishes_or_falls_apart(name):
+    mesh = MESHES[name]()
+    graph = build_face_graph(mesh)
+    for labels in labelings(mesh):
+        smoothed = smooth_borders(mesh, labels, max_distance=100.0)
+        assert np.array_equal(np.unique(smoothed), np.unique(labels))
+        assert shapes.count_pieces(graph, smoothed) <= shapes.count_pieces(graph, labels)
+
+
+def test_labels_do_not_depend_on_threads_place_or_size():
+    mesh = shapes.bumpy_sheet(128)
+    labels = segment(mesh, 60, alpha=0, smooth=False).labels
+    smoothed = smooth_borders(mesh, labels, n_threads=1)
+    assert (smoothed != labels).any()
+    assert np.array_equal(smooth_borders(mesh, labels, n_threads=4), smoothed)
+    moved = Mesh(2.0 * mesh.vertices[:, [1, 2, 0]] + [4.0, -8.0, 2.0], mesh.faces)
+    assert np.mean(smooth_borders(moved, labels) == smoothed) > 0.999
+
+
+def test_the_labels_given_are_left_as_they_are():
+    mesh, labels = sheet("""
+        00 00 01 11
+        00 00 10 11
+        """)
+    array = np.array(labels, np.int32)
+    smooth_borders(mesh, array)
+    assert array.tolist() == labels
+
+
+@pytest.mark.parametrize("k", [20, 150])
+def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchmark_paths, k):
+    for path in benchmark_paths[::12]:
+        mesh = read_off(path)
+        surface = LabeledSurface.checked(
+            mesh, segment(mesh, k, smooth=False).labels, None, True, None
+        )
+        smoothed = smooth_borders(mesh, surface.labels)
+        assert shapes.count_pieces(surface.graph, smoothed) == shapes.count_pieces(
+            surface.graph, surface.labels
+        )
+        assert len(np.unique(smoothed)) == surface.n_regions
+        before, after = (
+            sum(sum(row.values()) for row in surface.borders(array, surface.n_regions))
+            for array in (surface.labels, smoothed)
+        )
+        assert after < 0.95 * before
+
+
+@pytest.mark.parametrize(
+    ("parameters", "error", "message"),
+    [
+        ({"labels": [0, 0, 2, 2]}, ValueError, "no face has label 1"),
+        ({"labels": [0, 0, 1]}, ValueError, "there are 3 labels for 4 faces"),
+        ({"labels": [0.0] * 4}, TypeError, "labels must be integers"),
+        ({"centers": [0, 9]}, ValueError, r"centers\[1\] is 9; it must be 0 to 3"),
+        ({"max_distance": -1}, ValueError, "max_distance must be finite and not negative"),
+        ({"weights": [1.0]}, ValueError, "weights must have one value per arc"),
+        ({"n_threads": 0}, ValueError, "n_threads must be at least 1"),
+        ({"mesh": 5}, TypeError, "int does not look like a triangle mesh"),
+    ],
+)
+def test_faults_are_found(parameters, error, message):
+    arguments = {"mesh": shapes.strip(4), "labels": [0, 0, 1, 1]} | parameters
+    with pytest.raises(error, match=message):
+        smooth_borders(arguments.pop("mesh"), arguments.pop("labels"), **arguments)

@@ -1,0 +1,148 @@
+"""A folder is a layer: imports and includes point down the lists below, never up."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "src" / "superfacets"
+CORE = ROOT / "src" / "core"
+
+# Lowest first. A module belongs to the longest of these that it begins with; what is on one line
+# may import each other only within its own folder.
+PYTHON_LAYERS = [
+    "_core",
+    "errors",
+    "_timing",
+    "_validate",
+    "mesh",
+    "io",
+    "io.readers",
+    "adapters",
+    "cells",
+    "clustering",
+    "regions",
+    "metrics",
+    "reference",
+    "view",
+    "io.writers",
+    "pipeline",
+    "sample",
+    "study",
+    "__init__",
+    "cli",
+    "__main__",
+]
+
+CORE_LAYERS = [
+    "base",
+    "mesh",
+    "cells",
+    "paths",
+    "clustering",
+    "regions",
+    "text",
+    "study",
+    "bindings",
+]
+
+
+def layer_of(module: str) -> str:
+    """The layer of a module, named from the package on: ``cells.weights``."""
+    parts = module.split(".")
+    for n in range(len(parts), 0, -1):
+        if ".".join(parts[:n]) in PYTHON_LAYERS:
+            return ".".join(parts[:n])
+    raise AssertionError(f"superfacets.{module} is in no layer")
+
+
+def name_of(path: Path) -> str:
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if len(parts) > 1 and parts[-1] == "__init__" else parts)
+
+
+def imported_modules(path: Path) -> set[str]:
+    """The modules of the package that a file imports, at the top or within functions."""
+    package = path.relative_to(PACKAGE).parts[:-1]
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+            found |= {name[12:] for name in names if name.startswith("superfacets.")}
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        if node.level:
+            base = [*package[: len(package) - node.level + 1]]
+        elif (node.module or "").split(".")[0] == "superfacets":
+            base = []
+        else:
+            continue
+        target = (node.module or "").removeprefix("superfacets").strip(".")
+        base += target.split(".") if target else []
+        found |= {resolve([*base, alias.name]) for alias in node.names}
+    return found
+
+
+def resolve(parts: list[str]) -> str:
+    """The module that ``from a.b import c`` reaches: a.b.c where that is one, else a.b."""
+    path = PACKAGE.joinpath(*parts)
+    if path.is_dir() or path.with_suffix(".py").exists() or parts == ["_core"]:
+        return ".".join(parts)
+    return ".".join(parts[:-1]) or "__init__"
+
+
+MODULES = sorted(PACKAGE.rglob("*.py"))
+CORE_FILES = sorted(CORE.rglob("*.[ch]pp"))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_imports_point_down(path):
+    own = PYTHON_LAYERS.index(layer_of(name_of(path)))
+    if name_of(path) == "__init__":
+        return  # what users see of all layers
+    for module in imported_modules(path):
+        # The version is all that the package itself has to give.
+        if module == "__init__":
+            assert own > PYTHON_LAYERS.index("sample"), module
+            continue
+        assert PYTHON_LAYERS.index(layer_of(module)) <= own, module
+
+
+@pytest.mark.parametrize("path", CORE_FILES, ids=lambda path: str(path.relative_to(CORE)))
+def test_includes_point_down(path):
+    own = CORE_LAYERS.index(path.relative_to(CORE).parts[0])
+    for included in re.findall(r'#include "([^"]+)"', path.read_text(encoding="utf-8")):
+        assert (CORE / included).exists(), included
+        assert CORE_LAYERS.index(included.split("/")[0]) <= own, included
+
+
+def test_an_import_against_the_order_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr("test_layering.PACKAGE", tmp_path)
+    (tmp_path / "mesh").mkdir()
+    (tmp_path / "view").mkdir()
+    (tmp_path / "mesh" / "wrong.py").write_text("def f():\n    from ..view import colors\n")
+    (tmp_path / "view" / "colors.py").write_text("")
+    with pytest.raises(AssertionError, match=r"view\.colors"):
+        test_imports_point_down(tmp_path / "mesh" / "wrong.py")
+
+
+def test_no_module_imports_itself_in_a_circle():
+    graph = {
+        name_of(path): {m for m in imported_modules(path) if m != "__init__"} for path in MODULES
+    }
+    done: set[str] = set()
+
+    def visit(module: str, above: tuple[str, ...]) -> None:
+        assert module not in above, " -> ".join([*above, module])
+        if module in done or module not in graph:
+            return
+        for target in graph[module]:
+            # A package's own modules may import what the package's file lists.
+            visit(target, (*above, module))
+        done.add(module)
+
+    for module in graph:
+        if module != "__init__":
+            visit(module, ())
