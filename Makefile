@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name "*.py" -o -name "*.pyi" -o -name "*.[ch]pp")
 
-.PHONY: help demo test lint docs figures bench timings sanitize dist clean
+.PHONY: help demo test lint docs stub figures bench timings sanitize dist clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -27,6 +27,9 @@ lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
 docs: $(VENV)/group-dev ## build the documentation; warnings are errors
 	$(BIN)/sphinx-build -W --keep-going -q -E docs docs/_build/html
 	@echo docs/_build/html/index.html
+
+stub: $(VENV)/group-test ## write the types of the core anew, from the core itself
+	$(BIN)/python -m nanobind.stubgen -q -m superfacets._core -o src/superfacets/_core.pyi
 
 figures: $(BIN)/superfacets ## draw the pictures of the README and the documentation anew
 	@tools/ensure-gl $(BIN)/python

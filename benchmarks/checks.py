@@ -109,7 +109,7 @@ def _check_one_thread(arrays: Arrays, result: sf.Segmentation) -> None:
         "radius_factor", "smooth",
     )  # fmt: skip
     params = {name: result.params[name] for name in names}
-    alone = sf.segment(tuple(arrays), **params, n_threads=1)
+    alone = sf.segment(arrays, **params, n_threads=1)
     require(np.array_equal(alone.labels, result.labels), "one thread gives other labels")
 
 
@@ -125,7 +125,7 @@ def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
     require(len(counts) == n_segments and bool(counts.all()), "labels have gaps")
     own = labels[result.centers]
     require(np.array_equal(own, np.arange(n_segments)), "a center lies in another region")
-    graph = sf.build_face_graph(tuple(arrays))
+    graph = sf.build_face_graph(arrays)
     pieces = n_pieces(graph.offsets, graph.neighbors, labels)
     require(pieces == n_segments, f"{n_segments} regions are in {pieces} pieces")
     asked = result.params["n_segments"]

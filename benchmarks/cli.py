@@ -244,8 +244,8 @@ def expect(meshes: str | None, output: Path, **options: Any) -> None:
 def _hash_of_labels(arrays: Arrays, n_segments: int, settings: str) -> str:
     """Return the hash of labels that are the same on one thread and all, and hold together."""
     keywords = runs.SETTINGS[settings]
-    result = sf.segment(tuple(arrays), n_segments, **keywords)
-    alone = sf.segment(tuple(arrays), n_segments, n_threads=1, **keywords)
+    result = sf.segment(arrays, n_segments, **keywords)
+    alone = sf.segment(arrays, n_segments, n_threads=1, **keywords)
     require(np.array_equal(result.labels, alone.labels), "one thread gives other labels")
     check_invariants(arrays, result)
     return hash_labels(result.labels)

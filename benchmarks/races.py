@@ -54,7 +54,7 @@ def race_for_labels(
 
 
 def _our_jobs(arrays: Arrays, n_segments: int) -> dict[Key, Callable[[], Any]]:
-    job = partial(sf.segment, tuple(arrays), n_segments, n_threads=usable_cores())
+    job = partial(sf.segment, arrays, n_segments, n_threads=usable_cores())
     return {(OURS, name): partial(job, **SETTINGS[name]) for name in ("plain", "10 iterations")}
 
 

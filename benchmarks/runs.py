@@ -63,7 +63,7 @@ def measure(arrays: Arrays, cases: list[Case], repeats: int, expected: Expected)
 
 def _segment(arrays: Arrays, case: Case) -> sf.Segmentation:
     keywords = SETTINGS[case.settings]
-    return sf.segment(tuple(arrays), case.n_segments, n_threads=case.n_threads, **keywords)
+    return sf.segment(arrays, case.n_segments, n_threads=case.n_threads, **keywords)
 
 
 def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:

@@ -102,7 +102,7 @@ def _measure_passes(plan: Plan, mesh: str, arrays: Arrays) -> list[dict[str, Any
 def _measure_memory(mesh: str, arrays: Arrays) -> dict[str, Any]:
     """Measure the peak, and check that the other process found the labels of this one."""
     row = memory.measure(mesh, arrays, N_SEGMENTS[0])
-    labels = sf.segment(tuple(arrays), N_SEGMENTS[0]).labels
+    labels = sf.segment(arrays, N_SEGMENTS[0]).labels
     require(row.pop("labels") == hash_labels(labels), f"{mesh}: labels of another process differ")
     return row
 

@@ -17,6 +17,7 @@ PYTHON_LAYERS = [
     "errors",
     "_timing",
     "_validate",
+    "_options",
     "mesh",
     "io",
     "io.readers",

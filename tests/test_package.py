@@ -5,6 +5,7 @@ import importlib
 import pkgutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -104,3 +105,13 @@ def test_the_version_is_that_of_the_package():
     from importlib.metadata import version
 
     assert superfacets.__version__ == version("superfacets")
+
+
+def test_the_types_of_the_core_are_those_it_has(tmp_path):
+    """`make stub` writes them anew."""
+    pytest.importorskip("nanobind")
+    stub = tmp_path / "_core.pyi"
+    command = ["-m", "nanobind.stubgen", "-q", "-m", "superfacets._core", "-o", str(stub)]
+    subprocess.run([sys.executable, *command], check=True)
+    committed = Path(superfacets.__file__).with_name("_core.pyi")
+    assert committed.read_text() == stub.read_text()

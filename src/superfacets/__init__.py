@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .cells.cell_graph import CellGraph
+from .cells.cell_graph import ArcMeasures, CellGraph
 from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .cells.weights import crease_weights, stk02_weights, superfacet_weights
 from .clustering.classification import Classification, classify
@@ -13,7 +13,9 @@ from .clustering.update import update_centers
 from .errors import MeshError, MissingExtraError
 from .mesh.triangle_mesh import Mesh
 from .pipeline import PAPER, segment
-from .regions.regions import RegionEdit, enforce_connectivity, merge_small_regions
+from .regions.connect import enforce_connectivity
+from .regions.edit import RegionEdit
+from .regions.merge import merge_small_regions
 from .regions.smooth import smooth_borders
 
 if TYPE_CHECKING:
@@ -34,6 +36,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "PAPER",
+    "ArcMeasures",
     "CellGraph",
     "Classification",
     "EdgeCounts",

@@ -197,6 +197,19 @@ def checked_arcs(
     return starts, targets
 
 
+def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
+    """One side >= 0 per arc, (M,) int32, rising for the arcs of each cell."""
+    array = _integer_array(sides, "sides", np.int32)
+    if len(array) != offsets[-1]:
+        raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
+    if array.min(initial=0) < 0:
+        raise ValueError("sides must not be negative")
+    falls = np.flatnonzero(np.diff(array) < 0) + 1
+    if not np.isin(falls, offsets).all():
+        raise ValueError("sides must rise for the arcs of each cell")
+    return array
+
+
 def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArray[np.int32]:
     """Distinct cells as a (K,) int32 array, K >= 1."""
     array = _integer_array(seeds, name, np.int64)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -12,17 +11,27 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._options import (
+    INITS,
+    CleanupOptions,
+    Init,
+    Islands,
+    LoopOptions,
+    Progress,
+    SizeOptions,
+    WeightName,
+    WeightOptions,
+)
 from ._timing import timed
 from ._validate import checked_choice
-from .adapters.convert import as_mesh
-from .cells.cell_graph import OrderedCells
-from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
-from .cells.weights import ArcWeights, crease_weights
-from .clustering.loop import Loop, Progress, Segmentation, segment_cells
-from .clustering.seeding import INITS, check_size, expected_radius
-from .mesh.triangle_mesh import Mesh
-from .regions.cleaning import Cleaning, clean
-from .regions.regions import LabeledSurface
+from .adapters.convert import MeshLike, as_mesh
+from .cells.face_graph import build_face_graph
+from .cells.size import RegionSize, region_size
+from .cells.surface import Surface
+from .cells.weights import arc_weights, creases_of
+from .clustering.loop import Segmentation, segment_cells
+from .regions.cleaning import clean
+from .regions.edit import BorderCosts
 
 __all__ = ["PAPER", "segment"]
 
@@ -43,20 +52,20 @@ and seeds that are the farthest from each other in space; borders are left as th
 
 
 def segment(
-    mesh: object,
+    mesh: MeshLike,
     n_segments: int | None = None,
     *,
     radius: float | None = None,
     alpha: float | None = None,
     eta_convex: float | None = None,
-    weights: str | npt.ArrayLike = "creases",
-    init: str | npt.ArrayLike = "geodesic",
+    weights: WeightName | npt.ArrayLike = "creases",
+    init: Init | npt.ArrayLike = "geodesic",
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
     enforce_connectivity: bool = False,
     min_size: float = 0.0,
-    islands: str = "keep",
+    islands: Islands = "keep",
     smooth: bool = True,
     weld: bool = True,
     n_threads: int | None = None,
@@ -147,103 +156,54 @@ def segment(
     (20, dtype('int32'), 19)
     """
     # Wrong parameters are found before the mesh is read.
-    check_size(n_segments, radius)
+    size_options = SizeOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", INITS)
-    loop = Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
-    chosen = ArcWeights.checked(weights, alpha, eta_convex)
-    cleaning = Cleaning.checked(smooth, enforce_connectivity, min_size, islands)
+    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, n_threads, progress)
+    weight_options = WeightOptions.checked(weights, alpha, eta_convex)
+    cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
-    radius_of = partial(expected_radius, n_segments=n_segments, radius=radius, init=init)
-    ordered, unlabeled = _order_cells(mesh, weld, chosen, radius_of, loop.n_threads, timings)
-    result = segment_cells(ordered, n_segments, radius, init, loop)
+    cells = _build_cells(mesh, weld, size_options, weight_options, loop.n_threads, timings)
+    surface, size, ordered, lengths, unit = cells
+    del cells
+    result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
     del ordered  # makes room
-    if cleaning.is_needed:
+    if cleanup.is_needed:
         with timed(timings, "regions"):
-            labeled = unlabeled.with_labels(result, loop.n_threads)
-            del unlabeled
-            result = clean(labeled, result, cleaning)
-    params = {"weld": weld, **chosen.params, **result.params, **cleaning.params}
+            if weight_options.params["weights"] in ("creases", "given"):
+                prices = np.multiply(lengths, unit, dtype=np.float64)
+            else:  # other units, or other prices at other resolutions
+                prices = creases_of(surface, size.radius)
+            del lengths
+            costs = BorderCosts(surface, prices, size.radius or surface.diagonal)
+            result = clean(costs, result, cleanup)
+    params = {"weld": weld, **weight_options.params, **result.params, **cleanup.params}
     return replace(result, timings=_in_order(timings | result.timings), params=params)
 
 
-def _order_cells(
-    mesh: object, weld: bool, chosen: ArcWeights, radius_of: Callable[[FaceGraph], float],
+def _build_cells(
+    mesh: MeshLike, weld: bool, size_options: SizeOptions, weight_options: WeightOptions,
     n_threads: int, timings: dict[str, float],
-) -> tuple[OrderedCells, _Unlabeled]:  # fmt: skip
-    """Run stages 0 to 2, order the cells, and return what later stages need, and no more."""
+) -> tuple[Surface, RegionSize, _core.OrderedGraph, npt.NDArray[np.float32], float]:  # fmt: skip
+    """Run stages 0 to 2, order the cells, and return what later stages need, and no more.
+
+    That is the faces as cells, the size of regions, the cells as stages 3 and 4 take them, and the
+    weights as paths are measured by them, with their unit.
+    """
     with timed(timings, "mesh"):
-        surface = as_mesh(mesh)
+        triangles = as_mesh(mesh)
     with timed(timings, "face_graph"):
-        faces = build_face_graph(surface, weld=weld, n_threads=n_threads)
+        faces = build_face_graph(triangles, weld=weld, n_threads=n_threads)
+        size = region_size(size_options, faces.measures, faces.diagonal, n_threads)
     with timed(timings, "weights"):
-        radius = radius_of(faces)
-        weights = chosen.weigh(surface, faces, radius, n_threads)
+        weights = arc_weights(triangles, faces, size.radius, weight_options, n_threads)
         lengths, unit = faces.quantized(weights, n_threads)
         del weights  # makes room
     with timed(timings, "order"):
+        surface = Surface.of_faces(triangles, faces, n_threads)
         cells = (faces.positions, faces.measures, faces.offsets, faces.neighbors, lengths)
-        bounds = faces.bounds
-        unlabeled = _Unlabeled.of(surface, faces, chosen, radius, (lengths, unit))
-        del faces  # what is kept of it takes less
-        return OrderedCells(_core.OrderedGraph(*cells, n_threads), bounds), unlabeled
-
-
-@dataclass(frozen=True)
-class _Unlabeled:
-    """What the clean-up of regions needs of a mesh, kept as small as it gets until it has labels.
-
-    Positions and areas of faces are made anew, and of weights what paths were measured by is kept.
-    """
-
-    mesh: Mesh
-    offsets: npt.NDArray[np.int64]
-    neighbors: npt.NDArray[np.int32]
-    sides: npt.NDArray[np.uint8]
-    same_turn: npt.NDArray[np.uint8] | None  # None: 0 everywhere
-    edge_counts: EdgeCounts
-    chosen: ArcWeights
-    radius: float  # expected of a region
-    lengths: npt.NDArray[np.float32]
-    unit: float
-
-    @classmethod
-    def of(
-        cls, mesh: Mesh, faces: FaceGraph, chosen: ArcWeights, radius: float,
-        quantized: tuple[npt.NDArray[np.float32], float],
-    ) -> _Unlabeled:  # fmt: skip
-        return cls(
-            mesh, faces.offsets, faces.neighbors, faces.sides.astype(np.uint8),
-            faces.same_turn if faces.same_turn.any() else None, faces.edge_counts,
-            chosen, radius, *quantized,
-        )  # fmt: skip
-
-    def with_labels(self, result: Segmentation, n_threads: int) -> LabeledSurface:
-        faces = self._faces(n_threads)
-        if self.chosen.params["weights"] in ("creases", "given"):
-            weights = self.lengths * np.float64(self.unit)
-        else:  # other units, or other prices at other resolutions
-            weights = crease_weights(self.mesh, faces, self.radius, n_threads=n_threads)
-        return LabeledSurface(
-            self.mesh, faces, weights, result.labels, result.n_segments,
-            self.radius or faces.diagonal, n_threads,
-        )  # fmt: skip
-
-    def _faces(self, n_threads: int) -> FaceGraph:
-        centroids, areas = _core.measure_faces(self.mesh.vertices, self.mesh.faces, n_threads)
-        same_turn = self.same_turn
-        if same_turn is None:
-            same_turn = np.zeros(len(self.neighbors), np.uint8)
-        return FaceGraph._unchecked(
-            self.edge_counts,
-            positions=centroids,
-            measures=areas,
-            offsets=self.offsets,
-            neighbors=self.neighbors,
-            sides=self.sides.astype(np.uint16),
-            same_turn=same_turn,
-            bounds=self.mesh.bounds,
-        )
+        del faces  # a surface works centroids and areas out when asked for
+        return surface, size, _core.OrderedGraph(*cells, n_threads), lengths, unit
 
 
 def _in_order(timings: dict[str, float]) -> dict[str, float]:

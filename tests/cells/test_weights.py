@@ -16,7 +16,8 @@ from superfacets import (
     stk02_weights,
     superfacet_weights,
 )
-from superfacets.cells.weights import ArcWeights
+from superfacets._options import WeightOptions
+from superfacets.cells.weights import arc_weights
 
 
 def weights_of(mesh, **options):
@@ -342,7 +343,7 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
     for mesh in (shapes.fold(90), refined(shapes.fold(90))):
         graph = build_face_graph(mesh)
         chosen = [
-            ArcWeights.checked(weights, alpha, 1.0).weigh(mesh, graph, 0.3, 1)
+            arc_weights(mesh, graph, 0.3, WeightOptions.checked(weights, alpha, 1.0), 1)
             for alpha in (0.0, 100.0)
         ]
         prices.append(np.max(chosen[1] - chosen[0]))

@@ -76,7 +76,7 @@ def test_centers_that_move_give_what_they_would_give_at_once(name, n_threads, re
     cells = graph.ordered(n_threads)
     if math.isfinite(reach):
         reach *= graph.diagonal
-    clustering = _core.Clustering(cells.graph, centers, reach, n_threads)
+    clustering = _core.Clustering(cells, centers, reach, n_threads)
     for _ in range(4):
         centers = clustering.centers()
         clustering.update()
@@ -85,7 +85,7 @@ def test_centers_that_move_give_what_they_would_give_at_once(name, n_threads, re
         centers[13:15] = centers[[14, 13]]
         assert len(np.unique(centers)) == len(centers)
         clustering.classify(centers)
-        at_once = _core.Clustering(cells.graph, centers, reach, 1)
+        at_once = _core.Clustering(cells, centers, reach, 1)
         assert np.array_equal(clustering.labels(), at_once.labels())
         assert np.array_equal(clustering.lengths(), at_once.lengths())
         assert np.array_equal(clustering.centers(), at_once.centers())

@@ -7,7 +7,13 @@ import pytest
 import shapes
 
 from superfacets import CellGraph, Mesh, build_face_graph, place_seeds, superfacet_weights
-from superfacets.clustering.seeding import region_size
+from superfacets._options import SizeOptions
+from superfacets.cells.size import region_size
+
+
+def size_of(graph, n_segments=None, radius=None, init="geodesic"):
+    options = SizeOptions.checked(n_segments, radius, init)
+    return region_size(options, graph.measures, graph.diagonal, 1)
 
 
 def graph_of(mesh):
@@ -97,13 +103,13 @@ def test_given_seeds_are_kept_in_their_order():
 
 def test_region_size_is_that_of_disks_with_the_whole_area():
     line = shapes.line_graph([1.0] * 7)
-    assert region_size(line.ordered(1), 2) == (2, math.sqrt(8 / (2 * math.pi)))
-    assert region_size(line.ordered(1), radius=0.1) == (5, pytest.approx(0.7))
-    assert region_size(line.ordered(1), radius=100) == (1, 700)
-    assert region_size(line.ordered(1), radius=1e-9).n_segments == 8
-    assert region_size(line.ordered(1)).n_segments == 8
-    assert region_size(line.ordered(1), init=[1, 2]).n_segments == 2
-    assert region_size(graph_of(shapes.bumpy_sheet(10)).ordered(1)).n_segments == 150
+    assert size_of(line, 2) == (2, math.sqrt(8 / (2 * math.pi)))
+    assert size_of(line, radius=0.1) == (5, pytest.approx(0.7))
+    assert size_of(line, radius=100) == (1, 700)
+    assert size_of(line, radius=1e-9).n_segments == 8
+    assert size_of(line).n_segments == 8
+    assert size_of(line, init=[1, 2]).n_segments == 2
+    assert size_of(graph_of(shapes.bumpy_sheet(10))).n_segments == 150
 
 
 @pytest.mark.parametrize(

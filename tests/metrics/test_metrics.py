@@ -21,7 +21,7 @@ from superfacets.metrics import (
     rand_index,
     undersegmentation_error,
 )
-from superfacets.metrics.surface import Surface
+from superfacets.metrics.edges import MeshEdges
 
 # Regions 0 (area 4) and 1 (area 6) against segments 0 (area 7) and 1 (area 3):
 #             segment 0   segment 1
@@ -173,7 +173,7 @@ def test_recall_and_precision_go_by_length():
 
 def test_cut_discrepancy_by_hand():
     mesh, rows = cylinder_rows()
-    radius = Surface.of(mesh, weld=True, n_threads=1).mean_radius
+    radius = MeshEdges.of(mesh, weld=True, n_threads=1).mean_radius
     assert cut_discrepancy(mesh, 1 * (rows >= 4), 1 * (rows >= 5)) == pytest.approx(0.2 / radius)
     # There: rings at 3 (0) and 6 (0.3), on the mean 0.15. Back: 0.
     assert cut_discrepancy(mesh, rows // 3, 1 * (rows >= 3)) == pytest.approx(0.15 / radius)
@@ -181,7 +181,7 @@ def test_cut_discrepancy_by_hand():
 
 def test_where_there_is_no_way_to_a_border_the_diagonal_counts():
     islands = shapes.two_islands()
-    surface = Surface.of(islands, weld=True, n_threads=1)
+    surface = MeshEdges.of(islands, weld=True, n_threads=1)
     far = surface.graph.diagonal / surface.mean_radius
     one, other = np.zeros((2, 8), dtype=int)
     one[2:4], other[6:] = 1, 1  # a border on one island each

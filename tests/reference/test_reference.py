@@ -15,7 +15,8 @@ from superfacets import (
     superfacet_weights,
     update_centers,
 )
-from superfacets.clustering.seeding import region_size
+from superfacets._options import SizeOptions
+from superfacets.cells.size import region_size
 from superfacets.reference import reference
 
 N_MODELS = 22
@@ -37,6 +38,11 @@ AWKWARD = {
     "flipped faces": lambda: with_flipped_faces(shapes.bumpy_sheet(8)),
     "sample": lambda: sample_mesh(3000),
 }
+
+
+def size_of(graph, n_segments=None, radius=None, init="geodesic"):
+    options = SizeOptions.checked(n_segments, radius, init)
+    return region_size(options, graph.measures, graph.diagonal, 1)
 
 
 def with_flipped_faces(mesh):
@@ -75,7 +81,7 @@ def check_mesh_stages(mesh, weld=True):
 
 def check_loop(graph, k, **options):
     """Labels and centers of every iteration, and why the loop stopped."""
-    radius = region_size(graph.ordered(1), k).radius
+    radius = size_of(graph, k).radius
     seeds = place_seeds(graph, k).tolist()
     history, stop_reason = reference.iterate(graph, seeds, radius, **options)
     centers = seeds
@@ -99,7 +105,7 @@ def test_stages_of_awkward_meshes_equal_their_twins(name):
     for k in {1, min(7, mesh.n_faces), min(150, mesh.n_faces)}:
         farthest = place_seeds(graph, k, init="farthest").tolist()
         assert farthest == reference.farthest_seeds(graph, k)
-        radius = region_size(graph.ordered(1), k).radius
+        radius = size_of(graph, k).radius
         few = min(k, 20)
         geodesic = place_seeds(graph, few, init="geodesic").tolist()
         assert geodesic == reference.geodesic_seeds(graph, few)
@@ -123,7 +129,7 @@ def test_loops_on_random_graphs_with_ties_equal_their_twins(seed):
     check_loop(graph, k, radius_factor=float(rng.uniform(0.1, 2)), tol=0.0)
     assert place_seeds(graph, k, init="geodesic").tolist() == reference.geodesic_seeds(graph, k)
     assert place_seeds(graph, k, init="flood").tolist() == reference.flood_seeds(
-        graph, region_size(graph.ordered(1), k).radius
+        graph, size_of(graph, k).radius
     )
 
 
@@ -136,7 +142,7 @@ def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, pla
     if place < 4:
         geodesic = place_seeds(graph, 9, init="geodesic").tolist()
         assert geodesic == reference.geodesic_seeds(graph, 9)
-    radius = region_size(graph.ordered(1), 150).radius
+    radius = size_of(graph, 150).radius
     assert place_seeds(graph, 150, init="flood").tolist() == reference.flood_seeds(graph, radius)
     assert place_seeds(graph, 150, init="grid").tolist() == reference.grid_seeds(graph, radius)
     check_loop(graph, 150)

@@ -5,8 +5,15 @@ import pytest
 import shapes
 from models import read_off
 
-from superfacets import Mesh, build_face_graph, segment
-from superfacets.regions.regions import LabeledSurface, enforce_connectivity, merge_small_regions
+from superfacets import (
+    Mesh,
+    _core,
+    build_face_graph,
+    enforce_connectivity,
+    merge_small_regions,
+    segment,
+)
+from superfacets.regions.edit import read_regions
 
 
 def roof(*angles):
@@ -127,17 +134,18 @@ def test_borders_are_the_same_for_any_number_of_threads():
     labels = segment(mesh, 50, smooth=False).labels
     tables = []
     for n_threads in (1, 3):
-        surface = LabeledSurface.checked(mesh, labels, None, True, n_threads)
-        tables.append(surface.borders(surface.labels, 50))
-    assert tables[0] == tables[1]
+        costs, array, _ = read_regions(mesh, labels, None, True, n_threads)
+        tables.append(_core.region_borders(*costs.args, array, n_threads))
+    for one, other in zip(*tables, strict=True):
+        assert np.array_equal(one, other)
 
 
 def test_borders_on_a_plane_are_as_long_as_their_edges():
     mesh = roof(0, 0)
-    surface = LabeledSurface.checked(mesh, [0, 0, 1, 1, 2, 2], None, True, 1)
-    borders = surface.borders(surface.labels, 3)
-    assert [sorted(row) for row in borders] == [[1], [0, 2], [1]]
-    assert borders[0][1] == borders[1][0] == pytest.approx(1.0)
+    costs, labels, _ = read_regions(mesh, [0, 0, 1, 1, 2, 2], None, True, 1)
+    low, high, lengths = _core.region_borders(*costs.args, labels, 1)
+    assert (low.tolist(), high.tolist()) == ([0, 1], [1, 2])
+    assert lengths == pytest.approx([1.0, 1.0])
 
 
 def test_random_labels_of_real_meshes_end_up_in_one_piece_each(benchmark_paths):

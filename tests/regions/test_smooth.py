@@ -5,9 +5,9 @@ import pytest
 import shapes
 from models import read_off
 
-from superfacets import Mesh, build_face_graph, sample_mesh, segment
+from superfacets import Mesh, _core, build_face_graph, sample_mesh, segment
 from superfacets.reference import reference
-from superfacets.regions.regions import CREASE_SCALE, LabeledSurface
+from superfacets.regions.edit import CREASE_SCALE, read_regions
 from superfacets.regions.smooth import MAX_CHAIN, MAX_SWEEPS, smooth_borders
 
 
@@ -205,11 +205,11 @@ def labelings(mesh):
 def test_the_kernel_equals_its_twin(name):
     mesh = MESHES[name]()
     for labels in labelings(mesh):
-        surface = LabeledSurface.checked(mesh, labels, None, True, 1)
-        fixed = {int(np.argmax(surface.labels == 0))}
+        costs, array, _ = read_regions(mesh, labels, None, True, 1)
+        fixed = {int(np.argmax(array == 0))}
         expected = reference.smooth_borders(
-            surface.graph, mesh, surface.weights, surface.labels.tolist(), fixed,
-            max_distance=1.0 * surface.radius, crease_scale=CREASE_SCALE * surface.radius,
+            build_face_graph(mesh), mesh, costs.weights, array.tolist(), fixed,
+            max_distance=1.0 * costs.radius, crease_scale=CREASE_SCALE * costs.radius,
             max_chain=MAX_CHAIN, max_sweeps=MAX_SWEEPS,
         )  # fmt: skip
         assert smooth_borders(mesh, labels, centers=sorted(fixed)).tolist() == expected
@@ -249,17 +249,16 @@ def test_the_labels_given_are_left_as_they_are():
 def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchmark_paths, k):
     for path in benchmark_paths[::12]:
         mesh = read_off(path)
-        surface = LabeledSurface.checked(
+        graph = build_face_graph(mesh)
+        costs, labels, n_regions = read_regions(
             mesh, segment(mesh, k, smooth=False).labels, None, True, None
         )
-        smoothed = smooth_borders(mesh, surface.labels)
-        assert shapes.count_pieces(surface.graph, smoothed) == shapes.count_pieces(
-            surface.graph, surface.labels
-        )
-        assert len(np.unique(smoothed)) == surface.n_regions
+        smoothed = smooth_borders(mesh, labels)
+        assert shapes.count_pieces(graph, smoothed) == shapes.count_pieces(graph, labels)
+        assert len(np.unique(smoothed)) == n_regions
         before, after = (
-            sum(sum(row.values()) for row in surface.borders(array, surface.n_regions))
-            for array in (surface.labels, smoothed)
+            float(_core.region_borders(*costs.args, array, 1)[2].sum())
+            for array in (labels, smoothed)
         )
         assert after < 0.95 * before
 

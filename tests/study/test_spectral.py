@@ -28,7 +28,7 @@ every_reach = pytest.mark.parametrize("reach", REACHES)
 
 def path_lengths(graph, sources, n_threads=1):
     lengths = _core.path_lengths(
-        graph.ordered(1).graph, np.asarray(sources, dtype=np.int32), graph.unit, n_threads
+        graph.ordered(1), np.asarray(sources, dtype=np.int32), graph.unit, n_threads
     )
     return lengths.reshape(len(sources), graph.n_cells)
 
@@ -36,7 +36,7 @@ def path_lengths(graph, sources, n_threads=1):
 def near_path_lengths(graph, reach, n_threads=1):
     """Dense, with infinity where there is none."""
     offsets, columns, values = _core.path_lengths_within(
-        graph.ordered(1).graph, reach, graph.unit, n_threads
+        graph.ordered(1), reach, graph.unit, n_threads
     )
     dense = np.full((graph.n_cells, graph.n_cells), np.inf, np.float32)
     rows = np.repeat(np.arange(graph.n_cells), np.diff(offsets))

@@ -2,8 +2,10 @@
 #include "bindings/bindings.hpp"
 
 NB_MODULE(_core, module) {
-  superfacets::bind_mesh_stages(module);
-  superfacets::bind_cell_stages(module);
-  superfacets::bind_files(module);
-  superfacets::bind_rivals(module);
+  superfacets::bind_mesh(module);
+  superfacets::bind_cells(module);
+  superfacets::bind_clustering_stages(module);
+  superfacets::bind_regions(module);
+  superfacets::bind_text(module);
+  superfacets::bind_study(module);
 }

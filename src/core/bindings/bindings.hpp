@@ -96,9 +96,11 @@ auto on_team(std::size_t n, int n_threads, const Kernel& kernel,
   return kernel(team);
 }
 
-void bind_mesh_stages(nb::module_& module);  // 0 to 2
-void bind_cell_stages(nb::module_& module);  // 3 and 4
-void bind_files(nb::module_& module);
-void bind_rivals(nb::module_& module);
+void bind_mesh(nb::module_& module);               // stage 0
+void bind_cells(nb::module_& module);              // 1 and 2
+void bind_clustering_stages(nb::module_& module);  // 3 and 4
+void bind_regions(nb::module_& module);            // 5
+void bind_text(nb::module_& module);
+void bind_study(nb::module_& module);
 
 }  // namespace superfacets

@@ -1,16 +1,113 @@
-// Bindings of stages 3 and 4. What each function does stands in the header of its stage; what it
+// Bindings of stages 1 and 2. What each function does stands in the header of its stage; what it
 // may assume, in superfacets/_validate.py.
 #include <new>
 
-#include "base/threads.hpp"
 #include "bindings/bindings.hpp"
-#include "clustering/clustering.hpp"
-#include "clustering/seeding.hpp"
-#include "clustering/update.hpp"
-#include "regions/borders.hpp"
+#include "cells/components.hpp"
+#include "cells/face_graph.hpp"
+#include "cells/graph_surface.hpp"
+#include "cells/ordered_graph.hpp"
+#include "cells/triangle_surface.hpp"
+#include "cells/weights.hpp"
 
 namespace superfacets {
 namespace {
+
+// Surfaces view arrays that keep_alive holds on to.
+void bind_triangle_surface(TriangleSurface* self, const Rows<double>& vertices,
+                           const Rows<Vertex>& faces, const Array<std::int64_t>& offsets,
+                           const Array<Face>& neighbors, const Array<std::uint8_t>& sides,
+                           const Array<std::uint8_t>& same_turn) {
+  new (self) TriangleSurface(points(vertices), triangles(faces), {view(offsets), view(neighbors)},
+                             view(sides), view(same_turn));
+}
+
+void bind_graph_surface(GraphSurface* self, const Rows<double>& positions,
+                        const Array<double>& measures, const Array<std::int64_t>& offsets,
+                        const Array<Cell>& neighbors, const Array<double>& border_lengths,
+                        const Array<double>& step_lengths, const Array<std::int32_t>& sides,
+                        const Array<double>& open_lengths) {
+  new (self) GraphSurface({view(offsets), view(neighbors)},
+                          {points(positions), view(measures), view(border_lengths),
+                           view(step_lengths), view(sides), view(open_lengths)});
+}
+
+auto bind_surface_cells(const Surface& surface, int n_threads) {
+  Buffer<Point> positions(surface.n_cells());
+  Buffer<double> measures(surface.n_cells());
+  on_team(positions.size(), n_threads, [&](ThreadTeam& team) {
+    team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+      for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+        positions[cell] = surface.position(cell);
+        measures[cell] = surface.measure(cell);
+      }
+    });
+  });
+  return std::tuple(to_numpy(std::move(positions)), to_numpy(std::move(measures)));
+}
+
+ArcGeometry geometry_of(const TriangleSurface& surface, std::span<const Point> centroids,
+                        std::span<const double> areas) {
+  return {surface.vertices(),     surface.faces(),        centroids,       areas,
+          surface.arcs().offsets, surface.arcs().targets, surface.sides(), surface.same_turns()};
+}
+
+double bind_sum_of(const Array<double>& values, int n_threads) {
+  const auto input = view(values);
+  return on_team(input.size(), n_threads, [&](ThreadTeam& team) { return sum_of(input, team); });
+}
+
+auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& representative,
+                           int n_threads) {
+  const auto input = triangles(faces);
+  const auto vertices = view(representative);
+  FaceGraph graph = on_team(input.size(), n_threads, [&](ThreadTeam& team) {
+    return build_face_graph(input, vertices, team);
+  });
+  const EdgeCounts& counts = graph.counts;
+  return std::tuple(
+      to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
+      to_numpy(std::move(graph.sides)), to_numpy(std::move(graph.same_turn)),
+      std::tuple(counts.edges, counts.boundary, counts.non_manifold, counts.inconsistent));
+}
+
+auto bind_find_components(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                          const Array<Label>& labels) {
+  const Arcs arcs{view(offsets), view(neighbors)};
+  const auto input = view(labels);
+  Components components = without_gil([&] { return find_components(arcs, input); });
+  return std::tuple(to_numpy(std::move(components.of_cell)), components.n_components);
+}
+
+auto bind_superfacet_weights(const TriangleSurface& surface, const Rows<double>& centroids,
+                             const Array<double>& areas, double alpha, double eta_convex,
+                             double crease_length, double diagonal, bool inside_out,
+                             int n_threads) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  const ArcGeometry arcs = geometry_of(surface, points(centroids), view(areas));
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, inside_out};
+  on_team(arcs.faces.size(), n_threads,
+          [&](ThreadTeam& team) { superfacet_weights(arcs, options, team, weights.span()); });
+  return to_numpy(std::move(weights));
+}
+
+auto bind_stk02_weights(const TriangleSurface& surface, const Rows<double>& centroids, double alpha,
+                        int n_threads) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  const ArcGeometry arcs = geometry_of(surface, points(centroids), {});
+  on_team(arcs.faces.size(), n_threads,
+          [&](ThreadTeam& team) { stk02_weights(arcs, alpha, team, weights.span()); });
+  return to_numpy(std::move(weights));
+}
+
+auto bind_quantize_weights(const Array<double>& weights, int n_threads) {
+  Buffer<float> lengths(weights.shape(0));
+  const auto input = view(weights);
+  const double unit = on_team(input.size(), n_threads, [&](ThreadTeam& team) {
+    return quantize_weights(input, team, lengths.span());
+  });
+  return std::tuple(to_numpy(std::move(lengths)), unit);
+}
 
 void bind_ordered_graph(OrderedGraph* self, const Rows<double>& positions,
                         const Array<double>& measures, const Array<std::int64_t>& offsets,
@@ -29,84 +126,25 @@ auto bind_positions_of(const OrderedGraph& graph, const Array<Cell>& cells) {
   return to_numpy(std::move(positions));
 }
 
-Cell bind_central_cell(const OrderedGraph& graph, int n_threads) {
-  return on_team(graph.n_cells(), n_threads,
-                 [&](ThreadTeam& team) { return central_cell(graph, team); });
-}
-
-auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
-  return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return farthest_seeds(graph, first, n_seeds, team);
-  }));
-}
-
-auto bind_geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
-  return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return geodesic_seeds(graph, first, n_seeds, team);
-  }));
-}
-
-auto bind_flood_seeds(const OrderedGraph& graph, Cell first, double reach, int n_threads) {
-  return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return flood_seeds(graph, first, reach, team);
-  }));
-}
-
-auto bind_grid_seeds(const OrderedGraph& graph, const std::tuple<double, double, double>& corner,
-                     double side, int n_threads) {
-  const Point low = as_point(corner);
-  return to_numpy(on_team(graph.n_cells(), n_threads,
-                          [&](ThreadTeam& team) { return grid_seeds(graph, low, side, team); }));
-}
-
-void bind_clustering(Clustering* self, const OrderedGraph& graph, const Array<Cell>& centers,
-                     double reach, int n_threads) {
-  const auto input = view(centers);
-  without_gil([&] { return new (self) Clustering(graph, input, reach, n_threads); });
-}
-
-void bind_classify(Clustering& clustering, const Array<Cell>& centers) {
-  const auto input = view(centers);
-  without_gil([&] { clustering.classify(input); });
-}
-
-auto bind_update(Clustering& clustering) {
-  return to_numpy(without_gil([&] { return clustering.update(); }));
-}
-
-auto bind_centers(const Clustering& clustering) {
-  return to_numpy(clustering.centers());
-}
-
-auto bind_labels(Clustering& clustering) {
-  return to_numpy(without_gil([&] { return clustering.labels(); }));
-}
-
-auto bind_lengths(Clustering& clustering) {
-  return to_numpy(without_gil([&] { return clustering.lengths(); }));
-}
-
-auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, Label n_regions,
-                         int n_threads) {
-  const auto input = view(labels);
-  return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
-    Buffer<Label> by_place(input.size());
-    for (std::size_t place = 0; place < input.size(); ++place) {
-      by_place[place] = input[graph.cells[place]];
-    }
-    return graph.cells_at(update_centers(graph, by_place.span(), n_regions, team));
-  }));
-}
-
-auto bind_nearest_wanted(const OrderedGraph& graph, const Array<Cell>& cells,
-                         const Array<std::uint8_t>& is_wanted) {
-  const auto input = std::pair(view(cells), view(is_wanted));
-  return to_numpy(without_gil([&] { return nearest_wanted(graph, input.first, input.second); }));
-}
-
 }  // namespace
 
-void bind_cell_stages(nb::module_& module) {
+void bind_cells(nb::module_& module) {
+  nb::class_<Surface>(module, "Surface")
+      .def_prop_ro("n_cells", &Surface::n_cells)
+      .def("cells", &bind_surface_cells, "n_threads"_a);
+  nb::class_<TriangleSurface, Surface>(module, "TriangleSurface")
+      .def("__init__", &bind_triangle_surface, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+           "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
+           "same_turn"_a.noconvert(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
+           nb::keep_alive<1, 7>());
+  nb::class_<GraphSurface, Surface>(module, "GraphSurface")
+      .def("__init__", &bind_graph_surface, "positions"_a.noconvert(), "measures"_a.noconvert(),
+           "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "border_lengths"_a.noconvert(),
+           "step_lengths"_a.noconvert(), "sides"_a.noconvert(), "open_lengths"_a.noconvert(),
+           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(),
+           nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(), nb::keep_alive<1, 7>(),
+           nb::keep_alive<1, 8>(), nb::keep_alive<1, 9>());
   nb::class_<OrderedGraph>(module, "OrderedGraph")
       .def("__init__", &bind_ordered_graph, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
@@ -114,25 +152,17 @@ void bind_cell_stages(nb::module_& module) {
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def("positions_of", &bind_positions_of, "cells"_a.noconvert());
-  module.def("central_cell", &bind_central_cell, "graph"_a, "n_threads"_a);
-  module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a,
-             "n_threads"_a);
-  module.def("geodesic_seeds", &bind_geodesic_seeds, "graph"_a, "first"_a, "n_seeds"_a,
-             "n_threads"_a);
-  module.def("flood_seeds", &bind_flood_seeds, "graph"_a, "first"_a, "reach"_a, "n_threads"_a);
-  module.def("grid_seeds", &bind_grid_seeds, "graph"_a, "corner"_a, "side"_a, "n_threads"_a);
-  nb::class_<Clustering>(module, "Clustering")
-      .def("__init__", &bind_clustering, "graph"_a, "centers"_a.noconvert(), "reach"_a,
-           "n_threads"_a, nb::keep_alive<1, 2>())
-      .def("classify", &bind_classify, "centers"_a.noconvert())
-      .def("update", &bind_update)
-      .def("centers", &bind_centers)
-      .def("labels", &bind_labels)
-      .def("lengths", &bind_lengths);
-  module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
-             "n_regions"_a, "n_threads"_a);
-  module.def("nearest_wanted", &bind_nearest_wanted, "graph"_a, "cells"_a.noconvert(),
-             "is_wanted"_a.noconvert());
+  module.def("build_face_graph", &bind_build_face_graph, "faces"_a.noconvert(),
+             "representative"_a.noconvert(), "n_threads"_a);
+  module.def("find_components", &bind_find_components, "offsets"_a.noconvert(),
+             "neighbors"_a.noconvert(), "labels"_a.noconvert());
+  module.def("superfacet_weights", &bind_superfacet_weights, "surface"_a, "centroids"_a.noconvert(),
+             "areas"_a.noconvert(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
+             "inside_out"_a, "n_threads"_a);
+  module.def("stk02_weights", &bind_stk02_weights, "surface"_a, "centroids"_a.noconvert(),
+             "alpha"_a, "n_threads"_a);
+  module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);
+  module.def("sum_of", &bind_sum_of, "values"_a.noconvert(), "n_threads"_a);
 }
 
 }  // namespace superfacets

@@ -64,7 +64,7 @@ auto bind_path_lengths_within(const OrderedGraph& graph, double reach, double un
 
 }  // namespace
 
-void bind_rivals(nb::module_& module) {
+void bind_study(nb::module_& module) {
   nb::enum_<ProxyMetric>(module, "ProxyMetric")
       .value("L2", ProxyMetric::kL2)
       .value("L21", ProxyMetric::kL21);

@@ -73,7 +73,7 @@ auto bind_copy_rows(const ByteRows& rows, int n_threads) {
 
 }  // namespace
 
-void bind_files(nb::module_& module) {
+void bind_text(nb::module_& module) {
   module.def("scan_lines", &bind_scan_lines, "text"_a.noconvert(), "begin"_a, "end"_a, "comment"_a,
              "n_threads"_a);
   module.def("match_keywords", &bind_match_keywords, "text"_a.noconvert(), "starts"_a.noconvert(),

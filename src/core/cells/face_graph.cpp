@@ -355,7 +355,7 @@ void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end, F
   std::int64_t place = graph.offsets[begin];
   const auto write = [&](Face neighbor, int side, bool same_turn) {
     graph.neighbors[place] = neighbor;
-    graph.sides[place] = static_cast<std::uint16_t>(side);
+    graph.sides[place] = static_cast<std::uint8_t>(side);
     graph.same_turn[place] = static_cast<std::uint8_t>(same_turn);
     ++place;
   };
@@ -394,7 +394,7 @@ void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& tea
   }
   graph.offsets[n_faces] = total;
   graph.neighbors = Buffer<Face>(total);
-  graph.sides = Buffer<std::uint16_t>(total);
+  graph.sides = Buffer<std::uint8_t>(total);
   graph.same_turn = Buffer<std::uint8_t>(total);
   team.for_each(n_blocks, [&](std::int64_t block, int) {
     write_arcs(reader, block * kBlock, end_of(block), graph);

@@ -23,7 +23,7 @@ struct EdgeCounts {
 struct FaceGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
   Buffer<Face> neighbors;          // (M,) the face an arc leads to
-  Buffer<std::uint16_t> sides;     // (M,) the side 0, 1, 2 of the face that the arc leaves by
+  Buffer<std::uint8_t> sides;      // (M,) the side 0, 1, 2 of the face that the arc leaves by
   Buffer<std::uint8_t> same_turn;  // (M,) 1 where both faces run through the edge alike
   EdgeCounts counts;
 };

@@ -87,7 +87,7 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
   const double geodesic = geodesic_term(arcs, from, to, edge);  // eq. 1
   Point normal_from = normals[from];
   Point normal_to = normals[to];
-  if (arcs.same_turn[arc]) {
+  if (!arcs.same_turn.empty() && arcs.same_turn[arc] != 0) {
     Point& turned = turns_second(from, to, arcs.areas) ? normal_to : normal_from;
     turned = -1.0 * turned;
   }

@@ -27,8 +27,8 @@ struct ArcGeometry {
   std::span<const double> areas;
   std::span<const std::int64_t> offsets;
   std::span<const Face> neighbors;
-  std::span<const std::uint16_t> sides;
-  std::span<const std::uint8_t> same_turn;
+  std::span<const std::uint8_t> sides;
+  std::span<const std::uint8_t> same_turn;  // empty: 0 everywhere
 };
 
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0, where

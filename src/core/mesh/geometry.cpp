@@ -19,13 +19,8 @@ void measure_faces(std::span<const Point> vertices, std::span<const Triangle> fa
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
-      const auto& corners = faces[face].corners;
-      const Point& a = vertices[corners[0]];
-      const Point& b = vertices[corners[1]];
-      const Point& c = vertices[corners[2]];
-      const Point sum = a + b + c;
-      centroids[face] = {sum.x / 3.0, sum.y / 3.0, sum.z / 3.0};
-      areas[face] = 0.5 * norm(cross(b - a, c - a));
+      centroids[face] = centroid(vertices, faces[face]);
+      areas[face] = area(vertices, faces[face]);
     }
   });
 }
@@ -35,8 +30,7 @@ void area_vectors(std::span<const Point> vertices, std::span<const Triangle> fac
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
-      const auto& [a, b, c] = faces[face].corners;
-      vectors[face] = 0.5 * cross(vertices[b] - vertices[a], vertices[c] - vertices[a]);
+      vectors[face] = 0.5 * double_area_vector(vertices, faces[face]);
     }
   });
 }
@@ -45,7 +39,7 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   const Point& a = vertices[face.corners[0]];
   const Point& b = vertices[face.corners[1]];
   const Point& c = vertices[face.corners[2]];
-  const Point direction = cross(b - a, c - a);
+  const Point direction = double_area_vector(vertices, face);
   const double length = norm(direction);
   const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
   if (!(length > kNormalNoise * longest)) return {0.0, 0.0, 0.0};

@@ -6,11 +6,27 @@
 
 namespace superfacets {
 
+inline Point centroid(std::span<const Point> vertices, const Triangle& face) {
+  const auto& [a, b, c] = face.corners;
+  const Point sum = vertices[a] + vertices[b] + vertices[c];
+  return {sum.x / 3.0, sum.y / 3.0, sum.z / 3.0};
+}
+
+// Twice the area times the unit normal; zero where a face has no area.
+inline Point double_area_vector(std::span<const Point> vertices, const Triangle& face) {
+  const auto& [a, b, c] = face.corners;
+  return cross(vertices[b] - vertices[a], vertices[c] - vertices[a]);
+}
+
+inline double area(std::span<const Point> vertices, const Triangle& face) {
+  return 0.5 * norm(double_area_vector(vertices, face));
+}
+
 // Centroids and areas of faces: the positions and measures of their cells.
 void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
                    ThreadTeam& team, std::span<Point> centroids, std::span<double> areas);
 
-// Area times unit normal of each face; zero where a face has no area.
+// Area times unit normal of each face.
 void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
                   ThreadTeam& team, std::span<Point> vectors);
 

@@ -4,8 +4,6 @@
 #include <mutex>
 #include <tuple>
 
-#include "base/threads.hpp"
-
 namespace superfacets {
 namespace {
 
@@ -16,40 +14,71 @@ struct Crossing {
   double cost;
 };
 
-}  // namespace
+// Sides whose cells are looked at before their lengths are added up.
+constexpr std::int64_t kBlock = 1 << 14;
 
-double BorderCost::operator()(const ArcGeometry& arcs, std::span<const double> weights, Face from,
-                              std::int64_t arc) const {
-  const Triangle& face = arcs.faces[from];
-  const int side = arcs.sides[arc];
-  const Point& start = arcs.vertices[face.corners[side]];
-  const Point& end = arcs.vertices[face.corners[(side + 1) % 3]];
-  const Point middle = 0.5 * (start + end);
-  const double geodesic = norm(arcs.centroids[from] - middle) +
-                          norm(middle - arcs.centroids[arcs.neighbors[arc]]);  // eq. 1
-  const double excess = std::max(0.0, weights[arc] * diagonal - geodesic);
-  return norm(end - start) * std::exp(-excess / crease_scale);
+struct RegionLength {
+  Label region;
+  double length;
+};
+
+// Whether a side of a cell is border of the cell's region and not counted yet: some cell on it is
+// in another region, and none of the lower ones is in this.
+struct SideState {
+  bool is_border = false;
+  bool is_counted = false;
+};
+
+// Appends the lengths of those sides of a cell that count for its region.
+void append_border(const Surface& surface, std::span<const Label> labels, Cell cell,
+                   std::vector<RegionLength>& lengths) {
+  const double open = surface.open_length(cell);
+  if (open > 0.0) lengths.push_back({labels[cell], open});
+  int side = -1;
+  std::int64_t arc_of_side = 0;
+  SideState state;
+  const auto count_side = [&] {
+    if (side < 0 || !state.is_border || state.is_counted) return;
+    lengths.push_back({labels[cell], surface.border_length(cell, arc_of_side)});
+  };
+  for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
+    if (const int next = surface.side(cell, arc); next != side) {
+      count_side();
+      side = next;
+      arc_of_side = arc;
+      state = {};
+    }
+    const bool is_same = labels[neighbor] == labels[cell];
+    state.is_border |= !is_same;
+    state.is_counted |= is_same && neighbor < cell;
+  }
+  count_side();
 }
 
-std::vector<RegionBorder> region_borders(const ArcGeometry& arcs, std::span<const double> weights,
-                                         std::span<const Label> labels, const BorderCost& cost,
-                                         ThreadTeam& team) {
+}  // namespace
+
+double BorderCost::operator()(const Surface& surface, Cell from, std::int64_t arc) const {
+  const double excess = std::max(0.0, weights[arc] * weight_unit - surface.step_length(from, arc));
+  return surface.border_length(from, arc) * std::exp(-excess / crease_scale);
+}
+
+std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
+                                         std::span<const Label> labels, ThreadTeam& team) {
   std::vector<Crossing> crossings;
   std::mutex mutex;
-  const auto n_faces = static_cast<std::int64_t>(labels.size());
-  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     std::vector<Crossing> part;
-    for (auto face = static_cast<Face>(begin); face < end; ++face) {
-      for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
-        const Label other = labels[arcs.neighbors[arc]];
-        if (labels[face] >= other) continue;
-        part.push_back({labels[face], other, arc, cost(arcs, weights, face, arc)});
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
+        const Label other = labels[neighbor];
+        if (labels[cell] >= other) continue;
+        part.push_back({labels[cell], other, arc, cost(surface, cell, arc)});
       }
     }
     const std::scoped_lock lock(mutex);
     crossings.insert(crossings.end(), part.begin(), part.end());
   });
-  // By arc as well: sums are then added in the same order, however the faces were shared out.
+  // By arc as well: sums are then added in the same order, however the cells were shared out.
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
     return std::tie(a.low, a.high, a.arc) < std::tie(b.low, b.high, b.arc);
   });
@@ -63,16 +92,23 @@ std::vector<RegionBorder> region_borders(const ArcGeometry& arcs, std::span<cons
   return borders;
 }
 
-std::vector<Cell> nearest_wanted(const OrderedGraph& graph, std::span<const Cell> cells,
-                                 std::span<const std::uint8_t> is_wanted) {
-  const auto any = std::find(is_wanted.begin(), is_wanted.end(), 1) - is_wanted.begin();
-  std::vector<Place> found;
-  found.reserve(cells.size());
-  for (const Place place : graph.places_of(cells)) {
-    found.push_back(graph.nearest(graph.positions[place], graph.place_of[any],
-                                  [&](Place other) { return is_wanted[graph.cells[other]] != 0; }));
+std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
+                                      Label n_regions, ThreadTeam& team) {
+  const std::int64_t n_blocks = (std::int64_t{surface.n_cells()} + kBlock - 1) / kBlock;
+  std::vector<std::vector<RegionLength>> found(n_blocks);
+  const auto collect = [&](std::int64_t begin, std::int64_t end) {
+    std::vector<RegionLength> lengths;
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      append_border(surface, labels, cell, lengths);
+    }
+    found[begin / kBlock] = std::move(lengths);
+  };
+  team.for_each_block(surface.n_cells(), collect, kBlock);
+  std::vector<double> perimeters(n_regions, 0.0);
+  for (const std::vector<RegionLength>& lengths : found) {
+    for (const RegionLength& part : lengths) perimeters[part.region] += part.length;
   }
-  return graph.cells_at(found);
+  return perimeters;
 }
 
 }  // namespace superfacets

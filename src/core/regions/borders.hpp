@@ -1,25 +1,23 @@
-// Stage 5: which regions touch, and for how long.
+// Stage 5: which regions touch, for how long, and how long the way around each is.
 #pragma once
 
 #include <vector>
 
-#include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
-#include "cells/ordered_graph.hpp"
-#include "cells/weights.hpp"
+#include "cells/surface.hpp"
 
 namespace superfacets {
 
-// What a border through an edge costs: |e| exp(-excess / crease_scale), where excess is by how much
-// the weight of the arc is more than the distance between the centroids across the edge (eq. 1):
-// what the crease adds to it. In the unit of the vertices.
+// What a border through an arc costs: its length times exp(-excess / crease_scale), where excess is
+// by how much the weight of the arc is more than the length of the step (eq. 1): what the crease
+// adds to it. In the unit of the positions.
 struct BorderCost {
-  double diagonal = 1.0;  // d, the unit of the weights
-  double crease_scale = 1.0;
+  std::span<const double> weights;  // (M,) of the arcs
+  double weight_unit = 1.0;         // of the weights, in the unit of the positions; d for faces
+  double crease_scale = 1.0;        // in the unit of the positions
 
-  double operator()(const ArcGeometry& arcs, std::span<const double> weights, Face from,
-                    std::int64_t arc) const;
+  double operator()(const Surface& surface, Cell from, std::int64_t arc) const;
 };
 
 struct RegionBorder {
@@ -28,15 +26,15 @@ struct RegionBorder {
   double cost;  // summed over the arcs from one to the other
 };
 
-// The borders between regions, sorted. Time O(F + M), and O(n log n) for n arcs that cross borders;
+// The borders between regions, sorted. Time O(N + M), and O(n log n) for n arcs that cross borders;
 // the same bits on any number of threads.
-std::vector<RegionBorder> region_borders(const ArcGeometry& arcs, std::span<const double> weights,
-                                         std::span<const Label> labels, const BorderCost& cost,
-                                         ThreadTeam& team);
+std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
+                                         std::span<const Label> labels, ThreadTeam& team);
 
-// The nearest cell (Euclidean, the lowest of equals) to each of some cells, of those wanted. At
-// least one has to be.
-std::vector<Cell> nearest_wanted(const OrderedGraph& graph, std::span<const Cell> cells,
-                                 std::span<const std::uint8_t> is_wanted);
+// The length of the border of each region 0..n_regions-1. A side counts once for each region on it
+// that has not all of its cells; what no arc crosses (the boundary of an open mesh) counts too.
+// Time O(N + M); the same bits on any number of threads.
+std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
+                                      Label n_regions, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -1,79 +1,68 @@
 #include "regions/smooth.hpp"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <mutex>
 #include <utility>
 
 #include "base/threads.hpp"
+#include "regions/local_connectivity.hpp"
 
 namespace superfacets {
 namespace {
 
-// Of what a face's sides cost together, the part that a move must win: less may be rounding, and
+// Of what a cell's sides cost together, the part that a move must win: less may be rounding, and
 // two moves that undo each other would go on for ever.
 constexpr double kLeastGain = 1e-9;
 
-// A way around a corner that is longer than this is not looked for: on real meshes 6 faces meet at
-// a corner, and to leave a face where it is never breaks a region.
-constexpr int kLongestFan = 64;
-
-constexpr Face kNoFace = -1;
-
 constexpr float kNotYetKnown = -1.0F;
 
-bool same_position(const Point& a, const Point& b) {
-  return a.x == b.x && a.y == b.y && a.z == b.z;
-}
-
-// A chain is given up when it has lost this part of what the sides of its first face cost. Without
+// A chain is given up when it has lost this part of what the sides of its first cell cost. Without
 // the limit compactness would be 0.007 less on the benchmark models, and time half as much again.
 constexpr double kDeepest = 0.5;
 
-// A face that may be next in a chain.
+// A cell that may be next in a chain.
 struct Candidate {
-  Face face = kNoFace;
+  Cell cell = kNoCell;
   double gain = 0.0;
   float travel = 0.0F;  // known when it is its turn
 };
 
 struct Move {
-  Face face;
+  Cell cell;
   float travel_before;
 };
 
 class Smoother {
  public:
-  Smoother(const ArcGeometry& arcs, std::span<const double> weights,
-           std::span<const Label> first_labels, std::span<const Face> fixed,
-           const SmoothOptions& options, ThreadTeam& team)
-      : arcs_(arcs),
-        weights_(weights),
+  Smoother(const Surface& surface, const BorderCost& cost, std::span<const Label> first_labels,
+           std::span<const Cell> fixed, const SmoothOptions& options, ThreadTeam& team)
+      : surface_(surface),
+        border_cost_(cost),
         first_labels_(first_labels),
         options_(options),
         labels_(first_labels.size()),
         travels_(first_labels.size()),
         is_waiting_(first_labels.size()),
         is_fixed_(first_labels.size()),
-        costs_(arcs.neighbors.size()) {
-    const auto n_faces = static_cast<std::int64_t>(first_labels.size());
-    team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
+        costs_(surface.arcs().n_arcs()) {
+    const auto n_cells = static_cast<std::int64_t>(first_labels.size());
+    team.for_each_block(n_cells, [&](std::int64_t begin, std::int64_t end) {
       std::copy(first_labels.begin() + begin, first_labels.begin() + end, labels_.begin() + begin);
       std::fill(travels_.begin() + begin, travels_.begin() + end, 0.0F);
       std::fill(is_waiting_.begin() + begin, is_waiting_.begin() + end, 0);
       std::fill(is_fixed_.begin() + begin, is_fixed_.begin() + end, 0);
     });
     team.fill(costs_.span(), kNotYetKnown);
-    for (const Face face : fixed) is_fixed_[face] = 1;
+    for (const Cell cell : fixed) is_fixed_[cell] = 1;
   }
 
   Buffer<Label> run(ThreadTeam& team) {
-    std::vector<Face> waiting = border_faces(team);
+    std::vector<Cell> waiting = border_cells(team);
     for (int sweep = 0; sweep < options_.max_sweeps && !waiting.empty(); ++sweep) {
-      for (const Face face : waiting) is_waiting_[face] = 0;
+      for (const Cell cell : waiting) is_waiting_[cell] = 0;
       next_.clear();
-      for (const Face face : waiting) try_moves(face);
+      for (const Cell cell : waiting) try_moves(cell);
       std::sort(next_.begin(), next_.end());
       waiting.swap(next_);
     }
@@ -81,14 +70,14 @@ class Smoother {
   }
 
  private:
-  std::vector<Face> border_faces(ThreadTeam& team) const {
-    std::vector<Face> found;
+  std::vector<Cell> border_cells(ThreadTeam& team) const {
+    std::vector<Cell> found;
     std::mutex mutex;
-    const auto n_faces = static_cast<std::int64_t>(labels_.size());
-    team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
-      std::vector<Face> part;
-      for (auto face = static_cast<Face>(begin); face < end; ++face) {
-        if (is_at_border(face)) part.push_back(face);
+    const auto n_cells = static_cast<std::int64_t>(labels_.size());
+    team.for_each_block(n_cells, [&](std::int64_t begin, std::int64_t end) {
+      std::vector<Cell> part;
+      for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+        if (is_at_border(cell)) part.push_back(cell);
       }
       const std::scoped_lock lock(mutex);
       found.insert(found.end(), part.begin(), part.end());
@@ -97,43 +86,43 @@ class Smoother {
     return found;
   }
 
-  bool is_at_border(Face face) const {
-    for (std::int64_t arc = arcs_.offsets[face]; arc < arcs_.offsets[face + 1]; ++arc) {
-      if (labels_[arcs_.neighbors[arc]] != labels_[face]) return true;
+  bool is_at_border(Cell cell) const {
+    for (const Cell neighbor : surface_.arcs().neighbors(cell)) {
+      if (labels_[neighbor] != labels_[cell]) return true;
     }
     return false;
   }
 
-  // Moves a face, and what is won by moving it as well, to the first neighboring region where that
+  // Moves a cell, and what is won by moving it as well, to the first neighboring region where that
   // pays.
-  void try_moves(Face face) {
-    const Label from = labels_[face];
+  void try_moves(Cell cell) {
+    const Label from = labels_[cell];
     Label tried = from;
-    for (std::int64_t arc = arcs_.offsets[face]; arc < arcs_.offsets[face + 1]; ++arc) {
-      const Label to = labels_[arcs_.neighbors[arc]];
+    for (const Cell neighbor : surface_.arcs().neighbors(cell)) {
+      const Label to = labels_[neighbor];
       if (to == from || to == tried) continue;
-      if (move_chain(face, to)) return;
+      if (move_chain(cell, to)) return;
       tried = to;
     }
   }
 
-  // Moves faces one after the other, each the best that is next to those moved, and takes back what
+  // Moves cells one after the other, each the best that is next to those moved, and takes back what
   // comes after the best state. That a step on the way may lose is what gets a border over a row of
   // triangles (Kernighan and Lin 1970 do so with pairs); as each step keeps regions connected, so
   // does every state. Returns whether something has moved.
-  bool move_chain(Face first, Label to) {
+  bool move_chain(Cell first, Label to) {
     const Label from = labels_[first];
     const std::size_t best_size = grow_chain(first, from, to);
     for (std::size_t i = best_size; i < chain_.size(); ++i) {
-      labels_[chain_[i].face] = from;
-      travels_[chain_[i].face] = chain_[i].travel_before;
+      labels_[chain_[i].cell] = from;
+      travels_[chain_[i].cell] = chain_[i].travel_before;
     }
-    for (std::size_t i = 0; i < best_size; ++i) look_again_around(chain_[i].face);
+    for (std::size_t i = 0; i < best_size; ++i) look_again_around(chain_[i].cell);
     return best_size > 0;
   }
 
   // Returns how many of the moves of the chain make borders cheapest; 0 if none do.
-  std::size_t grow_chain(Face first, Label from, Label to) {
+  std::size_t grow_chain(Cell first, Label from, Label to) {
     const double cost = cost_of_sides(first);
     double gain = 0.0;
     double best_gain = kLeastGain * cost;
@@ -142,46 +131,45 @@ class Smoother {
     candidates_.assign({{first, gain_of(first, from, to), 0.0F}});
     while (chain_.size() < options_.max_chain) {
       const Candidate next = take_candidate(from, to, -kDeepest * cost - gain);
-      if (next.face == kNoFace) break;
+      if (next.cell == kNoCell) break;
       gain += next.gain;
-      chain_.push_back({next.face, travels_[next.face]});
-      travels_[next.face] = next.travel;
-      labels_[next.face] = to;
+      chain_.push_back({next.cell, travels_[next.cell]});
+      travels_[next.cell] = next.travel;
+      labels_[next.cell] = to;
       if (gain > best_gain) {
         best_gain = gain;
         best_size = chain_.size();
       }
-      add_candidates(next.face, from, to);
+      add_candidates(next.cell, from, to);
     }
     return best_size;
   }
 
-  // The best candidate that may move, out of the list; kNoFace if none wins as much as it has to.
+  // The best candidate that may move, out of the list; kNoCell if none wins as much as it has to.
   Candidate take_candidate(Label from, Label to, double least_gain) {
     while (!candidates_.empty()) {
       const auto best = std::max_element(
           candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
-            return std::pair(a.gain, b.face) < std::pair(b.gain, a.face);
+            return std::pair(a.gain, b.cell) < std::pair(b.gain, a.cell);
           });
       Candidate taken = *best;
       if (taken.gain < least_gain) break;
       *best = candidates_.back();
       candidates_.pop_back();
-      const double travel = travel_of(taken.face, to);
+      const double travel = travel_of(taken.cell, to);
       taken.travel = static_cast<float>(travel);
-      if (travel <= options_.max_distance && may_leave(taken.face, from)) return taken;
+      if (travel <= options_.max_distance && may_leave(taken.cell)) return taken;
     }
     return {};
   }
 
-  // Neighbors of a face that has just moved: what they win is now more than it was.
-  void add_candidates(Face moved, Label from, Label to) {
-    for (std::int64_t arc = arcs_.offsets[moved]; arc < arcs_.offsets[moved + 1]; ++arc) {
-      const Face face = arcs_.neighbors[arc];
-      if (labels_[face] != from) continue;
-      const Candidate candidate{face, gain_of(face, from, to), 0.0F};
+  // Neighbors of a cell that has just moved: what they win is now more than it was.
+  void add_candidates(Cell moved, Label from, Label to) {
+    for (const Cell cell : surface_.arcs().neighbors(moved)) {
+      if (labels_[cell] != from) continue;
+      const Candidate candidate{cell, gain_of(cell, from, to), 0.0F};
       const auto known = std::find_if(candidates_.begin(), candidates_.end(),
-                                      [&](const Candidate& other) { return other.face == face; });
+                                      [&](const Candidate& other) { return other.cell == cell; });
       if (known == candidates_.end()) {
         candidates_.push_back(candidate);
       } else {
@@ -190,147 +178,85 @@ class Smoother {
     }
   }
 
-  // How much cheaper borders get if a face moves.
-  double gain_of(Face face, Label from, Label to) {
+  // How much cheaper borders get if a cell moves.
+  double gain_of(Cell cell, Label from, Label to) {
     double gain = 0.0;
-    for (std::int64_t arc = arcs_.offsets[face]; arc < arcs_.offsets[face + 1]; ++arc) {
-      const Label label = labels_[arcs_.neighbors[arc]];
-      if (label == to) gain += cost_of(face, arc);
-      if (label == from) gain -= cost_of(face, arc);
+    for (const auto [arc, neighbor] : surface_.arcs().steps(cell)) {
+      const Label label = labels_[neighbor];
+      if (label == to) gain += cost_of(cell, arc);
+      if (label == from) gain -= cost_of(cell, arc);
     }
     return gain;
   }
 
-  double cost_of_sides(Face face) {
+  double cost_of_sides(Cell cell) {
     double sum = 0.0;
-    for (std::int64_t arc = arcs_.offsets[face]; arc < arcs_.offsets[face + 1]; ++arc) {
-      sum += cost_of(face, arc);
+    for (const auto [arc, neighbor] : surface_.arcs().steps(cell)) {
+      sum += cost_of(cell, arc);
     }
     return sum;
   }
 
   // Costs are found when first asked for: few arcs are near a border.
-  double cost_of(Face face, std::int64_t arc) {
+  double cost_of(Cell cell, std::int64_t arc) {
     float& cost = costs_[arc];
     if (cost == kNotYetKnown) {
-      cost = static_cast<float>(options_.border_cost(arcs_, weights_, face, arc));
+      cost = static_cast<float>(border_cost_(surface_, cell, arc));
     }
     return cost;
   }
 
-  // How far a face would be from the border that a region had at first, on a path along faces that
+  bool may_leave(Cell cell) const {
+    return !is_fixed_[cell] && stays_connected_without(surface_, labels_.span(), cell);
+  }
+
+  // How far a cell would be from the border that a region had at first, on a path along cells that
   // have moved to it.
-  double travel_of(Face face, Label to) const {
-    if (first_labels_[face] == to) return 0.0;
+  double travel_of(Cell cell, Label to) const {
+    if (first_labels_[cell] == to) return 0.0;
     double shortest = std::numeric_limits<double>::infinity();
-    for (std::int64_t arc = arcs_.offsets[face]; arc < arcs_.offsets[face + 1]; ++arc) {
-      const Face neighbor = arcs_.neighbors[arc];
+    for (const auto [arc, neighbor] : surface_.arcs().steps(cell)) {
       if (labels_[neighbor] != to) continue;
-      const double step = weights_[arc] * options_.border_cost.diagonal;
+      const double step = border_cost_.weights[arc] * border_cost_.weight_unit;
       const bool is_at_border = first_labels_[neighbor] == to;  // which is half way
       shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);
     }
     return shortest;
   }
 
-  // Whether a region surely hangs together, and has faces, without this one: it touches the rest by
-  // one face, or by two that hang together around the corner between them.
-  bool may_leave(Face face, Label from) {
-    if (is_fixed_[face]) return false;
-    std::array<std::int64_t, 2> ways{};
-    std::size_t n_ways = 0;
-    for (std::int64_t arc = arcs_.offsets[face]; arc < arcs_.offsets[face + 1]; ++arc) {
-      const Face neighbor = arcs_.neighbors[arc];
-      if (labels_[neighbor] != from) continue;
-      if (n_ways > 0 && arcs_.neighbors[ways[0]] == neighbor) continue;
-      if (n_ways > 1 && arcs_.neighbors[ways[1]] == neighbor) continue;
-      if (n_ways == ways.size()) return false;
-      ways[n_ways++] = arc;
-    }
-    return n_ways == 1 || (n_ways == 2 && hang_together(face, ways[0], ways[1]));
-  }
-
-  // Whether two neighbors of a face in one region are joined by faces of it, other than that one,
-  // around the corner that they share. Walks from one to the other; where an edge has several ways
-  // on, it gives up.
-  bool hang_together(Face face, std::int64_t first_way, std::int64_t second_way) const {
-    const int first_side = arcs_.sides[first_way];
-    const int second_side = arcs_.sides[second_way];
-    if (first_side == second_side) return false;
-    const int corner = (first_side + 1) % 3 == second_side ? second_side : first_side;
-    const Vertex center = arcs_.faces[face].corners[corner];
-    const Face goal = arcs_.neighbors[second_way];
-    Face before = face;
-    Face here = arcs_.neighbors[first_way];
-    for (int n_steps = 0; here != goal; ++n_steps) {
-      const Face next = n_steps < kLongestFan ? next_around(center, before, here) : kNoFace;
-      if (next == kNoFace || next == face || labels_[next] != labels_[face]) return false;
-      before = std::exchange(here, next);
-    }
-    return true;
-  }
-
-  // The face that follows around a corner, or kNoFace where there is none or more than one.
-  Face next_around(Vertex center, Face before, Face here) const {
-    const int corner = corner_at(here, center);
-    if (corner < 0) return kNoFace;
-    Face next = kNoFace;
-    for (std::int64_t arc = arcs_.offsets[here]; arc < arcs_.offsets[here + 1]; ++arc) {
-      const bool leads_around = arcs_.sides[arc] != (corner + 1) % 3;
-      if (!leads_around || arcs_.neighbors[arc] == before) continue;
-      if (next != kNoFace) return kNoFace;
-      next = arcs_.neighbors[arc];
-    }
-    return next;
-  }
-
-  // The corner of a face at a vertex, or at its position; -1 if there is none.
-  int corner_at(Face face, Vertex vertex) const {
-    const Triangle& triangle = arcs_.faces[face];
-    for (int corner = 0; corner < 3; ++corner) {
-      if (triangle.corners[corner] == vertex) return corner;
-    }
-    for (int corner = 0; corner < 3; ++corner) {
-      const bool is_there =
-          same_position(arcs_.vertices[triangle.corners[corner]], arcs_.vertices[vertex]);
-      if (is_there) return corner;
-    }
-    return -1;
-  }
-
-  void look_again_around(Face face) {
-    look_again_at(face);
-    for (std::int64_t arc = arcs_.offsets[face]; arc < arcs_.offsets[face + 1]; ++arc) {
-      look_again_at(arcs_.neighbors[arc]);
+  void look_again_around(Cell cell) {
+    look_again_at(cell);
+    for (const Cell neighbor : surface_.arcs().neighbors(cell)) {
+      look_again_at(neighbor);
     }
   }
 
-  void look_again_at(Face face) {
-    if (is_waiting_[face]) return;
-    is_waiting_[face] = 1;
-    next_.push_back(face);
+  void look_again_at(Cell cell) {
+    if (is_waiting_[cell]) return;
+    is_waiting_[cell] = 1;
+    next_.push_back(cell);
   }
 
-  const ArcGeometry& arcs_;
-  const std::span<const double> weights_;
+  const Surface& surface_;
+  const BorderCost border_cost_;
   const std::span<const Label> first_labels_;
   const SmoothOptions options_;
   Buffer<Label> labels_;
-  Buffer<float> travels_;            // of faces that are not in their first region: travel_of
+  Buffer<float> travels_;            // of cells that are not in their first region: travel_of
   Buffer<std::uint8_t> is_waiting_;  // for the next sweep
   Buffer<std::uint8_t> is_fixed_;
   Buffer<float> costs_;      // of arcs, kNotYetKnown at first
-  std::vector<Face> next_;   // faces to look at in the next sweep
+  std::vector<Cell> next_;   // cells to look at in the next sweep
   std::vector<Move> chain_;  // moved, in this order, and their travel before
   std::vector<Candidate> candidates_;
 };
 
 }  // namespace
 
-Buffer<Label> smooth_borders(const ArcGeometry& arcs, std::span<const double> weights,
-                             std::span<const Label> labels, std::span<const Face> fixed,
+Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
+                             std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team) {
-  return Smoother(arcs, weights, labels, fixed, options, team).run(team);
+  return Smoother(surface, cost, labels, fixed, options, team).run(team);
 }
 
 }  // namespace superfacets

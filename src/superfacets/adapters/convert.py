@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +11,61 @@ import numpy.typing as npt
 from ..errors import MeshError
 from ..mesh.triangle_mesh import Mesh
 
-__all__ = ["as_mesh"]
+__all__ = ["MeshLike", "as_mesh"]
 
 
-def as_mesh(source: object) -> Mesh:
+class _Faces(Protocol):
+    """A mesh of trimesh: anything with vertices and faces."""
+
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+
+class _Triangles(Protocol):
+    """A legacy mesh of Open3D."""
+
+    @property
+    def vertices(self) -> Any: ...
+    @property
+    def triangles(self) -> Any: ...
+
+
+class _Tensors(Protocol):
+    """A tensor mesh of Open3D."""
+
+    @property
+    def vertex(self) -> Any: ...
+    @property
+    def triangle(self) -> Any: ...
+
+
+class _PolyData(Protocol):
+    """A surface of PyVista."""
+
+    @property
+    def points(self) -> Any: ...
+    @property
+    def faces(self) -> Any: ...
+
+
+MeshLike: TypeAlias = (
+    Mesh
+    | str
+    | os.PathLike[str]
+    | tuple[npt.ArrayLike, npt.ArrayLike]
+    | list[npt.ArrayLike]
+    | _Faces
+    | _Triangles
+    | _Tensors
+    | _PolyData
+)
+"""What functions that take a mesh take: a `Mesh`, a path, a (vertices, faces) pair, or a mesh of
+trimesh, PyVista or Open3D."""
+
+
+def as_mesh(source: MeshLike) -> Mesh:
     """Return `source` as a `Mesh`.
 
     Parameters
@@ -39,8 +90,12 @@ def as_mesh(source: object) -> Mesh:
     if isinstance(source, (tuple, list)):
         if len(source) != 2:
             raise TypeError(f"expected a (vertices, faces) pair, got {len(source)} items")
-        return Mesh(source[0], source[1])
-    return Mesh(*_arrays_of_foreign(source))
+        return _mesh_of(source[0], source[1])
+    return _mesh_of(*_arrays_of_foreign(source))
+
+
+def _mesh_of(vertices: Any, faces: Any) -> Mesh:
+    return Mesh(vertices, faces)
 
 
 def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:

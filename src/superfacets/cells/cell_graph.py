@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,20 +14,66 @@ from .._validate import (
     checked_arcs,
     checked_bounds,
     checked_nonnegative_array,
+    checked_number,
     checked_positions,
+    checked_sides,
     checked_threads,
     freeze,
 )
 
-__all__ = ["CellGraph", "OrderedCells", "box_diagonal", "checked_graph"]
+__all__ = ["ArcMeasures", "CellGraph", "box_diagonal", "checked_graph"]
 
 
-class OrderedCells(NamedTuple):
-    """A cell graph laid out for the cache, which is what the kernels of stages 3 and 4 work on."""
+@dataclass(frozen=True, eq=False)
+class ArcMeasures:
+    """What arcs cross: the clean-up and the metrics of regions need it of cells of one's own.
 
-    graph: _core.OrderedGraph
-    bounds: npt.NDArray[np.float64]
-    """Low and high corner of the box that `radius` and the grid refer to, shape (2, 3)."""
+    Lengths are in the unit of the positions of the graph, finite and >= 0.
+
+    Parameters
+    ----------
+    border_lengths : array_like, shape (M,)
+        Length of the border between the two cells of each arc.
+    step_lengths : array_like, shape (M,), optional
+        Length of the way from cell to cell, without what the weight adds for a crease; the distance
+        between their positions if not given.
+    sides : array_like of integers, shape (M,), optional
+        The side that each arc leaves its cell by, 0 or more, rising for each cell: where several
+        cells meet at one border, the arcs to all of them leave by the same side. Each arc has a
+        side of its own if not given.
+    open_lengths : array_like, shape (N,), optional
+        Length of what no arc crosses of the border of each cell; 0 if not given.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an array has the wrong shape, type or values; shapes are checked by `CellGraph`.
+    """
+
+    border_lengths: npt.NDArray[np.float64]
+    step_lengths: npt.NDArray[np.float64] | None = None
+    sides: npt.NDArray[np.int32] | None = None
+    open_lengths: npt.NDArray[np.float64] | None = None
+
+    def checked(self, offsets: npt.NDArray[np.int64], n_arcs: int, n_threads: int) -> ArcMeasures:
+        """Return the measures as the core takes them, for a graph with these arcs."""
+        n_cells = len(offsets) - 1
+        checked = object.__new__(ArcMeasures)
+        for name, n, per in (
+            ("border_lengths", n_arcs, "arc"),
+            ("step_lengths", n_arcs, "arc"),
+            ("open_lengths", n_cells, "cell"),
+        ):
+            given = getattr(self, name)
+            if given is None and name != "border_lengths":
+                object.__setattr__(checked, name, None)
+            else:
+                array = checked_nonnegative_array(given, n, name, per, n_threads)
+                freeze(checked, **{name: array})
+        object.__setattr__(checked, "sides", None)
+        if self.sides is not None:
+            freeze(checked, sides=checked_sides(self.sides, offsets))
+        return checked
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +100,11 @@ class CellGraph:
     bounds : array_like, shape (2, 3), optional
         Low and high corner of the box whose diagonal a ``radius`` is a fraction of; the bounding
         box of the positions if not given.
+    weight_unit : float, default 1.0
+        Length of one unit of weight, in the unit of the positions. The graph of a mesh has the
+        diagonal of its bounding box. Only the clean-up of regions goes by it.
+    arc_measures : ArcMeasures, optional
+        What arcs cross; needed for the clean-up of regions and for `metrics.compactness`.
 
     Attributes
     ----------
@@ -86,14 +137,21 @@ class CellGraph:
     bounds: npt.NDArray[np.float64] = None  # type: ignore[assignment]  # set in __post_init__
     lengths: npt.NDArray[np.float32] = field(init=False, repr=False)
     unit: float = field(init=False, repr=False)
-    _ordered: OrderedCells | None = field(init=False, repr=False, default=None)
+    weight_unit: float = field(default=1.0, kw_only=True)
+    arc_measures: ArcMeasures | None = field(default=None, kw_only=True, repr=False)
+    _ordered: _core.OrderedGraph | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
         positions = checked_positions(self.positions)
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
         bounds = checked_bounds(self.bounds, positions)
         freeze(self, positions=positions, offsets=offsets, neighbors=neighbors, bounds=bounds)
+        unit = checked_number(self.weight_unit, "weight_unit", zero=False)
+        object.__setattr__(self, "weight_unit", unit)
         self._check_and_quantize(checked_threads(None))
+        if self.arc_measures is not None:
+            checked = self.arc_measures.checked(offsets, self.n_arcs, checked_threads(None))
+            object.__setattr__(self, "arc_measures", checked)
 
     @classmethod
     def _of_checked_arcs(cls, n_threads: int, **fields: Any) -> CellGraph:
@@ -126,13 +184,13 @@ class CellGraph:
         """Length of the diagonal of ``bounds``, in the unit of the positions."""
         return box_diagonal(self.bounds)
 
-    def ordered(self, n_threads: int) -> OrderedCells:
+    def ordered(self, n_threads: int) -> _core.OrderedGraph:
         """Return the graph as the kernels take it; made when first asked for, then kept."""
         if self._ordered is None:
             graph = _core.OrderedGraph(
                 self.positions, self.measures, self.offsets, self.neighbors, self.lengths, n_threads
             )
-            object.__setattr__(self, "_ordered", OrderedCells(graph, self.bounds))
+            object.__setattr__(self, "_ordered", graph)
         return self._ordered  # type: ignore[return-value]  # set just above
 
     def __getstate__(self) -> dict[str, Any]:

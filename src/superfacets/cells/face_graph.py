@@ -17,7 +17,7 @@ from .._validate import (
     exact_array,
     freeze,
 )
-from ..adapters.convert import as_mesh
+from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
 from .cell_graph import CellGraph, box_diagonal, checked_measures, checked_weights
 
@@ -51,7 +51,7 @@ class FaceGraph:
         The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
         The face that each arc leads to.
-    sides : ndarray of uint16, shape (M,)
+    sides : ndarray of uint8, shape (M,)
         The side of the face that the arc leaves by: side s joins corners s and s + 1 (mod 3).
     same_turn : ndarray of uint8, shape (M,)
         1 where both faces run through their edge in the same direction, that is, where they are
@@ -66,7 +66,7 @@ class FaceGraph:
     measures: npt.NDArray[np.float64]
     offsets: npt.NDArray[np.int64]
     neighbors: npt.NDArray[np.int32]
-    sides: npt.NDArray[np.uint16]
+    sides: npt.NDArray[np.uint8]
     same_turn: npt.NDArray[np.uint8]
     bounds: npt.NDArray[np.float64]
     edge_counts: EdgeCounts
@@ -75,7 +75,7 @@ class FaceGraph:
         positions = checked_positions(self.positions)
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
         measures = exact_array(self.measures, np.float64)
-        sides = exact_array(self.sides, np.uint16)
+        sides = exact_array(self.sides, np.uint8)
         same_turn = exact_array(self.same_turn, np.uint8)
         if measures.shape != (len(positions),):
             raise ValueError("measures must be one per face")
@@ -127,6 +127,8 @@ class FaceGraph:
             neighbors=self.neighbors,
             weights=weights,
             bounds=self.bounds,
+            weight_unit=self.diagonal,
+            arc_measures=None,
         )
 
     def quantized(
@@ -140,7 +142,9 @@ class FaceGraph:
         return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"
 
 
-def build_face_graph(mesh: object, *, weld: bool = True, n_threads: int | None = None) -> FaceGraph:
+def build_face_graph(
+    mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None
+) -> FaceGraph:
     """Return the graph of the faces of a mesh that share an edge.
 
     All pairs of faces around a non-manifold edge are neighbors; a boundary edge has no arc. Faces
@@ -170,7 +174,7 @@ def build_face_graph(mesh: object, *, weld: bool = True, n_threads: int | None =
     >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> graph = build_face_graph(square)
     >>> graph.neighbors, graph.sides
-    (array([1, 0], dtype=int32), array([2, 0], dtype=uint16))
+    (array([1, 0], dtype=int32), array([2, 0], dtype=uint8))
     >>> graph.edge_counts
     EdgeCounts(edges=5, boundary=4, non_manifold=0, inconsistent=0)
     """

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import _core
 from .._validate import checked_threads
-from ..adapters.convert import as_mesh
+from ..adapters.convert import MeshLike, as_mesh
 from .face_graph import FaceGraph, build_face_graph
 from .weights import is_inside_out
 
@@ -47,7 +47,7 @@ class MeshInfo:
     """Length of the diagonal of that box."""
 
 
-def mesh_info(mesh: object, *, weld: bool = True) -> MeshInfo:
+def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo:
     """Return counts and sizes of a mesh.
 
     Parameters
@@ -79,7 +79,7 @@ def mesh_info(mesh: object, *, weld: bool = True) -> MeshInfo:
         n_inconsistent_edges=inconsistent,
         n_degenerate_faces=_core.count_degenerate(mesh.vertices, mesh.faces),
         is_inside_out=is_inside_out(mesh, graph),
-        area=float(graph.measures.sum()),
+        area=_core.sum_of(graph.measures, checked_threads(None)),
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
     )

@@ -2,40 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_choice, checked_number, checked_share, checked_threads
-from ..adapters.convert import as_mesh
+from .._options import WEIGHTS, WeightOptions
+from .._validate import checked_number, checked_share, checked_threads
+from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.triangle_mesh import Mesh
 from .face_graph import FaceGraph
+from .surface import Surface, triangle_surface
 
 __all__ = [
-    "DEFAULTS",
-    "ArcWeights",
+    "arc_weights",
     "crease_weights",
+    "creases_of",
     "is_inside_out",
     "stk02_weights",
     "superfacet_weights",
 ]
-
-DEFAULTS: dict[str, dict[str, float]] = {
-    "creases": {"alpha": 20.0, "eta_convex": 0.0},
-    "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
-    "stk02": {"alpha": 0.5},
-}
-"""Names of the arc weights that `segment` knows, and what their parameters are if not given."""
 
 _VOLUME_NOISE = 1e-12
 """Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
 
 
 def superfacet_weights(
-    mesh: object,
+    mesh: MeshLike,
     graph: FaceGraph,
     *,
     alpha: float = 200.0,
@@ -109,16 +101,10 @@ def superfacet_weights(
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
     if crease_length is not None:
         crease_length = checked_number(crease_length, "crease_length", zero=False)
-    _check_same_size(mesh, graph)
     return _core.superfacet_weights(
-        mesh.vertices,
-        mesh.faces,
+        triangle_surface(mesh, graph),
         graph.positions,
         graph.measures,
-        graph.offsets,
-        graph.neighbors,
-        graph.sides,
-        graph.same_turn,
         alpha,
         eta_convex,
         crease_length or 0.0,
@@ -129,7 +115,7 @@ def superfacet_weights(
 
 
 def crease_weights(
-    mesh: object,
+    mesh: MeshLike,
     graph: FaceGraph,
     expected_radius: float,
     *,
@@ -189,7 +175,7 @@ def crease_weights(
 
 
 def stk02_weights(
-    mesh: object, graph: FaceGraph, *, alpha: float = 0.5, n_threads: int | None = None
+    mesh: MeshLike, graph: FaceGraph, *, alpha: float = 0.5, n_threads: int | None = None
 ) -> npt.NDArray[np.float64]:
     r"""Return the weight of each arc after Shlafman, Tal and Katz, as the paper compares with it.
 
@@ -240,71 +226,65 @@ def stk02_weights(
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
     alpha = checked_share(alpha, "alpha")
-    _check_same_size(mesh, graph)
-    return _core.stk02_weights(
-        mesh.vertices,
-        mesh.faces,
-        graph.positions,
-        graph.offsets,
-        graph.neighbors,
-        graph.sides,
-        alpha,
-        threads,
+    return _core.stk02_weights(triangle_surface(mesh, graph), graph.positions, alpha, threads)
+
+
+def creases_of(surface: Surface, radius: float) -> npt.NDArray[np.float64]:
+    """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
+    assert isinstance(surface.handle, _core.TriangleSurface)
+    assert surface.mesh is not None
+    assert surface.edge_counts is not None
+    is_turned = surface.edge_counts.boundary == 0 and _has_negative_volume(
+        surface.mesh, surface.positions, surface.measures, surface.diagonal, surface.n_threads
+    )
+    options = WEIGHTS["creases"]
+    return _core.superfacet_weights(
+        surface.handle,
+        surface.positions,
+        surface.measures,
+        options["alpha"] if radius > 0 else 0.0,
+        options["eta_convex"],
+        radius if radius > 0 else 1.0,
+        surface.diagonal,
+        is_turned,
+        surface.n_threads,
     )
 
 
-@dataclass(frozen=True)
-class ArcWeights:
-    """Checked choice of arc weights: by name with their parameters, or one per arc as given."""
-
-    params: dict[str, Any]  # as they are reported
-    given: npt.ArrayLike | None
-
-    @classmethod
-    def checked(
-        cls, weights: str | npt.ArrayLike, alpha: float | None, eta_convex: float | None
-    ) -> ArcWeights:
-        """Arguments as for `segment`, of which the parameters that count are kept."""
-        given = {"alpha": alpha, "eta_convex": eta_convex}
-        checked = {
-            name: checked_number(value, name, zero=True)
-            for name, value in given.items()
-            if value is not None
-        }
-        if not isinstance(weights, str):
-            return cls({"weights": "given"}, weights)
-        checked_choice(weights, "weights", tuple(DEFAULTS))
-        params = {name: checked.get(name, usual) for name, usual in DEFAULTS[weights].items()}
-        if weights == "stk02":
-            checked_share(params["alpha"], "alpha")
-        return cls({"weights": weights, **params}, None)
-
-    def weigh(self, mesh: Mesh, graph: FaceGraph, radius: float, n_threads: int) -> npt.ArrayLike:
-        """Return one weight per arc of the graph of this mesh, for regions of this radius."""
-        if self.given is not None:
-            return self.given
-        options = {name: value for name, value in self.params.items() if name != "weights"}
-        if self.params["weights"] == "stk02":
-            return stk02_weights(mesh, graph, n_threads=n_threads, **options)
-        if self.params["weights"] == "creases":
-            return crease_weights(mesh, graph, radius, n_threads=n_threads, **options)
-        return superfacet_weights(mesh, graph, n_threads=n_threads, **options)
-
-
-def _check_same_size(mesh: Mesh, graph: FaceGraph) -> None:
-    if graph.n_cells != mesh.n_faces:
-        raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
+def arc_weights(
+    mesh: Mesh, graph: FaceGraph, radius: float, options: WeightOptions, n_threads: int
+) -> npt.ArrayLike:
+    """Return one weight per arc, as `segment` is asked for, for regions of this radius."""
+    if options.given is not None:
+        return options.given
+    params = {name: value for name, value in options.params.items() if name != "weights"}
+    if options.params["weights"] == "stk02":
+        return stk02_weights(mesh, graph, n_threads=n_threads, **params)
+    if options.params["weights"] == "creases":
+        return crease_weights(mesh, graph, radius, n_threads=n_threads, **params)
+    return superfacet_weights(mesh, graph, n_threads=n_threads, **params)
 
 
 def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
     """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
     if graph.edge_counts.boundary:
         return False
+    threads = checked_threads(n_threads)
+    return _has_negative_volume(mesh, graph.positions, graph.measures, graph.diagonal, threads)
+
+
+def _has_negative_volume(
+    mesh: Mesh,
+    positions: npt.NDArray[np.float64],
+    measures: npt.NDArray[np.float64],
+    diagonal: float,
+    n_threads: int,
+) -> bool:
     # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
     # and turns with the mesh.
-    # Not graph.measures @ graph.positions: threads of a BLAS go on spinning for a while after it.
-    total = float(graph.measures.sum())
-    moment = np.einsum("i,ij->j", graph.measures, graph.positions)
-    x, y, z = (moment / total if total else graph.positions[0]).tolist()
-    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z), checked_threads(n_threads))
-    return volume < -_VOLUME_NOISE * graph.diagonal**3
+    # Not measures @ positions: threads of a BLAS go on spinning for a while after it.
+    total = _core.sum_of(measures, n_threads)
+    moment = np.einsum("i,ij->j", measures, positions)
+    x, y, z = (moment / total if total else positions[0]).tolist()
+    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z), n_threads)
+    return volume < -_VOLUME_NOISE * diagonal**3

@@ -14,10 +14,9 @@ import click
 import numpy.typing as npt
 
 from .. import __version__
+from .._options import INITS, ISLANDS, WEIGHTS
 from .._timing import timed
-from ..cells.weights import DEFAULTS
 from ..clustering.loop import Segmentation
-from ..clustering.seeding import INITS
 from ..errors import MeshError, MissingExtraError
 from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.read import read_mesh
@@ -25,7 +24,6 @@ from ..io.writers.write import check_outputs, write_outputs
 from ..mesh.triangle_mesh import Mesh
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from ..pipeline import PAPER, segment
-from ..regions.regions import ISLANDS
 from ..study.reproduce.command import reproduce_command
 from ..view.gl import RenderError
 
@@ -116,7 +114,7 @@ commands.add_command(reproduce_command)
 )
 @click.option(
     "--weights",
-    type=click.Choice(tuple(DEFAULTS)),
+    type=click.Choice(tuple(WEIGHTS)),
     help="Lengths of steps: with a price for creases that does not depend on resolution, those of"
     " the paper, or those of Shlafman, Tal and Katz.  [default: creases]",
 )

@@ -84,9 +84,8 @@ def classify(
     if reach is not None:
         reach = checked_number(reach, "reach", zero=True)
     n_threads = checked_threads(n_threads)
-    cells = graph.ordered(n_threads)
     clustering = _core.Clustering(
-        cells.graph, array, math.inf if reach is None else reach, n_threads
+        graph.ordered(n_threads), array, math.inf if reach is None else reach, n_threads
     )
     distances = clustering.lengths().astype(np.float64) * graph.unit
     return Classification(clustering.labels(), clustering.centers(), distances)

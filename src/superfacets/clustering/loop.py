@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -12,15 +11,15 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._options import Init, LoopOptions, Progress, SizeOptions
 from .._timing import timed
-from .._validate import checked_callable, checked_count, checked_number, checked_threads
-from ..cells.cell_graph import CellGraph, OrderedCells, checked_graph
-from .seeding import check_size, region_size, run_seeding
+from ..cells.cell_graph import CellGraph, checked_graph
+from ..cells.size import RegionSize, region_size
+from .seeding import run_seeding
 
-__all__ = ["Loop", "Progress", "Segmentation", "StopReason", "segment_cells", "segment_graph"]
+__all__ = ["Segmentation", "StopReason", "segment_cells", "segment_graph"]
 
 StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
-Progress = Callable[[int, int], object]
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +86,7 @@ def segment_graph(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    init: str | npt.ArrayLike = "geodesic",
+    init: Init | npt.ArrayLike = "geodesic",
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
@@ -122,59 +121,32 @@ def segment_graph(
     Segmentation(5 cells, 2 regions, 1 iterations, converged)
     """
     checked_graph(graph)
-    check_size(n_segments, radius)
-    loop = Loop.checked(max_num_iter, tol, radius_factor, n_threads, progress)
-    return segment_cells(graph.ordered(loop.n_threads), n_segments, radius, init, loop)
-
-
-@dataclass(frozen=True)
-class Loop:
-    """Checked parameters of the loop."""
-
-    max_num_iter: int
-    tol: float  # in radii
-    radius_factor: float | None  # None: exact
-    n_threads: int
-    progress: Progress | None
-
-    @classmethod
-    def checked(
-        cls, max_num_iter: int, tol: float, radius_factor: float | None, n_threads: int | None,
-        progress: Progress | None,
-    ) -> Loop:  # fmt: skip
-        """Arguments as for `segment`."""
-        if radius_factor is not None:
-            radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
-        return cls(
-            checked_count(max_num_iter, "max_num_iter"),
-            checked_number(tol, "tol", zero=True),
-            radius_factor,
-            checked_threads(n_threads),
-            checked_callable(progress, "progress"),
-        )
+    options = SizeOptions.checked(n_segments, radius, init)
+    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, n_threads, progress)
+    size = region_size(options, graph.measures, graph.diagonal, loop.n_threads)
+    ordered = graph.ordered(loop.n_threads)
+    return segment_cells(ordered, graph.bounds, size, options, init, loop)
 
 
 def segment_cells(
-    cells: OrderedCells,
-    n_segments: int | None,
-    radius: float | None,
-    init: str | npt.ArrayLike,
-    loop: Loop,
+    graph: _core.OrderedGraph,
+    bounds: npt.NDArray[np.float64],
+    size: RegionSize,
+    options: SizeOptions,
+    init: Init | npt.ArrayLike,
+    loop: LoopOptions,
 ) -> Segmentation:
-    """Segment what has been checked."""
+    """Segment what has been checked, in regions of a size that is known."""
     timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
     with timed(timings, "seeding"):
-        size = region_size(cells, n_segments, radius, init)
-        seeds = run_seeding(cells, size, n_segments, init, loop.n_threads)
-    clustering, n_iter, stop_reason = _iterate(cells.graph, seeds, size.radius, loop, timings)
+        seeds = run_seeding(graph, bounds, size, options, init, loop.n_threads)
+    clustering, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
     params = {
-        "n_segments": None if radius is not None else size.n_segments,
-        "radius": radius,
+        "n_segments": None if options.radius is not None else size.n_segments,
+        "radius": options.radius,
         "expected_radius": size.radius,
         "init": init if isinstance(init, str) else "given",
-        "radius_factor": loop.radius_factor,
-        "max_num_iter": loop.max_num_iter,
-        "tol": loop.tol,
+        **loop.params,
     }
     labels, centers = clustering.labels(), clustering.centers()
     return Segmentation(labels, centers, n_iter, stop_reason, timings, params)
@@ -184,7 +156,7 @@ def _iterate(
     graph: _core.OrderedGraph,
     seeds: npt.NDArray[np.int32],
     radius: float,
-    loop: Loop,
+    loop: LoopOptions,
     timings: dict[str, float],
 ) -> tuple[_core.Clustering, int, StopReason]:
     """Classify and update until one of the stop rules holds; add up the time of both.

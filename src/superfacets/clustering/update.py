@@ -51,4 +51,4 @@ def update_centers(
     checked_graph(graph)
     array, n_regions = checked_labels(labels, graph.n_cells)
     threads = checked_threads(n_threads)
-    return _core.update_centers(graph.ordered(threads).graph, array, n_regions, threads)
+    return _core.update_centers(graph.ordered(threads), array, n_regions, threads)

@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_number, compact_labels
+from ..adapters.convert import MeshLike
 from .borders import Borders, find_borders
-from .surface import Surface
+from .edges import MeshEdges
 
 __all__ = [
     "BoundaryAgreement",
@@ -42,14 +43,14 @@ class Cuts:
     distances: npt.NDArray[np.float64]  # (V,) along edges to the nearest border; inf if no way
 
     @classmethod
-    def of(cls, surface: Surface, labels: npt.NDArray[np.int32]) -> Cuts:
+    def of(cls, mesh: MeshEdges, labels: npt.NDArray[np.int32]) -> Cuts:
         """Find the borders of labels."""
-        borders = find_borders(surface, labels)
-        return cls(borders, surface.edge_paths.distances(borders.vertices))
+        borders = find_borders(mesh, labels)
+        return cls(borders, mesh.paths.distances(borders.vertices))
 
 
 def boundary_agreement(
-    mesh: object,
+    mesh: MeshLike,
     labels: npt.ArrayLike,
     truth: npt.ArrayLike,
     *,
@@ -95,15 +96,13 @@ def boundary_agreement(
     >>> boundary_agreement(square, [0, 1], [0, 0])
     BoundaryAgreement(recall=1.0, precision=0.0)
     """
-    surface = Surface.of(mesh, weld=weld, n_threads=None)
-    found, true = _cuts_of_both(surface, labels, truth)
-    return boundary_agreement_of(
-        surface, found, true, checked_number(tolerance, "tolerance", zero=True)
-    )
+    within = checked_number(tolerance, "tolerance", zero=True)
+    edges = MeshEdges.of(mesh, weld=weld, n_threads=None)
+    return boundary_agreement_of(edges, *_cuts_of_both(edges, labels, truth), within)
 
 
 def cut_discrepancy(
-    mesh: object, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: bool = True
+    mesh: MeshLike, labels: npt.ArrayLike, truth: npt.ArrayLike, *, weld: bool = True
 ) -> float:
     """Return how far borders are from true borders and back, in radii of the mesh; 0 is best.
 
@@ -139,34 +138,34 @@ def cut_discrepancy(
     >>> cut_discrepancy(square, [0, 1], [4, 7])
     0.0
     """
-    surface = Surface.of(mesh, weld=weld, n_threads=None)
-    return cut_discrepancy_of(surface, *_cuts_of_both(surface, labels, truth))
+    edges = MeshEdges.of(mesh, weld=weld, n_threads=None)
+    return cut_discrepancy_of(edges, *_cuts_of_both(edges, labels, truth))
 
 
 def boundary_agreement_of(
-    surface: Surface, found: Cuts, true: Cuts, tolerance: float
+    mesh: MeshEdges, found: Cuts, true: Cuts, tolerance: float
 ) -> BoundaryAgreement:
     """Return the agreement of cuts; see `boundary_agreement`."""
-    within = tolerance * surface.graph.diagonal
+    within = tolerance * mesh.graph.diagonal
     return BoundaryAgreement(
         _share_near(true.borders, found.distances, within),
         _share_near(found.borders, true.distances, within),
     )
 
 
-def cut_discrepancy_of(surface: Surface, found: Cuts, true: Cuts) -> float:
+def cut_discrepancy_of(mesh: MeshEdges, found: Cuts, true: Cuts) -> float:
     """Return the discrepancy of cuts; see `cut_discrepancy`."""
-    farthest = surface.graph.diagonal
+    farthest = mesh.graph.diagonal
     there = _mean_distance(found.borders, true.distances, farthest)
     back = _mean_distance(true.borders, found.distances, farthest)
-    return (there + back) / surface.mean_radius
+    return (there + back) / mesh.mean_radius
 
 
 def _cuts_of_both(
-    surface: Surface, labels: npt.ArrayLike, truth: npt.ArrayLike
+    mesh: MeshEdges, labels: npt.ArrayLike, truth: npt.ArrayLike
 ) -> tuple[Cuts, Cuts]:
-    both = [compact_labels(given, surface.mesh.n_faces)[0] for given in (labels, truth)]
-    return Cuts.of(surface, both[0]), Cuts.of(surface, both[1])
+    both = [compact_labels(given, mesh.graph.n_cells)[0] for given in (labels, truth)]
+    return Cuts.of(mesh, both[0]), Cuts.of(mesh, both[1])
 
 
 def _share_near(borders: Borders, distances: npt.NDArray[np.float64], within: float) -> float:

@@ -9,9 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_number, compact_labels
-from ..adapters.convert import as_mesh
+from ..adapters.convert import MeshLike, as_mesh
+from ..cells.sums import positive_total
 from ..mesh.triangle_mesh import Mesh
 from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement_of, cut_discrepancy_of
+from .edges import MeshEdges
 from .overlap import (
     Overlap,
     achievable_accuracy,
@@ -22,7 +24,6 @@ from .overlap import (
     undersegmentation_error,
 )
 from .shape import compactness_of, explained_variation_of, extra_pieces_of
-from .surface import Surface, positive_total
 
 __all__ = ["GroundTruths", "evaluate"]
 
@@ -60,27 +61,27 @@ class GroundTruths:
 
     def __init__(
         self,
-        mesh: object,
+        mesh: MeshLike,
         truths: Sequence[npt.ArrayLike],
         *,
         weld: bool = True,
         n_threads: int | None = None,
     ) -> None:
-        self.surface = Surface.of(mesh, weld=weld, n_threads=n_threads)
-        positive_total(self.surface.areas)
-        n_faces = self.surface.mesh.n_faces
+        self.edges = MeshEdges.of(mesh, weld=weld, n_threads=n_threads)
+        positive_total(self.edges.areas)
+        n_faces = self.edges.mesh.n_faces
         compact = [compact_labels(truth, n_faces) for truth in _listed(truths)]
-        self.truths = [_Truth(*labels, Cuts.of(self.surface, labels[0])) for labels in compact]
+        self.truths = [_Truth(*labels, Cuts.of(self.edges, labels[0])) for labels in compact]
 
     def __len__(self) -> int:
         return len(self.truths)
 
     def __repr__(self) -> str:
-        return f"GroundTruths({len(self)} of {self.surface.mesh.n_faces} faces)"
+        return f"GroundTruths({len(self)} of {self.edges.mesh.n_faces} faces)"
 
 
 def evaluate(
-    mesh: object,
+    mesh: MeshLike,
     labels: npt.ArrayLike,
     ground_truths: GroundTruths | Sequence[npt.ArrayLike] = (),
     *,
@@ -135,8 +136,8 @@ def evaluate(
     """
     tolerance = checked_number(tolerance, "tolerance", zero=True)
     prepared = _prepared(as_mesh(mesh), ground_truths, weld, n_threads)
-    surface = prepared.surface
-    regions, n_regions = compact_labels(labels, surface.mesh.n_faces)
+    edges, surface = prepared.edges, prepared.edges.surface
+    regions, n_regions = compact_labels(labels, surface.n_cells)
     values: dict[str, float] = {
         "n_regions": n_regions,
         "n_extra_pieces": extra_pieces_of(surface, regions, n_regions),
@@ -145,17 +146,17 @@ def evaluate(
     }
     if not prepared.truths:
         return values
-    cuts = Cuts.of(surface, regions)
+    cuts = Cuts.of(edges, regions)
     rows = []
     for truth in prepared.truths:
-        overlap = overlap_of(regions, n_regions, truth.segments, truth.n_segments, surface.areas)
-        rows.append(_of_overlap(overlap) | _of_cuts(surface, cuts, truth.cuts, tolerance))
+        overlap = overlap_of(regions, n_regions, truth.segments, truth.n_segments, edges.areas)
+        rows.append(_of_overlap(overlap) | _of_cuts(edges, cuts, truth.cuts, tolerance))
     return values | {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
 
 
 def _listed(truths: Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:
-    listed = list(truths) if hasattr(truths, "__iter__") else [truths]
-    if any(np.ndim(truth) == 0 for truth in listed):
+    listed = list(truths) if hasattr(truths, "__iter__") else None
+    if listed is None or any(np.ndim(truth) == 0 for truth in listed):
         raise TypeError("ground truths must be a sequence of arrays, each with a label per face")
     return listed
 
@@ -167,7 +168,7 @@ def _prepared(
     n_threads: int | None,
 ) -> GroundTruths:
     if isinstance(ground_truths, GroundTruths):
-        prepared = ground_truths.surface.mesh
+        prepared = ground_truths.edges.mesh
         is_same = np.array_equal(prepared.faces, mesh.faces) and np.array_equal(
             prepared.vertices, mesh.vertices
         )
@@ -192,10 +193,10 @@ def _of_overlap(overlap: Overlap) -> dict[str, float]:
     }
 
 
-def _of_cuts(surface: Surface, found: Cuts, true: Cuts, tolerance: float) -> dict[str, float]:
-    agreement = boundary_agreement_of(surface, found, true, tolerance)
+def _of_cuts(edges: MeshEdges, found: Cuts, true: Cuts, tolerance: float) -> dict[str, float]:
+    agreement = boundary_agreement_of(edges, found, true, tolerance)
     return {
         "boundary_recall": agreement.recall,
         "boundary_precision": agreement.precision,
-        "cut_discrepancy": cut_discrepancy_of(surface, found, true),
+        "cut_discrepancy": cut_discrepancy_of(edges, found, true),
     }

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_labels
-from .surface import positive_total, sums_by_label
+from ..cells.sums import positive_total, sums_by_label
 
 __all__ = [
     "Consistency",

@@ -7,8 +7,10 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import compact_labels
-from .borders import region_perimeters
-from .surface import Surface, positive_total, sums_by_label
+from ..adapters.convert import MeshLike, as_mesh
+from ..cells.cell_graph import CellGraph
+from ..cells.sums import positive_total, sums_by_label
+from ..cells.surface import Surface, as_surface
 
 __all__ = ["compactness", "compactness_of", "explained_variation", "explained_variation_of",
            "extra_pieces_of"]  # fmt: skip
@@ -18,7 +20,7 @@ __all__ = ["compactness", "compactness_of", "explained_variation", "explained_va
 _NORMAL_NOISE = 1e-12
 
 
-def compactness(mesh: object, labels: npt.ArrayLike, *, weld: bool = True) -> float:
+def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
     """Return the mean over regions of perimeter / sqrt(area); lower is rounder.
 
     A disk has 3.54, a hexagon 3.72, a square 4. The boundary of an open mesh counts as perimeter. A
@@ -27,8 +29,8 @@ def compactness(mesh: object, labels: npt.ArrayLike, *, weld: bool = True) -> fl
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
-        As for `segment`.
+    mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
+        As for `segment`; or cells of one's own.
     labels : array_like of integers, shape (F,)
         Region of each face, any numbers.
     weld : bool, default True
@@ -51,20 +53,20 @@ def compactness(mesh: object, labels: npt.ArrayLike, *, weld: bool = True) -> fl
     >>> compactness(square, [0, 0])
     4.0
     """
-    surface = Surface.of(mesh, weld=weld, n_threads=None)
-    return compactness_of(surface, *compact_labels(labels, surface.mesh.n_faces))
+    surface = as_surface(mesh, weld=weld, n_threads=None)
+    return compactness_of(surface, *compact_labels(labels, surface.n_cells))
 
 
 def compactness_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> float:
     """Return the compactness of labels without gaps."""
-    perimeters = region_perimeters(surface, labels, n_regions)
-    areas = sums_by_label(labels, surface.areas, n_regions)
+    perimeters = _core.region_perimeters(surface.handle, labels, n_regions, surface.n_threads)
+    areas = sums_by_label(labels, surface.measures, n_regions)
     positive_total(areas)
     has_area = areas > 0
     return float(np.mean(perimeters[has_area] / np.sqrt(areas[has_area])))
 
 
-def explained_variation(mesh: object, labels: npt.ArrayLike) -> float:
+def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
     """Return the share of the variation of normals that is between regions; 1 is best.
 
     Each face's unit normal is compared with the mean normal of its region and with that of the
@@ -98,8 +100,8 @@ def explained_variation(mesh: object, labels: npt.ArrayLike) -> float:
     >>> explained_variation(fold, [0, 1]), explained_variation(fold, [0, 0])
     (1.0, 0.0)
     """
-    surface = Surface.of(mesh, weld=False, n_threads=None)
-    return explained_variation_of(surface, *compact_labels(labels, surface.mesh.n_faces))
+    surface = as_surface(as_mesh(mesh), weld=False, n_threads=None)
+    return explained_variation_of(surface, *compact_labels(labels, surface.n_cells))
 
 
 def explained_variation_of(
@@ -110,7 +112,8 @@ def explained_variation_of(
     With area vectors S (the sum of area times normal) and areas A, the variation around a mean is
     A - |S|^2 / A: it takes no second look at the faces.
     """
-    mesh, areas = surface.mesh, surface.areas
+    mesh, areas = surface.mesh, surface.measures
+    assert mesh is not None  # cells of other kinds have no normals
     vectors = _core.area_vectors(mesh.vertices, mesh.faces, surface.n_threads)
     total = positive_total(areas)
     explained = total - float(np.square(vectors.sum(axis=0)).sum()) / total
@@ -126,5 +129,5 @@ def explained_variation_of(
 
 def extra_pieces_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> int:
     """Return how many connected pieces there are more than regions."""
-    _, n_pieces = _core.find_components(surface.graph.offsets, surface.graph.neighbors, labels)
+    _, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     return n_pieces - n_regions

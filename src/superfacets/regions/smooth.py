@@ -7,9 +7,13 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_number, checked_seeds
-from .regions import CREASE_SCALE, LabeledSurface
+from ..adapters.convert import MeshLike
+from ..cells.cell_graph import CellGraph
+from .edit import BorderCosts, read_regions
 
-__all__ = ["MAX_DISTANCE", "smooth_borders", "smooth_surface"]
+__all__ = ["MAX_DISTANCE", "smooth_borders", "straighten"]
+
+Ints = npt.NDArray[np.int32]
 
 MAX_DISTANCE = 1.0
 """In r. On the benchmark models compactness is 4.59 at 0.6, 4.49 at 1 and 4.44 at 1.3, and the
@@ -23,7 +27,7 @@ MAX_SWEEPS = 10
 
 
 def smooth_borders(
-    mesh: object,
+    mesh: MeshLike | CellGraph,
     labels: npt.ArrayLike,
     *,
     weights: npt.ArrayLike | None = None,
@@ -48,8 +52,9 @@ def smooth_borders(
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
-        As for `segment`.
+    mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
+        As for `segment`; or cells of one's own, of which one moves at a time only where the others
+        of its region touch each other.
     labels : array_like of int, shape (N,)
         0..K-1, each at least once.
     weights : array_like, shape (M,), optional
@@ -93,25 +98,23 @@ def smooth_borders(
     array([0, 0, 1, 1, 0, 0, 1, 1], dtype=int32)
     """
     max_distance = checked_number(max_distance, "max_distance", zero=True)
-    surface = LabeledSurface.checked(mesh, labels, weights, weld, n_threads)
+    costs, array, _ = read_regions(mesh, labels, weights, weld, n_threads)
     fixed = np.empty(0, np.int32)
     if centers is not None:
-        fixed = checked_seeds(centers, len(surface.labels))
-    return smooth_surface(surface, fixed, max_distance)
+        fixed = checked_seeds(centers, len(array))
+    return straighten(costs, array, fixed, max_distance)
 
 
-def smooth_surface(
-    surface: LabeledSurface, fixed: npt.NDArray[np.int32], max_distance: float
+def straighten(
+    costs: BorderCosts, labels: Ints, fixed: Ints, max_distance: float
 ) -> npt.NDArray[np.int32]:
     """Smooth the borders of what has been checked; `max_distance` in r."""
     return _core.smooth_borders(
-        *surface.arcs,
-        surface.labels,
+        *costs.args,
+        labels,
         fixed,
-        surface.graph.diagonal,
-        max_distance * surface.radius,
-        CREASE_SCALE * surface.radius,
+        max_distance * costs.radius,
         MAX_CHAIN,
         MAX_SWEEPS,
-        surface.n_threads,
+        costs.surface.n_threads,
     )

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_labels, checked_threads, compact_labels
-from ..adapters.convert import as_mesh
+from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
 
 __all__ = ["MIN_COLOR_DISTANCE", "PALETTE", "face_colors", "region_colors"]
@@ -46,7 +46,7 @@ class _Arcs(Protocol):
     def neighbors(self) -> npt.NDArray[np.int32]: ...
 
 
-def face_colors(mesh: object, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+def face_colors(mesh: MeshLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     """Return a color for each face, by region, clearly different where regions share an edge.
 
     Parameters

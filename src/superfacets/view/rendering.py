@@ -19,7 +19,7 @@ from .._validate import (
     checked_threads,
     compact_labels,
 )
-from ..adapters.convert import as_mesh
+from ..adapters.convert import MeshLike, as_mesh
 from ..cells.face_graph import FaceGraph, build_face_graph
 from ..errors import MissingExtraError
 from ..io.atomic import atomic_outputs, checked_targets
@@ -112,7 +112,7 @@ class View:
 
 
 def render(
-    mesh: object,
+    mesh: MeshLike,
     labels: npt.ArrayLike | None = None,
     *,
     output: str | os.PathLike[str] | None = None,

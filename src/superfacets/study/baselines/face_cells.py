@@ -9,14 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
+from ..._options import WeightOptions
 from ..._timing import timed
 from ..._validate import compact_labels
-from ...adapters.convert import as_mesh
+from ...adapters.convert import MeshLike, as_mesh
 from ...cells.cell_graph import CellGraph
 from ...cells.face_graph import FaceGraph, build_face_graph
-from ...cells.weights import ArcWeights
+from ...cells.size import checked_n_segments, radius_of
+from ...cells.weights import arc_weights
 from ...clustering.loop import Segmentation
-from ...clustering.seeding import checked_n_segments, expected_radius
 from ...clustering.update import update_centers
 from ...mesh.triangle_mesh import Mesh
 
@@ -90,7 +91,7 @@ def component_graph(cells: FaceCells, component: Component) -> CellGraph:
 
 
 def read_face_cells(
-    mesh: object, n_segments: int | None, chosen: ArcWeights, weld: bool, n_threads: int
+    mesh: MeshLike, n_segments: int | None, chosen: WeightOptions, weld: bool, n_threads: int
 ) -> FaceCells:
     """Run stages 0 to 2; arguments as for `superfacets.segment`.
 
@@ -103,8 +104,8 @@ def read_face_cells(
     with timed(timings, "face_graph"):
         faces = build_face_graph(surface, weld=weld, n_threads=n_threads)
     with timed(timings, "weights"):
-        radius = expected_radius(faces, n_segments, None, "farthest")
-        weights = chosen.weigh(surface, faces, radius, n_threads)
+        radius = radius_of(faces.measures, n_segments, n_threads)
+        weights = arc_weights(surface, faces, radius, chosen, n_threads)
         graph = faces.with_weights(weights, n_threads=n_threads)
         if chosen.given is not None:
             graph = replace(graph, weights=_means_of_pairs(graph))

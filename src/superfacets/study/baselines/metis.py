@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..._options import WeightOptions
 from ..._timing import timed
 from ..._validate import checked_threads
-from ...cells.weights import ArcWeights
+from ...adapters.convert import MeshLike
 from ...clustering.loop import Segmentation
 from ...errors import MissingExtraError
 from .face_cells import Component, FaceCells, read_face_cells
@@ -47,7 +48,7 @@ Floats = npt.NDArray[np.float64]
 
 
 def metis_partition(
-    mesh: object,
+    mesh: MeshLike,
     n_segments: int | None = None,
     *,
     alpha: float | None = None,
@@ -109,7 +110,7 @@ def metis_partition(
     Segmentation(2 cells, 2 regions, 1 iterations, converged)
     """
     threads = checked_threads(n_threads)
-    chosen = ArcWeights.checked(weights, alpha, eta_convex)
+    chosen = WeightOptions.checked(weights, alpha, eta_convex)
     metis = _import_pymetis()
     cells = read_face_cells(mesh, n_segments, chosen, weld, threads)
     with timed(cells.timings, "partition"):

@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
+from ..._options import WeightOptions
 from ..._timing import timed
 from ..._validate import checked_count, checked_number, checked_threads
+from ...adapters.convert import MeshLike
 from ...cells.cell_graph import CellGraph
-from ...cells.weights import ArcWeights
 from ...clustering.loop import Segmentation
 from ...errors import MissingExtraError
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
@@ -148,7 +149,7 @@ class SpectralEmbedding:
 
 
 def normalized_cuts(
-    mesh: object,
+    mesh: MeshLike,
     n_segments: int | None = None,
     *,
     alpha: float | None = None,
@@ -244,7 +245,7 @@ def normalized_cuts(
 
 
 def spectral_embedding(
-    mesh: object,
+    mesh: MeshLike,
     n_vectors: int | None = None,
     *,
     alpha: float | None = None,
@@ -286,7 +287,7 @@ def spectral_embedding(
     threads = checked_threads(n_threads)
     if alpha is None and isinstance(weights, str) and weights == "superfacets":
         alpha = ALPHA
-    chosen = ArcWeights.checked(weights, alpha, eta_convex)
+    chosen = WeightOptions.checked(weights, alpha, eta_convex)
     sigma = checked_number(sigma, "sigma", zero=False)
     if reach is not None:
         reach = checked_number(reach, "reach", zero=False)
@@ -322,7 +323,7 @@ class _Affinity:
         """Affinities of pairs within reach, as a sparse array; the higher one of the two ways."""
         from scipy.sparse import csr_array
 
-        ordered = graph.ordered(self.n_threads).graph
+        ordered = graph.ordered(self.n_threads)
         offsets, columns, values = _core.path_lengths_within(
             ordered, reach, graph.unit, self.n_threads
         )
@@ -359,7 +360,7 @@ def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memor
 
 def _path_lengths(graph: CellGraph, sources: npt.NDArray[np.int32], n_threads: int) -> Singles:
     """Lengths of shortest paths from some cells to all, in the unit of the weights."""
-    ordered = graph.ordered(n_threads).graph
+    ordered = graph.ordered(n_threads)
     lengths = _core.path_lengths(ordered, sources, graph.unit, n_threads)
     return lengths.reshape(len(sources), graph.n_cells)
 

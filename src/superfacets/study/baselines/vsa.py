@@ -18,10 +18,10 @@ from ..._validate import (
     checked_generator,
     checked_threads,
 )
-from ...adapters.convert import as_mesh
+from ...adapters.convert import MeshLike, as_mesh
 from ...cells.face_graph import FaceGraph, build_face_graph
+from ...cells.size import checked_n_segments
 from ...clustering.loop import Segmentation, StopReason
-from ...clustering.seeding import checked_n_segments
 from ...mesh.triangle_mesh import Mesh
 
 __all__ = ["variational_shape_approximation"]
@@ -36,7 +36,7 @@ Progress = Callable[[int, int], object]
 
 
 def variational_shape_approximation(
-    mesh: object,
+    mesh: MeshLike,
     n_segments: int | None = None,
     *,
     metric: str = "l21",

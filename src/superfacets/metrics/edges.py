@@ -1,4 +1,4 @@
-"""A mesh with what metrics need of it: which faces and which vertices share an edge."""
+"""The edges of a mesh: what metrics of borders measure along."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_threads
-from ..adapters.convert import as_mesh
+from ..adapters.convert import MeshLike, as_mesh
 from ..cells.face_graph import FaceGraph, build_face_graph
+from ..cells.sums import positive_total
+from ..cells.surface import Surface
 from ..mesh.triangle_mesh import Mesh
 
-__all__ = ["EdgePaths", "Surface", "positive_total", "sums_by_label"]
+__all__ = ["EdgePaths", "MeshEdges"]
 
 
 @dataclass(frozen=True)
@@ -63,25 +65,25 @@ class EdgePaths:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
-    """A mesh, the graph of its faces, and the paths along its edges."""
+class MeshEdges:
+    """A mesh with its faces as cells, and what is to be known of its edges."""
 
     mesh: Mesh
     graph: FaceGraph
+    surface: Surface
     representative: npt.NDArray[np.int32]  # (V,) lowest vertex at the same position
-    n_threads: int
 
     @classmethod
-    def of(cls, mesh: object, *, weld: bool, n_threads: int | None) -> Surface:
+    def of(cls, source: MeshLike, *, weld: bool, n_threads: int | None) -> MeshEdges:
         """Find out which faces share an edge; arguments as for `segment`."""
-        mesh = as_mesh(mesh)
+        mesh = as_mesh(source)
         threads = checked_threads(n_threads)
         graph = build_face_graph(mesh, weld=weld, n_threads=threads)
         if weld:
             representative = _core.weld_vertices(mesh.vertices, threads)
         else:
             representative = np.arange(mesh.n_vertices, dtype=np.int32)
-        return cls(mesh, graph, representative, threads)
+        return cls(mesh, graph, Surface.of_faces(mesh, graph, threads), representative)
 
     @property
     def areas(self) -> npt.NDArray[np.float64]:
@@ -89,36 +91,20 @@ class Surface:
         return self.graph.measures
 
     @cached_property
-    def area(self) -> float:
-        """Area of the surface, > 0.
-
-        Raises
-        ------
-        ValueError
-            If there is none.
-        """
-        return positive_total(self.areas)
-
-    @cached_property
-    def sources(self) -> npt.NDArray[np.int32]:
-        """The face that each arc leaves, shape (M,)."""
-        faces = np.arange(self.graph.n_cells, dtype=np.int32)
-        return np.repeat(faces, np.diff(self.graph.offsets))
-
-    @cached_property
-    def edge_paths(self) -> EdgePaths:
+    def paths(self) -> EdgePaths:
         """Made when first asked for: not all metrics need it."""
-        return EdgePaths.of(self.mesh, self.representative, self.n_threads)
+        return EdgePaths.of(self.mesh, self.representative, self.surface.n_threads)
 
     @cached_property
     def mean_radius(self) -> float:
         """Mean distance of the surface from its centroid, in the unit of the vertices."""
-        centroid = self.areas @ self.graph.positions / self.area
+        total = positive_total(self.areas)
+        centroid = self.areas @ self.graph.positions / total
         offsets = np.linalg.norm(self.graph.positions - centroid, axis=1)
-        return float(self.areas @ offsets) / self.area
+        return float(self.areas @ offsets) / total
 
-    def edges_of(
-        self, faces: npt.NDArray[np.int32], sides: npt.NDArray[np.uint16]
+    def ends_of(
+        self, faces: npt.NDArray[np.int32], sides: npt.NDArray[np.uint8]
     ) -> npt.NDArray[np.int32]:
         """Ends of these sides of faces, the lower vertex first, shape (n, 2)."""
         ends = np.stack(
@@ -130,19 +116,3 @@ class Surface:
         """Lengths of edges given by their ends."""
         start, end = self.mesh.vertices[edges[:, 0]], self.mesh.vertices[edges[:, 1]]
         return np.asarray(np.linalg.norm(end - start, axis=1))
-
-
-def positive_total(areas: npt.NDArray[np.float64]) -> float:
-    """Sum of areas; a ValueError if it is 0."""
-    total = float(areas.sum())
-    if not total > 0:
-        raise ValueError("the faces have no area to measure by")
-    return total
-
-
-def sums_by_label(
-    labels: npt.NDArray[np.integer], values: npt.NDArray[np.float64], n_labels: int
-) -> npt.NDArray[np.float64]:
-    """Sum of the values of each label, shape (n_labels,)."""
-    sums = np.bincount(labels, weights=values, minlength=n_labels)
-    return np.asarray(sums, dtype=np.float64)

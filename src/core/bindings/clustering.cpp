@@ -1,0 +1,106 @@
+// Bindings of stages 3 and 4. What each function does stands in the header of its stage; what it
+// may assume, in superfacets/_validate.py.
+#include "clustering/clustering.hpp"
+
+#include <new>
+
+#include "base/threads.hpp"
+#include "bindings/bindings.hpp"
+#include "clustering/seeding.hpp"
+#include "clustering/update.hpp"
+
+namespace superfacets {
+namespace {
+
+Cell bind_central_cell(const OrderedGraph& graph, int n_threads) {
+  return on_team(graph.n_cells(), n_threads,
+                 [&](ThreadTeam& team) { return central_cell(graph, team); });
+}
+
+auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
+  return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return farthest_seeds(graph, first, n_seeds, team);
+  }));
+}
+
+auto bind_geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
+  return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return geodesic_seeds(graph, first, n_seeds, team);
+  }));
+}
+
+auto bind_flood_seeds(const OrderedGraph& graph, Cell first, double reach, int n_threads) {
+  return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return flood_seeds(graph, first, reach, team);
+  }));
+}
+
+auto bind_grid_seeds(const OrderedGraph& graph, const std::tuple<double, double, double>& corner,
+                     double side, int n_threads) {
+  const Point low = as_point(corner);
+  return to_numpy(on_team(graph.n_cells(), n_threads,
+                          [&](ThreadTeam& team) { return grid_seeds(graph, low, side, team); }));
+}
+
+void bind_clustering(Clustering* self, const OrderedGraph& graph, const Array<Cell>& centers,
+                     double reach, int n_threads) {
+  const auto input = view(centers);
+  without_gil([&] { return new (self) Clustering(graph, input, reach, n_threads); });
+}
+
+void bind_classify(Clustering& clustering, const Array<Cell>& centers) {
+  const auto input = view(centers);
+  without_gil([&] { clustering.classify(input); });
+}
+
+auto bind_update(Clustering& clustering) {
+  return to_numpy(without_gil([&] { return clustering.update(); }));
+}
+
+auto bind_centers(const Clustering& clustering) {
+  return to_numpy(clustering.centers());
+}
+
+auto bind_labels(Clustering& clustering) {
+  return to_numpy(without_gil([&] { return clustering.labels(); }));
+}
+
+auto bind_lengths(Clustering& clustering) {
+  return to_numpy(without_gil([&] { return clustering.lengths(); }));
+}
+
+auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, Label n_regions,
+                         int n_threads) {
+  const auto input = view(labels);
+  return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
+    Buffer<Label> by_place(input.size());
+    for (std::size_t place = 0; place < input.size(); ++place) {
+      by_place[place] = input[graph.cells[place]];
+    }
+    return graph.cells_at(update_centers(graph, by_place.span(), n_regions, team));
+  }));
+}
+
+}  // namespace
+
+void bind_clustering_stages(nb::module_& module) {
+  module.def("central_cell", &bind_central_cell, "graph"_a, "n_threads"_a);
+  module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a,
+             "n_threads"_a);
+  module.def("geodesic_seeds", &bind_geodesic_seeds, "graph"_a, "first"_a, "n_seeds"_a,
+             "n_threads"_a);
+  module.def("flood_seeds", &bind_flood_seeds, "graph"_a, "first"_a, "reach"_a, "n_threads"_a);
+  module.def("grid_seeds", &bind_grid_seeds, "graph"_a, "corner"_a, "side"_a, "n_threads"_a);
+  nb::class_<Clustering>(module, "Clustering")
+      .def("__init__", &bind_clustering, "graph"_a, "centers"_a.noconvert(), "reach"_a,
+           "n_threads"_a, nb::keep_alive<1, 2>())
+      .def("classify", &bind_classify, "centers"_a.noconvert())
+      .def("update", &bind_update)
+      .def("centers", &bind_centers)
+      .def("labels", &bind_labels)
+      .def("lengths", &bind_lengths);
+  module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
+             "n_regions"_a, "n_threads"_a);
+}
+
+}  // namespace superfacets

@@ -1,0 +1,42 @@
+// Cells of one's own: the measures of arcs as they are given.
+#pragma once
+
+#include "cells/surface.hpp"
+
+namespace superfacets {
+
+// What is given of the cells of a graph. Arrays that are empty stand for what is said beside them.
+struct GivenMeasures {
+  std::span<const Point> positions;        // (N,)
+  std::span<const double> measures;        // (N,)
+  std::span<const double> border_lengths;  // (M,)
+  std::span<const double> step_lengths;    // (M,) or the distances between positions
+  std::span<const std::int32_t> sides;     // (M,) or each arc has a side of its own
+  std::span<const double> open_lengths;    // (N,) or 0
+};
+
+// There are no corners: what hangs together around one is not known.
+class GraphSurface final : public Surface {
+ public:
+  GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {}
+
+  Point position(Cell cell) const override { return given_.positions[cell]; }
+  double measure(Cell cell) const override { return given_.measures[cell]; }
+  double step_length(Cell from, std::int64_t arc) const override {
+    if (!given_.step_lengths.empty()) return given_.step_lengths[arc];
+    return norm(given_.positions[arcs().targets[arc]] - given_.positions[from]);
+  }
+  double border_length(Cell, std::int64_t arc) const override { return given_.border_lengths[arc]; }
+  int side(Cell from, std::int64_t arc) const override {
+    if (!given_.sides.empty()) return given_.sides[arc];
+    return static_cast<int>(arc - arcs().offsets[from]);
+  }
+  double open_length(Cell cell) const override {
+    return given_.open_lengths.empty() ? 0.0 : given_.open_lengths[cell];
+  }
+
+ private:
+  const GivenMeasures given_;
+};
+
+}  // namespace superfacets

@@ -1,0 +1,61 @@
+// What stages 5 to 7 know of cells of any kind: their arcs, and measures of what these cross.
+#pragma once
+
+#include "base/types.hpp"
+#include "cells/arcs.hpp"
+
+namespace superfacets {
+
+// A point where borders of cells meet, numbered as the builder likes: the vertex, on a mesh.
+using Corner = std::int64_t;
+
+inline constexpr Corner kNoCorner = -1;
+inline constexpr Cell kNoCell = -1;
+
+// Builders of cells hand this over. Measures are worked out when asked for: few arcs are ever near
+// a border between regions, and the arrays of all would be larger than the rest. Lengths are in the
+// unit of the positions.
+class Surface {
+ public:
+  explicit Surface(const Arcs& arcs) : arcs_(arcs) {}
+  Surface(const Surface&) = delete;
+  Surface& operator=(const Surface&) = delete;
+  virtual ~Surface() = default;
+
+  const Arcs& arcs() const { return arcs_; }
+  Cell n_cells() const { return arcs_.n_cells(); }
+
+  virtual Point position(Cell cell) const = 0;
+  virtual double measure(Cell cell) const = 0;
+
+  // Length of the way from cell to cell across the border (eq. 1 of the paper).
+  virtual double step_length(Cell from, std::int64_t arc) const = 0;
+
+  // Length of the border that an arc crosses: an edge, between faces.
+  virtual double border_length(Cell from, std::int64_t arc) const = 0;
+
+  // The side that an arc leaves its cell by, 0 or more. The arcs of a cell are sorted by it; where
+  // several cells meet at one border, the arcs to all of them leave by the same side.
+  virtual int side(Cell from, std::int64_t arc) const = 0;
+
+  // Length of what no arc crosses of the border of a cell: the boundary of an open mesh.
+  virtual double open_length(Cell cell) const = 0;
+
+  // Whether the three functions below mean anything.
+  virtual bool has_corners() const { return false; }
+  virtual int n_sides(Cell) const { return 0; }
+
+  // The corner between two sides of a cell, or kNoCorner where they do not meet.
+  virtual Corner corner_between(Cell, int /*first_side*/, int /*second_side*/) const {
+    return kNoCorner;
+  }
+
+  // The cell that follows around a corner after `before` and `here`; kNoCell where there is none,
+  // or more than one.
+  virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
+
+ private:
+  const Arcs arcs_;
+};
+
+}  // namespace superfacets

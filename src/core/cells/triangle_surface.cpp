@@ -1,0 +1,62 @@
+#include "cells/triangle_surface.hpp"
+
+#include <array>
+
+namespace superfacets {
+
+double TriangleSurface::step_length(Cell from, std::int64_t arc) const {
+  return way_over(edge(from, arc), position(from), position(arcs().targets[arc]));
+}
+
+double TriangleSurface::border_length(Cell from, std::int64_t arc) const {
+  return edge(from, arc).length();
+}
+
+double TriangleSurface::open_length(Cell face) const {
+  std::array<bool, 3> is_crossed{};
+  for (const auto [arc, neighbor] : arcs().steps(face)) is_crossed[sides_[arc]] = true;
+  double length = 0.0;
+  for (int side = 0; side < 3; ++side) {
+    if (!is_crossed[side]) length += edge_of_side(face, side).length();
+  }
+  return length;
+}
+
+Corner TriangleSurface::corner_between(Cell face, int first_side, int second_side) const {
+  if (first_side == second_side) return kNoCorner;
+  const int corner = (first_side + 1) % 3 == second_side ? second_side : first_side;
+  return faces_[face].corners[corner];
+}
+
+Cell TriangleSurface::next_around(Corner center, Cell before, Cell here) const {
+  const int corner = corner_at(here, static_cast<Vertex>(center));
+  if (corner < 0) return kNoCell;
+  const int opposite_side = (corner + 1) % 3;
+  Cell next = kNoCell;
+  for (const auto [arc, neighbor] : arcs().steps(here)) {
+    if (sides_[arc] == opposite_side || neighbor == before) continue;
+    if (next != kNoCell) return kNoCell;
+    next = neighbor;
+  }
+  return next;
+}
+
+// The corner of a face at a vertex, or at its position; -1 if there is none.
+int TriangleSurface::corner_at(Face face, Vertex vertex) const {
+  const auto& corners = faces_[face].corners;
+  for (int corner = 0; corner < 3; ++corner) {
+    if (corners[corner] == vertex) return corner;
+  }
+  for (int corner = 0; corner < 3; ++corner) {
+    if (is_same_place(corners[corner], vertex)) return corner;
+  }
+  return -1;
+}
+
+bool TriangleSurface::is_same_place(Vertex a, Vertex b) const {
+  const Point& p = vertices_[a];
+  const Point& q = vertices_[b];
+  return p.x == q.x && p.y == q.y && p.z == q.z;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,71 @@
+// Triangles as cells: the measures of arcs between faces that share an edge.
+#pragma once
+
+#include "cells/surface.hpp"
+#include "mesh/geometry.hpp"
+
+namespace superfacets {
+
+struct Edge {
+  Point start;
+  Point end;
+
+  Point middle() const { return 0.5 * (start + end); }
+  double length() const { return norm(end - start); }
+};
+
+// |c_i - m| + |m - c_j| (eq. 1): the way from centroid to centroid over the middle of an edge.
+inline double way_over(const Edge& edge, const Point& from, const Point& to) {
+  const Point middle = edge.middle();
+  return norm(from - middle) + norm(middle - to);
+}
+
+// A mesh and the arcs of its face graph; see build_face_graph for sides. Memory: none of its own.
+class TriangleSurface final : public Surface {
+ public:
+  // same_turn may be empty, where no two faces run through an edge alike.
+  TriangleSurface(std::span<const Point> vertices, std::span<const Triangle> faces,
+                  const Arcs& arcs, std::span<const std::uint8_t> sides,
+                  std::span<const std::uint8_t> same_turn)
+      : Surface(arcs), vertices_(vertices), faces_(faces), sides_(sides), same_turn_(same_turn) {}
+
+  std::span<const Point> vertices() const { return vertices_; }
+  std::span<const Triangle> faces() const { return faces_; }
+
+  std::span<const std::uint8_t> sides() const { return sides_; }
+  std::span<const std::uint8_t> same_turns() const { return same_turn_; }
+
+  // The edge that an arc crosses.
+  Edge edge(Face from, std::int64_t arc) const { return edge_of_side(from, sides_[arc]); }
+
+  // Whether both faces run through the edge of an arc in the same direction.
+  bool same_turn(std::int64_t arc) const { return !same_turn_.empty() && same_turn_[arc] != 0; }
+
+  Point position(Cell face) const override { return centroid(vertices_, faces_[face]); }
+  double measure(Cell face) const override { return area(vertices_, faces_[face]); }
+  double step_length(Cell from, std::int64_t arc) const override;
+  double border_length(Cell from, std::int64_t arc) const override;
+  int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
+  double open_length(Cell face) const override;
+
+  // Corners are vertices. Where faces meet at vertices of one position, either stands for both.
+  bool has_corners() const override { return true; }
+  int n_sides(Cell) const override { return 3; }
+  Corner corner_between(Cell face, int first_side, int second_side) const override;
+  Cell next_around(Corner center, Cell before, Cell here) const override;
+
+ private:
+  Edge edge_of_side(Face face, int side) const {
+    const auto& corners = faces_[face].corners;
+    return {vertices_[corners[side]], vertices_[corners[side == 2 ? 0 : side + 1]]};
+  }
+  int corner_at(Face face, Vertex vertex) const;
+  bool is_same_place(Vertex a, Vertex b) const;
+
+  const std::span<const Point> vertices_;
+  const std::span<const Triangle> faces_;
+  const std::span<const std::uint8_t> sides_;      // (M,) 0, 1 or 2
+  const std::span<const std::uint8_t> same_turn_;  // (M,) or empty
+};
+
+}  // namespace superfacets

@@ -1,0 +1,156 @@
+#include "regions/join.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <queue>
+#include <set>
+#include <utility>
+
+namespace superfacets {
+namespace {
+
+// The neighbors of a group of joined regions, by group, and in the order in which they would be
+// joined.
+class Neighbors {
+ public:
+  bool empty() const { return costs_.empty(); }
+  std::size_t size() const { return costs_.size(); }
+  const std::map<Label, double>& costs() const { return costs_; }
+
+  // Of the border that costs most, the lowest group of equals.
+  Label preferred() const { return ranking_.begin()->second; }
+
+  void add(Label group, double cost) {
+    const auto [place, is_new] = costs_.try_emplace(group, 0.0);
+    if (!is_new) ranking_.erase({-place->second, group});
+    place->second += cost;
+    ranking_.emplace(-place->second, group);
+  }
+
+  void remove(Label group) {
+    const auto place = costs_.find(group);
+    if (place == costs_.end()) return;
+    ranking_.erase({-place->second, group});
+    costs_.erase(place);
+  }
+
+  void clear() {
+    costs_.clear();
+    ranking_.clear();
+  }
+
+ private:
+  std::map<Label, double> costs_;
+  std::set<std::pair<double, Label>> ranking_;
+};
+
+// Groups of joined regions. A group has a number, by which neighbors know it, and goes by the label
+// of the region that the others joined: these differ where that one had fewer neighbors.
+class Groups {
+ public:
+  Groups(std::span<const double> areas, std::span<const RegionBorder> borders, const JoinRule& rule)
+      : rule_(rule),
+        areas_(areas.begin(), areas.end()),
+        labels_(areas.size()),
+        joined_to_(areas.size()),
+        is_alive_(areas.size(), 1),
+        neighbors_(areas.size()) {
+    std::iota(labels_.begin(), labels_.end(), 0);
+    std::iota(joined_to_.begin(), joined_to_.end(), 0);
+    for (const RegionBorder& border : borders) {
+      neighbors_[border.low].add(border.high, border.cost);
+      neighbors_[border.high].add(border.low, border.cost);
+    }
+    for (Label group = 0; std::cmp_less(group, areas.size()); ++group) offer(group);
+  }
+
+  void join_all() {
+    while (!queue_.empty()) {
+      const auto [area, label, group] = queue_.top();
+      queue_.pop();
+      const bool is_outdated = is_alive_[group] == 0 || areas_[group] != area;
+      if (is_outdated || labels_[group] != label || neighbors_[group].empty()) continue;
+      join(group, neighbors_[group].preferred());
+    }
+  }
+
+  // The region that each region ends in.
+  std::vector<Label> roots() {
+    for (Label label = 0; std::cmp_less(label, joined_to_.size()); ++label) {
+      Label root = label;
+      while (joined_to_[root] != root) root = joined_to_[root];
+      // All on the way lead straight to the root from now on, so that chains are walked once.
+      for (Label next = label; next != root;) next = std::exchange(joined_to_[next], root);
+    }
+    return std::move(joined_to_);
+  }
+
+ private:
+  struct Candidate {
+    double area;
+    Label label;
+    Label group;
+    bool operator>(const Candidate& other) const {
+      return std::pair(area, label) > std::pair(other.area, other.label);
+    }
+  };
+
+  void offer(Label group) {
+    const Label label = labels_[group];
+    const bool stays = !rule_.stays.empty() && rule_.stays[label] != 0;
+    if (!stays && areas_[group] < rule_.least_area) queue_.push({areas_[group], label, group});
+  }
+
+  void join(Label group, Label target) {
+    joined_to_[labels_[group]] = labels_[target];
+    const Label label = labels_[target];
+    const double area = areas_[target] + areas_[group];
+    const bool is_larger = neighbors_[group].size() > neighbors_[target].size();
+    const auto [kept, gone] = is_larger ? std::pair(group, target) : std::pair(target, group);
+    neighbors_[kept].remove(gone);
+    for (const auto& [neighbor, cost] : neighbors_[gone].costs()) {
+      if (neighbor == kept) continue;
+      neighbors_[neighbor].remove(gone);
+      neighbors_[neighbor].add(kept, cost);
+      neighbors_[kept].add(neighbor, cost);
+    }
+    neighbors_[gone].clear();
+    is_alive_[gone] = 0;
+    labels_[kept] = label;
+    areas_[kept] = area;
+    offer(kept);
+  }
+
+  const JoinRule rule_;
+  std::vector<double> areas_;           // of each group
+  std::vector<Label> labels_;           // of each group: the region that the others joined
+  std::vector<Label> joined_to_;        // of each region: itself, as long as it has joined none
+  std::vector<std::uint8_t> is_alive_;  // of each group
+  std::vector<Neighbors> neighbors_;
+  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
+};
+
+}  // namespace
+
+std::vector<Label> join_regions(std::span<const double> areas,
+                                std::span<const RegionBorder> borders, const JoinRule& rule) {
+  Groups groups(areas, borders, rule);
+  groups.join_all();
+  return groups.roots();
+}
+
+std::vector<Cell> nearest_wanted(const OrderedGraph& graph, std::span<const Cell> cells,
+                                 std::span<const std::uint8_t> is_wanted) {
+  const auto any = std::find(is_wanted.begin(), is_wanted.end(), 1) - is_wanted.begin();
+  std::vector<Place> found;
+  found.reserve(cells.size());
+  for (const Place place : graph.places_of(cells)) {
+    found.push_back(graph.nearest(graph.positions[place], graph.place_of[any],
+                                  [&](Place other) { return is_wanted[graph.cells[other]] != 0; }));
+  }
+  return graph.cells_at(found);
+}
+
+}  // namespace superfacets

@@ -1,0 +1,180 @@
+"""What `segment` is asked for, checked: each stage takes its options in one object.
+
+All follow one pattern: ``checked`` takes arguments as `segment` does and raises what is wrong with
+them before any work is done; ``params`` is what is reported in the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from ._validate import (
+    checked_callable,
+    checked_choice,
+    checked_count,
+    checked_number,
+    checked_share,
+    checked_threads,
+)
+
+__all__ = [
+    "INITS",
+    "ISLANDS",
+    "WEIGHTS",
+    "CleanupOptions",
+    "Init",
+    "Islands",
+    "LoopOptions",
+    "Progress",
+    "SizeOptions",
+    "WeightName",
+    "WeightOptions",
+]
+
+Init = Literal["geodesic", "farthest", "flood", "grid"]
+INITS: tuple[str, ...] = get_args(Init)
+"""Names of the ways to place seeds."""
+
+WeightName = Literal["creases", "superfacets", "stk02"]
+WEIGHTS: dict[str, dict[str, float]] = {
+    "creases": {"alpha": 20.0, "eta_convex": 0.0},
+    "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
+    "stk02": {"alpha": 0.5},
+}
+"""Names of the arc weights that `segment` knows, and what their parameters are if not given."""
+
+Islands = Literal["keep", "nearest"]
+ISLANDS: tuple[str, ...] = get_args(Islands)
+"""What may be done with small regions that touch no other."""
+
+Progress = Callable[[int, int], object]
+
+
+@dataclass(frozen=True)
+class SizeOptions:
+    """How many regions there are to be, or how large."""
+
+    n_segments: int | None
+    radius: float | None  # as a fraction of the diagonal
+    seeds: Any  # given ones, or None
+
+    @classmethod
+    def checked(
+        cls, n_segments: int | None, radius: float | None, init: Init | npt.ArrayLike
+    ) -> SizeOptions:
+        """Raise an error where arguments do not go together, or one is wrong on any mesh."""
+        if n_segments is not None and radius is not None:
+            raise ValueError("give n_segments or radius, not both")
+        if n_segments is not None:
+            checked_count(n_segments, "n_segments")
+        if radius is not None:
+            radius = checked_number(radius, "radius", zero=False)
+        return cls(n_segments, radius, None if isinstance(init, str) else init)
+
+
+@dataclass(frozen=True)
+class WeightOptions:
+    """Choice of arc weights: by name with their parameters, or one per arc as given."""
+
+    params: dict[str, Any]
+    given: npt.ArrayLike | None
+
+    @classmethod
+    def checked(
+        cls, weights: WeightName | npt.ArrayLike, alpha: float | None, eta_convex: float | None
+    ) -> WeightOptions:
+        """Keep the parameters that count."""
+        given = {"alpha": alpha, "eta_convex": eta_convex}
+        checked = {
+            name: checked_number(value, name, zero=True)
+            for name, value in given.items()
+            if value is not None
+        }
+        if not isinstance(weights, str):
+            return cls({"weights": "given"}, weights)
+        checked_choice(weights, "weights", tuple(WEIGHTS))
+        params = {name: checked.get(name, usual) for name, usual in WEIGHTS[weights].items()}
+        if weights == "stk02":
+            checked_share(params["alpha"], "alpha")
+        return cls({"weights": weights, **params}, None)
+
+
+@dataclass(frozen=True)
+class LoopOptions:
+    """When the loop ends, and how expansions do."""
+
+    max_num_iter: int
+    tol: float  # in radii
+    radius_factor: float | None  # None: exact
+    n_threads: int
+    progress: Progress | None
+
+    @classmethod
+    def checked(
+        cls, max_num_iter: int, tol: float, radius_factor: float | None, n_threads: int | None,
+        progress: Progress | None,
+    ) -> LoopOptions:  # fmt: skip
+        """Arguments as for `segment`."""
+        if radius_factor is not None:
+            radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
+        return cls(
+            checked_count(max_num_iter, "max_num_iter"),
+            checked_number(tol, "tol", zero=True),
+            radius_factor,
+            checked_threads(n_threads),
+            checked_callable(progress, "progress"),
+        )
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """As they are reported."""
+        return {
+            "radius_factor": self.radius_factor,
+            "max_num_iter": self.max_num_iter,
+            "tol": self.tol,
+        }
+
+
+@dataclass(frozen=True)
+class CleanupOptions:
+    """What is done to regions as the loop left them."""
+
+    smooth: bool
+    enforce_connectivity: bool
+    min_size: float  # as a fraction of the mean area of regions
+    islands: str
+
+    @classmethod
+    def checked(
+        cls, smooth: bool, enforce_connectivity: bool, min_size: float, islands: Islands
+    ) -> CleanupOptions:
+        """Arguments as for `segment`."""
+        for name, value in {"smooth": smooth, "enforce_connectivity": enforce_connectivity}.items():
+            if not isinstance(value, (bool, np.bool_)):
+                raise TypeError(f"{name} must be True or False, got {value!r}")
+        return cls(
+            bool(smooth),
+            bool(enforce_connectivity),
+            checked_number(min_size, "min_size", zero=True),
+            checked_choice(islands, "islands", ISLANDS),
+        )
+
+    @property
+    def is_needed(self) -> bool:
+        """Whether there is anything to do."""
+        return self.smooth or self.enforce_connectivity or self.min_size > 0
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """As they are reported."""
+        return {
+            "smooth": self.smooth,
+            "enforce_connectivity": self.enforce_connectivity,
+            "min_size": self.min_size,
+            "islands": self.islands,
+        }

@@ -1,0 +1,56 @@
+"""How many regions are expected, and how large: worked out once, after stage 1."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._options import SizeOptions
+from .._validate import checked_count, checked_seeds
+
+__all__ = ["DEFAULT_N_SEGMENTS", "RegionSize", "checked_n_segments", "radius_of", "region_size"]
+
+DEFAULT_N_SEGMENTS = 150
+"""The paper's k, where neither a number of regions nor a radius is asked for."""
+
+
+class RegionSize(NamedTuple):
+    """How many regions are expected, and how large."""
+
+    n_segments: int
+    """k: asked for, or as many disks of the radius as have the area of all cells."""
+    radius: float
+    """r in the unit of the positions: asked for, or sqrt(A / (pi k))."""
+
+
+def region_size(
+    options: SizeOptions, measures: npt.NDArray[np.float64], diagonal: float, n_threads: int
+) -> RegionSize:
+    """Return the size of the regions that cells with these measures are to be divided into."""
+    n_cells = len(measures)
+    if options.radius is not None:
+        r = options.radius * diagonal
+        area = _core.sum_of(measures, n_threads)
+        k = area / math.pi / r / r if r > 0 else math.inf
+        return RegionSize(max(1, round(min(k, n_cells))), r)
+    if options.n_segments is None and options.seeds is not None:
+        n_segments = len(checked_seeds(options.seeds, n_cells, "init"))
+    else:
+        n_segments = checked_n_segments(options.n_segments, n_cells)
+    return RegionSize(n_segments, radius_of(measures, n_segments, n_threads))
+
+
+def checked_n_segments(n_segments: int | None, n_cells: int) -> int:
+    """The number of regions asked for; if none is, the paper's, or that of the cells if less."""
+    if n_segments is None:
+        return min(DEFAULT_N_SEGMENTS, n_cells)
+    return checked_count(n_segments, "n_segments", n_cells, "faces")
+
+
+def radius_of(measures: npt.NDArray[np.float64], n_regions: int, n_threads: int) -> float:
+    """Return the radius of a disk with the mean area of so many regions, sqrt(A / (pi k))."""
+    return math.sqrt(_core.sum_of(measures, n_threads) / (math.pi * n_regions))

@@ -1,0 +1,24 @@
+"""Sums of areas and lengths by label."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["positive_total", "sums_by_label"]
+
+
+def positive_total(areas: npt.NDArray[np.float64]) -> float:
+    """Sum of areas; a ValueError if it is 0."""
+    total = float(areas.sum())
+    if not total > 0:
+        raise ValueError("the faces have no area to measure by")
+    return total
+
+
+def sums_by_label(
+    labels: npt.NDArray[np.integer], values: npt.NDArray[np.float64], n_labels: int
+) -> npt.NDArray[np.float64]:
+    """Sum of the values of each label, shape (n_labels,)."""
+    sums = np.bincount(labels, weights=values, minlength=n_labels)
+    return np.asarray(sums, dtype=np.float64)

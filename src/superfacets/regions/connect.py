@@ -1,0 +1,124 @@
+"""Stage 5: regions in one piece each."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_seeds
+from ..adapters.convert import MeshLike
+from ..cells.cell_graph import CellGraph
+from ..cells.sums import sums_by_label
+from .edit import BorderCosts, RegionEdit, read_regions
+
+__all__ = ["connect_regions", "enforce_connectivity"]
+
+Ints = npt.NDArray[np.int32]
+
+
+def enforce_connectivity(
+    mesh: MeshLike | CellGraph,
+    labels: npt.ArrayLike,
+    *,
+    centers: npt.ArrayLike | None = None,
+    weights: npt.ArrayLike | None = None,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> RegionEdit:
+    """Return labels whose regions are in one piece each.
+
+    A region keeps the piece that its center is in, or its largest. Each other piece, the smallest
+    first, joins the neighbor that it shares most border with, where a border in a crease counts
+    less, as in `smooth_borders`. A piece that touches nothing becomes a region of its own.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
+        As for `segment`; or cells of one's own.
+    labels : array_like of int, shape (N,)
+        0..K-1, each at least once.
+    centers : array_like of int, shape (K,), optional
+        A face of each region.
+    weights : array_like, shape (M,), optional
+        As for `smooth_borders`.
+    weld, n_threads
+        As for `segment`.
+
+    Returns
+    -------
+    RegionEdit
+        Regions keep their labels; those of islands follow, in the order of their lowest faces.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If the labels are not integers, not one per face, negative or with gaps, a center is not in
+        its region, or another parameter is out of range or of the wrong type.
+
+    Notes
+    -----
+    Time O(N + M), and O(B log^2 B) for B borders between pieces.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> vertices = [[x // 2, x % 2, 0] for x in range(8)]
+    >>> strip = Mesh(vertices, [[f, f + 1, f + 2] for f in range(6)])
+    >>> enforce_connectivity(strip, [0, 0, 0, 1, 1, 0]).labels
+    array([0, 0, 0, 1, 1, 1], dtype=int32)
+    """
+    costs, array, n_regions = read_regions(mesh, labels, weights, weld, n_threads)
+    return connect_regions(costs, array, n_regions, centers)
+
+
+def connect_regions(
+    costs: BorderCosts, labels: Ints, n_regions: int, centers: npt.ArrayLike | None
+) -> RegionEdit:
+    """Join the pieces of regions to neighbors; see `enforce_connectivity`."""
+    surface = costs.surface
+    pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
+    region_of_piece = np.empty(n_pieces, np.int32)
+    region_of_piece[pieces] = labels
+    areas = sums_by_label(pieces, surface.measures, n_pieces)
+    if centers is None:
+        kept = _largest_pieces(region_of_piece, areas, n_regions)
+    else:
+        kept = pieces[_checked_centers(centers, labels, n_regions)]
+    stays = np.zeros(n_pieces, np.uint8)
+    stays[kept] = 1
+    roots = _core.join_regions(*costs.args, pieces, areas, stays, np.inf, surface.n_threads)
+    islands = np.setdiff1d(roots, kept)
+    label_of_piece = np.empty(n_pieces, np.int32)
+    label_of_piece[kept] = np.arange(n_regions)
+    label_of_piece[islands] = n_regions + np.arange(len(islands))
+    return RegionEdit(
+        label_of_piece[roots][pieces],
+        np.concatenate([np.arange(n_regions, dtype=np.int32), region_of_piece[islands]]),
+        n_pieces - n_regions - len(islands),
+        len(islands),
+    )
+
+
+def _largest_pieces(region_of_piece: Ints, areas: npt.NDArray[np.float64], n_regions: int) -> Ints:
+    """The largest piece of each region, first of equals."""
+    order = np.lexsort((-np.arange(len(areas)), areas))
+    largest = np.empty(n_regions, np.int32)
+    largest[region_of_piece[order]] = order  # the last one written is the largest
+    return largest
+
+
+def _checked_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
+    """One cell of each region, in the order of the labels."""
+    cells = checked_seeds(centers, len(labels))
+    if len(cells) != n_regions:
+        raise ValueError(f"there are {len(cells)} centers for {n_regions} regions")
+    is_wrong = labels[cells] != np.arange(n_regions)
+    if is_wrong.any():
+        region = int(np.argmax(is_wrong))
+        raise ValueError(
+            f"centers[{region}] is face {cells[region]}, which has label {labels[cells[region]]}"
+        )
+    return cells

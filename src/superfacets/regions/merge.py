@@ -1,0 +1,129 @@
+"""Stage 5: regions that are not too small."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._options import ISLANDS, Islands
+from .._validate import checked_choice, checked_number
+from ..adapters.convert import MeshLike
+from ..cells.cell_graph import CellGraph
+from ..cells.sums import sums_by_label
+from ..cells.surface import Surface
+from .edit import BorderCosts, RegionEdit, read_regions
+
+__all__ = ["merge_regions", "merge_small_regions"]
+
+Ints = npt.NDArray[np.int32]
+
+
+def merge_small_regions(
+    mesh: MeshLike | CellGraph,
+    labels: npt.ArrayLike,
+    min_size: float,
+    *,
+    islands: Islands = "keep",
+    weights: npt.ArrayLike | None = None,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> RegionEdit:
+    """Return labels without small regions.
+
+    The smallest region, as long as it is too small, joins the neighbor that it shares most border
+    with, where a border in a crease counts less, as in `smooth_borders`. The mean area is that of
+    the regions given.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
+        As for `segment`; or cells of one's own.
+    labels : array_like of int, shape (N,)
+        0..K-1, each at least once.
+    min_size : float
+        The least area of a region, >= 0, as a fraction of the mean area of regions.
+    islands : {"keep", "nearest"}
+        Small regions that touch no other stay, or join the region that has the face nearest
+        (Euclidean) to their center, and then are not in one piece with it. Where there are only
+        small islands, they stay.
+    weights : array_like, shape (M,), optional
+        As for `smooth_borders`.
+    weld, n_threads
+        As for `segment`.
+
+    Returns
+    -------
+    RegionEdit
+        Regions are in the order of their labels before. ``sources`` holds the label, before, of
+        the one that others joined: with the centers of a segmentation,
+        ``centers[edit.sources]`` are faces of their regions.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If the labels are not integers, not one per face, negative or with gaps, or another
+        parameter is out of range or of the wrong type.
+
+    Notes
+    -----
+    Time O(N + M), and O(B log^2 B) for B borders between regions.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> vertices = [[x // 2, x % 2, 0] for x in range(8)]
+    >>> strip = Mesh(vertices, [[f, f + 1, f + 2] for f in range(6)])
+    >>> edit = merge_small_regions(strip, [0, 0, 0, 1, 1, 2], 0.6)
+    >>> edit.labels, edit.sources, edit.n_joined
+    (array([0, 0, 0, 1, 1, 1], dtype=int32), array([0, 1], dtype=int32), 1)
+    """
+    min_size = checked_number(min_size, "min_size", zero=True)
+    checked_choice(islands, "islands", ISLANDS)
+    costs, array, n_regions = read_regions(mesh, labels, weights, weld, n_threads)
+    return merge_regions(costs, array, n_regions, min_size, islands)
+
+
+def merge_regions(
+    costs: BorderCosts, labels: Ints, n_regions: int, min_size: float, islands: str
+) -> RegionEdit:
+    """Join small regions to neighbors; see `merge_small_regions`."""
+    surface = costs.surface
+    areas = sums_by_label(labels, surface.measures, n_regions)
+    least = min_size * float(areas.sum()) / n_regions
+    none_stays = np.empty(0, np.uint8)
+    roots = _core.join_regions(*costs.args, labels, areas, none_stays, least, surface.n_threads)
+    joined_areas = sums_by_label(roots, areas, n_regions)
+    ends = np.unique(roots)
+    small = ends[joined_areas[ends] < least]
+    if islands == "nearest" and len(small):
+        roots = _join_nearest(surface, labels, roots, small)
+    sources, compact = np.unique(roots, return_inverse=True)
+    return RegionEdit(
+        compact.astype(np.int32)[labels],
+        sources.astype(np.int32),
+        n_regions - len(sources),
+        int(np.isin(small, sources).sum()),
+    )
+
+
+def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints) -> Ints:
+    """Join islands to the region with the cell nearest to their centers; return all roots."""
+    region_of_cell = roots[labels]
+    is_wanted = ~np.isin(region_of_cell, islands)
+    if not is_wanted.any():
+        return roots
+    lengths = np.ones(surface.n_arcs, np.float32)  # no path is looked for
+    cells = _core.OrderedGraph(
+        surface.positions, surface.measures, surface.offsets, surface.neighbors, lengths,
+        surface.n_threads,
+    )  # fmt: skip
+    regions, compact = np.unique(region_of_cell, return_inverse=True)
+    centers = _core.update_centers(cells, compact.astype(np.int32), len(regions), surface.n_threads)
+    island_centers = centers[np.searchsorted(regions, islands)]
+    nearest = _core.nearest_wanted(cells, island_centers, is_wanted.astype(np.uint8))
+    joined_to = np.arange(len(roots), dtype=np.int32)
+    joined_to[islands] = region_of_cell[nearest]
+    return joined_to[roots]
