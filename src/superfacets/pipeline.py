@@ -221,7 +221,8 @@ class _Unlabeled:
     def with_labels(self, result: Segmentation, n_threads: int) -> LabeledSurface:
         faces = self._faces(n_threads)
         if self.chosen.params["weights"] in ("creases", "given"):
-            weights = self.lengths * np.float64(self.unit)
+            # With numpy 1, a scalar of another type would leave the product in float32.
+            weights = np.multiply(self.lengths, self.unit, dtype=np.float64)
         else:  # other units, or other prices at other resolutions
             weights = crease_weights(self.mesh, faces, self.radius, n_threads=n_threads)
         return LabeledSurface(
