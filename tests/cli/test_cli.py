@@ -287,7 +287,7 @@ def test_help_and_version_are_printed(run):
 def test_without_a_command_the_help_is_shown(run):
     status, out, err = run()
     assert (status, out) == (2, "")
-    assert err.startswith("Usage: superfacets ")
+    assert err.startswith("Usage: ")
     assert "segment" in err
 
 
