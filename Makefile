@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name "*.py" -o -name "*.pyi" -o -name "*.[ch]pp")
 
-.PHONY: help demo test lint docs stub figures bench timings sanitize dist clean
+.PHONY: help demo test lowest newest lint workflows docs stub figures bench timings sanitize dist clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -16,6 +16,17 @@ demo: $(BIN)/superfacets ## segment the sample mesh, write a labeled mesh and a 
 test: $(VENV)/group-test ## run all tests
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/python -m pytest
+
+lowest: $(VENV)/group-bounds ## run tests with the lowest versions declared of all dependencies
+	@tools/ensure-gl $(BIN)/python
+	tools/test-bounds lowest $(BIN)/python
+
+newest: $(VENV)/group-bounds ## run tests with the newest; BOUNDS_PYTHON=3.14 takes another Python
+	@tools/ensure-gl $(BIN)/python
+	tools/test-bounds newest $(BIN)/python
+
+workflows: ## check the files in .github/workflows with actionlint
+	tools/lint-workflows
 
 lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
 	$(BIN)/ruff check .
@@ -44,11 +55,11 @@ timings: $(VENV)/group-bench ## print the timing table of the README
 sanitize: $(VENV)/group-test ## run the tests of the core under ASan, UBSan and TSan
 	tools/sanitize $(BIN)/python
 
-dist: $(VENV)/group-dev ## build sdist and wheel, install each into an empty environment, and try it
+dist: $(VENV)/group-dist ## build sdist and wheel, and try the wheel where there is no compiler
 	tools/try-dist $(BIN)/python
 
 clean: ## remove all that was built
-	rm -rf $(VENV) build dist demo docs/_build docs/api bench.json
+	rm -rf $(VENV) build dist wheelhouse demo docs/_build docs/api bench.json
 
 $(VENV)/made:
 	@tools/ensure-toolchain $(PYTHON)

@@ -51,7 +51,9 @@ def scipy_path_lengths(graph):
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     np.minimum.at(matrix, (sources, graph.neighbors), graph.lengths)
     is_arc = np.isfinite(matrix)
-    arcs = csr_array((matrix[is_arc], np.nonzero(is_arc)), shape=matrix.shape)
+    rows, columns = np.nonzero(is_arc)  # as int32, the only indices that SciPy 1.11 takes there
+    places = rows.astype(np.int32), columns.astype(np.int32)
+    arcs = csr_array((matrix[is_arc], places), shape=matrix.shape)
     return (dijkstra(arcs) * graph.unit).astype(np.float32)
 
 

@@ -7,9 +7,10 @@
 #include <exception>
 #include <mutex>
 #include <span>
-#include <thread>
 #include <utility>
 #include <vector>
+
+#include "base/joining_thread.hpp"
 
 namespace superfacets {
 
@@ -139,7 +140,7 @@ class ThreadTeam {
   std::atomic<int> n_busy_ = 0;                // helpers that have not finished this loop
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
-  std::vector<std::jthread> helpers_;  // last: joined before the rest goes
+  std::vector<JoiningThread> helpers_;  // last: joined before the rest goes
 };
 
 // Partial sums run over this many terms, whatever the number of threads.

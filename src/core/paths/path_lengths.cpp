@@ -102,7 +102,8 @@ SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double u
   std::vector<std::int64_t> begins(blocks.size() + 1, 0);  // of each block, in entries
   std::transform_inclusive_scan(
       blocks.begin(), blocks.end(), begins.begin() + 1, std::plus<>(),
-      [](const Block& block) { return static_cast<std::int64_t>(block.entries.size()); });
+      [](const Block& block) { return static_cast<std::int64_t>(block.entries.size()); },
+      std::int64_t{0});
   SparseRows rows{Buffer<std::int64_t>(n_cells + 1), Buffer<Cell>(begins.back()),
                   Buffer<float>(begins.back())};
   rows.offsets[0] = 0;

@@ -44,9 +44,6 @@ def main() -> NoReturn:
     signal.signal(signal.SIGTERM, _terminate)
     try:
         commands.main(standalone_mode=False)
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
-        sys.exit(EXIT_USAGE)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else "superfacets"
         _fail(f"{error.format_message()} (see {place} --help)", EXIT_USAGE)
@@ -80,10 +77,15 @@ def _text_of_os_error(error: OSError) -> str:
     return f"{error.filename}: {error.strerror}"
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+# What click does without a command differs between 8.1 and 8.2: this does not depend on it.
+@click.group(context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True)
 @click.version_option(__version__, message="superfacets %(version)s")
-def commands() -> None:
+@click.pass_context
+def commands(context: click.Context) -> None:
     """Oversegment meshes into superfacets: compact, connected regions that follow the creases."""
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help(), err=True)
+        sys.exit(EXIT_USAGE)
 
 
 commands.add_command(reproduce_command)

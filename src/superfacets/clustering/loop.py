@@ -72,6 +72,8 @@ class Segmentation:
         return len(self.centers)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        if copy is None:  # which `array` of numpy 1 does not take
+            return np.asarray(self.labels, dtype=dtype)
         return np.array(self.labels, dtype=dtype, copy=copy)
 
     def __repr__(self) -> str:
