@@ -6,9 +6,9 @@ them before any work is done; ``params`` is what is reported in the result.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -31,9 +31,11 @@ __all__ = [
     "Islands",
     "LoopOptions",
     "Progress",
+    "Seeds",
     "SizeOptions",
     "WeightName",
     "WeightOptions",
+    "Weights",
 ]
 
 Init = Literal["geodesic", "farthest", "flood", "grid"]
@@ -52,6 +54,12 @@ Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
 """What may be done with small regions that touch no other."""
 
+Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
+"""Faces that are to be the first centers. Not `ArrayLike`, which a misspelled name would be."""
+
+Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
+"""One weight per arc."""
+
 Progress = Callable[[int, int], object]
 
 
@@ -65,7 +73,7 @@ class SizeOptions:
 
     @classmethod
     def checked(
-        cls, n_segments: int | None, radius: float | None, init: Init | npt.ArrayLike
+        cls, n_segments: int | None, radius: float | None, init: Init | Seeds
     ) -> SizeOptions:
         """Raise an error where arguments do not go together, or one is wrong on any mesh."""
         if n_segments is not None and radius is not None:
@@ -86,7 +94,7 @@ class WeightOptions:
 
     @classmethod
     def checked(
-        cls, weights: WeightName | npt.ArrayLike, alpha: float | None, eta_convex: float | None
+        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None
     ) -> WeightOptions:
         """Keep the parameters that count."""
         given = {"alpha": alpha, "eta_convex": eta_convex}

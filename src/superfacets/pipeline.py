@@ -18,9 +18,11 @@ from ._options import (
     Islands,
     LoopOptions,
     Progress,
+    Seeds,
     SizeOptions,
     WeightName,
     WeightOptions,
+    Weights,
 )
 from ._timing import timed
 from ._validate import checked_choice
@@ -58,8 +60,8 @@ def segment(
     radius: float | None = None,
     alpha: float | None = None,
     eta_convex: float | None = None,
-    weights: WeightName | npt.ArrayLike = "creases",
-    init: Init | npt.ArrayLike = "geodesic",
+    weights: WeightName | Weights = "creases",
+    init: Init | Seeds = "geodesic",
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,

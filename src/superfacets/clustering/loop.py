@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import Init, LoopOptions, Progress, SizeOptions
+from .._options import Init, LoopOptions, Progress, Seeds, SizeOptions
 from .._timing import timed
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
@@ -88,7 +88,7 @@ def segment_graph(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    init: Init | npt.ArrayLike = "geodesic",
+    init: Init | Seeds = "geodesic",
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
@@ -135,7 +135,7 @@ def segment_cells(
     bounds: npt.NDArray[np.float64],
     size: RegionSize,
     options: SizeOptions,
-    init: Init | npt.ArrayLike,
+    init: Init | Seeds,
     loop: LoopOptions,
 ) -> Segmentation:
     """Segment what has been checked, in regions of a size that is known."""

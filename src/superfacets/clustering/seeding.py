@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import INITS, Init, SizeOptions
+from .._options import INITS, Init, Seeds, SizeOptions
 from .._validate import checked_choice, checked_seeds, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
@@ -22,7 +22,7 @@ def place_seeds(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    init: Init | npt.ArrayLike = "geodesic",
+    init: Init | Seeds = "geodesic",
     n_threads: int | None = None,
 ) -> npt.NDArray[np.int32]:
     """Return the first centers.
@@ -81,7 +81,7 @@ def run_seeding(
     bounds: npt.NDArray[np.float64],
     size: RegionSize,
     options: SizeOptions,
-    init: Init | npt.ArrayLike,
+    init: Init | Seeds,
     n_threads: int,
 ) -> npt.NDArray[np.int32]:
     """Place seeds for regions of a size that is known, as they were asked for."""

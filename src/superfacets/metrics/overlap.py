@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_labels
+from ..adapters.convert import MeshLike, as_mesh
+from ..cells.cell_graph import CellGraph
 from ..cells.sums import positive_total, sums_by_label
 
 __all__ = [
@@ -24,6 +27,7 @@ __all__ = [
 ]
 
 Floats = npt.NDArray[np.float64]
+Cells: TypeAlias = MeshLike | CellGraph
 Ints = npt.NDArray[np.int32]
 
 # A table of all pairs of labels is no larger than so many times the number of faces; else the
@@ -114,7 +118,19 @@ def overlap_of(
     )
 
 
-def undersegmentation_error(overlap: Overlap, *, tolerance: float = 0.05) -> float:
+@overload
+def undersegmentation_error(overlap: Overlap, /, *, tolerance: float = ...) -> float: ...
+@overload
+def undersegmentation_error(
+    mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike, *, tolerance: float = ...
+) -> float: ...
+def undersegmentation_error(
+    mesh: Overlap | Cells,
+    labels: npt.ArrayLike | None = None,
+    truth: npt.ArrayLike | None = None,
+    *,
+    tolerance: float = 0.05,
+) -> float:
     """Return how much area leaks out of the segments that regions overlap; 0 is best.
 
     For each segment, the areas of all regions that overlap it by more than `tolerance` of their
@@ -123,7 +139,10 @@ def undersegmentation_error(overlap: Overlap, *, tolerance: float = 0.05) -> flo
 
     Parameters
     ----------
-    overlap : Overlap
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        What the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, any numbers.
     tolerance : float, default 0.05
         Share of a region's area that an overlap has to exceed to count, 0 to 1. tau of the paper.
 
@@ -136,16 +155,32 @@ def undersegmentation_error(overlap: Overlap, *, tolerance: float = 0.05) -> flo
     >>> undersegmentation_error(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     0.5
     """
+    overlap = _prepared(mesh, labels, truth)
     tolerance = checked_share(tolerance, "tolerance")
     whole = overlap.region_areas[overlap.regions]
     counts = overlap.areas > tolerance * whole
     return float((whole - overlap.areas)[counts].sum() / overlap.total)
 
 
-def achievable_accuracy(overlap: Overlap) -> float:
+@overload
+def achievable_accuracy(overlap: Overlap, /) -> float: ...
+@overload
+def achievable_accuracy(mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> float: ...
+def achievable_accuracy(
+    mesh: Overlap | Cells,
+    labels: npt.ArrayLike | None = None,
+    truth: npt.ArrayLike | None = None,
+) -> float:
     """Return the share of the area that is right if each region gets its best true label.
 
     1 is best: no region crosses a true border. Known as achievable segmentation accuracy (ASA).
+
+    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        What the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, any numbers.
 
     References
     ----------
@@ -156,6 +191,7 @@ def achievable_accuracy(overlap: Overlap) -> float:
     >>> achievable_accuracy(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     0.75
     """
+    overlap = _prepared(mesh, labels, truth)
     return _best_shared(overlap.regions, overlap.areas, len(overlap.region_areas)) / overlap.total
 
 
@@ -170,11 +206,26 @@ class Hamming(NamedTuple):
     """Area of each region outside of the true segment that overlaps it most."""
 
 
-def hamming_distance(overlap: Overlap) -> Hamming:
+@overload
+def hamming_distance(overlap: Overlap, /) -> Hamming: ...
+@overload
+def hamming_distance(mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> Hamming: ...
+def hamming_distance(
+    mesh: Overlap | Cells,
+    labels: npt.ArrayLike | None = None,
+    truth: npt.ArrayLike | None = None,
+) -> Hamming:
     """Return the Hamming distance of the Princeton benchmark, with both directions.
 
     An oversegmentation misses much of each segment by intent; its false alarms are what its regions
     leak over true borders.
+
+    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        What the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, any numbers.
 
     References
     ----------
@@ -185,17 +236,33 @@ def hamming_distance(overlap: Overlap) -> Hamming:
     >>> hamming_distance(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     Hamming(distance=0.25, missing_rate=0.25, false_alarm_rate=0.25)
     """
+    overlap = _prepared(mesh, labels, truth)
     best = _best_shared(overlap.segments, overlap.areas, len(overlap.segment_areas))
     missing = max(0.0, 1.0 - best / overlap.total)
     false_alarm = max(0.0, 1.0 - achievable_accuracy(overlap))
     return Hamming(0.5 * (missing + false_alarm), missing, false_alarm)
 
 
-def rand_index(overlap: Overlap) -> float:
+@overload
+def rand_index(overlap: Overlap, /) -> float: ...
+@overload
+def rand_index(mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> float: ...
+def rand_index(
+    mesh: Overlap | Cells,
+    labels: npt.ArrayLike | None = None,
+    truth: npt.ArrayLike | None = None,
+) -> float:
     """Return the chance that two points of the surface are together, or apart, in both; 1 is best.
 
     Points are drawn by area, so a pair may fall into one face. (The Princeton benchmark plots one
     minus this number.)
+
+    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        What the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, any numbers.
 
     References
     ----------
@@ -207,6 +274,7 @@ def rand_index(overlap: Overlap) -> float:
     >>> rand_index(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     0.625
     """
+    overlap = _prepared(mesh, labels, truth)
     together = [
         float(np.square(areas / overlap.total).sum())
         for areas in (overlap.region_areas, overlap.segment_areas, overlap.areas)
@@ -223,12 +291,27 @@ class Consistency(NamedTuple):
     """Either way, from point to point."""
 
 
-def consistency_error(overlap: Overlap) -> Consistency:
+@overload
+def consistency_error(overlap: Overlap, /) -> Consistency: ...
+@overload
+def consistency_error(mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> Consistency: ...
+def consistency_error(
+    mesh: Overlap | Cells,
+    labels: npt.ArrayLike | None = None,
+    truth: npt.ArrayLike | None = None,
+) -> Consistency:
     """Return the global and the local consistency error: how far neither refines the other.
 
     At each point, the refinement error one way is the share of its region that is outside of its
     segment, and the other way round. The global error takes the way that is better on the whole,
     the local error the better one at each point. An oversegmentation without leaks has 0 in both.
+
+    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        What the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, any numbers.
 
     References
     ----------
@@ -241,6 +324,7 @@ def consistency_error(overlap: Overlap) -> Consistency:
     >>> round(error.global_error, 6), round(error.local_error, 6)
     (0.25, 0.125)
     """
+    overlap = _prepared(mesh, labels, truth)
     has_area = overlap.areas > 0
     areas = overlap.areas[has_area]
     of_region = 1.0 - areas / overlap.region_areas[overlap.regions[has_area]]
@@ -248,6 +332,23 @@ def consistency_error(overlap: Overlap) -> Consistency:
     errors = [float(areas @ error) / overlap.total for error in (of_region, of_segment)]
     local = float(areas @ np.minimum(of_region, of_segment)) / overlap.total
     return Consistency(min(errors), local)
+
+
+def _prepared(
+    source: Overlap | Cells, labels: npt.ArrayLike | None, truth: npt.ArrayLike | None
+) -> Overlap:
+    """The overlap that was given, or that of the labels of a mesh."""
+    if isinstance(source, Overlap):
+        if labels is not None or truth is not None:
+            raise TypeError("an Overlap holds labels and truth: give it alone")
+        return source
+    if labels is None or truth is None:
+        raise TypeError("labels and truth are needed with a mesh")
+    if isinstance(source, CellGraph):
+        return area_overlap(labels, truth, source.measures)
+    mesh = as_mesh(source)
+    _, areas = _core.measure_faces(mesh.vertices, mesh.faces, checked_threads(None))
+    return area_overlap(labels, truth, areas)
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:

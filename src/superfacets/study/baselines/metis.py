@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._options import WeightOptions
+from ..._options import WeightName, WeightOptions, Weights
 from ..._timing import timed
 from ..._validate import checked_threads
 from ...adapters.convert import MeshLike
@@ -53,7 +53,7 @@ def metis_partition(
     *,
     alpha: float | None = None,
     eta_convex: float | None = None,
-    weights: str | npt.ArrayLike = "superfacets",
+    weights: WeightName | Weights = "superfacets",
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Segmentation:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
-from ..._options import WeightOptions
+from ..._options import WeightName, WeightOptions, Weights
 from ..._timing import timed
 from ..._validate import checked_count, checked_number, checked_threads
 from ...adapters.convert import MeshLike
@@ -154,7 +154,7 @@ def normalized_cuts(
     *,
     alpha: float | None = None,
     eta_convex: float | None = None,
-    weights: str | npt.ArrayLike = "superfacets",
+    weights: WeightName | Weights = "superfacets",
     sigma: float = SIGMA,
     reach: float | None = None,
     max_memory: float = MAX_MEMORY,
@@ -250,7 +250,7 @@ def spectral_embedding(
     *,
     alpha: float | None = None,
     eta_convex: float | None = None,
-    weights: str | npt.ArrayLike = "superfacets",
+    weights: WeightName | Weights = "superfacets",
     sigma: float = SIGMA,
     reach: float | None = None,
     max_memory: float = MAX_MEMORY,
