@@ -92,6 +92,30 @@ def soup(mesh):
     )
 
 
+def drilled_block(n_around=64, width=1.0, height=0.3, radius=0.3):
+    """A block with a round hole, as CAD programs mesh it: fans above and below, strips in the hole.
+
+    Closed: 4 n + 16 faces, for a multiple of 4 around.
+    """
+    turns = 2 * math.pi * (np.arange(n_around) + 0.5) / n_around
+    rim = radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    corners = width / 2 * np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]])
+    outline = np.concatenate([rim, corners])
+    n = len(outline)
+    vertices = np.concatenate([np.insert(outline, 2, z, axis=1) for z in (0, height)])
+    faces = []
+    for i in range(n_around):
+        j, corner = (i + 1) % n_around, n_around + 4 * i // n_around
+        fan = [[i, corner, j]]
+        if (i + 1) % (n_around // 4) == 0:  # on to the next corner
+            after = n_around + (corner - n_around + 1) % 4
+            fan.append([j, corner, after])
+            faces += [[corner, after, n + after], [corner, n + after, n + corner]]
+        faces += [[c + n, b + n, a + n][::-1] for a, b, c in fan] + [f[::-1] for f in fan]
+        faces += [[i, n + j, j], [i, n + i, n + j]]
+    return Mesh(vertices, faces)
+
+
 def bumpy_sheet(n=24, seed=0):
     """A square sheet of 2 n^2 faces with a ridge, a valley and noise, so that ties do not occur."""
     rng = np.random.default_rng(seed)

@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 from .cells.cell_graph import ArcMeasures, CellGraph
 from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
+from .cells.subdivision import Subdivision, subdivide
 from .cells.weights import crease_weights, stk02_weights, superfacet_weights
 from .clustering.classification import Classification, classify
 from .clustering.loop import Segmentation, segment_graph
 from .clustering.seeding import place_seeds
 from .clustering.update import update_centers
-from .errors import MeshError, MissingExtraError
+from .errors import MeshError, MissingExtraError, SliverWarning
 from .mesh.triangle_mesh import Mesh
 from .pipeline import PAPER, segment
 from .regions.connect import enforce_connectivity
@@ -48,6 +49,8 @@ __all__ = [
     "RegionEdit",
     "RenderError",
     "Segmentation",
+    "SliverWarning",
+    "Subdivision",
     "View",
     "build_face_graph",
     "classify",
@@ -65,6 +68,7 @@ __all__ = [
     "segment_graph",
     "smooth_borders",
     "stk02_weights",
+    "subdivide",
     "superfacet_weights",
     "update_centers",
     "write_labels",

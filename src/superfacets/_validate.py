@@ -238,11 +238,17 @@ def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return array.astype(np.int32), len(counts)
 
 
-def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels of any numbers, renamed to 0..K-1 in their order, and K; for pictures and colors."""
+def checked_face_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
+    """Labels of any numbers as an (N,) int64 array."""
     array = _integer_array(labels, "labels", np.int64)
     if len(array) != n_cells:
         raise ValueError(f"there are {len(array)} labels for {n_cells} faces")
+    return array
+
+
+def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels of any numbers, renamed to 0..K-1 in their order, and K; for pictures and colors."""
+    array = checked_face_labels(labels, n_cells)
     if array.min() >= 0 and array.max() < n_cells:  # no need to sort
         is_used = np.bincount(array) > 0
         ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)

@@ -1,6 +1,6 @@
-"""The errors that superfacets raises for a user's fault, and for a missing extra."""
+"""The errors that superfacets raises for a user's fault, and for a missing extra; its warnings."""
 
-__all__ = ["MeshError", "MissingExtraError"]
+__all__ = ["MeshError", "MissingExtraError", "SliverWarning"]
 
 
 class MeshError(ValueError):
@@ -13,3 +13,7 @@ class MissingExtraError(ImportError):
     def __init__(self, task: str, extra: str) -> None:
         super().__init__(f"{task} needs an extra: pip install 'superfacets[{extra}]'")
         self.extra = extra
+
+
+class SliverWarning(UserWarning):
+    """Regions become stripes, because the faces are long and thin; the message says what to do."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -29,9 +30,11 @@ from ._validate import checked_choice
 from .adapters.convert import MeshLike, as_mesh
 from .cells.face_graph import build_face_graph
 from .cells.size import RegionSize, region_size
+from .cells.slivers import EDGE_PER_RADIUS, sliver_note, sliver_share
 from .cells.surface import Surface
 from .cells.weights import arc_weights, creases_of
 from .clustering.loop import Segmentation, segment_cells
+from .errors import SliverWarning
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 
@@ -138,6 +141,12 @@ def segment(
     Segmentation
         Labels are int32, 0..K-1, one per face in the order of the input, and the same each time.
 
+    Warns
+    -----
+    SliverWarning
+        If more than a tenth of the area is in faces so long and thin that regions become stripes,
+        as in CAD meshes; see `subdivide`. ``sliver_share`` of the result is that share.
+
     Raises
     ------
     MeshError
@@ -166,8 +175,11 @@ def segment(
     cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
     cells = _build_cells(mesh, weld, size_options, weight_options, loop.n_threads, timings)
-    surface, size, ordered, lengths, unit = cells
+    surface, size, share, ordered, lengths, unit = cells
     del cells
+    note = sliver_note(share, _advice(size.radius))
+    if note is not None:
+        warnings.warn(note, SliverWarning, stacklevel=2)
     result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
     del ordered  # makes room
     if cleanup.is_needed:
@@ -180,23 +192,32 @@ def segment(
             costs = BorderCosts(surface, prices, size.radius or surface.diagonal)
             result = clean(costs, result, cleanup)
     params = {"weld": weld, **weight_options.params, **result.params, **cleanup.params}
-    return replace(result, timings=_in_order(timings | result.timings), params=params)
+    timings = _in_order(timings | result.timings)
+    return replace(result, sliver_share=share, timings=timings, params=params)
+
+
+def _advice(radius: float) -> str:
+    max_edge = EDGE_PER_RADIUS * radius
+    return f"segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
 
 
 def _build_cells(
     mesh: MeshLike, weld: bool, size_options: SizeOptions, weight_options: WeightOptions,
     n_threads: int, timings: dict[str, float],
-) -> tuple[Surface, RegionSize, _core.OrderedGraph, npt.NDArray[np.float32], float]:  # fmt: skip
+) -> tuple[
+    Surface, RegionSize, float, _core.OrderedGraph, npt.NDArray[np.float32], float
+]:  # fmt: skip
     """Run stages 0 to 2, order the cells, and return what later stages need, and no more.
 
-    That is the faces as cells, the size of regions, the cells as stages 3 and 4 take them, and the
-    weights as paths are measured by them, with their unit.
+    That is the faces as cells, the size of regions, the share of slivers, the cells as stages 3 and
+    4 take them, and the weights as paths are measured by them, with their unit.
     """
     with timed(timings, "mesh"):
         triangles = as_mesh(mesh)
     with timed(timings, "face_graph"):
         faces = build_face_graph(triangles, weld=weld, n_threads=n_threads)
         size = region_size(size_options, faces.measures, faces.diagonal, n_threads)
+        share = sliver_share(triangles, faces, size.radius, n_threads)
     with timed(timings, "weights"):
         weights = arc_weights(triangles, faces, size.radius, weight_options, n_threads)
         lengths, unit = faces.quantized(weights, n_threads)
@@ -205,7 +226,7 @@ def _build_cells(
         surface = Surface.of_faces(triangles, faces, n_threads)
         cells = (faces.positions, faces.measures, faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for
-        return surface, size, _core.OrderedGraph(*cells, n_threads), lengths, unit
+        return surface, size, share, _core.OrderedGraph(*cells, n_threads), lengths, unit
 
 
 def _in_order(timings: dict[str, float]) -> dict[str, float]:

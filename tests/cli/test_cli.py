@@ -16,7 +16,15 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import PAPER, read_labels, read_mesh, segment, write_mesh
+from superfacets import (
+    PAPER,
+    mesh_info,
+    read_labels,
+    read_mesh,
+    segment,
+    subdivide,
+    write_mesh,
+)
 from superfacets.cli.main import main
 
 STAGES = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update", "regions",
@@ -114,6 +122,72 @@ def test_json_is_one_object_with_the_facts(run, sheet):
     assert set(facts["seconds"]) == set(STAGES)
     assert facts["params"]["alpha"] == 20
     assert facts["outputs"] == [str(sheet.with_name("sheet.superfacets.ply"))]
+
+
+@pytest.fixture
+def block(tmp_path):
+    """A file with a CAD mesh of 272 faces, most of them long and thin."""
+    path = tmp_path / "block.ply"
+    write_mesh(path, shapes.drilled_block(64))
+    return path
+
+
+def test_slivers_are_a_note_of_one_line(run, block):
+    status, _, err = run("segment", block, "-n", 100)
+    assert status == 0
+    assert err == (
+        "superfacets: note: 20% of the area is in faces that are long and thin beside the regions,"
+        " which become stripes: try --subdivide\n"
+    )
+
+
+def test_subdivide_writes_the_parts_and_labels_of_the_faces_of_the_input(run, block, tmp_path):
+    labeled, listed = tmp_path / "labeled.ply", tmp_path / "labels.npy"
+    arguments = ("segment", block, "-n", 100, "-o", labeled, "-o", listed, "--json")
+    status, out, err = run(*arguments, "--subdivide")
+    mesh = read_mesh(block)
+    radius = np.sqrt(mesh_info(mesh).area / (100 * np.pi))
+    parts = subdivide(mesh, 0.25 * radius)
+    expected = segment(parts.mesh, 100).labels
+    assert status == 0
+    assert np.array_equal(read_labels(labeled), expected)
+    assert np.array_equal(read_mesh(labeled).vertices, parts.mesh.vertices)
+    back = parts.labels_back(expected)
+    assert np.array_equal(np.load(listed), back)
+    assert len(back) == mesh.n_faces
+    n_lost = 100 - len(np.unique(back))
+    assert n_lost > 0
+    assert err == (
+        f"superfacets: note: {mesh.n_faces} faces were subdivided into {parts.mesh.n_faces}\n"
+        f"superfacets: note: {n_lost} regions have the most area in no face of the input:"
+        " label files lack them\n"
+    )
+    facts = json.loads(out)
+    assert facts["sliver_share"] == 0
+    assert facts["n_faces"] == parts.mesh.n_faces
+    assert "subdivide" in facts["seconds"]
+
+
+def test_subdivide_heeds_a_radius_or_a_longest_edge(run, block, tmp_path):
+    output = tmp_path / "labeled.ply"
+    mesh = read_mesh(block)
+    diagonal = mesh_info(mesh).diagonal
+    cases = [
+        (["--subdivide", "-r", 0.1], 0.25 * 0.1 * diagonal),
+        (["--max-edge", 0.2], 0.2),
+        (["--subdivide", "--max-edge", 0.2, "-n", 300], 0.2),
+    ]
+    for arguments, max_edge in cases:
+        status, _, err = run("segment", block, *arguments, "-o", output)
+        assert status == 0
+        assert "label files" not in err
+        assert np.array_equal(read_mesh(output).faces, subdivide(mesh, max_edge).mesh.faces)
+
+
+def test_a_longest_edge_that_makes_too_many_faces_is_refused(run, block):
+    status, _, err = run("segment", block, "--max-edge", 1e-5)
+    assert status == 2
+    assert err.startswith("superfacets: error: max_edge=1e-05 would make more than 10000000 faces")
 
 
 def test_more_regions_than_asked_for_are_explained(run, tmp_path):

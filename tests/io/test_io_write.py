@@ -221,3 +221,14 @@ def test_either_all_outputs_are_written_or_none(tmp_path, mesh, monkeypatch):
         write_outputs([tmp_path / "a.seg", tmp_path / "a.npy", tmp_path / "a.ply"], mesh, [0, 1])
     assert [path.name for path in tmp_path.iterdir()] == ["a.seg"]
     assert (tmp_path / "a.seg").read_text() == "old"
+
+
+def test_label_files_may_hold_labels_of_another_mesh(tmp_path):
+    mesh, listed = tmp_path / "square.ply", tmp_path / "labels.npy"
+    square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    write_outputs([mesh, listed], square, [4, 2], listed=[7])
+    assert read_labels(mesh).tolist() == [4, 2]
+    assert np.load(listed).tolist() == [7]
+    with pytest.raises(ValueError, match=r"labels\[0\] is -1"):
+        write_outputs([mesh, listed], square, [4, 2], listed=[-1])
+    assert np.load(listed).tolist() == [7]

@@ -25,6 +25,7 @@ using Rows = nb::ndarray<const T, nb::shape<-1, 3>, nb::c_contig, nb::device::cp
 template <typename T>
 using NewArray = nb::ndarray<nb::numpy, T, nb::ndim<1>, nb::c_contig>;
 using NewRows = nb::ndarray<nb::numpy, double, nb::shape<-1, 3>, nb::c_contig>;
+using NewTriangles = nb::ndarray<nb::numpy, Vertex, nb::shape<-1, 3>, nb::c_contig>;
 
 template <typename T>
 std::span<const T> view(const Array<T>& array) {
@@ -70,6 +71,13 @@ inline NewRows to_numpy(Buffer<Point>&& values) {
   auto* owned = new Buffer<Point>(std::move(values));
   const nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<Buffer<Point>*>(p); });
   return NewRows(reinterpret_cast<double*>(owned->data()), {owned->size(), 3}, owner);
+}
+
+inline NewTriangles to_numpy(Buffer<Triangle>&& values) {
+  auto* owned = new Buffer<Triangle>(std::move(values));
+  const nb::capsule owner(owned,
+                          [](void* p) noexcept { delete static_cast<Buffer<Triangle>*>(p); });
+  return NewTriangles(reinterpret_cast<Vertex*>(owned->data()), {owned->size(), 3}, owner);
 }
 
 inline Point as_point(const std::tuple<double, double, double>& xyz) {

@@ -3,6 +3,7 @@
 #include "bindings/bindings.hpp"
 #include "mesh/checks.hpp"
 #include "mesh/geometry.hpp"
+#include "mesh/subdivision.hpp"
 #include "mesh/vertex_graph.hpp"
 #include "mesh/weld.hpp"
 
@@ -59,6 +60,16 @@ auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces,
   return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)));
 }
 
+double bind_sliver_area(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                        const Array<double>& areas, double min_length, double max_height,
+                        int n_threads) {
+  const auto input = std::pair(points(vertices), triangles(faces));
+  const auto measures = view(areas);
+  return on_team(input.second.size(), n_threads, [&](ThreadTeam& team) {
+    return sliver_area(input.first, input.second, measures, min_length, max_height, team);
+  });
+}
+
 auto bind_area_vectors(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
   Buffer<Point> vectors(faces.shape(0));
   const auto input = std::pair(points(vertices), triangles(faces));
@@ -81,6 +92,18 @@ double bind_signed_volume(const Rows<double>& vertices, const Rows<Vertex>& face
   });
 }
 
+auto bind_subdivide(const Rows<double>& vertices, const Rows<Vertex>& faces, double max_edge,
+                    std::int64_t max_faces, int n_threads) {
+  const auto input = std::pair(points(vertices), triangles(faces));
+  constexpr std::int64_t kMinFaces = 256;  // for a thread: a long face may become thousands
+  const auto cut = [&](ThreadTeam& team) {
+    return subdivide(input.first, input.second, max_edge, max_faces, team);
+  };
+  Subdivision parts = on_team(input.second.size(), n_threads, cut, kMinFaces);
+  return std::tuple(to_numpy(std::move(parts.vertices)), to_numpy(std::move(parts.faces)),
+                    to_numpy(std::move(parts.sources)), to_numpy(std::move(parts.depths)));
+}
+
 }  // namespace
 
 void bind_mesh(nb::module_& module) {
@@ -93,10 +116,14 @@ void bind_mesh(nb::module_& module) {
              "faces"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
   module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
+  module.def("sliver_area", &bind_sliver_area, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "areas"_a.noconvert(), "min_length"_a, "max_height"_a, "n_threads"_a);
   module.def("area_vectors", &bind_area_vectors, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
   module.def("count_degenerate", &bind_count_degenerate, "vertices"_a.noconvert(),
              "faces"_a.noconvert());
+  module.def("subdivide", &bind_subdivide, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "max_edge"_a, "max_faces"_a, "n_threads"_a);
   module.def("signed_volume", &bind_signed_volume, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "origin"_a, "n_threads"_a);
 }

@@ -25,6 +25,25 @@ void measure_faces(std::span<const Point> vertices, std::span<const Triangle> fa
   });
 }
 
+double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
+                   std::span<const double> areas, double min_length, double max_height,
+                   ThreadTeam& team) {
+  const auto n_faces = static_cast<std::int64_t>(faces.size());
+  const auto add_slivers = [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+    for (std::int64_t face = begin; face < end; ++face) {
+      const auto& [a, b, c] = faces[face].corners;
+      const double squared = std::max({squared_norm(vertices[b] - vertices[a]),
+                                       squared_norm(vertices[c] - vertices[b]),
+                                       squared_norm(vertices[a] - vertices[c])});
+      if (squared <= min_length * min_length) continue;
+      if (2.0 * areas[face] < max_height * std::sqrt(squared)) sum += areas[face];
+    }
+    return sum;
+  };
+  return sum_of_blocks(n_faces, add_slivers, team);
+}
+
 void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
                   ThreadTeam& team, std::span<Point> vectors) {
   const auto n_faces = static_cast<std::int64_t>(faces.size());

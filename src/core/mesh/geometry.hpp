@@ -26,6 +26,12 @@ inline double area(std::span<const Point> vertices, const Triangle& face) {
 void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
                    ThreadTeam& team, std::span<Point> centroids, std::span<double> areas);
 
+// Area of the faces whose longest side is longer than min_length, and whose height above it is less
+// than max_height. The same bits on any number of threads.
+double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
+                   std::span<const double> areas, double min_length, double max_height,
+                   ThreadTeam& team);
+
 // Area times unit normal of each face.
 void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
                   ThreadTeam& team, std::span<Point> vectors);

@@ -6,18 +6,22 @@ import dataclasses
 import json
 import signal
 import sys
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
+import numpy as np
 import numpy.typing as npt
 
 from .. import __version__
 from .._options import INITS, ISLANDS, WEIGHTS
 from .._timing import timed
+from ..cells.slivers import advised_max_edge, sliver_note
+from ..cells.subdivision import Subdivision, subdivide
 from ..clustering.loop import Segmentation
-from ..errors import MeshError, MissingExtraError
+from ..errors import MeshError, MissingExtraError, SliverWarning
 from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.read import read_mesh
 from ..io.writers.write import check_outputs, write_outputs
@@ -161,6 +165,19 @@ commands.add_command(reproduce_command)
     help="What small regions do that touch no other.  [default: keep]",
 )
 @click.option(
+    "--subdivide",
+    "is_subdivided",
+    is_flag=True,
+    help="Bisect edges longer than a quarter of a region's radius first, for meshes of long thin"
+    " faces. A .ply then holds the subdivided mesh; label files hold a label for each face of IN:"
+    " that with the most area in it.",
+)
+@click.option(
+    "--max-edge",
+    type=POSITIVE,
+    help="Subdivide until no edge is longer than this, in the unit of the mesh.",
+)
+@click.option(
     "--threads",
     "n_threads",
     type=click.IntRange(min=1),
@@ -179,8 +196,9 @@ commands.add_command(reproduce_command)
 @click.option("--ascii", is_flag=True, help="Write .ply files as text.")
 @click.option("--json", "as_json", is_flag=True, help="Print the facts of the run as JSON.")
 def segment_command(
-    mesh: Path, outputs: tuple[Path, ...], ascii: bool, as_json: bool, **options: Any
-) -> None:
+    mesh: Path, outputs: tuple[Path, ...], ascii: bool, as_json: bool, is_subdivided: bool,
+    max_edge: float | None, **options: Any,
+) -> None:  # fmt: skip
     """Segment the mesh in the file IN and write its labels."""
     if not mesh.name:
         raise click.UsageError(f"{mesh} is not a file")
@@ -190,12 +208,18 @@ def segment_command(
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
         surface = read_mesh(mesh)
+    parts = None
+    if is_subdivided or max_edge is not None:
+        with timed(timings, "subdivide"):
+            parts = _subdivide(surface, max_edge, options)
+        surface = parts.mesh
     result = _segment(surface, **options)
+    listed = None if parts is None else parts.labels_back(result.labels)
     with timed(timings, "export"):
-        write_outputs(paths, surface, result.labels, ascii=ascii)
+        write_outputs(paths, surface, result.labels, ascii=ascii, listed=listed)
     stages = {**result.timings, **timings}
     asked = result.params["n_segments"]
-    for note in _notes(result, asked):
+    for note in _notes(result, asked) + _notes_of_parts(parts, listed, result, paths):
         click.echo(f"superfacets: note: {note}", err=True)
     if as_json:
         click.echo(json.dumps(_facts(mesh, result, stages, paths)))
@@ -353,8 +377,21 @@ def _parameters(*, paper: bool, **options: Any) -> dict[str, Any]:
     return {**PAPER, **given}
 
 
+def _subdivide(mesh: Mesh, max_edge: float | None, options: Mapping[str, Any]) -> Subdivision:
+    """Subdivide for the regions that are asked for, where no longest edge is given."""
+    if max_edge is None:
+        max_edge = advised_max_edge(mesh, options.get("n_segments"), options.get("radius"))
+    return subdivide(mesh, max_edge, n_threads=options.get("n_threads"))
+
+
 def _segment(mesh: Mesh, **options: Any) -> Segmentation:
-    """Segment with a progress bar on a terminal."""
+    """Segment with a progress bar on a terminal; what warnings say, notes say."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SliverWarning)
+        return _segment_with_progress(mesh, **options)
+
+
+def _segment_with_progress(mesh: Mesh, **options: Any) -> Segmentation:
     if not sys.stderr.isatty():
         return segment(mesh, **options)
     from tqdm import tqdm
@@ -390,6 +427,25 @@ def _notes(result: Segmentation, asked: int | None) -> list[str]:
         notes.append(f"{result.n_merged} small regions joined another")
     if result.n_islands:
         notes.append(f"{result.n_islands} small regions touch no other, and stayed")
+    slivers = sliver_note(result.sliver_share or 0.0, "try --subdivide")
+    return notes if slivers is None else [*notes, slivers]
+
+
+def _notes_of_parts(
+    parts: Subdivision | None,
+    listed: npt.NDArray[np.int64] | None,
+    result: Segmentation,
+    paths: list[Path],
+) -> list[str]:
+    """What happened to the faces of the input, where it was subdivided."""
+    if parts is None or listed is None:
+        return []
+    notes = [f"{parts.n_sources} faces were subdivided into {len(parts.sources)}"]
+    n_lost = result.n_segments - len(np.unique(listed))
+    if n_lost and any(path.suffix.lower() != ".ply" for path in paths):
+        notes.append(
+            f"{n_lost} regions have the most area in no face of the input: label files lack them"
+        )
     return notes
 
 
@@ -403,6 +459,7 @@ def _facts(
         "n_iter": result.n_iter,
         "stop_reason": result.stop_reason,
         "seconds": dict(timings),
+        "sliver_share": result.sliver_share,
         "params": result.params,
         "outputs": [str(path) for path in paths],
     }

@@ -49,6 +49,10 @@ class Segmentation:
         Small regions that were merged into another, with ``min_size``: K was larger by as many.
     n_islands : int
         Small regions that touch no other, and stayed.
+    sliver_share : float or None
+        Share of the area, 0 to 1, in faces longer than 3 r and thinner than r, with the expected
+        radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of a graph
+        of one's own, which have no length.
     timings : dict of str to float
         Seconds of wall time in each stage.
     params : dict
@@ -65,6 +69,7 @@ class Segmentation:
     n_joined: int = 0
     n_merged: int = 0
     n_islands: int = 0
+    sliver_share: float | None = None
 
     @property
     def n_segments(self) -> int:

@@ -116,7 +116,12 @@ def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
 
 
 def write_outputs(
-    paths: Sequence[StrPath], mesh: Any, labels: npt.ArrayLike, *, ascii: bool = False
+    paths: Sequence[StrPath],
+    mesh: Any,
+    labels: npt.ArrayLike,
+    *,
+    ascii: bool = False,
+    listed: npt.ArrayLike | None = None,
 ) -> None:
     """Write several files, each by its ending, such that all appear, or none.
 
@@ -130,6 +135,8 @@ def write_outputs(
         0 and up.
     ascii : bool, default False
         Whether PLY is text.
+    listed : array_like of integers, optional
+        Labels for the files of labels alone, 0 and up, where these are of another mesh.
 
     Raises
     ------
@@ -141,12 +148,13 @@ def write_outputs(
     endings = [known_ending(Path(path), MESH_OUTPUTS + LABEL_OUTPUTS) for path in paths]
     mesh = as_mesh(mesh)
     face_labels = checked_labels(labels, mesh.n_faces)
+    listed_labels = face_labels if listed is None else checked_labels(listed)
     has_mesh = any(ending in MESH_OUTPUTS for ending in endings)
     face_colors = _checked_colors(None, mesh, face_labels) if has_mesh else None
     with atomic_outputs(paths) as temporaries:
         for temporary, ending in zip(temporaries, endings, strict=True):
             if ending in LABEL_OUTPUTS:
-                _write_labels_to(temporary, ending, face_labels)
+                _write_labels_to(temporary, ending, listed_labels)
                 continue
             with temporary.open("wb") as file:
                 write_ply(file, mesh, face_labels, face_colors, ascii=ascii)

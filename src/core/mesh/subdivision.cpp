@@ -1,0 +1,397 @@
+// Rivara's algorithm bisects faces by their longest side, and then neighbors that do not conform,
+// and their neighbors in turn. Nothing of that chain is needed where the only reason to bisect a
+// side is its length: the longest side of a face with a side that is too long is too long as well,
+// so each such side gets bisected in each of its faces sooner or later, by itself. Faces are
+// therefore independent of each other, but for the numbers of the midpoints on the sides they
+// share.
+//
+// The bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles constructed
+// by bisecting the longest side", 1975. The algorithm: Rivara, "Algorithms for refining triangular
+// grids suitable for adaptive and multigrid techniques", 1984.
+#include "mesh/subdivision.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <vector>
+
+namespace superfacets {
+namespace {
+
+// Faces of one task. Few, since one long face may become thousands.
+constexpr std::int64_t kFacesPerTask = 256;
+
+constexpr Vertex kNoVertex = -1;
+constexpr int kNoSide = -1;
+
+constexpr int next_side(int side) {
+  return side == 2 ? 0 : side + 1;
+}
+
+Point midpoint(const Point& a, const Point& b) {
+  return {std::midpoint(a.x, b.x), std::midpoint(a.y, b.y), std::midpoint(a.z, b.z)};
+}
+
+struct Corners {
+  Point points[3];
+
+  // What is left of a face when a corner moves along a side: one of its halves.
+  Corners with(int corner, const Point& point) const {
+    Corners changed = *this;
+    changed.points[corner] = point;
+    return changed;
+  }
+};
+
+// What is too long. Lengths are the same from both ends, to the last bit, and so are midpoints.
+class Limit {
+ public:
+  explicit Limit(double max_edge) : squared_(max_edge * max_edge) {}
+
+  bool is_exceeded(const Point& a, const Point& b) const { return squared_norm(b - a) > squared_; }
+
+  // The side to bisect, or kNoSide.
+  int longest_side(const Corners& corners) const {
+    double longest = squared_;
+    int longest_side = kNoSide;
+    for (int side = 0; side < 3; ++side) {
+      const double length = squared_norm(corners.points[next_side(side)] - corners.points[side]);
+      if (length > longest) {
+        longest = length;
+        longest_side = side;
+      }
+    }
+    return longest_side;
+  }
+
+ private:
+  double squared_;
+};
+
+Corners corners_of(std::span<const Point> vertices, const Triangle& face) {
+  return {vertices[face.corners[0]], vertices[face.corners[1]], vertices[face.corners[2]]};
+}
+
+// The number of parts that a face is cut into; any number above `most` where it is more than that.
+std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t most) {
+  const int side = limit.longest_side(face);
+  if (side == kNoSide) return 1;
+  const int end = next_side(side);
+  const Point middle = midpoint(face.points[side], face.points[end]);
+  const std::int64_t n_first = count_parts(face.with(end, middle), limit, most - 1);
+  if (n_first >= most) return most + 1;  // the other half counts for one at least
+  return n_first + count_parts(face.with(side, middle), limit, most - n_first);
+}
+
+[[noreturn]] void refuse() {
+  throw std::length_error("too many faces");
+}
+
+// The number of parts of each face, as (F + 1,) starts.
+Buffer<std::int64_t> place_parts(std::span<const Point> vertices, std::span<const Triangle> faces,
+                                 const Limit& limit, std::int64_t max_faces, ThreadTeam& team) {
+  const auto n_faces = static_cast<std::int64_t>(faces.size());
+  Buffer<std::int64_t> starts(n_faces + 1);
+  std::atomic<std::int64_t> total = 0;
+  const auto count = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t face = begin; face < end; ++face) {
+      if (total.load(std::memory_order_relaxed) > max_faces) return;
+      starts[face] = count_parts(corners_of(vertices, faces[face]), limit, max_faces);
+      if (starts[face] > 1) total.fetch_add(starts[face] - 1, std::memory_order_relaxed);
+    }
+  };
+  total = n_faces;
+  team.for_each_block(n_faces, count, kFacesPerTask);
+  if (total > max_faces) refuse();
+  const auto n_vertices = static_cast<std::int64_t>(vertices.size());
+  if (n_vertices + total - n_faces > std::numeric_limits<Vertex>::max()) refuse();
+  starts[n_faces] = 0;
+  std::exclusive_scan(starts.begin(), starts.end(), starts.begin(), std::int64_t{0});
+  return starts;
+}
+
+Vertex count_points(const Point& a, const Point& b, const Limit& limit) {
+  if (!limit.is_exceeded(a, b)) return 0;
+  const Point middle = midpoint(a, b);
+  return 1 + count_points(a, middle, limit) + count_points(middle, b, limit);
+}
+
+// Writes the midpoints of an edge and of its halves in turn: the middle, those of the half at a,
+// those of the half at b. Returns where the next may go.
+Point* write_points(const Point& a, const Point& b, const Limit& limit, Point* place) {
+  if (!limit.is_exceeded(a, b)) return place;
+  const Point middle = midpoint(a, b);
+  *place = middle;
+  return write_points(middle, b, limit, write_points(a, middle, limit, place + 1));
+}
+
+// The edges of the mesh that are too long, by the vertices that they join.
+class LongEdges {
+ public:
+  LongEdges(std::span<const Point> vertices, std::span<const Triangle> faces, const Limit& limit)
+      : starts_(vertices.size() + 2) {
+    file_sides(vertices, faces, limit);
+    drop_doubles();
+    place_points(vertices, limit);
+  }
+
+  // The first midpoint on an edge that is too long, and how many there are. They are numbered from
+  // the lower to the higher vertex.
+  struct Points {
+    Vertex first;
+    Vertex count;
+  };
+  Points points(Vertex a, Vertex b) const {
+    const auto highs = of_vertex(std::min(a, b));
+    const auto place = std::lower_bound(highs.begin(), highs.end(), std::max(a, b));
+    const std::int64_t edge = starts_[std::min(a, b)] + (place - highs.begin());
+    return {first_points_[edge], first_points_[edge + 1] - first_points_[edge]};
+  }
+
+  // One past the last midpoint.
+  Vertex end() const { return first_points_[n_edges()]; }
+
+  void write(const Limit& limit, ThreadTeam& team, std::span<Point> vertices) const {
+    const auto n_vertices = static_cast<std::int64_t>(starts_.size()) - 2;
+    team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t low = begin; low < end; ++low) {
+        for (std::int64_t edge = starts_[low]; edge < starts_[low + 1]; ++edge) {
+          Point* place = &vertices[first_points_[edge]];
+          write_points(vertices[low], vertices[highs_[edge]], limit, place);
+        }
+      }
+    });
+  }
+
+ private:
+  std::int64_t n_edges() const { return starts_[starts_.size() - 2]; }
+
+  std::span<const Vertex> of_vertex(Vertex low) const {
+    return highs_.span().subspan(starts_[low], starts_[low + 1] - starts_[low]);
+  }
+
+  // A counting sort of the long sides of all faces by their lower vertex. After the prefix sum,
+  // starts_[v + 1] is the write cursor of v; when filled, it is the start of v + 1.
+  void file_sides(std::span<const Point> vertices, std::span<const Triangle> faces,
+                  const Limit& limit) {
+    std::fill(starts_.begin(), starts_.end(), 0);
+    const auto for_each_long_side = [&](const auto& visit) {
+      for (const Triangle& face : faces) {
+        for (int side = 0; side < 3; ++side) {
+          const Vertex a = face.corners[side];
+          const Vertex b = face.corners[next_side(side)];
+          if (limit.is_exceeded(vertices[a], vertices[b])) visit(std::min(a, b), std::max(a, b));
+        }
+      }
+    };
+    for_each_long_side([&](Vertex low, Vertex) { ++starts_[low + 2]; });
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+    highs_ = Buffer<Vertex>(starts_[starts_.size() - 1]);
+    for_each_long_side([&](Vertex low, Vertex high) { highs_[starts_[low + 1]++] = high; });
+  }
+
+  // Sorts the higher vertices of each lower one, and keeps one of each.
+  void drop_doubles() {
+    std::int64_t n_kept = 0;
+    std::int64_t begin = 0;
+    for (std::size_t low = 0; low + 2 < starts_.size(); ++low) {
+      const std::int64_t end = starts_[low + 1];
+      const std::span<Vertex> highs = highs_.span().subspan(begin, end - begin);
+      std::sort(highs.begin(), highs.end());
+      const auto n_different = std::unique(highs.begin(), highs.end()) - highs.begin();
+      std::copy_n(highs.begin(), n_different, highs_.begin() + n_kept);
+      starts_[low] = n_kept;
+      n_kept += n_different;
+      begin = end;
+    }
+    starts_[starts_.size() - 2] = n_kept;
+  }
+
+  void place_points(std::span<const Point> vertices, const Limit& limit) {
+    first_points_ = Buffer<Vertex>(n_edges() + 1);
+    auto next = static_cast<Vertex>(vertices.size());
+    for (std::size_t low = 0; low + 2 < starts_.size(); ++low) {
+      for (std::int64_t edge = starts_[low]; edge < starts_[low + 1]; ++edge) {
+        first_points_[edge] = next;
+        next += count_points(vertices[low], vertices[highs_[edge]], limit);
+      }
+    }
+    first_points_[n_edges()] = next;
+  }
+
+  Buffer<std::int64_t> starts_;  // (V + 2,) edges whose lower vertex is v: starts_[v] .. [v+1]-1
+  Buffer<Vertex> highs_;         // the higher vertex of each edge, rising at each lower one
+  Buffer<Vertex> first_points_;  // (edges + 1,) numbers of midpoints
+};
+
+// Writes the parts of one face after the other, into arrays that are long enough.
+class Cutter {
+ public:
+  Cutter(const Limit& limit, const LongEdges& long_edges, Subdivision& parts)
+      : limit_(limit), long_edges_(long_edges), parts_(parts) {}
+
+  // The parts go to places from first_part on; midpoints within the face are numbered from
+  // first_point on. Those on its sides have been written before.
+  void cut(const Triangle& face, Face source, std::int64_t first_part, Vertex first_point) {
+    edges_.clear();
+    source_ = source;
+    next_part_ = first_part;
+    next_point_ = first_point;
+    const auto& [a, b, c] = face.corners;
+    cut(Sides{{add_side(a, b), add_side(b, c), add_side(c, a)}}, 0);
+  }
+
+ private:
+  // A side of the face, one within it, or a part of either.
+  struct Edge {
+    Vertex from;
+    Vertex to;
+    Vertex middle = kNoVertex;  // where it is bisected, into two other edges
+    std::int32_t first_half = 0;
+    std::int32_t second_half = 0;
+  };
+
+  // An edge as a part of the face runs along it.
+  struct Side {
+    std::int32_t edge;
+    bool is_reversed;
+  };
+  struct Sides {
+    Side sides[3];
+
+    Sides with(int first, const Side& one, int second, const Side& other) const {
+      Sides changed = *this;
+      changed.sides[first] = one;
+      changed.sides[second] = other;
+      return changed;
+    }
+  };
+
+  const Point& point(Vertex vertex) const { return parts_.vertices[vertex]; }
+
+  Vertex start(const Side& side) const {
+    const Edge& edge = edges_[side.edge];
+    return side.is_reversed ? edge.to : edge.from;
+  }
+  Side half_at_start(const Side& side) const {
+    const Edge& edge = edges_[side.edge];
+    return {side.is_reversed ? edge.second_half : edge.first_half, side.is_reversed};
+  }
+  Side half_at_end(const Side& side) const {
+    const Edge& edge = edges_[side.edge];
+    return {side.is_reversed ? edge.first_half : edge.second_half, side.is_reversed};
+  }
+
+  // Adds an edge and all of its parts; its midpoints have been written, in the order of
+  // write_points, from next_point on.
+  std::int32_t add_edge(Vertex from, Vertex to, Vertex& next_point) {
+    const auto index = static_cast<std::int32_t>(edges_.size());
+    edges_.push_back({from, to});
+    if (!limit_.is_exceeded(point(from), point(to))) return index;
+    const Vertex middle = next_point++;
+    const std::int32_t first_half = add_edge(from, middle, next_point);
+    const std::int32_t second_half = add_edge(middle, to, next_point);
+    edges_[index] = {from, to, middle, first_half, second_half};
+    return index;
+  }
+
+  // Adds a side of the face, whose midpoints run from its lower to its higher vertex.
+  Side add_side(Vertex a, Vertex b) {
+    const bool is_reversed = a > b;
+    Vertex next_point = kNoVertex;
+    if (limit_.is_exceeded(point(a), point(b))) next_point = long_edges_.points(a, b).first;
+    return {add_edge(std::min(a, b), std::max(a, b), next_point), is_reversed};
+  }
+
+  // Adds an edge from a midpoint to the corner opposite to it.
+  std::int32_t add_inner_edge(Vertex middle, Vertex opposite) {
+    write_points(point(middle), point(opposite), limit_, &parts_.vertices[next_point_]);
+    return add_edge(middle, opposite, next_point_);
+  }
+
+  void cut(const Sides& face, std::uint8_t depth) {
+    const auto& [ab, bc, ca] = face.sides;
+    const Triangle corners{{start(ab), start(bc), start(ca)}};
+    const int side = limit_.longest_side(corners_of(parts_.vertices.span(), corners));
+    if (side == kNoSide) {
+      write_part(corners, depth);
+      return;
+    }
+    const int second = next_side(side);
+    const int third = next_side(second);
+    const Side bisected = face.sides[side];
+    const std::int32_t inner = add_inner_edge(edges_[bisected.edge].middle, corners.corners[third]);
+    cut(face.with(side, half_at_start(bisected), second, {inner, false}), depth + 1);
+    cut(face.with(side, half_at_end(bisected), third, {inner, true}), depth + 1);
+  }
+
+  void write_part(const Triangle& corners, std::uint8_t depth) {
+    parts_.faces[next_part_] = corners;
+    parts_.sources[next_part_] = source_;
+    parts_.depths[next_part_] = depth;
+    ++next_part_;
+  }
+
+  const Limit& limit_;
+  const LongEdges& long_edges_;
+  Subdivision& parts_;
+  std::vector<Edge> edges_;  // of the face that is being cut
+  Face source_ = 0;
+  std::int64_t next_part_ = 0;
+  Vertex next_point_ = 0;
+};
+
+// The number of the first midpoint within each face, as (F + 1,). Every time that a part is
+// bisected, that takes a midpoint: one on a side of the face is used once by it, one within it
+// twice, from either side.
+Buffer<Vertex> place_inner_points(std::span<const Point> vertices, std::span<const Triangle> faces,
+                                  const Limit& limit, const LongEdges& long_edges,
+                                  std::span<const std::int64_t> starts, ThreadTeam& team) {
+  const auto n_faces = static_cast<std::int64_t>(faces.size());
+  Buffer<Vertex> first_points(n_faces + 1);
+  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t face = begin; face < end; ++face) {
+      auto n_points = static_cast<Vertex>(starts[face + 1] - starts[face] - 1);
+      for (int side = 0; side < 3; ++side) {
+        const Vertex a = faces[face].corners[side];
+        const Vertex b = faces[face].corners[next_side(side)];
+        if (limit.is_exceeded(vertices[a], vertices[b])) n_points -= long_edges.points(a, b).count;
+      }
+      first_points[face] = n_points / 2;
+    }
+  });
+  first_points[n_faces] = 0;
+  std::exclusive_scan(first_points.begin(), first_points.end(), first_points.begin(),
+                      long_edges.end());
+  return first_points;
+}
+
+}  // namespace
+
+Subdivision subdivide(std::span<const Point> vertices, std::span<const Triangle> faces,
+                      double max_edge, std::int64_t max_faces, ThreadTeam& team) {
+  const Limit limit(max_edge);
+  const auto n_faces = static_cast<std::int64_t>(faces.size());
+  const Buffer<std::int64_t> starts = place_parts(vertices, faces, limit, max_faces, team);
+  const LongEdges long_edges(vertices, faces, limit);
+  const Buffer<Vertex> first_points =
+      place_inner_points(vertices, faces, limit, long_edges, starts.span(), team);
+
+  const auto n_parts = static_cast<std::size_t>(starts[n_faces]);
+  Subdivision parts{Buffer<Point>(first_points[n_faces]), Buffer<Triangle>(n_parts),
+                    Buffer<Face>(n_parts), Buffer<std::uint8_t>(n_parts)};
+  std::copy(vertices.begin(), vertices.end(), parts.vertices.begin());
+  long_edges.write(limit, team, parts.vertices.span());
+  const auto cut_faces = [&](std::int64_t begin, std::int64_t end) {
+    Cutter cutter(limit, long_edges, parts);
+    for (std::int64_t face = begin; face < end; ++face) {
+      cutter.cut(faces[face], static_cast<Face>(face), starts[face], first_points[face]);
+    }
+  };
+  team.for_each_block(n_faces, cut_faces, kFacesPerTask);
+  return parts;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,221 @@
+"""Stage 0, where it is asked for: bisect the faces of a mesh until no edge is too long."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import (
+    MAX_CELLS,
+    checked_count,
+    checked_face_labels,
+    checked_number,
+    checked_threads,
+    freeze,
+)
+from ..adapters.convert import MeshLike, as_mesh
+from ..mesh.triangle_mesh import Mesh
+
+__all__ = ["Subdivision", "subdivide"]
+
+MAX_FACES = 10_000_000
+"""Faces that are made without being asked for: some 600 MB."""
+
+MAX_GROWTH = 4
+"""Unless the mesh has so many itself: then as many times what it has."""
+
+RESOLUTION = 1e-12
+"""Shortest `max_edge`, as a fraction of the largest coordinate: 4,500 steps of float64. Midpoints
+of shorter edges are rounded so coarsely that bisection need not end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Subdivision:
+    """A subdivided mesh, and where its faces came from.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        Vertices: the old ones, in their order, then midpoints. Faces: the parts of old face 0, of
+        old face 1, and so on, oriented as those.
+    sources : ndarray of int32, shape (F,)
+        The old face that each new face is a part of; never decreasing.
+    depths : ndarray of uint8, shape (F,)
+        How often that face was halved: a new face has ``2.0**-depth`` of the area of its old one.
+    """
+
+    mesh: Mesh
+    sources: npt.NDArray[np.int32]
+    depths: npt.NDArray[np.uint8]
+
+    def __post_init__(self) -> None:
+        freeze(self, sources=self.sources, depths=self.depths)
+
+    @property
+    def n_sources(self) -> int:
+        """Number of faces of the old mesh."""
+        return int(self.sources[-1]) + 1
+
+    def labels_back(self, labels: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Return labels of the old faces: for each the label with the most area in it.
+
+        Areas are compared exactly, as the powers of two that bisection makes of them; ties go to
+        the lower label. Labels that have the most area in no old face do not occur in the result.
+        For the other direction, ``labels[subdivision.sources]`` takes labels, or any values, of old
+        faces to new ones.
+
+        Parameters
+        ----------
+        labels : array_like of integers, shape (F,)
+            Label of each new face, any numbers.
+
+        Returns
+        -------
+        ndarray of int64, shape (number of old faces,)
+
+        Raises
+        ------
+        ValueError, TypeError
+            If there is not one integer label per new face.
+
+        Examples
+        --------
+        The two halves of a triangle have the same area:
+
+        >>> halves = subdivide(([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2]]), 2.1)
+        >>> halves.mesh.n_faces, halves.labels_back([7, 3])
+        (2, array([3]))
+        """
+        given = checked_face_labels(labels, len(self.sources))
+        starts = np.flatnonzero(np.diff(self.sources, prepend=-1))
+        back = given[starts]
+        is_mixed = np.minimum.reduceat(given, starts) != np.maximum.reduceat(given, starts)
+        if is_mixed.any():
+            chosen = is_mixed[self.sources]
+            shares = np.exp2(-self.depths[chosen].astype(np.float64))
+            back[is_mixed] = _heaviest(self.sources[chosen], given[chosen], shares)
+        return back
+
+    def __repr__(self) -> str:
+        return f"Subdivision({self.n_sources} faces into {len(self.sources)})"
+
+
+def subdivide(
+    mesh: MeshLike,
+    max_edge: float,
+    *,
+    max_faces: int | None = None,
+    n_threads: int | None = None,
+) -> Subdivision:
+    """Bisect faces by their longest edge until no edge is longer than `max_edge`.
+
+    For meshes of long thin triangles, as CAD programs make them of flat faces and cylinders: a
+    region cannot be rounder than the faces that it is made of.
+
+    An edge that is too long is bisected at its midpoint in all faces on it, and no other edge is:
+    a mesh without T-junctions stays without, closed meshes stay closed, and non-manifold edges keep
+    their faces. Which edges are bisected depends on positions alone, so that seams, where vertices
+    at the same position differ, stay seams without gaps. The angles of new faces are at least half
+    the smallest angle of their old face, and its parts together have its area. Edges on the
+    boundary are bisected like others, and faces without area along their edges. The result is the
+    same for any number of threads, and subdividing it again changes nothing.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    max_edge : float
+        Length in the unit of the vertices, > 0; infinity leaves the mesh as it is. At least 1e-12
+        of the largest coordinate.
+    max_faces : int, optional
+        The most faces to make. If not given, ten million, or four times as many as the mesh has if
+        that is more.
+    n_threads : int, optional
+        As for `segment`.
+
+    Returns
+    -------
+    Subdivision
+        The new mesh, with the old face of each new one, and a way back for labels.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid triangle mesh.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type, or there would be more faces than
+        `max_faces`, which is found before memory is taken for them.
+
+    Notes
+    -----
+    Time is linear in the number of new faces. A fat triangle becomes about
+    ``3 * area / max_edge**2`` faces, a thin one about ``2 * length / max_edge``.
+
+    References
+    ----------
+    Rivara, "Algorithms for refining triangular grids suitable for adaptive and multigrid
+    techniques", 1984; the bound on angles is that of Rosenberg and Stenger, 1975.
+
+    Examples
+    --------
+    >>> plank = ([[0, 0, 0], [8, 0, 0], [8, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> pieces = subdivide(plank, 2.5)
+    >>> pieces
+    Subdivision(2 faces into 18)
+    >>> labels = pieces.mesh.vertices[pieces.mesh.faces].mean(axis=1)[:, 0] > 5
+    >>> pieces.labels_back(labels.astype(int))
+    array([1, 0])
+    """
+    length = _checked_length(max_edge)
+    surface = as_mesh(mesh)
+    if max_faces is None:
+        most = min(max(MAX_FACES, MAX_GROWTH * surface.n_faces), MAX_CELLS)
+    else:
+        most = checked_count(max_faces, "max_faces")
+    _check_resolution(surface, length)
+    threads = checked_threads(n_threads)
+    try:
+        vertices, faces, sources, depths = _core.subdivide(
+            surface.vertices, surface.faces, length, min(most, MAX_CELLS), threads
+        )
+    except ValueError:  # std::length_error
+        raise ValueError(
+            f"max_edge={length:g} would make more than {most} faces: give a longer one, or raise"
+            " max_faces"
+        ) from None
+    return Subdivision(Mesh(vertices, faces), sources, depths)
+
+
+def _checked_length(max_edge: float) -> float:
+    is_real = isinstance(max_edge, numbers.Real) and not isinstance(max_edge, (bool, np.bool_))
+    if is_real and max_edge == math.inf:
+        return math.inf
+    return checked_number(max_edge, "max_edge", zero=False)
+
+
+def _check_resolution(mesh: Mesh, max_edge: float) -> None:
+    largest = float(np.abs(mesh.bounds).max())
+    if max_edge < RESOLUTION * largest:
+        raise ValueError(
+            f"max_edge={max_edge:g} is too short beside coordinates of {largest:g}:"
+            " give a longer one, or move the mesh to the origin"
+        )
+
+
+def _heaviest(
+    sources: npt.NDArray[np.int32], labels: npt.NDArray[np.int64], shares: npt.NDArray[np.float64]
+) -> npt.NDArray[np.int64]:
+    """The label with the largest share of each source, in the order of the sources."""
+    order = np.lexsort((labels, sources))
+    sources, labels = sources[order], labels[order]
+    starts = np.flatnonzero((np.diff(sources, prepend=-1) > 0) | (np.diff(labels, prepend=0) != 0))
+    # Sums of powers of two are exact, so what is equal compares equal.
+    totals = np.add.reduceat(shares[order], starts)
+    sources, labels = sources[starts], labels[starts]
+    best = np.lexsort((labels, -totals, sources))
+    return labels[best][np.diff(sources[best], prepend=-1) > 0]

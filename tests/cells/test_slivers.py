@@ -1,0 +1,139 @@
+"""When faces are so long and thin that regions become stripes, and what is said about it."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+import shapes
+from models import read_off
+
+from superfacets import (
+    CellGraph,
+    Mesh,
+    SliverWarning,
+    build_face_graph,
+    crease_weights,
+    read_mesh,
+    sample_mesh,
+    segment,
+    segment_graph,
+    subdivide,
+)
+from superfacets.cells.slivers import sliver_note, sliver_share
+from superfacets.metrics import compactness
+
+
+def share_of(mesh, radius):
+    return sliver_share(mesh, build_face_graph(mesh), radius, 2)
+
+
+def test_the_share_counts_faces_longer_than_three_radii_and_thinner_than_one():
+    """Right triangles with legs 1 and 1 (area 1/2), 6 and 1 (3), and 6 and 4 (12)."""
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [6, 0, 1], [6, 0, 0], [0, 4, 2], [6, 0, 2],
+               [0, 1, 1], [0, 0, 1], [0, 0, 2]]  # fmt: skip
+    mesh = Mesh(corners, [[0, 1, 2], [8, 3, 7], [9, 6, 5]])
+    assert share_of(mesh, 1.0) == 3 / 15.5
+    assert share_of(mesh, 2.0) == 3 / 15.5  # the hypotenuse is 6.08
+    assert share_of(mesh, 2.1) == 0  # no longer than 3 r
+    assert share_of(mesh, 0.98) == 0  # 0.986 high
+    assert share_of(mesh, 0.4) == 0
+    assert share_of(mesh, 0.0) == 0
+
+
+def test_a_surface_without_area_has_no_slivers():
+    line = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
+    assert share_of(line, 0.1) == 0
+
+
+def test_the_share_does_not_depend_on_the_number_of_threads():
+    mesh = shapes.bumpy_sheet(120)
+    squeezed = Mesh(mesh.vertices * [1, 0.02, 0.02], mesh.faces)
+    faces = build_face_graph(squeezed)
+    shares = {sliver_share(squeezed, faces, 0.0025, n) for n in (1, 2, 3, 8)}
+    assert len(shares) == 1
+    assert 0 < shares.pop() < 1
+
+
+def test_a_fan_over_a_flat_face_is_warned_of_once_with_what_to_do():
+    block = shapes.drilled_block(256)
+    with pytest.warns(SliverWarning) as caught:
+        result = segment(block, 100)
+    assert len(caught) == 1
+    message = str(caught[0].message)
+    assert "\n" not in message
+    assert caught[0].filename == __file__
+    max_edge = result.params["expected_radius"] / 4
+    assert message == (
+        "20% of the area is in faces that are long and thin beside the regions, which become"
+        f" stripes: segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
+    )
+    assert math.isclose(result.sliver_share, 0.2, abs_tol=0.01)
+
+
+def test_after_what_the_warning_says_regions_are_rounder_and_there_is_no_warning():
+    block = shapes.drilled_block(256)
+    with pytest.warns(SliverWarning):
+        striped = segment(block, 50)
+    fine = subdivide(block, striped.params["expected_radius"] / 4)
+    result = segment(fine.mesh, 50)
+    assert result.sliver_share == 0
+    assert compactness(fine.mesh, result.labels) < 0.65 * compactness(block, striped.labels)
+
+
+def test_labels_are_the_same_with_the_warning_off():
+    block = shapes.drilled_block(64)
+    with pytest.warns(SliverWarning):
+        one = segment(block, 100)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SliverWarning)
+        assert np.array_equal(segment(block, 100).labels, one.labels)
+
+
+def test_the_warning_comes_before_the_work():
+    calls = []
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", SliverWarning)
+        with pytest.raises(SliverWarning):
+            segment(shapes.drilled_block(64), 100, progress=lambda *call: calls.append(call))
+    assert not calls
+
+
+def test_large_faces_are_not_slivers():
+    """Each face of the cube is a region of its own, and no stripe."""
+    assert segment(shapes.cube(), 12).sliver_share == 0
+
+
+def test_cells_of_a_graph_have_no_share():
+    mesh = shapes.bumpy_sheet(6)
+    faces = build_face_graph(mesh)
+    graph = faces.with_weights(crease_weights(mesh, faces, 0.1))
+    assert isinstance(graph, CellGraph)
+    assert segment_graph(graph, 5).sliver_share is None
+
+
+def test_few_slivers_are_no_matter():
+    assert sliver_note(0.1, "do") is None
+    assert sliver_note(0.101, "do").endswith("become stripes: do")
+
+
+def test_nothing_is_said_of_the_sample_mesh():
+    for mesh, k in ((sample_mesh(), 150), (sample_mesh(5_000), 150)):
+        assert segment(mesh, k).sliver_share < 0.001
+
+
+def test_nothing_is_said_of_the_benchmark(benchmark_paths):
+    """Warnings are errors in tests; the shares are those of 150 regions."""
+    assert len(benchmark_paths) >= 95
+    for path in benchmark_paths:
+        mesh = read_off(path)
+        faces = build_face_graph(mesh)
+        radius = math.sqrt(faces.measures.sum() / math.pi / 150)
+        assert sliver_note(sliver_share(mesh, faces, radius, 2), "") is None, path
+
+
+@pytest.mark.parametrize(
+    "name", ["bunny.ply", "hand.ply", "horse.ply", "cow.obj", "spot.obj", "fandisk.obj"]
+)
+def test_nothing_is_said_of_scans_and_even_meshes(data_dir, name):
+    assert segment(read_mesh(data_dir / "meshes" / name), 150).sliver_share < 0.05
