@@ -2,6 +2,7 @@
 #include "bindings/bindings.hpp"
 
 NB_MODULE(_core, module) {
+  superfacets::bind_base(module);
   superfacets::bind_mesh(module);
   superfacets::bind_cells(module);
   superfacets::bind_clustering_stages(module);

@@ -1,9 +1,11 @@
 #include "cells/weights.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numbers>
 
+#include "base/arctangent.hpp"
 #include "base/buffer.hpp"
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
@@ -22,6 +24,9 @@ constexpr std::int64_t kFewArcs = 8;
 
 // What is needed of so many faces and their neighbors fits into the nearest cache.
 constexpr std::int64_t kFacesPerList = 64;
+
+// Angles are taken of so many arcs at once: those of a list on most meshes.
+constexpr std::size_t kArcsPerBlock = 128;
 
 constexpr double kNotYetWeighed = -1.0;
 
@@ -46,20 +51,24 @@ bool turns_second(Face first, Face second, std::span<const double> areas) {
   return first < second;
 }
 
-// alpha eta |e| theta / pi. Each operand is symmetric in the two faces, bit for bit.
-double angular_term(Point normal_from, Point normal_to, Point step, double edge_length,
-                    const WeightOptions& options) {
-  // atan2 keeps full precision near 0 and pi, where acos of the dot product loses half the digits.
-  // Where a normal is missing both arguments are 0; adding 0.0 keeps the second from being -0.0,
-  // which would make theta pi instead of 0.
-  const double theta =
-      std::atan2(norm(cross(normal_from, normal_to)), dot(normal_from, normal_to) + 0.0);
+// What of eq. 1-3 is known of an arc before the angle theta is. Each number is symmetric in the two
+// faces, bit for bit.
+struct ArcTerms {
+  double geodesic;  // eq. 1
+  double price;     // alpha eta |e|, of eq. 2
+  double sine;      // |n_i x n_j|, 0 where a normal is missing
+  double cosine;    // n_i . n_j
+};
+
+// alpha eta |e|
+double angular_price(Point normal_from, Point normal_to, Point step, double edge_length,
+                     const WeightOptions& options) {
   // Positive if each centroid lies above the plane of the other face, summed over both.
   const double rise = dot(normal_from - normal_to, step);
   const bool concave = options.inside_out ? rise < 0.0 : rise > 0.0;
   const double etas[] = {options.eta_convex, 1.0};
   const double eta = etas[static_cast<int>(concave)];  // no branch: on most meshes it is a toss-up
-  return options.alpha * eta * edge_length * theta / std::numbers::pi;
+  return options.alpha * eta * edge_length;
 }
 
 struct Edge {
@@ -80,11 +89,10 @@ double geodesic_term(const ArcGeometry& arcs, Face from, Face to, const Edge& ed
   return norm(arcs.centroids[from] - middle) + norm(middle - arcs.centroids[to]);
 }
 
-double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face from,
-                  std::int64_t arc, const WeightOptions& options) {
+ArcTerms arc_terms(const ArcGeometry& arcs, std::span<const Point> normals, Face from,
+                   std::int64_t arc, const WeightOptions& options) {
   const Face to = arcs.neighbors[arc];
   const Edge edge = crossed_edge(arcs, from, arc);
-  const double geodesic = geodesic_term(arcs, from, to, edge);  // eq. 1
   Point normal_from = normals[from];
   Point normal_to = normals[to];
   if (!arcs.same_turn.empty() && arcs.same_turn[arc] != 0) {
@@ -93,10 +101,16 @@ double arc_weight(const ArcGeometry& arcs, std::span<const Point> normals, Face 
   }
   const double length =
       options.crease_length > 0.0 ? options.crease_length : norm(edge.end - edge.start);
-  const double angular =
-      angular_term(normal_from, normal_to, arcs.centroids[to] - arcs.centroids[from], length,
-                   options);                       // eq. 2
-  return (geodesic + angular) / options.diagonal;  // eq. 3
+  const Point step = arcs.centroids[to] - arcs.centroids[from];
+  return {geodesic_term(arcs, from, to, edge),
+          angular_price(normal_from, normal_to, step, length, options),
+          norm(cross(normal_from, normal_to)), dot(normal_from, normal_to)};
+}
+
+// The weight of an arc whose normals are at the angle theta.
+double arc_weight(double geodesic, double price, double theta, const WeightOptions& options) {
+  const double angular = price * theta / std::numbers::pi;  // eq. 2
+  return (geodesic + angular) / options.diagonal;           // eq. 3
 }
 
 // The only arc from one face to another, or -1 where there are several, or too many to look.
@@ -143,20 +157,48 @@ void list_rising_arcs(const ArcGeometry& arcs, std::span<const Point> normals, s
   for (const RisingArc& step : rising) prefetch(&arcs.neighbors[arcs.offsets[step.to]]);
 }
 
+// Weighs some arcs, kArcsPerBlock at most, and the arcs back where there is one each way. The
+// angles are taken all at once.
+void weigh_block(const ArcGeometry& arcs, std::span<const Point> normals,
+                 const WeightOptions& options, std::span<const RisingArc> rising,
+                 std::span<double> weights) {
+  using Block = std::array<double, kArcsPerBlock>;
+  Block geodesics;
+  Block prices;
+  Block sines;
+  Block cosines;
+  Block angles;
+  const std::size_t n = rising.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const ArcTerms terms = arc_terms(arcs, normals, rising[i].from, rising[i].arc, options);
+    geodesics[i] = terms.geodesic;
+    prices[i] = terms.price;
+    sines[i] = terms.sine;
+    cosines[i] = terms.cosine;
+  }
+  arctangents({sines.data(), n}, {cosines.data(), n}, {angles.data(), n});
+  for (std::size_t i = 0; i < n; ++i) {
+    const RisingArc& step = rising[i];
+    const double weight = arc_weight(geodesics[i], prices[i], angles[i], options);
+    weights[step.arc] = weight;
+    const std::int64_t back = only_arc(arcs, step.to, step.from);
+    const bool is_pair = back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
+    if (is_pair) weights[back] = weight;
+  }
+}
+
 // Weighs the arcs that lead from a range of faces to higher ones, and the arcs back where there is
 // one each way.
 void weigh_rising_arcs(const ArcGeometry& arcs, std::span<const Point> normals,
                        const WeightOptions& options, std::int64_t begin, std::int64_t end,
                        std::span<double> weights) {
-  std::vector<RisingArc> rising;
+  std::vector<RisingArc> listed;
   for (std::int64_t first = begin; first < end; first += kFacesPerList) {
-    list_rising_arcs(arcs, normals, first, std::min(end, first + kFacesPerList), rising);
-    for (const RisingArc& step : rising) {
-      const double weight = arc_weight(arcs, normals, step.from, step.arc, options);
-      weights[step.arc] = weight;
-      const std::int64_t back = only_arc(arcs, step.to, step.from);
-      const bool is_pair = back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
-      if (is_pair) weights[back] = weight;
+    list_rising_arcs(arcs, normals, first, std::min(end, first + kFacesPerList), listed);
+    for (std::span<const RisingArc> rest = listed; !rest.empty();) {
+      const auto block = rest.first(std::min(rest.size(), kArcsPerBlock));
+      weigh_block(arcs, normals, options, block, weights);
+      rest = rest.subspan(block.size());
     }
   }
 }
@@ -168,7 +210,10 @@ void weigh_other_arcs(const ArcGeometry& arcs, std::span<const Point> normals,
   for (std::int64_t face = begin; face < end; ++face) {
     for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
       if (weights[arc] != kNotYetWeighed) continue;
-      weights[arc] = arc_weight(arcs, normals, static_cast<Face>(face), arc, options);
+      const ArcTerms terms = arc_terms(arcs, normals, static_cast<Face>(face), arc, options);
+      // atan2 keeps full precision near 0 and pi, where acos of the cosine loses half the digits.
+      const double theta = arctangent(terms.sine, terms.cosine);
+      weights[arc] = arc_weight(terms.geodesic, terms.price, theta, options);
     }
   }
 }

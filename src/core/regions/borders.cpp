@@ -4,6 +4,8 @@
 #include <mutex>
 #include <tuple>
 
+#include "base/exponential.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -59,7 +61,7 @@ void append_border(const Surface& surface, std::span<const Label> labels, Cell c
 
 double BorderCost::operator()(const Surface& surface, Cell from, std::int64_t arc) const {
   const double excess = std::max(0.0, weights[arc] * weight_unit - surface.step_length(from, arc));
-  return surface.border_length(from, arc) * std::exp(-excess / crease_scale);
+  return surface.border_length(from, arc) * exponential(-excess / crease_scale);
 }
 
 std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from ..cells.cell_graph import CellGraph
 from ..cells.face_graph import FaceGraph
 from ..mesh.triangle_mesh import Mesh
+from .elementary import arctangent, exponential
 
 __all__ = [
     "Arc",
@@ -157,7 +158,7 @@ def superfacet_weights(
     inside_out = _is_inside_out(mesh, arcs, diagonal, weld)
     centroids, areas = measure_faces(mesh)
     normals = _unit_normals(mesh)
-    weights = []
+    terms = []
     for face, side, neighbor, same_turn in arcs:
         start = mesh.vertices[mesh.faces[face, side]]
         end = mesh.vertices[mesh.faces[face, (side + 1) % 3]]
@@ -169,16 +170,15 @@ def superfacet_weights(
             as_large = abs(a_i - a_j) <= 1e-9 * max(a_i, a_j)
             turn_j = face < neighbor if as_large else a_i > a_j
             n_i, n_j = (n_i, -n_j) if turn_j else (-n_i, n_j)
-        theta = (
-            math.atan2(_norm(_cross(n_i, n_j)), _dot(n_i, n_j)) if n_i.any() and n_j.any() else 0.0
-        )
         rise = _dot(n_i - n_j, centroids[neighbor] - centroids[face])
         concave = rise < 0 if inside_out else rise > 0
         eta = 1.0 if concave else eta_convex
         length = _norm(end - start) if crease_length is None else crease_length
-        angular = alpha * eta * length * theta / math.pi  # eq. 2
-        weights.append(float((geodesic + angular) / diagonal))  # eq. 3
-    return np.array(weights)
+        terms.append((geodesic, alpha * eta * length, _norm(_cross(n_i, n_j)), _dot(n_i, n_j)))
+    geodesics, prices, sines, cosines = np.array(terms).reshape(-1, 4).T
+    angular = prices * arctangent(sines, cosines) / math.pi  # eq. 2
+    weights: Floats = (geodesics + angular) / diagonal  # eq. 3
+    return weights
 
 
 def _unit_normals(mesh: Mesh) -> Floats:
@@ -544,17 +544,18 @@ def _border_costs(
     graph: FaceGraph, mesh: Mesh, weights: Floats, crease_scale: float
 ) -> list[float]:
     """What a border through each arc costs: the length of its edge, less in a crease."""
-    costs = []
+    lengths, excesses = [], []
     for face in range(graph.n_cells):
         for arc in range(graph.offsets[face], graph.offsets[face + 1]):
             side = graph.sides[arc]
             start, end = mesh.vertices[mesh.faces[face, [side, (side + 1) % 3]]]
             middle = 0.5 * (start + end)
             c_i, c_j = graph.positions[face], graph.positions[graph.neighbors[arc]]
-            excess = weights[arc] * graph.diagonal - (_norm(c_i - middle) + _norm(middle - c_j))
-            cost = _norm(end - start) * math.exp(-max(0.0, excess) / crease_scale)
-            costs.append(float(np.float32(cost)))
-    return costs
+            lengths.append(_norm(end - start))
+            geodesic = _norm(c_i - middle) + _norm(middle - c_j)
+            excesses.append(max(0.0, weights[arc] * graph.diagonal - geodesic))
+    costs = np.array(lengths) * exponential(-np.array(excesses) / crease_scale)
+    return [float(cost) for cost in costs.astype(np.float32)]
 
 
 def _expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:

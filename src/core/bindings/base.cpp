@@ -1,0 +1,30 @@
+// Bindings of the arithmetic below the stages, for the tests that measure its errors.
+#include "base/arctangent.hpp"
+#include "base/exponential.hpp"
+#include "bindings/bindings.hpp"
+
+namespace superfacets {
+namespace {
+
+auto bind_arctangents(const Array<double>& y, const Array<double>& x, int instruction_set) {
+  Buffer<double> angles(y.shape(0));
+  arctangents(view(y), view(x), angles.span(), static_cast<InstructionSet>(instruction_set));
+  return to_numpy(std::move(angles));
+}
+
+auto bind_exponentials(const Array<double>& x) {
+  Buffer<double> powers(x.shape(0));
+  exponentials(view(x), powers.span());
+  return to_numpy(std::move(powers));
+}
+
+}  // namespace
+
+void bind_base(nb::module_& module) {
+  module.def("best_instruction_set", [] { return static_cast<int>(best_instruction_set()); });
+  module.def("arctangents", &bind_arctangents, "y"_a.noconvert(), "x"_a.noconvert(),
+             "instruction_set"_a);
+  module.def("exponentials", &bind_exponentials, "x"_a.noconvert());
+}
+
+}  // namespace superfacets
