@@ -69,8 +69,8 @@ def check_labels(
     """Return how the labels were found to be right: by the stored hash, or by what must hold.
 
     Subdivided meshes depend on numpy's random numbers, sample meshes on its linear algebra. Where
-    the mesh is that of the stored hash, other labels are wrong ones; else the hash says nothing, and
-    invariants and one thread are what is compared.
+    the mesh is that of the stored hash, other labels are wrong ones. Else the hash says nothing,
+    and invariants and one thread are what is compared.
 
     Parameters
     ----------
