@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name "*.py" -o -name "*.pyi" -o -name "*.[ch]pp")
 
-.PHONY: help demo test lowest newest lint workflows docs stub figures bench timings sanitize dist clean
+.PHONY: help demo test lowest newest lint workflows docs stub figures bench timings sanitize compilers dist clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -54,6 +54,9 @@ timings: $(VENV)/group-bench ## print the timing table of the README
 
 sanitize: $(VENV)/group-test ## run the tests of the core under ASan, UBSan and TSan
 	tools/sanitize $(BIN)/python
+
+compilers: $(BIN)/superfacets ## check that labels are the same with GCC, less optimized, and clang
+	tools/compare-compilers $(BIN)/python
 
 dist: $(VENV)/group-dist ## build sdist and wheel, and try the wheel where there is no compiler
 	tools/try-dist $(BIN)/python
