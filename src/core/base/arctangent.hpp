@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 
 // Inlined even where the caller is compiled for other instructions than the rest.
@@ -69,7 +70,7 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
 }
 
 // What a loop over many numbers may be compiled for. Later ones include the earlier.
-enum class InstructionSet { kBaseline, kAvx2, kAvx512 };
+enum class InstructionSet : std::uint8_t { kBaseline, kAvx2, kAvx512 };
 
 // The last one that this processor has, of those compiled.
 InstructionSet best_instruction_set();

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
 
 namespace superfacets {
@@ -25,14 +26,13 @@ constexpr std::array<double, 14> inverse_factorials() {
 // (the value is less than 2^-1021) and for NaN the result is 0.
 inline double exponential(double x) {
   constexpr double kLowest = -708.0;
-  constexpr double kPerLn2 = 1.4426950408889634;
   // ln 2 in two parts: 32 bits, so that products with whole numbers up to 2^20 are exact, and what
   // is left.
-  constexpr double kLn2 = 0x1.62e42fefp-1;
+  constexpr double kLn2 = 0x1.62e42fefp-1;  // NOLINT(modernize-use-std-numbers): not all bits
   constexpr double kLn2Rest = 0x1.473de6af278edp-34;
   constexpr double kWhole = 0x1.8p52;  // adding it rounds to a whole number
   if (!(x >= kLowest)) return 0.0;
-  const double n = (x * kPerLn2 + kWhole) - kWhole;
+  const double n = (x * std::numbers::log2e + kWhole) - kWhole;
   const double high = x - n * kLn2;  // exact
   const double low = n * kLn2Rest;
   const double r = high - low;
@@ -41,7 +41,7 @@ inline double exponential(double x) {
   double series = kSeries.back();
   for (std::size_t i = kSeries.size() - 1; i-- > 2;) series = series * r + kSeries[i];
   const double power = 1.0 + (r + (r * r * series + lost));
-  return power * std::bit_cast<double>((static_cast<std::int64_t>(n) + 1023) << 52);
+  return power * std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023.0) << 52U);
 }
 
 // powers[i] = exponential(x[i]).
