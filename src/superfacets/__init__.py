@@ -29,9 +29,10 @@ if TYPE_CHECKING:
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
+    from .view.camera import View
     from .view.colors import face_colors
     from .view.gl import RenderError
-    from .view.rendering import View, render
+    from .view.rendering import render
 
 __version__ = "0.1.0"
 
@@ -86,7 +87,7 @@ _LAZY_NAMES = {
     "sample_mesh": "sample",
     "face_colors": "view.colors",
     "RenderError": "view.gl",
-    "View": "view.rendering",
+    "View": "view.camera",
     "render": "view.rendering",
 }
 _LAZY_MODULES = {

@@ -246,10 +246,10 @@ def info_command(mesh: Path, as_json: bool) -> None:
 @click.option("-o", "--output", metavar="OUT", type=FILE, required=True, help="A .png file.")
 @click.option(
     "--up",
-    type=click.Choice(("x", "y", "z")),
-    default="y",
+    type=click.Choice(("auto", "x", "y", "z")),
+    default="auto",
     show_default=True,
-    help="Axis that points up.",
+    help="Axis that points up; a guess between y and z by default.",
 )
 @click.option("--azimuth", type=float, default=30.0, show_default=True, help="Degrees around.")
 @click.option(

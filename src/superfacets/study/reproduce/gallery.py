@@ -60,10 +60,10 @@ def view_of(mesh: Mesh) -> View:
     """
     x, y, z = mesh.bounds[1] - mesh.bounds[0]
     if y <= min(x, z):
-        return View(azimuth=20, elevation=60)
+        return View(azimuth=20, elevation=60, up="y")
     if x < z:
         return View(azimuth=65, up="z" if z > 2 * y else "y")
-    return View(azimuth=25)
+    return View(azimuth=25, up="y")
 
 
 def _large_meshes(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
