@@ -12,14 +12,14 @@ from .camera import Camera
 
 __all__ = ["border_edges", "default_border_width"]
 
-# Width of a border, as a share of the diameter of a region: dark enough to be seen, thin enough
-# that at least nine tenths of a region's disk keep its color (1 - 0.97^2 = 6 %).
-_SHARE_OF_REGION = 0.03
+# Width of a border, as a share of the diameter of a region. Half of the line is on either side, so
+# that it covers 4 % of a round region.
+_SHARE_OF_REGION = 0.02
 
 # Width, as a share of the picture's height, that larger regions do not exceed.
 _SHARE_OF_PICTURE = 1 / 450
 
-# Width in pixels below which lines break up into dots; above it in the smallest pictures.
+# Width in pixels below which lines break up into dots, however small the regions are.
 _LEAST_WIDTH = 0.6
 
 

@@ -1,26 +1,20 @@
-"""A scene drawn by VTK, without a display.
-
-VTK comes with PyVista, whose import alone takes as long as the segmentation of a large scan: only
-the modules of VTK that are needed are loaded.
-"""
+"""A scene drawn by VTK, without a display."""
 
 from __future__ import annotations
 
-import importlib
 import math
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import MissingExtraError
 from .camera import Camera
 from .gl import RenderError, quiet_vtk
+from .needs import import_pillow, import_vtk
 from .scene import Picture, Scene
 
-__all__ = ["MAX_SIDE", "draw", "import_vtk"]
+__all__ = ["MAX_SIDE", "draw"]
 
 MAX_SIDE = 8192
 """Longest side of a picture: twice this, for anti-aliasing, is what graphics drivers allow."""
@@ -44,6 +38,10 @@ _SHADOW_BIAS = 0.06
 # Points looked at per pixel for that: with fewer the noise can be seen.
 _SHADOW_SAMPLES = 64
 
+# Soft shadows are drawn at a half of the picture's size, and smoothly magnified: they vary
+# slowly, but at the size of the samples they would take most of the time.
+_SHADOW_SIZE = 2
+
 _LINE_COLOR = (28, 28, 32)
 
 # Direction toward each light (right, up, toward the viewer) and its strength: a key light from the
@@ -53,16 +51,6 @@ _LIGHTS = (
     ((0.9, 0.2, 0.7), 0.22),
     ((0.0, 0.0, 1.0), 0.30),
     ((0.0, -1.0, 0.3), 0.15),
-)
-
-# The last but one holds the classes that draw, which VTK looks up when a window is made.
-_VTK_MODULES = (
-    "vtkCommonCore",
-    "vtkCommonDataModel",
-    "vtkFiltersCore",
-    "vtkRenderingCore",
-    "vtkRenderingOpenGL2",
-    "util.numpy_support",
 )
 
 
@@ -76,27 +64,6 @@ class _Stage:
     lines: Any  # actor; None without border lines
 
 
-def import_vtk() -> Any:
-    """Return what is used of VTK, as one namespace. OpenGL is not touched yet.
-
-    Raises
-    ------
-    MissingExtraError
-        If VTK, which comes with PyVista, is not installed.
-    RenderError
-        If it is, but cannot be loaded.
-    """
-    members: dict[str, Any] = {}
-    try:
-        for name in _VTK_MODULES:
-            members |= vars(importlib.import_module(f"vtkmodules.{name}"))
-    except ModuleNotFoundError:
-        raise MissingExtraError("rendering", "viz") from None
-    except ImportError as error:
-        raise RenderError(f"VTK cannot be loaded: {error}") from error
-    return SimpleNamespace(**members)
-
-
 def draw(
     scene: Scene,
     camera: Camera,
@@ -106,8 +73,7 @@ def draw(
 ) -> Picture:
     """Return the picture, (height, width, 3), of a scene; the frame is (width, height).
 
-    Colors and lines are drawn at twice the size and averaged. The soft shadows in creases vary
-    slowly: they are drawn at the size of the picture, as at twice that they take most of the time.
+    Colors and lines are drawn at twice the size and averaged, soft shadows at half the size.
     """
     vtk = import_vtk()
     width, height = frame
@@ -117,10 +83,10 @@ def draw(
             stage.renderer.SetBackground(*(channel / 255 for channel in background))
             samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
             _leave_shadows_only(stage)
-            shadows = _shoot(vtk, stage, width, height)
+            shadows = _shoot(vtk, stage, *(-(-side // _SHADOW_SIZE) for side in frame))
         finally:
             stage.window.Finalize()
-    return _darkened(_averaged(samples), shadows[..., :1])
+    return _darkened(_averaged(samples), shadows)
 
 
 def _set_stage(vtk: Any, scene: Scene, camera: Camera, height: int, line_width: float) -> _Stage:
@@ -271,5 +237,9 @@ def _averaged(samples: Picture) -> Picture:
 
 
 def _darkened(picture: Picture, shadows: Picture) -> Picture:
-    """Picture times shadows, 255 for none."""
-    return ((picture * shadows.astype(np.uint16) + 127) // 255).astype(np.uint8)
+    """Picture times the shadows, gray and smaller; 255 for none."""
+    image = import_pillow("Image")
+    small = image.fromarray(np.ascontiguousarray(shadows[..., 0]))
+    large = small.resize(picture.shape[1::-1], image.Resampling.BILINEAR)
+    factors = np.asarray(large, dtype=np.uint16)[..., np.newaxis]
+    return ((picture * factors + 127) // 255).astype(np.uint8)

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy.typing as npt
 
 from .._validate import checked_count, checked_number
 from ..adapters.convert import MeshLike, as_mesh
-from ..errors import MissingExtraError
 from ..io.atomic import atomic_outputs, checked_targets
 from .borders import default_border_width
 from .camera import View, place_camera
-from .drawing import MAX_SIDE, draw, import_vtk
+from .drawing import MAX_SIDE, draw
 from .gl import ensure_gl
+from .needs import import_pillow, import_vtk
 from .scene import Picture, build_scene
 from .upright import guess_up
 
@@ -103,7 +101,7 @@ def render(
 def check_rendering() -> None:
     """Raise what `render` would raise here for want of VTK, Pillow or OpenGL."""
     import_vtk()
-    _import_pillow("Image")
+    import_pillow("Image")
     ensure_gl()
 
 
@@ -135,7 +133,7 @@ def _checked_path(output: str | os.PathLike[str]) -> Path:
 def _checked_background(background: str) -> tuple[int, int, int]:
     """Red, green and blue of a color given by name or as "#rrggbb"."""
     try:
-        red, green, blue, *_ = _import_pillow("ImageColor").getrgb(background)
+        red, green, blue, *_ = import_pillow("ImageColor").getrgb(background)
     except (ValueError, TypeError, AttributeError):
         raise ValueError(
             f'background must be the name of a color or "#rrggbb", got {background!r}'
@@ -144,14 +142,6 @@ def _checked_background(background: str) -> tuple[int, int, int]:
 
 
 def _write_png(picture: Picture, path: Path) -> None:
-    image = _import_pillow("Image").fromarray(picture)
+    image = import_pillow("Image").fromarray(picture)
     with atomic_outputs([path]) as (partial,):
         image.save(partial, format="PNG")
-
-
-def _import_pillow(module: str) -> Any:
-    """Return a module of Pillow, which comes with PyVista."""
-    try:
-        return importlib.import_module(f"PIL.{module}")
-    except ModuleNotFoundError:
-        raise MissingExtraError("rendering", "viz") from None
