@@ -27,6 +27,16 @@ def cube():
     return Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
 
 
+def table():
+    """A table of five boxes, 1.5 x 1 and 0.8 high, that stands on four legs along z."""
+    legs = [((x, y, 0), (x + 0.1, y + 0.1, 0.75)) for x in (0, 1.4) for y in (0, 0.9)]
+    boxes = [((0, 0, 0.75), (1.5, 1, 0.8)), *legs]
+    unit = cube()
+    vertices = [np.array(low) + unit.vertices * np.subtract(high, low) for low, high in boxes]
+    faces = [unit.faces + unit.n_vertices * box for box in range(len(boxes))]
+    return Mesh(np.concatenate(vertices), np.concatenate(faces))
+
+
 def inside_out_cube():
     return Mesh(cube().vertices, cube().faces[:, ::-1])
 

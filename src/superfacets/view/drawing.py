@@ -38,9 +38,10 @@ _SHADOW_BIAS = 0.06
 # Points looked at per pixel for that: with fewer the noise can be seen.
 _SHADOW_SAMPLES = 64
 
-# Soft shadows are drawn at a half of the picture's size, and smoothly magnified: they vary
-# slowly, but at the size of the samples they would take most of the time.
-_SHADOW_SIZE = 2
+# Longest side, in pixels, at which soft shadows are drawn, but at least half of the picture's and
+# at most that of its samples. They vary slowly and are magnified smoothly; at the size of the
+# samples they take more time than all else.
+_SHADOW_SIDE = 600
 
 _LINE_COLOR = (28, 28, 32)
 
@@ -73,7 +74,7 @@ def draw(
 ) -> Picture:
     """Return the picture, (height, width, 3), of a scene; the frame is (width, height).
 
-    Colors and lines are drawn at twice the size and averaged, soft shadows at half the size.
+    Colors and lines are drawn at twice the size and averaged; soft shadows are drawn smaller.
     """
     vtk = import_vtk()
     width, height = frame
@@ -83,7 +84,7 @@ def draw(
             stage.renderer.SetBackground(*(channel / 255 for channel in background))
             samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
             _leave_shadows_only(stage)
-            shadows = _shoot(vtk, stage, *(-(-side // _SHADOW_SIZE) for side in frame))
+            shadows = _shoot(vtk, stage, *_shadow_frame(frame))
         finally:
             stage.window.Finalize()
     return _darkened(_averaged(samples), shadows)
@@ -215,6 +216,13 @@ def _leave_shadows_only(stage: _Stage) -> None:
     stage.renderer.SSAOBlurOn()
 
 
+def _shadow_frame(frame: tuple[int, int]) -> tuple[int, int]:
+    """Width and height at which soft shadows are drawn."""
+    scale = min(max(_SHADOW_SIDE / max(frame), 0.5), _SAMPLES)
+    width, height = (math.ceil(scale * side) for side in frame)
+    return width, height
+
+
 def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
     """Pixels of the window, (height, width, 3), row 0 at the top."""
     stage.window.SetSize(width, height)
@@ -237,9 +245,9 @@ def _averaged(samples: Picture) -> Picture:
 
 
 def _darkened(picture: Picture, shadows: Picture) -> Picture:
-    """Picture times the shadows, gray and smaller; 255 for none."""
+    """Picture times the shadows, gray and of another size; 255 for none."""
     image = import_pillow("Image")
-    small = image.fromarray(np.ascontiguousarray(shadows[..., 0]))
-    large = small.resize(picture.shape[1::-1], image.Resampling.BILINEAR)
-    factors = np.asarray(large, dtype=np.uint16)[..., np.newaxis]
+    gray = image.fromarray(np.ascontiguousarray(shadows[..., 0]))
+    fitting = gray.resize(picture.shape[1::-1], image.Resampling.BILINEAR)
+    factors = np.asarray(fitting, dtype=np.uint16)[..., np.newaxis]
     return ((picture * factors + 127) // 255).astype(np.uint8)
