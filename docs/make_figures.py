@@ -1,15 +1,14 @@
 """Draw the pictures of the README and of the documentation: ``make figures``."""
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 
 import superfacets as sf
-from superfacets.view.gl import ensure_gl
+from superfacets.view.gl import quiet_vtk
 
 IMAGES = Path(__file__).parent / "images"
-SIZE = (900, 720)
+SIZE = (860, 688)
 PLAIN = np.array([205, 197, 184])
 DARK = np.array([150, 30, 40])
 N_SEGMENTS = 150
@@ -34,8 +33,7 @@ def main() -> None:
     draw(mesh, "stage4a-classify", first.labels, colors=shades(first.distances, 1.0))
     draw(mesh, "stage4b-update", rough.labels)
     draw(mesh, "stage5-regions", final.labels)
-    sf.render(mesh, final.labels, output=IMAGES / "bear.png", size=(1200, 900))
-    draw_slivers("howto-slivers")
+    sf.render(mesh, final.labels, output=IMAGES / "bear.png", size=(1080, 810))
 
 
 def draw(mesh, name, labels=None, colors=None):
@@ -63,63 +61,27 @@ def dots(graph, seeds):
     return is_near
 
 
-def flange(n_around=96):
-    """A pipe with a plate at its end, as CAD programs mesh them: two long faces per step around."""
-    profile = np.array([[0.3, 0], [1, 0], [1, 0.2], [0.5, 0.2], [0.5, 0.9], [0.3, 0.9]])
-    turns = 2 * np.pi * np.arange(n_around) / n_around
-    around = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    rings = [np.insert(radius * around, 2, z, axis=1) for radius, z in profile]
-    step, ring = np.meshgrid(np.arange(n_around), np.arange(len(profile)))
-    a = (ring * n_around + step).ravel()
-    b = (ring * n_around + (step + 1) % n_around).ravel()
-    c, d = ((x + n_around) % (len(profile) * n_around) for x in (b, a))
-    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return sf.Mesh(np.concatenate(rings), faces)
-
-
-def draw_slivers(name):
-    """Write, side by side, a CAD part, its regions, and those of the subdivided part."""
-    from PIL import Image
-
-    part = flange()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", sf.SliverWarning)
-        striped = sf.segment(part, N_SEGMENTS)
-    fine = sf.subdivide(part, striped.params["expected_radius"] / 4).mesh
-    round_ones = sf.segment(fine, N_SEGMENTS)
-    faces = np.arange(part.n_faces)
-    plain = np.broadcast_to(PLAIN.astype(np.uint8), (part.n_faces, 3))
-    style = {"view": sf.View(up="z", elevation=35), "size": (480, 400)}
-    panels = [
-        sf.render(part, faces, colors=plain, border_width=1, **style),
-        sf.render(part, striped.labels, **style),
-        sf.render(fine, round_ones.labels, **style),
-    ]
-    pixels = np.concatenate([np.asarray(panel) for panel in panels], axis=1)
-    Image.fromarray(pixels).quantize(128).save(IMAGES / f"{name}.png", optimize=True)
-
-
 def draw_arcs(mesh, name):
     """Write a picture of an ear with the graph of its faces."""
     import pyvista
 
-    ensure_gl()
     graph = sf.build_face_graph(mesh)
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     ends = np.stack([sources, graph.neighbors], axis=1)[sources < graph.neighbors]
     lines = np.insert(ends, 0, 2, axis=1)
-    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
-    surface = pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.faces)
-    plotter.add_mesh(surface, color=PLAIN / 255, show_edges=True, edge_color="#948c80")
-    lifted = graph.positions + 0.006 * surface.compute_normals().face_normals
-    arcs = pyvista.PolyData(lifted, lines=lines.ravel())
-    plotter.add_mesh(arcs, color=DARK / 255, line_width=3)
-    plotter.add_points(lifted, color=DARK / 255, point_size=9, render_points_as_spheres=True)
-    plotter.enable_anti_aliasing("ssaa")
-    plotter.camera_position = [(1.6, 2.0, 3.2), (0.46, 1.3, 0.1), (0, 1, 0)]
-    plotter.camera.zoom(5)
-    plotter.screenshot(IMAGES / f"{name}.png")
-    plotter.close()
+    with quiet_vtk():
+        plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
+        surface = pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.faces)
+        plotter.add_mesh(surface, color=PLAIN / 255, show_edges=True, edge_color="#948c80")
+        lifted = graph.positions + 0.006 * surface.compute_normals().face_normals
+        arcs = pyvista.PolyData(lifted, lines=lines.ravel())
+        plotter.add_mesh(arcs, color=DARK / 255, line_width=3)
+        plotter.add_points(lifted, color=DARK / 255, point_size=9, render_points_as_spheres=True)
+        plotter.enable_anti_aliasing("ssaa")
+        plotter.camera_position = [(1.6, 2.0, 3.2), (0.46, 1.3, 0.1), (0, 1, 0)]
+        plotter.camera.zoom(5)
+        plotter.screenshot(IMAGES / f"{name}.png")
+        plotter.close()
 
 
 if __name__ == "__main__":
