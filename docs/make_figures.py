@@ -1,5 +1,6 @@
 """Draw the pictures of the README and of the documentation: ``make figures``."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -34,6 +35,7 @@ def main() -> None:
     draw(mesh, "stage4b-update", rough.labels)
     draw(mesh, "stage5-regions", final.labels)
     sf.render(mesh, final.labels, output=IMAGES / "bear.png", size=(1080, 810))
+    draw_slivers("howto-slivers")
 
 
 def draw(mesh, name, labels=None, colors=None):
@@ -59,6 +61,42 @@ def dots(graph, seeds):
         distance = np.linalg.norm(graph.positions - graph.positions[seed], axis=1)
         is_near[distance < 0.025] = 1
     return is_near
+
+
+def flange(n_around=96):
+    """A pipe with a plate at its end, as CAD programs mesh them: two long faces per step around."""
+    profile = np.array([[0.3, 0], [1, 0], [1, 0.2], [0.5, 0.2], [0.5, 0.9], [0.3, 0.9]])
+    turns = 2 * np.pi * np.arange(n_around) / n_around
+    around = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    rings = [np.insert(radius * around, 2, z, axis=1) for radius, z in profile]
+    step, ring = np.meshgrid(np.arange(n_around), np.arange(len(profile)))
+    a = (ring * n_around + step).ravel()
+    b = (ring * n_around + (step + 1) % n_around).ravel()
+    c, d = ((x + n_around) % (len(profile) * n_around) for x in (b, a))
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return sf.Mesh(np.concatenate(rings), faces)
+
+
+def draw_slivers(name):
+    """Write, side by side, a CAD part, its regions, and those of the subdivided part."""
+    from PIL import Image
+
+    part = flange()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sf.SliverWarning)
+        striped = sf.segment(part, N_SEGMENTS)
+    fine = sf.subdivide(part, striped.params["expected_radius"] / 4).mesh
+    round_ones = sf.segment(fine, N_SEGMENTS)
+    faces = np.arange(part.n_faces)
+    plain = np.broadcast_to(PLAIN.astype(np.uint8), (part.n_faces, 3))
+    style = {"view": sf.View(up="z", elevation=35), "size": (480, 400)}
+    panels = [
+        sf.render(part, faces, colors=plain, border_width=1, **style),
+        sf.render(part, striped.labels, **style),
+        sf.render(fine, round_ones.labels, **style),
+    ]
+    pixels = np.concatenate([np.asarray(panel) for panel in panels], axis=1)
+    Image.fromarray(pixels).quantize(128).save(IMAGES / f"{name}.png", optimize=True)
 
 
 def draw_arcs(mesh, name):

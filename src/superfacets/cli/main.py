@@ -29,6 +29,7 @@ from ..mesh.triangle_mesh import Mesh
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from ..pipeline import PAPER, segment
 from ..study.reproduce.command import reproduce_command
+from ..view.camera import Up
 from ..view.gl import RenderError
 
 if TYPE_CHECKING:
@@ -266,7 +267,7 @@ def info_command(mesh: Path, as_json: bool) -> None:
     help="A .npy, .seg, .txt or labeled .ply; those in IN, if it has any, otherwise.",
 )
 def render_command(
-    mesh: Path, output: Path, up: str, azimuth: float, elevation: float, labels: Path | None
+    mesh: Path, output: Path, up: Up, azimuth: float, elevation: float, labels: Path | None
 ) -> None:
     """Draw a shaded picture of the mesh in the file IN, with its regions and dark borders."""
     from ..view.rendering import View, render

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_choice, checked_number
 
-__all__ = ["UP_CHOICES", "Camera", "View", "place_camera"]
+__all__ = ["UP_CHOICES", "Camera", "Up", "View", "place_camera"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -27,7 +28,8 @@ _FRAMES = {
     "z": ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)),
 }
 
-UP_CHOICES = ("auto", *_FRAMES)
+Up = Literal["auto", "x", "y", "z"]
+UP_CHOICES: tuple[str, ...] = get_args(Up)
 """What `View.up` may be."""
 
 
@@ -55,7 +57,7 @@ class View:
 
     azimuth: float = 30.0
     elevation: float = 15.0
-    up: str = "auto"
+    up: Up = "auto"
     zoom: float = 1.0
 
     def __post_init__(self) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from .scene import FloatArray, Scene
@@ -21,7 +23,7 @@ _LEAD = 0.1
 _N_DIRECTIONS = 32
 
 
-def guess_up(scene: Scene) -> str:
+def guess_up(scene: Scene) -> Literal["y", "z"]:
     """Return "z" if the mesh stands much more firmly with z up than with y up, otherwise "y".
 
     It stands if its center of mass, taken as that of its surface, is above the convex hull of the
