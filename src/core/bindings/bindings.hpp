@@ -104,7 +104,7 @@ auto on_team(std::size_t n, int n_threads, const Kernel& kernel,
   return kernel(team);
 }
 
-void bind_base(nb::module_& module);  // what tests compare
+void bind_base(nb::module_& module);               // what tests compare
 void bind_mesh(nb::module_& module);               // stage 0
 void bind_cells(nb::module_& module);              // 1 and 2
 void bind_clustering_stages(nb::module_& module);  // 3 and 4

@@ -46,12 +46,6 @@ auto bind_surface_cells(const Surface& surface, int n_threads) {
   return std::tuple(to_numpy(std::move(positions)), to_numpy(std::move(measures)));
 }
 
-ArcGeometry geometry_of(const TriangleSurface& surface, std::span<const Point> centroids,
-                        std::span<const double> areas) {
-  return {surface.vertices(),     surface.faces(),        centroids,       areas,
-          surface.arcs().offsets, surface.arcs().targets, surface.sides(), surface.same_turns()};
-}
-
 double bind_sum_of(const Array<double>& values, int n_threads) {
   const auto input = view(values);
   return on_team(input.size(), n_threads, [&](ThreadTeam& team) { return sum_of(input, team); });
@@ -84,19 +78,20 @@ auto bind_superfacet_weights(const TriangleSurface& surface, const Rows<double>&
                              double crease_length, double diagonal, bool inside_out,
                              int n_threads) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const ArcGeometry arcs = geometry_of(surface, points(centroids), view(areas));
+  const FaceMeasures faces{points(centroids), view(areas)};
   const WeightOptions options{alpha, eta_convex, crease_length, diagonal, inside_out};
-  on_team(arcs.faces.size(), n_threads,
-          [&](ThreadTeam& team) { superfacet_weights(arcs, options, team, weights.span()); });
+  on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
+    superfacet_weights(surface, faces, options, team, weights.span());
+  });
   return to_numpy(std::move(weights));
 }
 
 auto bind_stk02_weights(const TriangleSurface& surface, const Rows<double>& centroids, double alpha,
                         int n_threads) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const ArcGeometry arcs = geometry_of(surface, points(centroids), {});
-  on_team(arcs.faces.size(), n_threads,
-          [&](ThreadTeam& team) { stk02_weights(arcs, alpha, team, weights.span()); });
+  const auto input = points(centroids);
+  on_team(surface.n_cells(), n_threads,
+          [&](ThreadTeam& team) { stk02_weights(surface, input, alpha, team, weights.span()); });
   return to_numpy(std::move(weights));
 }
 

@@ -32,9 +32,6 @@ class TriangleSurface final : public Surface {
   std::span<const Point> vertices() const { return vertices_; }
   std::span<const Triangle> faces() const { return faces_; }
 
-  std::span<const std::uint8_t> sides() const { return sides_; }
-  std::span<const std::uint8_t> same_turns() const { return same_turn_; }
-
   // The edge that an arc crosses.
   Edge edge(Face from, std::int64_t arc) const { return edge_of_side(from, sides_[arc]); }
 

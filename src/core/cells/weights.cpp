@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <numbers>
+#include <utility>
 
 #include "base/arctangent.hpp"
 #include "base/buffer.hpp"
@@ -30,16 +30,24 @@ constexpr std::size_t kArcsPerBlock = 128;
 
 constexpr double kNotYetWeighed = -1.0;
 
-Buffer<Point> unit_normals(const ArcGeometry& arcs, ThreadTeam& team) {
-  Buffer<Point> normals(arcs.faces.size());  // zero where a face has none
-  const auto n_faces = static_cast<std::int64_t>(normals.size());
-  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
+Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
+  Buffer<Point> normals(surface.n_cells());  // zero where a face has none
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
-      normals[face] = unit_normal(arcs.vertices, arcs.faces[face]);
+      normals[face] = unit_normal(surface.vertices(), surface.faces()[face]);
     }
   });
   return normals;
 }
+
+// What eq. 1-3 need of a mesh.
+struct Geometry {
+  const TriangleSurface& surface;
+  const FaceMeasures& faces;
+  std::span<const Point> normals;
+
+  const Arcs& arcs() const { return surface.arcs(); }
+};
 
 // Where two neighbors run through their edge alike, one normal is turned, and both arcs of the pair
 // turn the same one: that of the smaller face, or of the higher index where areas are equal.
@@ -71,38 +79,20 @@ double angular_price(Point normal_from, Point normal_to, Point step, double edge
   return options.alpha * eta * edge_length;
 }
 
-struct Edge {
-  Point start;
-  Point end;
-};
-
-// The edge that an arc crosses.
-Edge crossed_edge(const ArcGeometry& arcs, Face from, std::int64_t arc) {
-  const int side = arcs.sides[arc];
-  const Triangle& face = arcs.faces[from];
-  return {arcs.vertices[face.corners[side]], arcs.vertices[face.corners[(side + 1) % 3]]};
-}
-
-// |c_i - m| + |m - c_j| (eq. 1).
-double geodesic_term(const ArcGeometry& arcs, Face from, Face to, const Edge& edge) {
-  const Point middle = 0.5 * (edge.start + edge.end);
-  return norm(arcs.centroids[from] - middle) + norm(middle - arcs.centroids[to]);
-}
-
-ArcTerms arc_terms(const ArcGeometry& arcs, std::span<const Point> normals, Face from,
-                   std::int64_t arc, const WeightOptions& options) {
-  const Face to = arcs.neighbors[arc];
-  const Edge edge = crossed_edge(arcs, from, arc);
-  Point normal_from = normals[from];
-  Point normal_to = normals[to];
-  if (!arcs.same_turn.empty() && arcs.same_turn[arc] != 0) {
-    Point& turned = turns_second(from, to, arcs.areas) ? normal_to : normal_from;
+ArcTerms arc_terms(const Geometry& geometry, Face from, std::int64_t arc,
+                   const WeightOptions& options) {
+  const auto& [centroids, areas] = geometry.faces;
+  const Face to = geometry.arcs().targets[arc];
+  const Edge edge = geometry.surface.edge(from, arc);
+  Point normal_from = geometry.normals[from];
+  Point normal_to = geometry.normals[to];
+  if (geometry.surface.same_turn(arc)) {
+    Point& turned = turns_second(from, to, areas) ? normal_to : normal_from;
     turned = -1.0 * turned;
   }
-  const double length =
-      options.crease_length > 0.0 ? options.crease_length : norm(edge.end - edge.start);
-  const Point step = arcs.centroids[to] - arcs.centroids[from];
-  return {geodesic_term(arcs, from, to, edge),
+  const double length = options.crease_length > 0.0 ? options.crease_length : edge.length();
+  const Point step = centroids[to] - centroids[from];
+  return {way_over(edge, centroids[from], centroids[to]),
           angular_price(normal_from, normal_to, step, length, options),
           norm(cross(normal_from, normal_to)), dot(normal_from, normal_to)};
 }
@@ -114,15 +104,14 @@ double arc_weight(double geodesic, double price, double theta, const WeightOptio
 }
 
 // The only arc from one face to another, or -1 where there are several, or too many to look.
-std::int64_t only_arc(const ArcGeometry& arcs, Face from, Face to) {
-  const std::int64_t begin = arcs.offsets[from];
-  const std::int64_t end = arcs.offsets[from + 1];
-  if (end - begin > kFewArcs) return -1;
+std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
+  const auto neighbors = arcs.neighbors(from);
+  if (std::cmp_greater(neighbors.size(), kFewArcs)) return -1;
   std::int64_t n_found = 0;
   std::int64_t sum = 0;
-  for (std::int64_t arc = begin; arc < end; ++arc) {
+  for (const auto [arc, neighbor] : arcs.steps(from)) {
     // No branch: where in the list an arc stands is not to be foretold.
-    const std::int64_t is_found = arcs.neighbors[arc] == to;
+    const std::int64_t is_found = neighbor == to;
     n_found += is_found;
     sum += is_found * arc;
   }
@@ -137,31 +126,32 @@ struct RisingArc {
 
 // Lists the arcs that lead from a range of faces to higher ones, and asks for what is needed there:
 // neighbors are anywhere in memory, and the way to it would take longer than the arithmetic.
-void list_rising_arcs(const ArcGeometry& arcs, std::span<const Point> normals, std::int64_t begin,
-                      std::int64_t end, std::vector<RisingArc>& rising) {
+void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t end,
+                      std::vector<RisingArc>& rising) {
+  const Arcs& arcs = geometry.arcs();
+  const auto vertices = geometry.surface.vertices();
   rising.resize(arcs.offsets[end] - arcs.offsets[begin]);
   std::size_t n_rising = 0;
   for (std::int64_t face = begin; face < end; ++face) {
-    for (const Vertex corner : arcs.faces[face].corners) prefetch(&arcs.vertices[corner]);
-    for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
-      rising[n_rising] = {static_cast<Face>(face), arcs.neighbors[arc], arc};
-      n_rising += static_cast<std::size_t>(face < arcs.neighbors[arc]);  // no branch, as above
+    for (const Vertex corner : geometry.surface.faces()[face].corners) prefetch(&vertices[corner]);
+    for (const auto [arc, neighbor] : arcs.steps(static_cast<Face>(face))) {
+      rising[n_rising] = {static_cast<Face>(face), neighbor, arc};
+      n_rising += static_cast<std::size_t>(face < neighbor);  // no branch, as above
     }
   }
   rising.resize(n_rising);
   for (const RisingArc& step : rising) {
     prefetch(&arcs.offsets[step.to]);
-    prefetch(&arcs.centroids[step.to]);
-    prefetch(&normals[step.to]);
+    prefetch(&geometry.faces.centroids[step.to]);
+    prefetch(&geometry.normals[step.to]);
   }
-  for (const RisingArc& step : rising) prefetch(&arcs.neighbors[arcs.offsets[step.to]]);
+  for (const RisingArc& step : rising) prefetch(&arcs.targets[arcs.offsets[step.to]]);
 }
 
 // Weighs some arcs, kArcsPerBlock at most, and the arcs back where there is one each way. The
 // angles are taken all at once.
-void weigh_block(const ArcGeometry& arcs, std::span<const Point> normals,
-                 const WeightOptions& options, std::span<const RisingArc> rising,
-                 std::span<double> weights) {
+void weigh_block(const Geometry& geometry, const WeightOptions& options,
+                 std::span<const RisingArc> rising, std::span<double> weights) {
   using Block = std::array<double, kArcsPerBlock>;
   Block geodesics;
   Block prices;
@@ -170,7 +160,7 @@ void weigh_block(const ArcGeometry& arcs, std::span<const Point> normals,
   Block angles;
   const std::size_t n = rising.size();
   for (std::size_t i = 0; i < n; ++i) {
-    const ArcTerms terms = arc_terms(arcs, normals, rising[i].from, rising[i].arc, options);
+    const ArcTerms terms = arc_terms(geometry, rising[i].from, rising[i].arc, options);
     geodesics[i] = terms.geodesic;
     prices[i] = terms.price;
     sines[i] = terms.sine;
@@ -181,36 +171,34 @@ void weigh_block(const ArcGeometry& arcs, std::span<const Point> normals,
     const RisingArc& step = rising[i];
     const double weight = arc_weight(geodesics[i], prices[i], angles[i], options);
     weights[step.arc] = weight;
-    const std::int64_t back = only_arc(arcs, step.to, step.from);
-    const bool is_pair = back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
+    const std::int64_t back = only_arc(geometry.arcs(), step.to, step.from);
+    const bool is_pair = back >= 0 && only_arc(geometry.arcs(), step.from, step.to) == step.arc;
     if (is_pair) weights[back] = weight;
   }
 }
 
 // Weighs the arcs that lead from a range of faces to higher ones, and the arcs back where there is
 // one each way.
-void weigh_rising_arcs(const ArcGeometry& arcs, std::span<const Point> normals,
-                       const WeightOptions& options, std::int64_t begin, std::int64_t end,
-                       std::span<double> weights) {
+void weigh_rising_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
+                       std::int64_t end, std::span<double> weights) {
   std::vector<RisingArc> listed;
   for (std::int64_t first = begin; first < end; first += kFacesPerList) {
-    list_rising_arcs(arcs, normals, first, std::min(end, first + kFacesPerList), listed);
+    list_rising_arcs(geometry, first, std::min(end, first + kFacesPerList), listed);
     for (std::span<const RisingArc> rest = listed; !rest.empty();) {
       const auto block = rest.first(std::min(rest.size(), kArcsPerBlock));
-      weigh_block(arcs, normals, options, block, weights);
+      weigh_block(geometry, options, block, weights);
       rest = rest.subspan(block.size());
     }
   }
 }
 
 // Weighs what is left: arcs to lower faces that are not the only ones, or have no arc back.
-void weigh_other_arcs(const ArcGeometry& arcs, std::span<const Point> normals,
-                      const WeightOptions& options, std::int64_t begin, std::int64_t end,
-                      std::span<double> weights) {
-  for (std::int64_t face = begin; face < end; ++face) {
-    for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
+void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
+                      std::int64_t end, std::span<double> weights) {
+  for (auto face = static_cast<Face>(begin); face < end; ++face) {
+    for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       if (weights[arc] != kNotYetWeighed) continue;
-      const ArcTerms terms = arc_terms(arcs, normals, static_cast<Face>(face), arc, options);
+      const ArcTerms terms = arc_terms(geometry, face, arc, options);
       // atan2 keeps full precision near 0 and pi, where acos of the cosine loses half the digits.
       const double theta = arctangent(terms.sine, terms.cosine);
       weights[arc] = arc_weight(terms.geodesic, terms.price, theta, options);
@@ -227,29 +215,27 @@ double round_to_whole(double x) {
 
 }  // namespace
 
-void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, ThreadTeam& team,
-                        std::span<double> weights) {
-  const Buffer<Point> normals = unit_normals(arcs, team);
-  const auto n_faces = static_cast<std::int64_t>(arcs.faces.size());
+void superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                        const WeightOptions& options, ThreadTeam& team, std::span<double> weights) {
+  const Buffer<Point> normals = unit_normals(surface, team);
+  const Geometry geometry{surface, faces, normals.span()};
   team.fill(weights, kNotYetWeighed);
-  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
-    weigh_rising_arcs(arcs, normals.span(), options, begin, end, weights);
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    weigh_rising_arcs(geometry, options, begin, end, weights);
   });
-  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
-    weigh_other_arcs(arcs, normals.span(), options, begin, end, weights);
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    weigh_other_arcs(geometry, options, begin, end, weights);
   });
 }
 
-void stk02_weights(const ArcGeometry& arcs, double alpha, ThreadTeam& team,
-                   std::span<double> weights) {
-  const Buffer<Point> normals = unit_normals(arcs, team);
+void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
+                   ThreadTeam& team, std::span<double> weights) {
+  const Buffer<Point> normals = unit_normals(surface, team);
   const auto has_normal = [&](Face face) { return squared_norm(normals[face]) > 0.0; };
-  const auto n_faces = static_cast<std::int64_t>(arcs.faces.size());
-  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     for (auto face = static_cast<Face>(begin); face < end; ++face) {
-      for (std::int64_t arc = arcs.offsets[face]; arc < arcs.offsets[face + 1]; ++arc) {
-        const Face to = arcs.neighbors[arc];
-        const double geodesic = geodesic_term(arcs, face, to, crossed_edge(arcs, face, arc));
+      for (const auto [arc, to] : surface.arcs().steps(face)) {
+        const double geodesic = way_over(surface.edge(face, arc), centroids[face], centroids[to]);
         const double cosine = dot(normals[face], normals[to]);
         const bool is_bent = has_normal(face) && has_normal(to);
         // Rounding can take the squared cosine of equal normals above 1.

@@ -3,6 +3,7 @@
 
 #include "base/threads.hpp"
 #include "base/types.hpp"
+#include "cells/triangle_surface.hpp"
 
 namespace superfacets {
 
@@ -19,30 +20,23 @@ struct WeightOptions {
   bool inside_out = false;     // normals point inwards: concave and convex swap
 };
 
-// The arcs of a face graph with what eq. 1-3 need of them.
-struct ArcGeometry {
-  std::span<const Point> vertices;
-  std::span<const Triangle> faces;
+// Centroids and areas of faces, which would take too long to work out anew for each arc.
+struct FaceMeasures {
   std::span<const Point> centroids;
   std::span<const double> areas;
-  std::span<const std::int64_t> offsets;
-  std::span<const Face> neighbors;
-  std::span<const std::uint8_t> sides;
-  std::span<const std::uint8_t> same_turn;  // empty: 0 everywhere
 };
 
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0, where
 // options may put another length in the place of |e|. theta is in [0, pi] and 0 where a face has no
 // normal. The two arcs of a pair get the same bits. Memory: 24 bytes per face.
-void superfacet_weights(const ArcGeometry& arcs, const WeightOptions& options, ThreadTeam& team,
-                        std::span<double> weights);
+void superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                        const WeightOptions& options, ThreadTeam& team, std::span<double> weights);
 
 // weights[a] = (1 - alpha) (|c_i - m| + |m - c_j|) + alpha (1 - (n_i . n_j)^2), the weighting of
 // Shlafman, Tal and Katz 2002 (eq. 6 of the paper), 0 <= alpha <= 1; finite and >= 0. The second
-// term is 0 where a face has no normal. Areas and same_turn are not used. Memory: 24 bytes per
-// face.
-void stk02_weights(const ArcGeometry& arcs, double alpha, ThreadTeam& team,
-                   std::span<double> weights);
+// term is 0 where a face has no normal. Memory: 24 bytes per face.
+void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
+                   ThreadTeam& team, std::span<double> weights);
 
 // Rounds finite weights >= 0 to whole numbers >= 1 of a unit, which is returned: the power of two
 // that is 2^47 to 2^48 times smaller than the sum of the weights (1 if all are 0). The same bits on
