@@ -90,8 +90,9 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     >>> overlap.regions, overlap.segments, overlap.areas
     (array([0, 1, 1], dtype=int32), array([0, 0, 1], dtype=int32), array([2., 1., 1.]))
     """
-    values = np.asarray(areas)
-    values = checked_nonnegative_array(values, values.size, "areas", "face", checked_threads(None))
+    values = checked_nonnegative_array(
+        areas, np.size(areas), "areas", "face", checked_threads(None)
+    )
     positive_total(values)
     regions, n_regions = compact_labels(labels, len(values))
     segments, n_segments = compact_labels(truth, len(values))

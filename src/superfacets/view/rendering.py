@@ -18,6 +18,7 @@ from .._validate import (
     checked_number,
     checked_threads,
     compact_labels,
+    refuse_mask,
 )
 from ..adapters.convert import MeshLike, as_mesh
 from ..cells.face_graph import FaceGraph, build_face_graph
@@ -247,6 +248,7 @@ def _checked_background(pyvista: Any, background: str) -> tuple[int, int, int]:
 
 def _checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
     """Colors of faces as an (F, 3) uint8 array."""
+    refuse_mask(colors, "colors")
     array = np.asarray(colors)
     if array.shape != (n_faces, 3):
         raise ValueError(f"colors must have shape ({n_faces}, 3), got {array.shape}")

@@ -83,7 +83,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     data = read_content(path)
     try:
         if ending in _GLTF_ENDINGS:
-            return Mesh(*read_gltf(data, path.parent))
-        return Mesh(*_READERS[ending](data))
+            return Mesh._of_new(*read_gltf(data, path.parent))
+        return Mesh._of_new(*_READERS[ending](data))
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
