@@ -119,7 +119,7 @@ def checked_mesh(
         first = int(np.argmin(np.isfinite(points).all(axis=1)))
         raise MeshError(f"vertices[{first}] is not finite: {points[first].tolist()}")
     if not is_in_range:
-        _raise_index_error(corners, len(points))
+        _raise_index_error(triangles, corners, len(points))
     box = np.array(bounds)
     _check_extent(*box)
     return points, triangles, box
@@ -154,10 +154,12 @@ def _corner_array(faces: Any) -> npt.NDArray[Any]:
     return array
 
 
-def _raise_index_error(faces: npt.NDArray[Any], n_vertices: int) -> None:
+def _raise_index_error(
+    faces: npt.NDArray[np.int32], given: npt.NDArray[Any], n_vertices: int
+) -> None:
     face, corner = np.argwhere((faces < 0) | (faces >= n_vertices))[0]
     raise MeshError(
-        f"faces[{face}] refers to vertex {faces[face, corner]}"
+        f"faces[{face}] refers to vertex {given[face, corner]}"
         f" but the mesh has {n_vertices} vertices"
     )
 
