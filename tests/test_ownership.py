@@ -13,7 +13,6 @@ import shapes
 
 import superfacets as sf
 from superfacets import CellGraph, FaceGraph, Mesh, MeshError
-from superfacets.io import write_labels
 
 OUT_OF_RANGE = 2_000_000_000
 
@@ -178,7 +177,7 @@ def test_masked_entries_are_refused(graph, tmp_path):
         lambda: sf.metrics.compactness(mesh, masked(ones)),
         lambda: sf.enforce_connectivity(mesh, masked(ones - 1)),
         lambda: sf.metrics.area_overlap(ones, ones, masked(ones * 1.0)),
-        lambda: write_labels(tmp_path / "a.npy", masked(ones)),
+        lambda: sf.write_labels(tmp_path / "a.npy", masked(ones)),
         lambda: sf.write_mesh(tmp_path / "a.ply", mesh, colors=masked(np.ones((32, 3), np.uint8))),
         lambda: CellGraph(**(arrays_of(graph) | {"weights": masked(graph.weights)})),
         lambda: CellGraph(**(arrays_of(graph) | {"measures": masked(graph.measures)})),

@@ -191,9 +191,8 @@ class CellGraph:
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
         """Return the graph as the kernels take it; made when first asked for, then kept."""
         if self._ordered is None:
-            graph = _core.OrderedGraph(
-                self.positions, self.measures, self.offsets, self.neighbors, self.lengths, n_threads
-            )
+            cells = _core.PlacedCells(self.positions, self.measures, n_threads)
+            graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
             object.__setattr__(self, "_ordered", graph)
         return self._ordered  # type: ignore[return-value]  # set just above
 

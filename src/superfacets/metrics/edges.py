@@ -39,8 +39,7 @@ class EdgePaths:
         used = np.flatnonzero(has_edges)
         lengths, unit = _core.quantize_weights(edge_lengths, n_threads)
         graph = _core.OrderedGraph(
-            mesh.vertices[used],
-            np.ones(len(used)),
+            _core.PlacedCells(mesh.vertices[used], np.ones(len(used)), n_threads),
             np.append(offsets[:-1][has_edges], offsets[-1:]),
             places[neighbors],
             lengths,
