@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import random
 from pathlib import Path
@@ -73,7 +74,7 @@ def _odd_document(source: random.Random) -> dict[str, Any]:
         if isinstance(place[key], list) and source.random() < 0.5:
             place[key] = place[key] * source.choice((2, 300))
         else:
-            place[key] = source.choice(ODD_VALUES)
+            place[key] = copy.deepcopy(source.choice(ODD_VALUES))
             if not document:
                 return document
     return document
