@@ -63,7 +63,8 @@ class Buffer {
   static T* allocate(std::size_t size) {
     const std::size_t n_bytes = bytes(size);
     if (n_bytes < kWorthHugePages) return allocate_small(n_bytes);
-    void* data = ::mmap(nullptr, n_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    void* data =
+        ::mmap(nullptr, n_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (data == MAP_FAILED) throw std::bad_alloc();
     ::madvise(data, n_bytes, MADV_HUGEPAGE);  // only advice: where it is refused, pages are small
     return static_cast<T*>(data);

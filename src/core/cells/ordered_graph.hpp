@@ -24,8 +24,8 @@ struct WeightedArcs {
 };
 
 // Cells along a space-filling curve: cells that touch mostly stand on the same few pages of memory,
-// in whatever order the input had them. All arrays are by place on the curve. Made before the graph,
-// so that the positions and measures of the input need not be held while arcs are copied.
+// in whatever order the input had them. All arrays are by place on the curve. Made before the
+// graph, so that the positions and measures of the input need not be held while arcs are copied.
 struct PlacedCells {
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
