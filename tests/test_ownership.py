@@ -12,7 +12,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import CellGraph, FaceGraph, Mesh, MeshError
+from superfacets import ArcMeasures, CellGraph, FaceGraph, Mesh, MeshError
 
 OUT_OF_RANGE = 2_000_000_000
 
@@ -22,8 +22,8 @@ def copies_of(original):
 
 
 def arrays_of(graph):
-    return {name: np.array(getattr(graph, name)) for name in CellGraph.__dataclass_fields__
-            if name not in ("lengths", "unit", "_ordered")}  # fmt: skip
+    names = ("positions", "measures", "offsets", "neighbors", "weights", "bounds")
+    return {name: np.array(getattr(graph, name)) for name in names}
 
 
 @pytest.fixture
@@ -61,6 +61,15 @@ def test_a_face_graph_changed_after_the_check_is_as_it_was():
         arrays[name][:] = 255
     weights = sf.superfacet_weights(mesh, graph)
     assert np.array_equal(weights, sf.superfacet_weights(mesh, original))
+
+
+def test_sides_of_arcs_changed_after_the_check_change_nothing(graph):
+    sides = np.zeros(graph.n_arcs, np.int32)
+    measures = ArcMeasures(np.ones(graph.n_arcs), sides=sides)
+    own = CellGraph(**arrays_of(graph), arc_measures=measures)
+    sides[:] = OUT_OF_RANGE
+    for twin in (own, *copies_of(own)):
+        assert not twin.arc_measures.sides.any()
 
 
 def test_labels_seeds_and_centers_are_copies():
