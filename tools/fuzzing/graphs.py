@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import shapes
-from test_reference import check_loop
+from test_reference import check_loop, size_of
 
 import superfacets as sf
-from superfacets.clustering.seeding import region_size
 from superfacets.reference import reference
 
 from .promises import THREADS, check_number, check_pieces, check_result
@@ -29,7 +28,7 @@ def check_graph(rng: np.random.Generator, _folder: Path) -> None:
 
 
 def _check_seeds(graph: sf.CellGraph, k: int) -> None:
-    radius = region_size(graph.ordered(1), k).radius
+    radius = size_of(graph, k).radius
     assert sf.place_seeds(graph, k).tolist() == reference.geodesic_seeds(graph, k)
     farthest = sf.place_seeds(graph, k, init="farthest").tolist()
     assert farthest == reference.farthest_seeds(graph, k)
