@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name "*.py" -o -name "*.pyi" -o -name "*.[ch]pp")
 
-.PHONY: help demo test lowest newest lint workflows docs stub figures bench timings sanitize compilers dist clean
+.PHONY: help demo test lowest newest lint workflows docs stub figures bench timings fuzz sanitize compilers dist clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -29,7 +29,7 @@ workflows: ## check the files in .github/workflows with actionlint
 	tools/lint-workflows
 
 lint: $(VENV)/group-dev ## formats, lints and types of Python and C++
-	$(BIN)/ruff check .
+	$(BIN)/ruff check . tools/fuzz
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/clang-format --dry-run --Werror $$(find src/core -name "*.[ch]pp")
@@ -51,6 +51,9 @@ bench: $(VENV)/group-bench ## time everything, side by side with rivals; BENCH="
 
 timings: $(VENV)/group-bench ## print the timing table of the README
 	$(BIN)/python -m benchmarks timings
+
+fuzz: $(VENV)/group-test ## search a minute for inputs that break a promise; FUZZ="--seconds 3600 --seed 7" for more
+	$(BIN)/python tools/fuzz $(FUZZ)
 
 sanitize: $(VENV)/group-test ## run the tests of the core under ASan, UBSan and TSan
 	tools/sanitize $(BIN)/python

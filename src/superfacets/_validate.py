@@ -1,15 +1,20 @@
 """Every check of what users pass in, and the only place that converts it.
 
 The core checks nothing: arrays that leave this module have the exact dtype and layout it expects.
+Integers that it finds its way in memory by are copied first and checked then, so that nobody can
+change them afterwards: not the caller, not another thread, not the file behind a memory map. Floats
+stay where they are.
 """
 
 from __future__ import annotations
 
 import math
+import mmap
 import numbers
 import operator
 import os
 import reprlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -39,10 +44,57 @@ def exact_array(array: Any, dtype: Any) -> npt.NDArray[Any]:
     return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
 
 
+def exact_doubles(array: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Numbers as float64, exact as `exact_array` makes them, infinite where they are too large.
+
+    A file that shrinks while it is mapped ends the process that reads it: such memory is copied.
+    """
+    # A signaling NaN, or a longdouble beyond float64, is found by the checks that follow.
+    with np.errstate(over="ignore", invalid="ignore"):
+        doubles: npt.NDArray[np.float64] = exact_array(array, np.float64)
+    return doubles.copy() if _is_mapped(doubles) else doubles
+
+
+def _is_mapped(array: npt.NDArray[Any]) -> bool:
+    """Whether the memory of an array is that of a file, as far as its owner tells."""
+    owner: Any = array
+    while isinstance(owner, np.ndarray):
+        owner = owner.base
+    return isinstance(owner.obj if isinstance(owner, memoryview) else owner, mmap.mmap)
+
+
+def owned(array: npt.NDArray[Any], dtype: Any) -> npt.NDArray[Any]:
+    """A copy of an array, to be checked: nobody else can write it."""
+    return np.array(array, dtype=dtype, order="C")
+
+
+def owned_indices(array: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+    """A copy of integers as int32, as from `owned`; -1 for those that do not fit."""
+    if array.dtype == np.int32:
+        return owned(array, np.int32)
+    # Numbers of 2**63 or more become negative here, and do not fit either.
+    wide = exact_array(array, np.int64)
+    narrow = _core.narrow_indices(wide.ravel(), checked_threads(None))
+    return narrow.reshape(array.shape)
+
+
+def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
+    """Raise an error where entries are masked: numpy would take what is under the mask."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise error(f"{name} has masked entries: fill them, or leave them out")
+
+
+def restored(state: Any, names: Sequence[str]) -> list[Any]:
+    """These fields of an object that is being copied or unpickled, to be checked as new ones."""
+    if not isinstance(state, dict) or not set(names) <= state.keys():
+        raise ValueError(f"a damaged copy: it does not hold {', '.join(names)}")
+    return [state[name] for name in names]
+
+
 def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
     """Set fields of a frozen dataclass to views that cannot be written through.
 
-    What was checked then stays as it was checked; the caller's own arrays stay writable.
+    The caller's own arrays stay writable.
     """
     for name, array in arrays.items():
         view = array.view()
@@ -51,18 +103,23 @@ def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
 
 
 def checked_mesh(
-    vertices: Any, faces: Any
+    vertices: Any, faces: Any, *, are_new: bool = False
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
-    """Vertices, faces, and the bounding box (2, 3) of the vertices used; a MeshError if wrong."""
+    """Vertices, faces, and the bounding box (2, 3) of the vertices used; a MeshError if wrong.
+
+    Arrays that are new, as a reader has just made them, are nobody else's and need no copy.
+    """
     points = _point_array(vertices)
-    triangles = _triangle_array(faces)
+    corners = _corner_array(faces)
+    is_ours = are_new and corners.dtype == np.int32
+    triangles = exact_array(corners, np.int32) if is_ours else owned_indices(corners)
     threads = checked_threads(None)
     is_finite, is_in_range, *bounds = _core.check_mesh(points, triangles, threads)
     if not is_finite:
         first = int(np.argmin(np.isfinite(points).all(axis=1)))
         raise MeshError(f"vertices[{first}] is not finite: {points[first].tolist()}")
     if not is_in_range:
-        _raise_index_error(np.asarray(faces), len(points))
+        _raise_index_error(triangles, corners, len(points))
     box = np.array(bounds)
     _check_extent(*box)
     return points, triangles, box
@@ -75,12 +132,11 @@ def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
         raise MeshError(f"vertices must have shape (V, 3), got {array.shape}")
     if len(array) > MAX_CELLS:
         raise MeshError(f"the mesh has {len(array)} vertices; at most {MAX_CELLS} are supported")
-    with np.errstate(invalid="ignore"):  # a signaling NaN of a narrower type; found later
-        return exact_array(array, np.float64)
+    return exact_doubles(array)
 
 
-def _triangle_array(faces: Any) -> npt.NDArray[np.int32]:
-    """Triangles as a contiguous (F, 3) int32 array; -1 for indices that do not fit."""
+def _corner_array(faces: Any) -> npt.NDArray[Any]:
+    """Triangles as an (F, 3) array of integers of any type, as they come."""
     array = _numeric_array(faces, "faces")
     if array.size == 0:
         raise MeshError("the mesh has no faces")
@@ -95,17 +151,15 @@ def _triangle_array(faces: Any) -> npt.NDArray[np.int32]:
         raise MeshError(f"faces must be integers, got {array.dtype}")
     if len(array) > MAX_CELLS:
         raise MeshError(f"the mesh has {len(array)} faces; at most {MAX_CELLS} are supported")
-    if array.dtype == np.int32:
-        return exact_array(array, np.int32)
-    # Indices of 2**63 or more become negative here, and so are out of range as well.
-    wide = exact_array(array, np.int64)
-    return _core.narrow_indices(wide.ravel(), checked_threads(None)).reshape(-1, 3)
+    return array
 
 
-def _raise_index_error(faces: npt.NDArray[Any], n_vertices: int) -> None:
+def _raise_index_error(
+    faces: npt.NDArray[np.int32], given: npt.NDArray[Any], n_vertices: int
+) -> None:
     face, corner = np.argwhere((faces < 0) | (faces >= n_vertices))[0]
     raise MeshError(
-        f"faces[{face}] refers to vertex {faces[face, corner]}"
+        f"faces[{face}] refers to vertex {given[face, corner]}"
         f" but the mesh has {n_vertices} vertices"
     )
 
@@ -124,6 +178,7 @@ def _check_extent(low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -
 
 
 def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
+    refuse_mask(value, name, MeshError)
     try:
         array = np.asarray(value)
     except ValueError as error:  # ragged nested lists
@@ -137,7 +192,7 @@ def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArr
     """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
-    array = exact_array(_numeric_array(bounds, "bounds"), np.float64)
+    array = exact_doubles(_numeric_array(bounds, "bounds"))
     if array.shape != (2, 3) or not np.isfinite(array).all() or np.any(array[0] > array[1]):
         raise ValueError("bounds must hold a low and a high corner, shape (2, 3), finite")
     return array
@@ -145,7 +200,7 @@ def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArr
 
 def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
     """Cell positions as a contiguous (N, 3) float64 array, N >= 1."""
-    array = exact_array(_numeric_array(positions, "positions"), np.float64)
+    array = exact_doubles(_numeric_array(positions, "positions"))
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
         raise ValueError(f"positions must have shape (N, 3) with N >= 1, got {array.shape}")
     if not np.isfinite(array).all():
@@ -164,10 +219,11 @@ def checked_nonnegative_array(
     value: Any, n: int, name: str, per: str, n_threads: int
 ) -> npt.NDArray[np.float64]:
     """A contiguous (n,) float64 array of finite numbers >= 0."""
+    refuse_mask(value, name)
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name} must be numbers, got {array.dtype}")
-    array = exact_array(array, np.float64)
+    array = exact_doubles(array)
     if array.shape != (n,):
         raise ValueError(f"{name} must have one value per {per}, shape ({n},), got {array.shape}")
     is_valid, largest = _core.check_numbers(array, n_threads)
@@ -186,8 +242,8 @@ def checked_arcs(
     offsets: Any, neighbors: Any, n_cells: int
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
     """Arcs in CSR form, as (N + 1,) int64 offsets and (M,) int32 neighbors."""
-    starts = _integer_array(offsets, "offsets", np.int64)
-    targets = _integer_array(neighbors, "neighbors", np.int32)
+    starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 or more: negative
+    targets = owned_indices(_integer_array(neighbors, "neighbors"))
     if len(starts) != n_cells + 1:
         raise ValueError(f"offsets must have shape ({n_cells + 1},), got {starts.shape}")
     if starts[0] != 0 or starts[-1] != len(targets) or np.any(np.diff(starts) < 0):
@@ -199,7 +255,7 @@ def checked_arcs(
 
 def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
     """One side >= 0 per arc, (M,) int32, rising for the arcs of each cell."""
-    array = _integer_array(sides, "sides", np.int32)
+    array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
     if array.min(initial=0) < 0:
@@ -212,37 +268,42 @@ def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.
 
 def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArray[np.int32]:
     """Distinct cells as a (K,) int32 array, K >= 1."""
-    array = _integer_array(seeds, name, np.int64)
+    given = _integer_array(seeds, name)
+    array = owned_indices(given)
     if not len(array) >= 1:
         raise ValueError(f"{name} must hold at least one face")
     if array.min() < 0 or array.max() >= n_cells:
         place = int(np.argmax((array < 0) | (array >= n_cells)))
-        raise ValueError(f"{name}[{place}] is {array[place]}; it must be 0 to {n_cells - 1}")
+        raise ValueError(f"{name}[{place}] is {given[place]}; it must be 0 to {n_cells - 1}")
     values, counts = np.unique(array, return_counts=True)
     if len(values) < len(array):
         raise ValueError(f"{name} holds {values[np.argmax(counts > 1)]} more than once")
-    return array.astype(np.int32)
+    return array
 
 
 def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
     """Labels as an (N,) int32 array, and their number K; each of 0..K-1 must occur."""
-    array = _integer_array(labels, "labels", np.int64)
-    if len(array) != n_cells:
-        raise ValueError(f"there are {len(array)} labels for {n_cells} faces")
+    given = _integer_array(labels, "labels")
+    if len(given) != n_cells:
+        raise ValueError(f"there are {len(given)} labels for {n_cells} faces")
+    array = owned_indices(given)
     if array.min() < 0 or array.max() >= n_cells:
         place = int(np.argmax((array < 0) | (array >= n_cells)))
-        raise ValueError(f"labels[{place}] is {array[place]}; labels are 0..K-1, K <= {n_cells}")
+        raise ValueError(f"labels[{place}] is {given[place]}; labels are 0..K-1, K <= {n_cells}")
     counts = np.bincount(array)
     if not counts.all():
         raise ValueError(f"no face has label {int(np.argmin(counts))}")
-    return array.astype(np.int32), len(counts)
+    return array, len(counts)
 
 
 def checked_face_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
     """Labels of any numbers as an (N,) int64 array."""
-    array = _integer_array(labels, "labels", np.int64)
-    if len(array) != n_cells:
-        raise ValueError(f"there are {len(array)} labels for {n_cells} faces")
+    given = _integer_array(labels, "labels")
+    if len(given) != n_cells:
+        raise ValueError(f"there are {len(given)} labels for {n_cells} faces")
+    array = owned(given, np.int64)
+    if given.dtype.kind == "u" and array.min() < 0:
+        raise ValueError("labels must fit in int64")
     return array
 
 
@@ -333,13 +394,12 @@ def checked_threads(n_threads: Any) -> int:
     return os.cpu_count() or 1
 
 
-def _integer_array(value: Any, name: str, dtype: Any) -> npt.NDArray[Any]:
+def _integer_array(value: Any, name: str) -> npt.NDArray[Any]:
+    """A one-dimensional array of integers of any type, as it comes."""
+    refuse_mask(value, name)
     array = np.asarray(value)
     if array.ndim != 1:
         raise ValueError(f"{name} must be one-dimensional, got shape {array.shape}")
     if array.size and array.dtype.kind not in "iu":
         raise TypeError(f"{name} must be integers, got {array.dtype}")
-    limits = np.iinfo(dtype)
-    if array.size and not limits.min <= array.min() <= array.max() <= limits.max:
-        raise ValueError(f"{name} must fit in {np.dtype(dtype).name}")
-    return exact_array(array, dtype)
+    return array

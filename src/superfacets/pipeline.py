@@ -224,9 +224,10 @@ def _build_cells(
         del weights  # makes room
     with timed(timings, "order"):
         surface = Surface.of_faces(triangles, faces, n_threads)
-        cells = (faces.positions, faces.measures, faces.offsets, faces.neighbors, lengths)
+        placed = _core.PlacedCells(faces.positions, faces.measures, n_threads)
+        arcs = (faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for
-        return surface, size, share, _core.OrderedGraph(*cells, n_threads), lengths, unit
+        return surface, size, share, _core.OrderedGraph(placed, *arcs, n_threads), lengths, unit
 
 
 def _in_order(timings: dict[str, float]) -> dict[str, float]:

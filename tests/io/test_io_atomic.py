@@ -2,10 +2,12 @@
 
 import os
 import stat
+import time
+from pathlib import Path
 
 import pytest
 
-from superfacets.io.atomic import atomic_outputs
+from superfacets.io.atomic import atomic_outputs, remove_leftovers
 from superfacets.io.writers.write import check_outputs, write_labels
 
 
@@ -141,3 +143,50 @@ def test_the_same_file_twice_is_refused(tmp_path):
     with pytest.raises(ValueError, match="twice"), atomic_outputs(twice):
         raise AssertionError("the block must not run")
     assert names(tmp_path) == ["folder"]
+
+
+@pytest.fixture
+def leftovers(tmp_path):
+    """Two temporary files of ``a.seg``, one of today and one of the day before yesterday."""
+    new, old = (tmp_path / f".a.seg.{digit * 12}.tmp" for digit in "0f")
+    for path in (new, old):
+        path.write_text("half a fi")
+    two_days_ago = time.time() - 2 * 24 * 3600
+    os.utime(old, (two_days_ago, two_days_ago))
+    return new, old
+
+
+def test_what_a_killed_writer_left_is_removed_a_day_later(tmp_path, leftovers):
+    new, old = leftovers
+    write_labels(tmp_path / "b.seg", [0])
+    assert old.exists()
+    write_labels(tmp_path / "a.seg", [0])
+    assert not old.exists()
+    assert new.exists()
+    remove_leftovers([tmp_path / "a.seg", tmp_path / "absent" / "a.seg"], older_than=0.0)
+    assert names(tmp_path) == ["a.seg", "b.seg"]
+
+
+def test_what_looks_like_a_leftover_and_is_none_stays(tmp_path):
+    kept = [".a.seg.tmp", ".a.seg.0123.tmp", ".a.seg.0123456789AB.tmp", ".a.npy.0123456789ab.tmp"]
+    for name in kept:
+        (tmp_path / name).write_text("somebody's")
+    (tmp_path / ".a.seg.0123456789ab.tmp").mkdir()
+    remove_leftovers([tmp_path / "a.seg"], older_than=0.0)
+    assert names(tmp_path) == sorted([*kept, ".a.seg.0123456789ab.tmp"])
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_a_link_that_looks_like_a_leftover_stays(tmp_path):
+    (tmp_path / "file").touch()
+    (tmp_path / ".a.seg.0123456789ab.tmp").symlink_to(tmp_path / "file")
+    remove_leftovers([tmp_path / "a.seg"], older_than=0.0)
+    assert names(tmp_path) == [".a.seg.0123456789ab.tmp", "file"]
+
+
+def test_a_leftover_that_another_writer_removes_first_is_no_error(tmp_path, leftovers, monkeypatch):
+    def gone(path):
+        raise FileNotFoundError(path)
+
+    monkeypatch.setattr(Path, "unlink", gone)
+    remove_leftovers([tmp_path / "a.seg"], older_than=0.0)

@@ -3,6 +3,7 @@
 import base64
 import json
 import struct
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from mesh_files import FACES, VERTICES, glb, gltf_buffer, gltf_document
 from numpy.testing import assert_allclose, assert_array_equal
 
 from superfacets import MeshError
+from superfacets.io.guards import read_content
 from superfacets.io.readers.read import read_mesh
 
 HALF_TURN = [0, 0, 0.5**0.5, 0.5**0.5]
@@ -285,6 +287,108 @@ def test_an_empty_buffer_beside_the_document_is_refused(refuse, tmp_path):
     (tmp_path / "empty.bin").write_bytes(b"")
     document = gltf_document(buffers=[{"byteLength": 72, "uri": "empty.bin"}])
     refuse("a.glb", glb(document), "empty.bin: the file is empty")
+
+
+@pytest.fixture
+def secret(tmp_path):
+    """A file in a folder beside the one that meshes are in, which is made."""
+    (tmp_path / "secret").write_bytes(gltf_buffer())
+    (tmp_path / "scene").mkdir()
+    return tmp_path / "secret"
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["../secret", "%2e%2e/secret", "..%2Fsecret", "%2e%2e%2fsecret", "a/../../secret", "link"],
+)
+def test_buffers_outside_of_the_folder_are_refused(secret, address):
+    folder = secret.parent / "scene"
+    (folder / "a").mkdir()
+    (folder / "link").symlink_to(secret)
+    check_refused(folder, address, "is not a file beside the glTF file")
+
+
+def test_an_absolute_path_that_is_escaped_is_refused(secret):
+    escaped = str(secret).replace("/", "%2F")
+    check_refused(secret.parent / "scene", escaped, "is not a file beside the glTF file")
+    check_refused(secret.parent / "scene", ".", "cannot be read beside the glTF file")
+
+
+@pytest.mark.parametrize("address", ["\ud800", "%ff", "%ed%a0%80", "a" * 5000])
+def test_addresses_that_name_no_file_anywhere_are_refused(tmp_path, address):
+    check_refused(tmp_path, address, "cannot be read beside the glTF file")
+
+
+def check_refused(folder, address, message):
+    path = folder / "a.gltf"
+    document = gltf_document(buffers=[{"byteLength": 72, "uri": address}])
+    path.write_text(json.dumps(document))
+    with pytest.raises(MeshError, match=message) as caught:
+        read_mesh(path)
+    assert len(str(caught.value)) < 400
+    str(caught.value).encode()
+
+
+@pytest.mark.parametrize("address", ["sub/a.bin", "sub/../sub/a.bin", "./sub%2Fa.bin", "inner"])
+def test_buffers_below_the_folder_are_read(tmp_path, address):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "a.bin").write_bytes(gltf_buffer())
+    (tmp_path / "inner").symlink_to(tmp_path / "sub" / "a.bin")
+    (tmp_path / "linked").symlink_to(tmp_path, target_is_directory=True)
+    document = gltf_document(buffers=[{"byteLength": 72, "uri": address}])
+    (tmp_path / "a.gltf").write_text(json.dumps(document))
+    assert_array_equal(read_mesh(tmp_path / "a.gltf").faces, FACES)
+    assert_array_equal(read_mesh(tmp_path / "linked" / "a.gltf").faces, FACES)
+
+
+def test_a_file_that_many_buffers_name_is_read_once(read, tmp_path, monkeypatch):
+    (tmp_path / "a.bin").write_bytes(gltf_buffer())
+    calls = []
+
+    def counting(path):
+        calls.append(path)
+        return read_content(path)
+
+    monkeypatch.setattr("superfacets.io.readers.gltf_file.read_content", counting)
+    names = ["a.bin", "./a.bin", "%61.bin"] * 100
+    document = gltf_document(buffers=[{"byteLength": 72, "uri": name} for name in names])
+    assert read("a.gltf", json.dumps(document).encode()).n_faces == 2
+    assert len(calls) == 1
+
+
+@pytest.mark.parametrize("repeats", ["nodes", "primitives", "both"])
+def test_a_scene_that_repeats_its_meshes_without_end_is_refused(refuse, monkeypatch, repeats):
+    monkeypatch.setattr("superfacets.io.readers.gltf.ALWAYS_ALLOWED", 100_000)
+    monkeypatch.setattr("superfacets.io.readers.gltf.MAX_GROWTH", 2)
+    document = gltf_document()
+    if repeats != "primitives":
+        document["nodes"] *= 100
+        document["scenes"] = [{"nodes": list(range(100))}]
+    if repeats != "nodes":
+        document["meshes"][0]["primitives"] *= 5000 if repeats == "primitives" else 60
+        monkeypatch.setattr("superfacets.io.readers.gltf.MAX_GROWTH", 0)
+    else:
+        monkeypatch.setattr("superfacets.io.readers.gltf.ALWAYS_ALLOWED", 1000)
+    refuse("a.glb", glb(document), "the scene repeats its meshes up to")
+
+
+def test_a_bomb_is_refused_before_it_takes_memory(refuse):
+    corners = np.arange(19_600 * 3, dtype="<u2") % 5
+    buffer = np.asarray(VERTICES, "<f4").tobytes() + corners.tobytes()
+    document = gltf_document([{"mesh": 0}] * 4000, scenes=[{"nodes": list(range(4000))}])
+    document["accessors"][1]["count"] = len(corners)
+    document["bufferViews"][1]["byteLength"] = corners.nbytes
+    document["buffers"][0]["byteLength"] = len(buffer)
+    tracemalloc.start()
+    refuse("a.glb", glb(document, buffer), "repeats its meshes up to 78400000 faces")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6
+
+
+def test_a_small_scene_may_repeat_a_part_a_thousand_times(read):
+    document = gltf_document([{"mesh": 0}] * 1000, scenes=[{"nodes": list(range(1000))}])
+    assert read("a.glb", glb(document)).n_faces == 2000
 
 
 def test_indices_out_of_range_are_refused(refuse):

@@ -12,12 +12,20 @@ from superfacets.adapters.convert import as_mesh
 TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
 
-def test_arrays_of_the_right_type_are_not_copied():
+def test_vertices_of_the_right_type_are_not_copied_and_faces_always_are():
     vertices = np.array(TRIANGLE, dtype=np.float64)
     faces = np.array([[0, 1, 2]], dtype=np.int32)
     mesh = Mesh(vertices, faces)
     assert np.shares_memory(mesh.vertices, vertices)
+    assert not np.shares_memory(mesh.faces, faces)
+
+
+def test_faces_that_a_reader_has_made_are_not_copied_again():
+    faces = np.array([[0, 1, 2]], dtype=np.int32)
+    mesh = Mesh._of_new(np.array(TRIANGLE, dtype=np.float64), faces)
     assert np.shares_memory(mesh.faces, faces)
+    with pytest.raises(MeshError, match="refers to vertex 3"):
+        Mesh._of_new(np.array(TRIANGLE, dtype=np.float64), faces + 1)
 
 
 def test_what_was_checked_cannot_be_changed():

@@ -272,3 +272,38 @@ def test_what_cannot_be_measured_is_refused():
         cut_discrepancy(flat, [0], [0])
     with pytest.raises(ValueError, match="the faces have no area to measure by"):
         area_overlap([0], [0], [0.0])
+
+
+def test_one_triangle_has_all_metrics():
+    triangle = Mesh([[0, 0, 0], [3, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+    values = evaluate(triangle, [0], [[5]])
+    assert values["cut_discrepancy"] == 0
+    assert values["undersegmentation_error"] == 0
+    assert values["compactness"] == pytest.approx(12 / math.sqrt(6))
+
+
+def test_a_mesh_whose_faces_have_one_centroid_is_measured_by_its_diagonal():
+    vertices = [[0.1, 0.2, 0.3], [3.1, 0.2, 0.3], [0.1, 4.2, 0.7]]
+    double = Mesh(vertices, [[0, 1, 2], [0, 2, 1]])
+    # The one border is as far from the other labels, which have none, as the diagonal is long.
+    assert cut_discrepancy(double, [0, 1], [0, 0]) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.7, 1.1, 0.1, 3e-7, 1 / 3, 1e20])
+def test_an_overlap_of_exactly_the_tolerance_does_not_count_in_any_unit(unit):
+    labels, truth = [0] * 20, [0] + [1] * 19
+    overlap = area_overlap(labels, truth, np.full(20, unit))
+    assert undersegmentation_error(overlap) == pytest.approx(0.05)
+    more = area_overlap(labels, truth, unit * np.array([1 + 1e-6] + [1] * 19))
+    assert undersegmentation_error(more) == pytest.approx(1, rel=1e-6)
+
+
+def test_the_explained_variation_of_a_surface_that_is_all_but_flat_is_right():
+    for height in (1e-3, 1e-4, 1e-5):
+        mesh = shapes.bumpy_sheet(12)
+        mesh = Mesh(mesh.vertices * [1, 1, height], mesh.faces)
+        assert 0 <= explained_variation(mesh, np.zeros(mesh.n_faces, int)) < 1e-12
+        labels = np.arange(mesh.n_faces) % 2
+        steep = Mesh(mesh.vertices * [1, 1, 2], mesh.faces)
+        expected = explained_variation(steep, labels)
+        assert explained_variation(mesh, labels) == pytest.approx(expected, rel=1e-4)

@@ -172,3 +172,12 @@ def test_without_pymetis_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pymetis", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'superfacets\[reproduce\]'"):
         metis_partition(shapes.cube(), 2)
+
+
+def test_edges_whose_lengths_underflow_cost_nothing_without_a_warning():
+    tiny = 1e-170
+    vertices = [[0, 0, 0], [tiny, 0, 0], [0, 1, 0], [0, -1, 0], [0, -1, 1]]
+    joined = Mesh(vertices, [[0, 1, 2], [1, 0, 3]])
+    assert metis_partition(joined, 2).n_segments == 2
+    mixed = Mesh(vertices, [[0, 1, 2], [1, 0, 3], [0, 4, 3]])
+    assert len(metis_partition(mixed, 2).labels) == 3  # METIS may leave a part empty

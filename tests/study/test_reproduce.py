@@ -101,7 +101,7 @@ def numbers_of(folder):
     records = {}
     for path in sorted((folder / "records").rglob("*.json")):
         record = json.loads(path.read_text())
-        del record["seconds"]
+        del record["seconds"], record["checksum"]
         records[str(path.relative_to(folder))] = record
     return records
 
@@ -161,9 +161,10 @@ def test_a_second_start_does_only_what_is_missing(run, benchmark, tmp_path):
     damaged.write_text(damaged.read_text()[:200])
     record = json.loads(stale.read_text())
     record["key"]["method"] = ["superfacets", 0]
-    stale.write_text(json.dumps(record))
+    del record["checksum"]
+    write_record(stale, record)
     gone.unlink()
-    (gone.parent / ".alpha-0_k-5.json.abc.tmp").write_text("half a rec")
+    (gone.parent / f".{gone.name}.0123456789ab.tmp").write_text("half a rec")
     status, stdout, _ = run(benchmark, "-o", out, *FAST)
     assert status == 0
     assert stdout.startswith("88 runs done, 0 failed")
@@ -171,6 +172,84 @@ def test_a_second_start_does_only_what_is_missing(run, benchmark, tmp_path):
     assert {path for path in before if before[path] != after[path]} == {damaged, stale, gone}
     assert numbers_of(out) == numbers
     assert not list(out.rglob(".*.tmp"))
+
+
+def test_files_of_others_are_left_alone(run, benchmark, tmp_path):
+    out = tmp_path / "out"
+    records = out / "records" / "superfacets" / "1"
+    records.mkdir(parents=True)
+    kept = [out / ".notes.tmp", out / ".notes.txt.0123456789ab.tmp", records / ".mine.tmp"]
+    kept += [records / ".alpha-0_k-5.json.0123.tmp", records / ".other.0123456789ab.tmp"]
+    for path in kept:
+        path.write_text("somebody's")
+    (out / ".folder.tmp").mkdir()
+    (records / ".alpha-0_k-5.json.0123456789ab.tmp").mkdir()
+    assert run(benchmark, "-o", out, *FAST)[0] == 0
+    assert all(path.read_text() == "somebody's" for path in kept)
+    assert (out / ".folder.tmp").is_dir()
+    assert (records / ".alpha-0_k-5.json.0123456789ab.tmp").is_dir()
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A record as it is written, and the key by which it is read."""
+    record = {"key": {"k": 5}, "metrics": {"compactness": 4.5}, "seconds": {"total": 1.25}}
+    record["labels"] = pack_labels(np.arange(300, dtype=np.int32))
+    write_record(tmp_path / "a.json", record)
+    return tmp_path / "a.json", record
+
+
+def test_a_record_comes_back_as_it_was(written):
+    path, record = written
+    assert read_record(path, record["key"]) == record
+    assert read_record(path, {"k": 6}) is None
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("4.5", "4.6"),
+        ("4.5", "NaN"),
+        ('{\n  "compactness": 4.5\n }', "{}"),
+        ('{\n  "total": 1.25\n }', "[]"),
+        ('{\n  "total": 1.25\n }', "null"),
+        ("1.25", "1.2"),
+        ('"labels": "', '"labels": "A'),
+        ('"labels"', '"labelz"'),
+    ],
+)
+def test_a_record_that_was_changed_is_made_anew(written, before, after):
+    path, record = written
+    text = path.read_text()
+    assert text.count(before) == 1
+    path.write_text(text.replace(before, after))
+    assert read_record(path, record["key"]) is None
+
+
+@pytest.mark.parametrize("text", ["null", "[]", "5", "{}", "[" * 100_000, '{"a":' * 100_000, ""])
+def test_what_is_no_record_is_made_anew(written, text):
+    path, record = written
+    path.write_text(text)
+    assert read_record(path, record["key"]) is None
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_record_of_numbers_that_are_not_finite_is_refused(tmp_path, value):
+    with pytest.raises(ValueError, match="JSON"):
+        write_record(tmp_path / "a.json", {"metrics": {"compactness": value}})
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_in_the_place_of_a_record_is_named_and_the_rest_is_done(run, benchmark, tmp_path):
+    out = tmp_path / "out"
+    blocked = out / "records" / "superfacets" / "1" / "alpha-0_k-5.json"
+    blocked.mkdir(parents=True)
+    for _ in range(2):
+        status, stdout, stderr = run(benchmark, "-o", out, *FAST)
+        assert status == 0
+        assert stdout.startswith("87 runs done, 1 failed, 0 not started")
+        assert "superfacets on 1 (1 runs): a folder lies where its record belongs" in stderr
+    assert blocked.is_dir()
 
 
 def test_records_of_a_model_that_changed_are_made_again(run, benchmark, tmp_path):

@@ -50,15 +50,4 @@ inline Point cross(const Point& a, const Point& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// Cells and the arcs between them, in CSR form: the arcs that leave cell i are
-// offsets[i] .. offsets[i + 1] - 1.
-struct CellGraph {
-  std::span<const Point> positions;       // (N,)
-  std::span<const std::int64_t> offsets;  // (N + 1,)
-  std::span<const Cell> neighbors;        // (M,) where each arc leads
-  std::span<const float> lengths;         // (M,) whole units >= 1, from quantize_weights
-
-  Cell n_cells() const { return static_cast<Cell>(offsets.size() - 1); }
-};
-
 }  // namespace superfacets

@@ -104,13 +104,19 @@ auto bind_quantize_weights(const Array<double>& weights, int n_threads) {
   return std::tuple(to_numpy(std::move(lengths)), unit);
 }
 
-void bind_ordered_graph(OrderedGraph* self, const Rows<double>& positions,
-                        const Array<double>& measures, const Array<std::int64_t>& offsets,
+void bind_placed_cells(PlacedCells* self, const Rows<double>& positions,
+                       const Array<double>& measures, int n_threads) {
+  const auto input = std::pair(points(positions), view(measures));
+  on_team(input.first.size(), n_threads, [&](ThreadTeam& team) {
+    return new (self) PlacedCells(input.first, input.second, team);
+  });
+}
+
+void bind_ordered_graph(OrderedGraph* self, PlacedCells& cells, const Array<std::int64_t>& offsets,
                         const Array<Cell>& neighbors, const Array<float>& lengths, int n_threads) {
-  const CellGraph graph{points(positions), view(offsets), view(neighbors), view(lengths)};
-  const auto weights = view(measures);
-  on_team(graph.n_cells(), n_threads,
-          [&](ThreadTeam& team) { return new (self) OrderedGraph(graph, weights, team); });
+  const WeightedArcs arcs{view(offsets), view(neighbors), view(lengths)};
+  on_team(cells.n_cells(), n_threads,
+          [&](ThreadTeam& team) { return new (self) OrderedGraph(std::move(cells), arcs, team); });
 }
 
 auto bind_positions_of(const OrderedGraph& graph, const Array<Cell>& cells) {
@@ -140,10 +146,12 @@ void bind_cells(nb::module_& module) {
            nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(),
            nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(), nb::keep_alive<1, 7>(),
            nb::keep_alive<1, 8>(), nb::keep_alive<1, 9>());
+  nb::class_<PlacedCells>(module, "PlacedCells")
+      .def("__init__", &bind_placed_cells, "positions"_a.noconvert(), "measures"_a.noconvert(),
+           "n_threads"_a);
   nb::class_<OrderedGraph>(module, "OrderedGraph")
-      .def("__init__", &bind_ordered_graph, "positions"_a.noconvert(), "measures"_a.noconvert(),
-           "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "lengths"_a.noconvert(),
-           "n_threads"_a)
+      .def("__init__", &bind_ordered_graph, "cells"_a, "offsets"_a.noconvert(),
+           "neighbors"_a.noconvert(), "lengths"_a.noconvert(), "n_threads"_a)
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def("positions_of", &bind_positions_of, "cells"_a.noconvert());

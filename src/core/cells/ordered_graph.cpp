@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <tuple>
+#include <utility>
 
 #include "cells/morton.hpp"
 
@@ -31,30 +32,45 @@ bool is_before(const Arc& a, const Arc& b) {
   return std::tie(a.to, a.length) < std::tie(b.to, b.length);
 }
 
-bool fits_rows(const CellGraph& graph, ThreadTeam& team) {
+bool fits_rows(const WeightedArcs& input, Cell n_cells, ThreadTeam& team) {
   std::atomic<bool> fits = true;
   auto check_range = [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t cell = begin; cell < end; ++cell) {
-      if (graph.offsets[cell + 1] - graph.offsets[cell] > OrderedGraph::kRow) fits = false;
+      if (input.offsets[cell + 1] - input.offsets[cell] > OrderedGraph::kRow) fits = false;
     }
   };
-  team.for_each_block(graph.n_cells(), check_range);
+  team.for_each_block(n_cells, check_range);
   return fits;
 }
 
 }  // namespace
 
-OrderedGraph::OrderedGraph(const CellGraph& graph, std::span<const double> input, ThreadTeam& team)
-    : bounds(bounds_of(graph.positions, team)),
-      n_arcs(graph.offsets.back()),
-      total_measure(sum_of(input, team)) {
-  cells = morton_order(graph.positions, bounds, team);
-  copy_cells(graph, input, team);
+PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> input_measures,
+                         ThreadTeam& team)
+    : bounds(bounds_of(input, team)),
+      total_measure(sum_of(input_measures, team)),
+      cells(morton_order(input, bounds, team)),
+      place_of(input.size()),
+      positions(input.size()),
+      measures(input.size()) {
+  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t place = begin; place < end; ++place) {
+      const Cell cell = cells[place];
+      place_of[cell] = static_cast<Place>(place);
+      positions[place] = input[cell];
+      measures[place] = input_measures[cell];
+    }
+  };
+  team.for_each_block(n_cells(), copy_range);
   tree = BoxTree(positions.span(), team);
-  if (fits_rows(graph, team)) {
-    copy_rows(graph, team);
+}
+
+OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, ThreadTeam& team)
+    : PlacedCells(std::move(placed)), n_arcs(input.offsets.back()) {
+  if (fits_rows(input, n_cells(), team)) {
+    copy_rows(input, team);
   } else {
-    copy_lists(graph, team);
+    copy_lists(input, team);
   }
   std::atomic<bool> all_lead_back = true;
   auto check_range = [&](std::int64_t begin, std::int64_t end) {
@@ -69,45 +85,29 @@ OrderedGraph::OrderedGraph(const CellGraph& graph, std::span<const double> input
   is_symmetric = all_lead_back;
 }
 
-void OrderedGraph::copy_cells(const CellGraph& graph, std::span<const double> input,
-                              ThreadTeam& team) {
-  place_of = Buffer<Place>(cells.size());
-  positions = Buffer<Point>(cells.size());
-  measures = Buffer<double>(cells.size());
-  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t place = begin; place < end; ++place) {
-      const Cell cell = cells[place];
-      place_of[cell] = static_cast<Place>(place);
-      positions[place] = graph.positions[cell];
-      measures[place] = input[cell];
-    }
-  };
-  team.for_each_block(n_cells(), copy_range);
-}
-
-void OrderedGraph::copy_rows(const CellGraph& graph, ThreadTeam& team) {
+void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
   arcs = Buffer<Arc>(std::size_t{kRow} * cells.size());
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
       const std::size_t row = std::size_t{kRow} * place;
-      const std::size_t n_copied = copy_arcs(graph, place, row);
+      const std::size_t n_copied = copy_arcs(input, place, row);
       std::fill(&arcs[row + n_copied], &arcs[row] + kRow, Arc{place, 1.0F});
     }
   };
   team.for_each_block(n_cells(), copy_range);
 }
 
-void OrderedGraph::copy_lists(const CellGraph& graph, ThreadTeam& team) {
+void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
   offsets = Buffer<std::int64_t>(cells.size() + 1);
   offsets[0] = 0;
   for (std::size_t place = 0; place < cells.size(); ++place) {
     const Cell cell = cells[place];
-    offsets[place + 1] = offsets[place] + graph.offsets[cell + 1] - graph.offsets[cell];
+    offsets[place + 1] = offsets[place] + input.offsets[cell + 1] - input.offsets[cell];
   }
   arcs = Buffer<Arc>(n_arcs);
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      const std::size_t n_copied = copy_arcs(graph, place, offsets[place]);
+      const std::size_t n_copied = copy_arcs(input, place, offsets[place]);
       Arc* list = arcs.data() + offsets[place];
       std::sort(list, list + n_copied, is_before);
     }
@@ -116,11 +116,11 @@ void OrderedGraph::copy_lists(const CellGraph& graph, ThreadTeam& team) {
 }
 
 // Copies the arcs of the cell at a place to `first` and on; returns how many there are.
-std::size_t OrderedGraph::copy_arcs(const CellGraph& graph, Place place, std::size_t first) {
-  const std::int64_t begin = graph.offsets[cells[place]];
-  const std::int64_t end = graph.offsets[cells[place] + 1];
+std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std::size_t first) {
+  const std::int64_t begin = input.offsets[cells[place]];
+  const std::int64_t end = input.offsets[cells[place] + 1];
   for (std::int64_t arc = begin; arc < end; ++arc) {
-    arcs[first++] = {place_of[graph.neighbors[arc]], graph.lengths[arc]};
+    arcs[first++] = {place_of[input.neighbors[arc]], input.lengths[arc]};
   }
   return end - begin;
 }

@@ -16,14 +16,34 @@ struct Arc {
   float length;  // whole units >= 1
 };
 
-// The cells of a graph along a space-filling curve: cells that touch mostly stand on the same few
-// pages of memory, in whatever order the input had them. All arrays are by place on the curve.
-// 66 bytes a cell with three arcs.
-class OrderedGraph {
- public:
-  OrderedGraph(const CellGraph& graph, std::span<const double> measures, ThreadTeam& team);
+// Arcs as they come, in CSR form: those that leave cell i are offsets[i] .. offsets[i + 1] - 1.
+struct WeightedArcs {
+  std::span<const std::int64_t> offsets;  // (N + 1,)
+  std::span<const Cell> neighbors;        // (M,) where each arc leads
+  std::span<const float> lengths;         // (M,) whole units >= 1, from quantize_weights
+};
+
+// Cells along a space-filling curve: cells that touch mostly stand on the same few pages of memory,
+// in whatever order the input had them. All arrays are by place on the curve. Made before the
+// graph, so that the positions and measures of the input need not be held while arcs are copied.
+struct PlacedCells {
+  PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }
+
+  Box bounds;                // of the positions
+  double total_measure = 0;  // summed in blocks of cells, whatever the number of threads
+  Buffer<Cell> cells;        // (N,) the cell at each place
+  Buffer<Place> place_of;    // (N,) by cell: its place
+  Buffer<Point> positions;   // (N,)
+  Buffer<double> measures;   // (N,)
+  BoxTree tree;              // over the places
+};
+
+// Placed cells with the arcs between them, 66 bytes a cell with three arcs.
+class OrderedGraph : public PlacedCells {
+ public:
+  OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
 
   // The arcs that leave a place: rows of kRow where no cell has more, filled up with arcs to the
   // place itself, which never improve a path.
@@ -46,16 +66,9 @@ class OrderedGraph {
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> places) const;
 
-  Buffer<Cell> cells;            // (N,) the cell at each place
-  Buffer<Place> place_of;        // (N,) by cell: its place
-  Buffer<Point> positions;       // (N,)
-  Buffer<double> measures;       // (N,)
   Buffer<std::int64_t> offsets;  // (N + 1,) into arcs; empty where there are rows
   Buffer<Arc> arcs;
-  BoxTree tree;               // over the places
-  Box bounds;                 // of the positions
   std::int64_t n_arcs = 0;    // without those that fill up
-  double total_measure = 0;   // summed in blocks of cells, whatever the number of threads
   bool is_symmetric = false;  // each arc has one that leads back and is as long
 
  private:
@@ -85,10 +98,9 @@ class OrderedGraph {
     }
   }
 
-  void copy_cells(const CellGraph& graph, std::span<const double> input, ThreadTeam& team);
-  void copy_rows(const CellGraph& graph, ThreadTeam& team);
-  void copy_lists(const CellGraph& graph, ThreadTeam& team);
-  std::size_t copy_arcs(const CellGraph& graph, Place place, std::size_t first);
+  void copy_rows(const WeightedArcs& input, ThreadTeam& team);
+  void copy_lists(const WeightedArcs& input, ThreadTeam& team);
+  std::size_t copy_arcs(const WeightedArcs& input, Place place, std::size_t first);
   bool leads_back(Place from, const Arc& arc) const;
 };
 

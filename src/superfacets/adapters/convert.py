@@ -101,13 +101,13 @@ def _mesh_of(vertices: Any, faces: Any) -> Mesh:
 def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
     """Vertices and faces of a mesh object of another library."""
     if hasattr(source, "vertices") and hasattr(source, "faces"):  # trimesh
-        return np.asarray(source.vertices), np.asarray(source.faces)
+        return source.vertices, source.faces
     if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D, legacy
-        return np.asarray(source.vertices), np.asarray(source.triangles)
+        return source.vertices, source.triangles
     if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D, tensor
         return _arrays_of_tensor_mesh(source)
     if hasattr(source, "points") and hasattr(source, "faces"):  # PyVista PolyData
-        return np.asarray(source.points), _triangles_of_polydata(source)
+        return source.points, _triangles_of_polydata(source)
     raise TypeError(
         f"{type(source).__name__} does not look like a triangle mesh: expected a superfacets.Mesh,"
         " a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista (PolyData) or Open3D;"

@@ -19,9 +19,12 @@ from .._validate import (
     checked_sides,
     checked_threads,
     freeze,
+    owned,
+    refuse_mask,
+    restored,
 )
 
-__all__ = ["ArcMeasures", "CellGraph", "box_diagonal", "checked_graph"]
+__all__ = ["ArcMeasures", "CellGraph", "box_diagonal", "checked_graph", "owned_weights"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +83,8 @@ class ArcMeasures:
 class CellGraph:
     """Cells and weighted arcs, in CSR form: the input of seeding and clustering.
 
-    Faces of a mesh make one (`FaceGraph.with_weights`), but cells can be anything.
+    Faces of a mesh make one (`FaceGraph.with_weights`), but cells can be anything. Arcs and their
+    weights are copied; positions and measures are not, where they are contiguous float64 already.
 
     Parameters
     ----------
@@ -164,7 +168,7 @@ class CellGraph:
 
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
-        weights = checked_weights(self.weights, self.n_arcs, n_threads)
+        weights = checked_weights(owned_weights(self.weights), self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
@@ -187,15 +191,21 @@ class CellGraph:
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
         """Return the graph as the kernels take it; made when first asked for, then kept."""
         if self._ordered is None:
-            graph = _core.OrderedGraph(
-                self.positions, self.measures, self.offsets, self.neighbors, self.lengths, n_threads
-            )
+            cells = _core.PlacedCells(self.positions, self.measures, n_threads)
+            graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
             object.__setattr__(self, "_ordered", graph)
         return self._ordered  # type: ignore[return-value]  # set just above
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out of copies what is made anew when it is needed."""
         return {**self.__dict__, "_ordered": None}
+
+    def __setstate__(self, state: Any) -> None:
+        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        names = ("positions", "measures", "offsets", "neighbors", "weights", "bounds")
+        more = ("weight_unit", "arc_measures")
+        options = dict(zip(more, restored(state, more), strict=True))
+        CellGraph.__init__(self, *restored(state, names), **options)
 
     def __repr__(self) -> str:
         return f"CellGraph({self.n_cells} cells, {self.n_arcs} arcs)"
@@ -211,6 +221,12 @@ def checked_measures(
 def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> npt.NDArray[np.float64]:
     """One weight per arc, finite and >= 0."""
     return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
+
+
+def owned_weights(weights: npt.ArrayLike) -> npt.NDArray[Any]:
+    """A copy, so that lengths are made of the weights that were checked."""
+    refuse_mask(weights, "weights")
+    return owned(np.asarray(weights), None)
 
 
 def checked_graph(graph: object) -> CellGraph:

@@ -14,8 +14,10 @@ from .._validate import (
     checked_bounds,
     checked_positions,
     checked_threads,
-    exact_array,
+    exact_doubles,
     freeze,
+    owned,
+    restored,
 )
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
@@ -74,9 +76,9 @@ class FaceGraph:
     def __post_init__(self) -> None:
         positions = checked_positions(self.positions)
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
-        measures = exact_array(self.measures, np.float64)
-        sides = exact_array(self.sides, np.uint8)
-        same_turn = exact_array(self.same_turn, np.uint8)
+        measures = exact_doubles(np.asarray(self.measures))
+        sides = owned(np.asarray(self.sides), np.uint8)
+        same_turn = owned(np.asarray(self.same_turn), np.uint8)
         if measures.shape != (len(positions),):
             raise ValueError("measures must be one per face")
         if not sides.shape == same_turn.shape == neighbors.shape:
@@ -93,6 +95,10 @@ class FaceGraph:
             same_turn=same_turn,
             bounds=checked_bounds(self.bounds, positions),
         )
+
+    def __setstate__(self, state: Any) -> None:
+        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
 
     @classmethod
     def _unchecked(cls, edge_counts: EdgeCounts, **arrays: npt.NDArray[Any]) -> FaceGraph:

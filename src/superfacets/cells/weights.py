@@ -10,6 +10,7 @@ from .._options import WEIGHTS, WeightOptions
 from .._validate import checked_number, checked_share, checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.triangle_mesh import Mesh
+from .cell_graph import owned_weights
 from .face_graph import FaceGraph
 from .surface import Surface, triangle_surface
 
@@ -256,7 +257,7 @@ def arc_weights(
 ) -> npt.ArrayLike:
     """Return one weight per arc, as `segment` is asked for, for regions of this radius."""
     if options.given is not None:
-        return options.given
+        return owned_weights(options.given)
     params = {name: value for name, value in options.params.items() if name != "weights"}
     if options.params["weights"] == "stk02":
         return stk02_weights(mesh, graph, n_threads=n_threads, **params)

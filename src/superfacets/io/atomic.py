@@ -4,14 +4,24 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import secrets
 import stat
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-__all__ = ["StrPath", "atomic_outputs", "checked_targets"]
+__all__ = ["StrPath", "atomic_outputs", "checked_targets", "remove_leftovers"]
 
 StrPath = str | os.PathLike[str]
+
+STEM_SIZE = 40
+"""Characters of a name that its temporary file keeps: file systems allow 255 bytes in all."""
+
+OLD = 24 * 3600.0
+"""Seconds after which a temporary file counts as left behind: no writer takes as long."""
+
+_TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
 
 @contextlib.contextmanager
@@ -24,7 +34,9 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     other's. A link stays: the file that it points to is replaced.
 
     All is written before anything is renamed, but several renames are not one step: if a later one
-    fails (the folder was taken away meanwhile), the earlier ones stand.
+    fails (the folder was taken away meanwhile), the earlier ones stand. A process that is killed
+    leaves its temporary files behind; the next one that writes to the same path a day later, or
+    more, removes them.
 
     Raises
     ------
@@ -34,9 +46,11 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         If two paths are the same file.
     """
     targets = checked_targets(paths)
+    remove_leftovers(targets)
     # Named before any is made, so that an interrupt at any moment finds what to remove.
     temporaries = [
-        target.with_name(f".{target.name[:40]}.{secrets.token_hex(6)}.tmp") for target in targets
+        target.with_name(f".{target.name[:STEM_SIZE]}.{secrets.token_hex(6)}.tmp")
+        for target in targets
     ]
     try:
         for temporary, target in zip(temporaries, targets, strict=True):
@@ -53,6 +67,30 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         for temporary in temporaries:
             with contextlib.suppress(OSError):  # it was renamed, or never made
                 temporary.unlink()
+
+
+def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
+    """Remove temporary files of these outputs that were not written to for so many seconds.
+
+    Nothing else: no file of another output, no folder and no link, whatever its name.
+    """
+    stems: dict[Path, set[str]] = {}
+    for target in targets:
+        stems.setdefault(target.parent, set()).add(target.name[:STEM_SIZE])
+    newest = time.time() - older_than
+    for folder, wanted in stems.items():
+        with contextlib.suppress(OSError), os.scandir(folder) as entries:
+            for entry in entries:
+                name = _TEMPORARY.fullmatch(entry.name)
+                is_ours = name is not None and name[1] in wanted
+                if is_ours and entry.is_file(follow_symlinks=False):
+                    _remove_if_old(entry, newest)
+
+
+def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
+    with contextlib.suppress(OSError):  # another writer has just removed it
+        if entry.stat(follow_symlinks=False).st_mtime <= newest:
+            Path(entry.path).unlink()
 
 
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_mesh, freeze
+from .._validate import checked_mesh, freeze, restored
 
 __all__ = ["Mesh"]
 
@@ -22,9 +23,11 @@ class Mesh:
     Parameters
     ----------
     vertices : array_like, shape (V, 3)
-        Positions, finite; kept as float64, read-only. Faces need not use every vertex.
+        Positions, finite; kept as float64, read-only. Faces need not use every vertex. An array
+        that is contiguous float64 already is not copied (a memory map is): leave it as it is while
+        the mesh is in use.
     faces : array_like of integers, shape (F, 3)
-        Vertex indices, 0 to V - 1, counterclockwise seen from outside; kept as int32, read-only.
+        Vertex indices, 0 to V - 1, counterclockwise seen from outside; copied as int32, read-only.
         F >= 1.
 
     Attributes
@@ -52,6 +55,18 @@ class Mesh:
     def __post_init__(self) -> None:
         vertices, faces, bounds = checked_mesh(self.vertices, self.faces)
         freeze(self, vertices=vertices, faces=faces, bounds=bounds)
+
+    @classmethod
+    def _of_new(cls, vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> Mesh:
+        """Make a mesh of arrays that nothing else refers to, as readers make them: not copied."""
+        mesh = object.__new__(cls)
+        vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)
+        freeze(mesh, vertices=vertices, faces=faces, bounds=bounds)
+        return mesh
+
+    def __setstate__(self, state: Any) -> None:
+        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        Mesh.__init__(self, *restored(state, ("vertices", "faces")))
 
     @property
     def n_faces(self) -> int:

@@ -107,7 +107,8 @@ def cut_discrepancy(
     """Return how far borders are from true borders and back, in radii of the mesh; 0 is best.
 
     The mean geodesic distance from points on the borders to the nearest true border, and the same
-    the other way, added up and divided by the mean distance of the surface from its centroid.
+    the other way, added up and divided by the mean distance of the surface from its centroid
+    (by the diagonal of the bounding box, if all faces have one centroid).
 
     Parameters
     ----------

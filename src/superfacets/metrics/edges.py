@@ -18,6 +18,9 @@ from ..mesh.triangle_mesh import Mesh
 
 __all__ = ["EdgePaths", "MeshEdges"]
 
+_POINT = 1e-12
+"""Part of the diagonal below which distances between centroids are rounding errors."""
+
 
 @dataclass(frozen=True)
 class EdgePaths:
@@ -39,8 +42,7 @@ class EdgePaths:
         used = np.flatnonzero(has_edges)
         lengths, unit = _core.quantize_weights(edge_lengths, n_threads)
         graph = _core.OrderedGraph(
-            mesh.vertices[used],
-            np.ones(len(used)),
+            _core.PlacedCells(mesh.vertices[used], np.ones(len(used)), n_threads),
             np.append(offsets[:-1][has_edges], offsets[-1:]),
             places[neighbors],
             lengths,
@@ -97,11 +99,16 @@ class MeshEdges:
 
     @cached_property
     def mean_radius(self) -> float:
-        """Mean distance of the surface from its centroid, in the unit of the vertices."""
+        """Mean distance of the surface from its centroid, in the unit of the vertices, > 0.
+
+        Faces are taken to be where their centroids are. Where all are at one place, as of a single
+        face, it is the diagonal of the bounding box.
+        """
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
         offsets = np.linalg.norm(self.graph.positions - centroid, axis=1)
-        return float(self.areas @ offsets) / total
+        radius = float(self.areas @ offsets) / total
+        return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(
         self, faces: npt.NDArray[np.int32], sides: npt.NDArray[np.uint8]

@@ -109,22 +109,28 @@ def explained_variation_of(
 ) -> float:
     """Return the explained variation of normals for labels without gaps.
 
-    With area vectors S (the sum of area times normal) and areas A, the variation around a mean is
-    A - |S|^2 / A: it takes no second look at the faces.
+    Normals count as differences from their mean. With area vectors S (the sum of area times such a
+    difference) and areas A, what is between regions is the sum of |S|^2 / A over regions, and all
+    of the variation the same sum over faces: no small number is the difference of large ones.
     """
     mesh, areas = surface.mesh, surface.measures
     assert mesh is not None  # cells of other kinds have no normals
     vectors = _core.area_vectors(mesh.vertices, mesh.faces, surface.n_threads)
     total = positive_total(areas)
-    explained = total - float(np.square(vectors.sum(axis=0)).sum()) / total
-    if explained <= _NORMAL_NOISE * total:
+    vectors -= areas[:, np.newaxis] * (vectors.sum(axis=0) / total)
+    variation = _squares_over(vectors, areas)
+    if variation <= _NORMAL_NOISE * total:
         return 1.0
-    region_areas = sums_by_label(labels, areas, n_regions)
     sums = [sums_by_label(labels, vectors[:, axis], n_regions) for axis in range(3)]
-    squared = np.square(sums).sum(axis=0)
-    has_area = region_areas > 0
-    left = total - float((squared[has_area] / region_areas[has_area]).sum())
-    return min(1.0, 1.0 - left / explained)
+    between = _squares_over(np.stack(sums, axis=1), sums_by_label(labels, areas, n_regions))
+    return min(1.0, between / variation)
+
+
+def _squares_over(vectors: npt.NDArray[np.float64], areas: npt.NDArray[np.float64]) -> float:
+    """Sum of squared lengths over areas, of what has an area."""
+    squared = np.einsum("ij,ij->i", vectors, vectors)
+    has_area = areas > 0
+    return float((squared[has_area] / areas[has_area]).sum())
 
 
 def extra_pieces_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> int:

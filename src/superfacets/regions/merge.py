@@ -116,10 +116,10 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints) ->
     if not is_wanted.any():
         return roots
     lengths = np.ones(surface.n_arcs, np.float32)  # no path is looked for
+    placed = _core.PlacedCells(surface.positions, surface.measures, surface.n_threads)
     cells = _core.OrderedGraph(
-        surface.positions, surface.measures, surface.offsets, surface.neighbors, lengths,
-        surface.n_threads,
-    )  # fmt: skip
+        placed, surface.offsets, surface.neighbors, lengths, surface.n_threads
+    )
     regions, compact = np.unique(region_of_cell, return_inverse=True)
     centers = _core.update_centers(cells, compact.astype(np.int32), len(regions), surface.n_threads)
     island_centers = centers[np.searchsorted(regions, islands)]

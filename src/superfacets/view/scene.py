@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_threads, compact_labels
+from .._validate import checked_threads, compact_labels, refuse_mask
 from ..cells.face_graph import build_face_graph
 from ..mesh.triangle_mesh import Mesh
 from .borders import border_edges
@@ -47,6 +47,7 @@ class Scene:
 
 def _checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
     """Colors of faces as an (F, 3) uint8 array."""
+    refuse_mask(colors, "colors")
     array = np.asarray(colors)
     if array.shape != (n_faces, 3):
         raise ValueError(f"colors must have shape ({n_faces}, 3), got {array.shape}")

@@ -19,6 +19,14 @@ Matrix = npt.NDArray[np.float64]
 
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
+MAX_GROWTH = 100
+"""A scene may take so many times the size of its files, as what it shows often comes to 2 times."""
+
+ALWAYS_ALLOWED = 64 << 20
+"""Bytes that any scene may take: 2.5 million faces, a thousand copies of a detailed part."""
+
+BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
+
 
 def read_gltf(data: Content, folder: Path) -> Arrays:
     """Vertices and faces of the default scene of a .gltf or .glb file that lies in `folder`.
@@ -31,9 +39,36 @@ def read_gltf(data: Content, folder: Path) -> Arrays:
     """
     gltf = open_gltf(data, folder)
     visits = sorted(_visit_nodes(gltf), key=lambda visit: visit[0])
-    meshes = {index: _read_mesh(gltf, index) for index in sorted({index for index, _ in visits})}
-    n_faces = sum(len(meshes[index][1]) for index, _ in visits)
-    n_vertices = sum(len(meshes[index][0]) for index, _ in visits)
+    shown = sorted({index for index, _ in visits})
+    sizes = {index: _mesh_size(gltf, index) for index in shown}
+    _check_size(gltf, [sizes[index] for index, _ in visits])
+    meshes = {index: _read_mesh(gltf, index) for index in shown}
+    return _join([_place(*meshes[index], matrix) for index, matrix in visits])
+
+
+def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
+    """Vertices and faces of a mesh; nothing is copied for it."""
+    n_vertices = {}  # of each accessor of positions
+    n_corners = 0
+    for primitive in _triangle_primitives(gltf, index):
+        accessor = _positions_of(primitive, index)
+        n_vertices[accessor] = len(read_accessor(gltf, accessor, "VEC3"))
+        n_corners += (
+            len(read_accessor(gltf, primitive["indices"], "SCALAR"))
+            if "indices" in primitive
+            else n_vertices[accessor]
+        )
+    return sum(n_vertices.values()), -(-n_corners // 3)
+
+
+def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
+    """Raise a MeshError where the meshes that nodes show are none, or too many for their files.
+
+    A node, or a primitive, takes a few bytes of a file and repeats a mesh of any size.
+    """
+    n_vertices, n_faces = (
+        (sum(numbers) for numbers in zip(*sizes, strict=True)) if sizes else (0, 0)
+    )
     if n_faces == 0:
         raise MeshError("the scene of the glTF file shows no triangles")
     if max(n_faces, n_vertices) > MAX_CELLS:
@@ -41,7 +76,12 @@ def read_gltf(data: Content, folder: Path) -> Arrays:
             f"the scene shows {n_faces} faces and {n_vertices} vertices;"
             f" at most {MAX_CELLS} are supported"
         )
-    return _join([_place(*meshes[index], matrix) for index, matrix in visits])
+    n_bytes = BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * n_faces
+    if n_bytes > max(ALWAYS_ALLOWED, MAX_GROWTH * gltf.n_bytes):
+        raise MeshError(
+            f"the scene repeats its meshes up to {n_faces} faces, {n_bytes // gltf.n_bytes} times"
+            f" the size of its files; at most {MAX_GROWTH} times is read: save each copy once"
+        )
 
 
 def _join(parts: list[Arrays]) -> Arrays:
@@ -132,13 +172,8 @@ def _read_mesh(gltf: Gltf, index: int) -> Arrays:
     faces: list[npt.NDArray[Any]] = []
     first_vertices: dict[int, int] = {}
     n_vertices = 0
-    for primitive in items(gltf.item("meshes", index), "primitives"):
-        if not _has_triangles(primitive):
-            continue
-        attributes = primitive.get("attributes")
-        accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
-        if type(accessor) is not int:
-            raise MeshError(f"broken glTF: meshes[{index}] has a primitive without positions")
+    for primitive in _triangle_primitives(gltf, index):
+        accessor = _positions_of(primitive, index)
         if accessor not in positions:
             positions[accessor] = _read_positions(gltf, accessor)
             first_vertices[accessor] = n_vertices
@@ -148,6 +183,21 @@ def _read_mesh(gltf: Gltf, index: int) -> Arrays:
     if not faces:
         return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     return _concatenated(list(positions.values())), _concatenated(faces)
+
+
+def _triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
+    """The primitives of a mesh but for lines and points."""
+    primitives = items(gltf.item("meshes", index), "primitives")
+    return [primitive for primitive in primitives if _has_triangles(primitive)]
+
+
+def _positions_of(primitive: dict[str, Any], index: int) -> int:
+    """The accessor of a primitive's positions."""
+    attributes = primitive.get("attributes")
+    accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
+    if type(accessor) is not int:
+        raise MeshError(f"broken glTF: meshes[{index}] has a primitive without positions")
+    return accessor
 
 
 def _has_triangles(primitive: dict[str, Any]) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import re
 import reprlib
 import struct
@@ -53,10 +54,13 @@ class Gltf:
         The JSON.
     buffers : list of memoryview
         Contents of the buffers, each as long as the document declares, or longer.
+    n_bytes : int
+        Size of the file and of the files beside it that it names, each counted once.
     """
 
     document: dict[str, Any]
     buffers: list[memoryview]
+    n_bytes: int
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Object ``index`` of a list of the document; a MeshError if there is none."""
@@ -85,7 +89,9 @@ def open_gltf(data: Content, folder: Path) -> Gltf:
     used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
     if used:
         raise MeshError(f"the glTF extension {used[0]} is not supported: save the file without it")
-    return Gltf(document, _read_buffers(document, binary, folder))
+    files = BufferFiles(folder)
+    buffers = _read_buffers(document, binary, files)
+    return Gltf(document, buffers, len(data) + files.n_bytes)
 
 
 def _refuse_constant(name: str) -> NoReturn:
@@ -180,7 +186,9 @@ def _view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
     return view_content
 
 
-def _read_buffers(document: dict[str, Any], binary: memoryview, folder: Path) -> list[memoryview]:
+def _read_buffers(
+    document: dict[str, Any], binary: memoryview, files: BufferFiles
+) -> list[memoryview]:
     """Contents of the buffers: the binary chunk, or what an address holds or points to."""
     contents: list[memoryview] = []
     for index, buffer in enumerate(items(document, "buffers")):
@@ -188,7 +196,7 @@ def _read_buffers(document: dict[str, Any], binary: memoryview, folder: Path) ->
         if address is None and index == 0:
             content = binary
         elif isinstance(address, str):
-            content = memoryview(_fetch(address, folder))
+            content = _fetch(address, files)
         else:
             raise MeshError(f"broken glTF: buffers[{index}] has no data")
         declared = whole(buffer, "byteLength")
@@ -201,18 +209,50 @@ def _read_buffers(document: dict[str, Any], binary: memoryview, folder: Path) ->
     return contents
 
 
-def _fetch(address: str, folder: Path) -> Content:
+def _fetch(address: str, files: BufferFiles) -> memoryview:
     """Bytes of a data address, or of a file beside the document."""
-    shown = reprlib.repr(address)
-    if address.startswith("data:"):
-        _, marker, encoded = address.partition(";base64,")
-        try:
-            return base64.b64decode(encoded if marker else "*", validate=True)
-        except ValueError:
-            raise MeshError(f"broken glTF: {shown} is not base64") from None
-    if re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in unquote(address):
-        raise MeshError(f"the buffer {shown} is not a file beside the glTF file")
+    if not address.startswith("data:"):
+        return files.read(address)
+    _, marker, encoded = address.partition(";base64,")
     try:
-        return read_content(folder / unquote(address))
-    except OSError:
-        raise MeshError(f"the buffer {shown} cannot be read beside the glTF file") from None
+        return memoryview(base64.b64decode(encoded if marker else "*", validate=True))
+    except ValueError:
+        raise MeshError(f"broken glTF: {reprlib.repr(address)} is not base64") from None
+
+
+class BufferFiles:
+    """Files in the folder of a glTF document, or below it, each read once; no others.
+
+    A document is not to show what lies elsewhere on the machine: an address counts as what it
+    resolves to, with escapes decoded, ``..`` applied and symbolic links followed.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._contents: dict[Path, memoryview] = {}
+
+    @property
+    def n_bytes(self) -> int:
+        """Size of all that was read."""
+        return sum(map(len, self._contents.values()))
+
+    def read(self, address: str) -> memoryview:
+        """Return the bytes of the file at a relative address."""
+        shown = reprlib.repr(address)
+        try:
+            path = self._resolve(address)
+            if path is None:
+                raise MeshError(f"the buffer {shown} is not a file beside the glTF file")
+            if path not in self._contents:
+                self._contents[path] = memoryview(read_content(path))
+        except (OSError, UnicodeError):
+            raise MeshError(f"the buffer {shown} cannot be read beside the glTF file") from None
+        return self._contents[path]
+
+    def _resolve(self, address: str) -> Path | None:
+        """The file that an address stands for; None where that is not in the folder."""
+        name = unquote(address, errors="strict")
+        if re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in name:
+            return None
+        path = Path(os.path.realpath(self._folder / name))
+        return path if path.is_relative_to(os.path.realpath(self._folder)) else None

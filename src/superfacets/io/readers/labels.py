@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._validate import refuse_mask
 from ...errors import MeshError
 from ..guards import Content, counted, known_ending, read_content
 from .ply import read_ply_labels
@@ -83,6 +84,7 @@ def has_labels(path: str | os.PathLike[str]) -> bool:
 
 def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.int32]:
     """Labels as a contiguous (F,) int32 array; a MeshError if they are not one >= 0 per face."""
+    refuse_mask(labels, "labels", MeshError)
     array = np.asarray(labels)
     if array.ndim != 1:
         raise MeshError(f"labels must be one-dimensional, got shape {array.shape}")

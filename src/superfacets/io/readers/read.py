@@ -44,7 +44,9 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         (``.obj``), STL (``.stl``, ASCII and binary), OFF (``.off``, ASCII), glTF 2.0 (``.glb``,
         ``.gltf``), and ``.tri``: vertex count, a line of x y z per vertex, triangle count, a line
         of three indices from 0 per triangle. Groups and objects become one mesh. Meshes of a glTF
-        scene become one, in the order of the file, each once for every node that shows it.
+        scene become one, in the order of the file, each once for every node that shows it, up to
+        100 times the size of the file (any scene may have 64 MB). A glTF file may name others in
+        its folder and below, and no others.
 
     Returns
     -------
@@ -83,7 +85,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     data = read_content(path)
     try:
         if ending in _GLTF_ENDINGS:
-            return Mesh(*read_gltf(data, path.parent))
-        return Mesh(*_READERS[ending](data))
+            return Mesh._of_new(*read_gltf(data, path.parent))
+        return Mesh._of_new(*_READERS[ending](data))
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None

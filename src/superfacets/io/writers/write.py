@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._validate import refuse_mask
 from ...adapters.convert import as_mesh
 from ...mesh.triangle_mesh import Mesh
 from ..atomic import StrPath, atomic_outputs, checked_targets
@@ -185,6 +186,7 @@ def _checked_colors(
         from ...view.colors import face_colors
 
         return face_colors(mesh, labels)
+    refuse_mask(colors, "colors")
     array = np.asarray(colors)
     if array.shape != (mesh.n_faces, 3):
         raise ValueError(f"colors must have shape ({mesh.n_faces}, 3), got {array.shape}")

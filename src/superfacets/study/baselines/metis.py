@@ -146,10 +146,10 @@ def _cutting_costs(cells: FaceCells) -> Floats:
     ends = corners[face_of_arc, sides], corners[face_of_arc, (sides + 1) % 3]
     lengths: Floats = np.linalg.norm(ends[1] - ends[0], axis=1)
     weights = cells.graph.weights
-    if not weights.any():
+    if not weights.any() or not lengths.any():  # none, where the squares of lengths underflow
         return lengths
     scale = CREASE_SCALE * weights.sum() / lengths.sum()
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         costs = lengths * np.exp(-weights / (scale * lengths))
     return np.where(lengths > 0, costs, 0.0)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import json
 import zlib
 from pathlib import Path
@@ -15,9 +16,13 @@ from ...io.atomic import atomic_outputs
 from .runs import Run
 
 __all__ = [
-    "pack_labels", "read_record", "record_path", "remove_leftovers", "unpack_labels",
+    "is_blocked",
+    "pack_labels",
+    "read_record",
+    "record_path",
+    "unpack_labels",
     "write_record",
-]  # fmt: skip
+]
 
 
 def record_path(folder: Path, run: Run) -> Path:
@@ -26,29 +31,44 @@ def record_path(folder: Path, run: Run) -> Path:
     return folder / run.method / run.source.name / f"alpha-{alpha}_k-{run.k}.json"
 
 
+def is_blocked(folder: Path, run: Run) -> bool:
+    """Whether a folder lies where the record belongs: it is not ours to remove."""
+    return record_path(folder, run).is_dir()
+
+
 def write_record(path: Path, record: dict[str, Any]) -> None:
-    """Write a record such that it is whole, or not there, whenever the process ends."""
+    """Write a record such that it is whole, or not there, whenever the process ends.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    OSError
+        If it cannot be written.
+    """
+    text = json.dumps(record | {"checksum": _checksum(record)}, indent=1, allow_nan=False)
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_outputs([path]) as (partial,):
-        partial.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        partial.write_text(text + "\n", encoding="utf-8")
 
 
 def read_record(path: Path, key: dict[str, Any]) -> dict[str, Any] | None:
     """Return a record; None if there is none, it is damaged, or it was made from something else."""
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        if not isinstance(record, dict):
+            return None
+        checksum = record.pop("checksum", None)
+        is_as_written = checksum == _checksum(record)
+    except (OSError, ValueError, RecursionError):  # of what may be anything
         return None
-    if not isinstance(record, dict) or record.get("key") != key:
-        return None
-    is_whole = {"metrics", "seconds"} <= record.keys() or "reason" in record
-    return record if is_whole else None
+    return record if is_as_written and record.get("key") == key else None
 
 
-def remove_leftovers(folder: Path) -> None:
-    """Remove what writers that were killed left behind."""
-    for path in folder.rglob(".*.tmp"):
-        path.unlink(missing_ok=True)
+def _checksum(record: dict[str, Any]) -> str:
+    """Of all that a record says, whatever the order and the blanks."""
+    text = json.dumps(record, sort_keys=True)
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def pack_labels(labels: npt.NDArray[np.int32]) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import MeshError, MissingExtraError
+from ...io.atomic import remove_leftovers
 from ...view.rendering import check_rendering
 from .gallery import GALLERY
 from .measure import Task, record_failure
@@ -20,7 +21,7 @@ from .page import Files, write_page
 from .pictures import Drawing, is_drawn
 from .plan import CURVES, Choice, Plan, make_plan
 from .processes import Death, Job, run_jobs
-from .records import read_record, record_path, remove_leftovers
+from .records import is_blocked, read_record, record_path
 from .results import Comparison, Curve, Results, collect, compare
 from .runs import Run
 from .sources import Sources, find_meshes, find_models
@@ -75,7 +76,9 @@ def reproduce(options: Options) -> Report:
     plan = _plan(options)
     _check_needs(plan)
     with _locked(options.output):
-        remove_leftovers(options.output)
+        # Of starts that were killed, as there is no other now.
+        records = options.output / "records"
+        remove_leftovers((record_path(records, run) for run in plan.runs), older_than=0.0)
         results, n_before = _measure(plan, options, start)
         if not results.done:
             raise MeshError(_why_nothing(results))
@@ -146,7 +149,7 @@ def _tasks(results: Results, folder: Path, pictured: frozenset[Run], memory: int
     groups: dict[tuple[Any, ...], list[Run]] = {}
     most_segments = max(results.plan.choice.ks)
     for run in results.plan.runs:
-        if run not in results.done:
+        if run not in results.done and not is_blocked(folder, run):
             groups.setdefault((run.source, run.method, run.alpha), []).append(run)
     return [
         Task(

@@ -12,7 +12,7 @@ import numpy as np
 
 from .methods import METHODS
 from .plan import CURVES, Plan
-from .records import read_record, record_path
+from .records import is_blocked, read_record, record_path
 from .runs import Run
 from .sources import Source
 
@@ -102,7 +102,9 @@ def collect(plan: Plan, folder: Path, pictured: frozenset[Run]) -> Results:
     results, missing = Results(plan), []
     for run in plan.runs:
         record = read_record(record_path(folder, run), run.key(max(plan.choice.ks)))
-        if record is None:
+        if is_blocked(folder, run):
+            results.failed[run] = {"reason": "a folder lies where its record belongs"}
+        elif record is None:
             missing.append(run)
         elif "reason" in record:
             results.failed[run] = record

@@ -12,7 +12,7 @@ from .sources import Source
 
 __all__ = ["Run"]
 
-_RECORD_VERSION = 1  # raised when records hold something else
+_RECORD_VERSION = 2  # raised when records hold something else
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,122 @@
+"""Random meshes, segmented with random options."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapes
+from test_reference import check_mesh_stages
+
+import superfacets as sf
+from superfacets.metrics import evaluate
+
+from .promises import THREADS, check_labels, check_number, check_pieces, check_result, refusals
+
+Options = dict[str, Any]
+
+MOST_FACES_OF_TWINS = 60
+
+
+def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
+    """A mesh through all stages."""
+    with refusals():
+        mesh = _random_mesh(rng)
+        _check_segmentation(mesh, rng)
+        _check_clean_up(mesh, rng)
+        if mesh.n_faces <= MOST_FACES_OF_TWINS:
+            check_mesh_stages(mesh, weld=bool(rng.integers(2)))
+
+
+def _random_mesh(rng: np.random.Generator) -> sf.Mesh:
+    """A mesh with anything wrong that a mesh can have."""
+    vertices, faces = _regular(rng) if rng.random() < 0.7 else _scattered(rng)
+    if rng.random() < 0.3:  # holes and islands
+        faces = faces[rng.random(len(faces)) < rng.uniform(0.3, 1)]
+    if rng.random() < 0.2:  # neighbors that face opposite ways
+        turned = rng.random(len(faces)) < 0.2
+        faces[turned] = faces[turned, ::-1]
+    if rng.random() < 0.2 and len(faces):  # faces twice, edges of many faces
+        faces = np.concatenate([faces, rng.choice(faces, len(faces) // 3)])
+    if rng.random() < 0.2:  # edges and faces without size, and ties
+        vertices = np.round(vertices * 4) / 4
+    if rng.random() < 0.2:  # vertices apart that lie at one place
+        vertices, faces = vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)
+    if rng.random() < 0.2:
+        vertices = vertices * 10.0 ** rng.integers(-50, 50) + rng.choice([0.0, 1e3])
+    return sf.Mesh(vertices, rng.permutation(faces))
+
+
+def _regular(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    kind = rng.integers(4)
+    if kind == 0:
+        mesh = shapes.bumpy_sheet(int(rng.choice([1, 2, 3, 5, 10, 90])), int(rng.integers(1000)))
+    elif kind == 1:
+        mesh = shapes.dumbbell(int(rng.integers(2, 20)), int(rng.integers(3, 12)))
+    elif kind == 2:
+        mesh = shapes.fins(int(rng.integers(1, 30)))
+    else:
+        mesh = shapes.strip(int(rng.integers(1, 80)))
+    return np.array(mesh.vertices), np.array(mesh.faces)
+
+
+def _scattered(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Faces between any vertices, which lie anywhere."""
+    n_vertices = int(rng.integers(1, 40))
+    vertices = rng.integers(-3, 4, (n_vertices, 3)).astype(float)
+    return vertices, rng.integers(0, n_vertices, (int(rng.integers(1, 60)), 3))
+
+
+def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
+    """Options of `segment`; each is left at its default half of the time."""
+    options: Options = {
+        "weights": rng.choice(["creases", "superfacets", "stk02"]),
+        "init": rng.choice(["geodesic", "farthest", "flood", "grid"]),
+        "radius_factor": float(rng.uniform(0.1, 3)),
+        "max_num_iter": int(rng.integers(1, 20)),
+        "tol": float(rng.choice([0.0, 0.1])),
+        "enforce_connectivity": True,
+        "min_size": float(rng.uniform(0, 1)),
+        "smooth": False,
+        "weld": False,
+    }
+    chosen = {name: value for name, value in options.items() if rng.random() < 0.3}
+    chosen["n_segments"] = int(rng.integers(1, min(mesh.n_faces, 40) + 1))
+    return chosen
+
+
+def _check_segmentation(mesh: sf.Mesh, rng: np.random.Generator) -> None:
+    options = _random_options(rng, mesh)
+    result = sf.segment(mesh, **options, n_threads=1)
+    graph = sf.build_face_graph(mesh, weld=options.get("weld", True))
+    check_result(result, graph)
+    is_exact = "radius_factor" not in options
+    if is_exact and "min_size" not in options and options.get("init") not in ("flood", "grid"):
+        check_number(result, graph, options["n_segments"])
+    if is_exact or "enforce_connectivity" in options:
+        check_pieces(result.labels, graph)
+    for n_threads in THREADS[1:]:
+        other = sf.segment(mesh, **options, n_threads=n_threads)
+        assert np.array_equal(other.labels, result.labels), f"{n_threads} threads"
+    twin = sf.segment(pickle.loads(pickle.dumps(mesh)), **options)
+    assert np.array_equal(twin.labels, result.labels)
+
+
+def _check_clean_up(mesh: sf.Mesh, rng: np.random.Generator) -> None:
+    """Clean-up and metrics of labels that no segmentation would give."""
+    graph = sf.build_face_graph(mesh)
+    n_labels = int(rng.integers(1, min(mesh.n_faces, 20) + 1))
+    scattered = rng.integers(0, n_labels, mesh.n_faces)
+    labels = np.unique(scattered, return_inverse=True)[1]
+    connected = sf.enforce_connectivity(mesh, labels)
+    check_labels(connected.labels, mesh.n_faces, len(connected.sources))
+    check_pieces(connected.labels, graph)
+    merged = sf.merge_small_regions(mesh, labels, float(rng.uniform(0, 3)))
+    check_labels(merged.labels, mesh.n_faces, len(merged.sources))
+    smooth = sf.smooth_borders(mesh, connected.labels)
+    check_labels(smooth, mesh.n_faces, len(connected.sources))
+    check_pieces(smooth, graph)
+    values = evaluate(mesh, labels, [connected.labels])
+    assert all(np.isfinite(value) and value >= 0 for value in values.values()), values

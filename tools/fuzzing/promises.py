@@ -1,0 +1,53 @@
+"""What has to hold, whatever the input."""
+
+from __future__ import annotations
+
+import contextlib
+import traceback
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import shapes
+
+THREADS = (1, 2, 3, 7)
+
+
+@contextlib.contextmanager
+def refusals() -> Iterator[None]:
+    """End the block where the package refuses what it was given, by an error that it means.
+
+    A ValueError or TypeError that nobody meant, out of numpy say, goes on.
+    """
+    try:
+        yield
+    except (ValueError, TypeError) as error:  # a MeshError is a ValueError
+        last = traceback.extract_tb(error.__traceback__)[-1]
+        if "superfacets" not in last.filename or not (last.line or "").startswith("raise "):
+            raise
+
+
+def check_labels(labels: Any, n_cells: int, n_regions: int) -> None:
+    """Labels are int32, one per cell, and each of 0..K-1 occurs."""
+    labels = np.asarray(labels)
+    assert labels.dtype == np.int32
+    assert labels.shape == (n_cells,)
+    assert np.array_equal(np.unique(labels), np.arange(n_regions))
+
+
+def check_result(result: Any, graph: Any) -> None:
+    """Labels are whole, and each center is in its own region."""
+    check_labels(result, graph.n_cells, result.n_segments)
+    assert np.array_equal(result.labels[result.centers], np.arange(result.n_segments))
+    assert result.stop_reason in ("converged", "cycle", "max_num_iter")
+
+
+def check_number(result: Any, graph: Any, n_segments: int) -> None:
+    """There are k regions, and at most one more for each component but one."""
+    n_components = shapes.count_pieces(graph, np.zeros(graph.n_cells, int))
+    assert n_segments <= result.n_segments <= n_segments + n_components - 1
+
+
+def check_pieces(labels: Any, graph: Any) -> None:
+    """Every region is in one piece."""
+    assert shapes.count_pieces(graph, labels) == len(np.unique(labels))
