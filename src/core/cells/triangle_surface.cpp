@@ -34,7 +34,7 @@ Cell TriangleSurface::next_around(Corner center, Cell before, Cell here) const {
   const int opposite_side = (corner + 1) % 3;
   Cell next = kNoCell;
   for (const auto [arc, neighbor] : arcs().steps(here)) {
-    if (sides_[arc] == opposite_side || neighbor == before) continue;
+    if (int{sides_[arc]} == opposite_side || neighbor == before) continue;
     if (next != kNoCell) return kNoCell;
     next = neighbor;
   }

@@ -130,7 +130,7 @@ class Smoother {
     chain_.clear();
     candidates_.assign({{first, gain_of(first, from, to), 0.0F}});
     while (chain_.size() < options_.max_chain) {
-      const Candidate next = take_candidate(from, to, -kDeepest * cost - gain);
+      const Candidate next = take_candidate(to, -kDeepest * cost - gain);
       if (next.cell == kNoCell) break;
       gain += next.gain;
       chain_.push_back({next.cell, travels_[next.cell]});
@@ -146,7 +146,7 @@ class Smoother {
   }
 
   // The best candidate that may move, out of the list; kNoCell if none wins as much as it has to.
-  Candidate take_candidate(Label from, Label to, double least_gain) {
+  Candidate take_candidate(Label to, double least_gain) {
     while (!candidates_.empty()) {
       const auto best = std::max_element(
           candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
