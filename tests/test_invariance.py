@@ -14,7 +14,7 @@ from superfacets import (
     segment,
     superfacet_weights,
 )
-from superfacets.cells.weights import is_inside_out
+from superfacets.cells.surface import is_inside_out
 
 MODES = [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}]
 

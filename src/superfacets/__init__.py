@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from .cells.cell_graph import ArcMeasures, CellGraph
 from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .cells.subdivision import Subdivision, subdivide
+from .cells.surface import arc_measures
 from .cells.weights import crease_weights, stk02_weights, superfacet_weights
 from .clustering.classification import Classification, classify
 from .clustering.loop import Segmentation, segment_graph
@@ -53,6 +54,7 @@ __all__ = [
     "SliverWarning",
     "Subdivision",
     "View",
+    "arc_measures",
     "build_face_graph",
     "classify",
     "crease_weights",

@@ -253,6 +253,20 @@ def checked_arcs(
     return starts, targets
 
 
+def checked_angles(angles: Any, n_arcs: int) -> npt.NDArray[np.float64]:
+    """One angle per arc, (M,) float64, from -pi to pi."""
+    array = exact_array(_numeric_array(angles, "angles"), np.float64)
+    if array.shape != (n_arcs,):
+        raise ValueError(
+            f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
+        )
+    is_wrong = ~(np.abs(array) <= math.pi)  # also where it is NaN
+    if is_wrong.any():
+        first = int(np.argmax(is_wrong))
+        raise ValueError(f"angles[{first}] is {array[first]}; it must be from -pi to pi")
+    return array
+
+
 def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
     """One side >= 0 per arc, (M,) int32, rising for the arcs of each cell."""
     array = owned_indices(_integer_array(sides, "sides"))

@@ -219,11 +219,11 @@ def _build_cells(
         size = region_size(size_options, faces.measures, faces.diagonal, n_threads)
         share = sliver_share(triangles, faces, size.radius, n_threads)
     with timed(timings, "weights"):
-        weights = arc_weights(triangles, faces, size.radius, weight_options, n_threads)
+        surface = Surface.of_faces(triangles, faces, n_threads)
+        weights = arc_weights(surface, faces, size.radius, weight_options)
         lengths, unit = faces.quantized(weights, n_threads)
         del weights  # makes room
     with timed(timings, "order"):
-        surface = Surface.of_faces(triangles, faces, n_threads)
         placed = _core.PlacedCells(faces.positions, faces.measures, n_threads)
         arcs = (faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for

@@ -17,6 +17,7 @@ from superfacets import (
     superfacet_weights,
 )
 from superfacets._options import WeightOptions
+from superfacets.cells.surface import Surface
 from superfacets.cells.weights import arc_weights
 
 
@@ -343,7 +344,12 @@ def test_a_crease_costs_the_same_on_a_finer_mesh_with_creases_alone(weights, rat
     for mesh in (shapes.fold(90), refined(shapes.fold(90))):
         graph = build_face_graph(mesh)
         chosen = [
-            arc_weights(mesh, graph, 0.3, WeightOptions.checked(weights, alpha, 1.0), 1)
+            arc_weights(
+                Surface.of_faces(mesh, graph, 1),
+                graph,
+                0.3,
+                WeightOptions.checked(weights, alpha, 1.0),
+            )
             for alpha in (0.0, 100.0)
         ]
         prices.append(np.max(chosen[1] - chosen[0]))

@@ -152,6 +152,9 @@ def test_a_graph_without_lengths_of_borders_is_refused(use):
         ({"border_lengths": None}, TypeError, "border_lengths must be numbers"),
         ({"step_lengths": [1.0, -1.0]}, ValueError, r"step_lengths\[1\] is -1.0"),
         ({"open_lengths": [1.0]}, ValueError, "open_lengths must have one value per cell"),
+        ({"angles": [0.0]}, ValueError, "angles must have one value per arc"),
+        ({"angles": [0.0, 4.0]}, ValueError, r"angles\[1\] is 4.0; it must be from -pi to pi"),
+        ({"angles": ["a", "b"]}, ValueError, "angles must be numbers"),
         ({"sides": [0]}, ValueError, r"sides must have shape \(2,\)"),
         ({"sides": [0, -1]}, ValueError, "sides must not be negative"),
         ({"sides": [0.0, 1.0]}, TypeError, "sides must be integers"),
@@ -171,32 +174,10 @@ def test_sides_of_a_cell_must_rise():
         )
 
 
-def graph_of(mesh):
-    """The faces of a mesh as cells of one's own."""
-    faces = sf.build_face_graph(mesh)
-    sources = np.repeat(np.arange(faces.n_cells), np.diff(faces.offsets))
-    corners = mesh.faces[sources]
-    start = mesh.vertices[corners[np.arange(len(sources)), faces.sides]]
-    end = mesh.vertices[corners[np.arange(len(sources)), (faces.sides + 1) % 3]]
-    middle = 0.5 * (start + end)
-    steps = np.linalg.norm(faces.positions[sources] - middle, axis=1)
-    steps += np.linalg.norm(middle - faces.positions[faces.neighbors], axis=1)
-    sides_used = np.zeros((faces.n_cells, 3), bool)
-    sides_used[sources, faces.sides] = True
-    ends = mesh.vertices[mesh.faces]
-    lengths = np.linalg.norm(np.roll(ends, -1, axis=1) - ends, axis=2)
-    given = ArcMeasures(
-        np.linalg.norm(end - start, axis=1),
-        step_lengths=steps,
-        sides=faces.sides.astype(np.int32),
-        open_lengths=np.where(sides_used, 0.0, lengths).sum(axis=1),
-    )
-    return faces, given
-
-
 @pytest.mark.parametrize("shape", [shapes.bumpy_sheet(16), shapes.cube(), shapes.fins(4)])
 def test_faces_given_as_cells_are_cleaned_as_those_of_the_mesh(shape):
-    faces, given = graph_of(shape)
+    faces = sf.build_face_graph(shape)
+    given = sf.arc_measures(shape, faces)
     k = min(7, shape.n_faces // 2)
     radius = math.sqrt(faces.measures.sum() / (math.pi * k))
     weights = sf.crease_weights(shape, faces, radius)

@@ -17,19 +17,19 @@ namespace {
 void bind_triangle_surface(TriangleSurface* self, const Rows<double>& vertices,
                            const Rows<Vertex>& faces, const Array<std::int64_t>& offsets,
                            const Array<Face>& neighbors, const Array<std::uint8_t>& sides,
-                           const Array<std::uint8_t>& same_turn) {
+                           const Array<std::uint8_t>& same_turn, bool inside_out) {
   new (self) TriangleSurface(points(vertices), triangles(faces), {view(offsets), view(neighbors)},
-                             view(sides), view(same_turn));
+                             view(sides), view(same_turn), inside_out);
 }
 
 void bind_graph_surface(GraphSurface* self, const Rows<double>& positions,
                         const Array<double>& measures, const Array<std::int64_t>& offsets,
                         const Array<Cell>& neighbors, const Array<double>& border_lengths,
-                        const Array<double>& step_lengths, const Array<std::int32_t>& sides,
-                        const Array<double>& open_lengths) {
+                        const Array<double>& step_lengths, const Array<double>& angles,
+                        const Array<std::int32_t>& sides, const Array<double>& open_lengths) {
   new (self) GraphSurface({view(offsets), view(neighbors)},
                           {points(positions), view(measures), view(border_lengths),
-                           view(step_lengths), view(sides), view(open_lengths)});
+                           view(step_lengths), view(angles), view(sides), view(open_lengths)});
 }
 
 auto bind_surface_cells(const Surface& surface, int n_threads) {
@@ -44,6 +44,30 @@ auto bind_surface_cells(const Surface& surface, int n_threads) {
     });
   });
   return std::tuple(to_numpy(std::move(positions)), to_numpy(std::move(measures)));
+}
+
+auto bind_arc_measures(const Surface& surface, int n_threads) {
+  Buffer<double> border_lengths(surface.arcs().n_arcs());
+  Buffer<double> step_lengths(surface.arcs().n_arcs());
+  Buffer<double> angles(surface.arcs().n_arcs());
+  Buffer<std::int32_t> sides(surface.arcs().n_arcs());
+  Buffer<double> open_lengths(surface.n_cells());
+  on_team(open_lengths.size(), n_threads, [&](ThreadTeam& team) {
+    team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+      for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+        open_lengths[cell] = surface.open_length(cell);
+        for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
+          border_lengths[arc] = surface.border_length(cell, arc);
+          step_lengths[arc] = surface.step_length(cell, arc);
+          angles[arc] = surface.angle(cell, arc);
+          sides[arc] = surface.side(cell, arc);
+        }
+      }
+    });
+  });
+  return std::tuple(to_numpy(std::move(border_lengths)), to_numpy(std::move(step_lengths)),
+                    to_numpy(std::move(angles)), to_numpy(std::move(sides)),
+                    to_numpy(std::move(open_lengths)));
 }
 
 double bind_sum_of(const Array<double>& values, int n_threads) {
@@ -75,11 +99,10 @@ auto bind_find_components(const Array<std::int64_t>& offsets, const Array<Cell>&
 
 auto bind_superfacet_weights(const TriangleSurface& surface, const Rows<double>& centroids,
                              const Array<double>& areas, double alpha, double eta_convex,
-                             double crease_length, double diagonal, bool inside_out,
-                             int n_threads) {
+                             double crease_length, double diagonal, int n_threads) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const FaceMeasures faces{points(centroids), view(areas)};
-  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, inside_out};
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal};
   on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
     superfacet_weights(surface, faces, options, team, weights.span());
   });
@@ -132,20 +155,22 @@ auto bind_positions_of(const OrderedGraph& graph, const Array<Cell>& cells) {
 void bind_cells(nb::module_& module) {
   nb::class_<Surface>(module, "Surface")
       .def_prop_ro("n_cells", &Surface::n_cells)
-      .def("cells", &bind_surface_cells, "n_threads"_a);
+      .def("cells", &bind_surface_cells, "n_threads"_a)
+      .def("arc_measures", &bind_arc_measures, "n_threads"_a);
   nb::class_<TriangleSurface, Surface>(module, "TriangleSurface")
       .def("__init__", &bind_triangle_surface, "vertices"_a.noconvert(), "faces"_a.noconvert(),
            "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
-           "same_turn"_a.noconvert(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
-           nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
-           nb::keep_alive<1, 7>());
+           "same_turn"_a.noconvert(), "inside_out"_a, nb::keep_alive<1, 2>(),
+           nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(),
+           nb::keep_alive<1, 6>(), nb::keep_alive<1, 7>());
   nb::class_<GraphSurface, Surface>(module, "GraphSurface")
       .def("__init__", &bind_graph_surface, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "border_lengths"_a.noconvert(),
-           "step_lengths"_a.noconvert(), "sides"_a.noconvert(), "open_lengths"_a.noconvert(),
-           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(),
-           nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(), nb::keep_alive<1, 7>(),
-           nb::keep_alive<1, 8>(), nb::keep_alive<1, 9>());
+           "step_lengths"_a.noconvert(), "angles"_a.noconvert(), "sides"_a.noconvert(),
+           "open_lengths"_a.noconvert(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
+           nb::keep_alive<1, 7>(), nb::keep_alive<1, 8>(), nb::keep_alive<1, 9>(),
+           nb::keep_alive<1, 10>());
   nb::class_<PlacedCells>(module, "PlacedCells")
       .def("__init__", &bind_placed_cells, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "n_threads"_a);
@@ -161,7 +186,7 @@ void bind_cells(nb::module_& module) {
              "neighbors"_a.noconvert(), "labels"_a.noconvert());
   module.def("superfacet_weights", &bind_superfacet_weights, "surface"_a, "centroids"_a.noconvert(),
              "areas"_a.noconvert(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
-             "inside_out"_a, "n_threads"_a);
+             "n_threads"_a);
   module.def("stk02_weights", &bind_stk02_weights, "surface"_a, "centroids"_a.noconvert(),
              "alpha"_a, "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);

@@ -11,6 +11,7 @@ struct GivenMeasures {
   std::span<const double> measures;        // (N,)
   std::span<const double> border_lengths;  // (M,)
   std::span<const double> step_lengths;    // (M,) or the distances between positions
+  std::span<const double> angles;          // (M,) or 0
   std::span<const std::int32_t> sides;     // (M,) or each arc has a side of its own
   std::span<const double> open_lengths;    // (N,) or 0
 };
@@ -27,6 +28,9 @@ class GraphSurface final : public Surface {
     return norm(given_.positions[arcs().targets[arc]] - given_.positions[from]);
   }
   double border_length(Cell, std::int64_t arc) const override { return given_.border_lengths[arc]; }
+  double angle(Cell, std::int64_t arc) const override {
+    return given_.angles.empty() ? 0.0 : given_.angles[arc];
+  }
   int side(Cell from, std::int64_t arc) const override {
     if (!given_.sides.empty()) return given_.sides[arc];
     return static_cast<int>(arc - arcs().offsets[from]);

@@ -34,6 +34,10 @@ class Surface {
   // Length of the border that an arc crosses: an edge, between faces.
   virtual double border_length(Cell from, std::int64_t arc) const = 0;
 
+  // The angle that the surface turns by from cell to cell, -pi to pi: 0 where it is flat, positive
+  // where the border is concave; 0 where a cell has no normal.
+  virtual double angle(Cell from, std::int64_t arc) const = 0;
+
   // The side that an arc leaves its cell by, 0 or more. The arcs of a cell are sorted by it; where
   // several cells meet at one border, the arcs to all of them leave by the same side.
   virtual int side(Cell from, std::int64_t arc) const = 0;

@@ -1,8 +1,41 @@
 #include "cells/triangle_surface.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+
+#include "base/arctangent.hpp"
 
 namespace superfacets {
+namespace {
+
+// Areas that differ by less than this part count as equal: rounding must not tell mirror images
+// apart.
+constexpr double kAreaNoise = 1e-9;
+
+}  // namespace
+
+bool turns_second(Face first, Face second, double first_area, double second_area) {
+  const double difference = first_area - second_area;
+  if (std::abs(difference) > kAreaNoise * std::max(first_area, second_area)) {
+    return difference > 0.0;
+  }
+  return first < second;
+}
+
+double TriangleSurface::angle(Cell from, std::int64_t arc) const {
+  const Face to = arcs().targets[arc];
+  Point normal_from = unit_normal(vertices_, faces_[from]);
+  Point normal_to = unit_normal(vertices_, faces_[to]);
+  if (same_turn(arc)) {
+    const bool second = turns_second(from, to, measure(from), measure(to));
+    Point& turned = second ? normal_to : normal_from;
+    turned = -1.0 * turned;
+  }
+  const Fold fold = fold_of(normal_from, normal_to, position(to) - position(from));
+  const double theta = arctangent(fold.sine, fold.cosine);
+  return fold.is_concave == inside_out_ ? -theta : theta;
+}
 
 double TriangleSurface::step_length(Cell from, std::int64_t arc) const {
   return way_over(edge(from, arc), position(from), position(arcs().targets[arc]));

@@ -20,17 +20,42 @@ inline double way_over(const Edge& edge, const Point& from, const Point& to) {
   return norm(from - middle) + norm(middle - to);
 }
 
+// How the surface turns between two faces. Each number is symmetric in the two, bit for bit.
+struct Fold {
+  double sine;    // |n_i x n_j|, 0 where a normal is missing
+  double cosine;  // n_i . n_j
+  bool is_concave;
+};
+
+// Of faces with these unit normals; `step` leads from centroid to centroid. Concave: each centroid
+// lies above the plane of the other face, summed over both.
+inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Point& step) {
+  return {norm(cross(normal_from, normal_to)), dot(normal_from, normal_to),
+          dot(normal_from - normal_to, step) > 0.0};
+}
+
+// Where two neighbors run through their edge alike, one normal is turned, and both arcs of the pair
+// turn the same one: that of the smaller face, or of the higher index where areas are equal.
+bool turns_second(Face first, Face second, double first_area, double second_area);
+
 // A mesh and the arcs of its face graph; see build_face_graph for sides. Memory: none of its own.
 class TriangleSurface final : public Surface {
  public:
-  // same_turn may be empty, where no two faces run through an edge alike.
+  // same_turn may be empty, where no two faces run through an edge alike. inside_out: normals point
+  // inwards, so concave and convex swap.
   TriangleSurface(std::span<const Point> vertices, std::span<const Triangle> faces,
                   const Arcs& arcs, std::span<const std::uint8_t> sides,
-                  std::span<const std::uint8_t> same_turn)
-      : Surface(arcs), vertices_(vertices), faces_(faces), sides_(sides), same_turn_(same_turn) {}
+                  std::span<const std::uint8_t> same_turn, bool inside_out)
+      : Surface(arcs),
+        vertices_(vertices),
+        faces_(faces),
+        sides_(sides),
+        same_turn_(same_turn),
+        inside_out_(inside_out) {}
 
   std::span<const Point> vertices() const { return vertices_; }
   std::span<const Triangle> faces() const { return faces_; }
+  bool is_inside_out() const { return inside_out_; }
 
   // The edge that an arc crosses.
   Edge edge(Face from, std::int64_t arc) const { return edge_of_side(from, sides_[arc]); }
@@ -42,6 +67,7 @@ class TriangleSurface final : public Surface {
   double measure(Cell face) const override { return area(vertices_, faces_[face]); }
   double step_length(Cell from, std::int64_t arc) const override;
   double border_length(Cell from, std::int64_t arc) const override;
+  double angle(Cell from, std::int64_t arc) const override;
   int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
   double open_length(Cell face) const override;
 
@@ -63,6 +89,7 @@ class TriangleSurface final : public Surface {
   const std::span<const Triangle> faces_;
   const std::span<const std::uint8_t> sides_;      // (M,) 0, 1 or 2
   const std::span<const std::uint8_t> same_turn_;  // (M,) or empty
+  const bool inside_out_;
 };
 
 }  // namespace superfacets

@@ -14,10 +14,6 @@
 namespace superfacets {
 namespace {
 
-// Areas that differ by less than this part count as equal: rounding must not tell mirror images
-// apart.
-constexpr double kAreaNoise = 1e-9;
-
 // Between faces with more arcs than this, as around a crowded edge, looking for the arc back would
 // cost more than the weight does.
 constexpr std::int64_t kFewArcs = 8;
@@ -49,35 +45,13 @@ struct Geometry {
   const Arcs& arcs() const { return surface.arcs(); }
 };
 
-// Where two neighbors run through their edge alike, one normal is turned, and both arcs of the pair
-// turn the same one: that of the smaller face, or of the higher index where areas are equal.
-bool turns_second(Face first, Face second, std::span<const double> areas) {
-  const double difference = areas[first] - areas[second];
-  if (std::abs(difference) > kAreaNoise * std::max(areas[first], areas[second])) {
-    return difference > 0.0;
-  }
-  return first < second;
-}
-
 // What of eq. 1-3 is known of an arc before the angle theta is. Each number is symmetric in the two
 // faces, bit for bit.
 struct ArcTerms {
   double geodesic;  // eq. 1
   double price;     // alpha eta |e|, of eq. 2
-  double sine;      // |n_i x n_j|, 0 where a normal is missing
-  double cosine;    // n_i . n_j
+  Fold fold;
 };
-
-// alpha eta |e|
-double angular_price(Point normal_from, Point normal_to, Point step, double edge_length,
-                     const WeightOptions& options) {
-  // Positive if each centroid lies above the plane of the other face, summed over both.
-  const double rise = dot(normal_from - normal_to, step);
-  const bool concave = options.inside_out ? rise < 0.0 : rise > 0.0;
-  const double etas[] = {options.eta_convex, 1.0};
-  const double eta = etas[static_cast<int>(concave)];  // no branch: on most meshes it is a toss-up
-  return options.alpha * eta * edge_length;
-}
 
 ArcTerms arc_terms(const Geometry& geometry, Face from, std::int64_t arc,
                    const WeightOptions& options) {
@@ -87,14 +61,15 @@ ArcTerms arc_terms(const Geometry& geometry, Face from, std::int64_t arc,
   Point normal_from = geometry.normals[from];
   Point normal_to = geometry.normals[to];
   if (geometry.surface.same_turn(arc)) {
-    Point& turned = turns_second(from, to, areas) ? normal_to : normal_from;
+    Point& turned = turns_second(from, to, areas[from], areas[to]) ? normal_to : normal_from;
     turned = -1.0 * turned;
   }
+  const Fold fold = fold_of(normal_from, normal_to, centroids[to] - centroids[from]);
+  // No branch: on most meshes it is a toss-up which way an edge is bent.
+  const double etas[] = {options.eta_convex, 1.0};
+  const double eta = etas[static_cast<int>(fold.is_concave != geometry.surface.is_inside_out())];
   const double length = options.crease_length > 0.0 ? options.crease_length : edge.length();
-  const Point step = centroids[to] - centroids[from];
-  return {way_over(edge, centroids[from], centroids[to]),
-          angular_price(normal_from, normal_to, step, length, options),
-          norm(cross(normal_from, normal_to)), dot(normal_from, normal_to)};
+  return {way_over(edge, centroids[from], centroids[to]), options.alpha * eta * length, fold};
 }
 
 // The weight of an arc whose normals are at the angle theta.
@@ -163,8 +138,8 @@ void weigh_block(const Geometry& geometry, const WeightOptions& options,
     const ArcTerms terms = arc_terms(geometry, rising[i].from, rising[i].arc, options);
     geodesics[i] = terms.geodesic;
     prices[i] = terms.price;
-    sines[i] = terms.sine;
-    cosines[i] = terms.cosine;
+    sines[i] = terms.fold.sine;
+    cosines[i] = terms.fold.cosine;
   }
   arctangents({sines.data(), n}, {cosines.data(), n}, {angles.data(), n});
   for (std::size_t i = 0; i < n; ++i) {
@@ -200,7 +175,7 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, st
       if (weights[arc] != kNotYetWeighed) continue;
       const ArcTerms terms = arc_terms(geometry, face, arc, options);
       // atan2 keeps full precision near 0 and pi, where acos of the cosine loses half the digits.
-      const double theta = arctangent(terms.sine, terms.cosine);
+      const double theta = arctangent(terms.fold.sine, terms.fold.cosine);
       weights[arc] = arc_weight(terms.geodesic, terms.price, theta, options);
     }
   }

@@ -17,7 +17,6 @@ struct WeightOptions {
   double eta_convex = 0.2;     // what a convex edge counts, against 1 for a concave one
   double crease_length = 0.0;  // what stands for |e| in eq. 2; 0: the length of each edge itself
   double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
-  bool inside_out = false;     // normals point inwards: concave and convex swap
 };
 
 // Centroids and areas of faces, which would take too long to work out anew for each arc.

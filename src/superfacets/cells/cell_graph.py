@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import (
+    checked_angles,
     checked_arcs,
     checked_bounds,
     checked_nonnegative_array,
@@ -40,6 +41,9 @@ class ArcMeasures:
     step_lengths : array_like, shape (M,), optional
         Length of the way from cell to cell, without what the weight adds for a crease; the distance
         between their positions if not given.
+    angles : array_like, shape (M,), optional
+        Angle that the surface turns by from cell to cell, radians from -pi to pi, positive where
+        the border is concave; 0 if not given.
     sides : array_like of integers, shape (M,), optional
         The side that each arc leaves its cell by, 0 or more, rising for each cell: where several
         cells meet at one border, the arcs to all of them leave by the same side. Each arc has a
@@ -55,6 +59,7 @@ class ArcMeasures:
 
     border_lengths: npt.NDArray[np.float64]
     step_lengths: npt.NDArray[np.float64] | None = None
+    angles: npt.NDArray[np.float64] | None = None
     sides: npt.NDArray[np.int32] | None = None
     open_lengths: npt.NDArray[np.float64] | None = None
 
@@ -73,6 +78,9 @@ class ArcMeasures:
             else:
                 array = checked_nonnegative_array(given, n, name, per, n_threads)
                 freeze(checked, **{name: array})
+        object.__setattr__(checked, "angles", None)
+        if self.angles is not None:
+            freeze(checked, angles=checked_angles(self.angles, n_arcs))
         object.__setattr__(checked, "sides", None)
         if self.sides is not None:
             freeze(checked, sides=checked_sides(self.sides, offsets))

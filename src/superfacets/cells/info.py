@@ -10,7 +10,7 @@ from .. import _core
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from .face_graph import FaceGraph, build_face_graph
-from .weights import is_inside_out
+from .surface import is_inside_out
 
 __all__ = ["MeshInfo", "mesh_info"]
 

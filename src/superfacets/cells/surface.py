@@ -12,10 +12,13 @@ from .. import _core
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.triangle_mesh import Mesh
-from .cell_graph import CellGraph, box_diagonal
-from .face_graph import EdgeCounts, FaceGraph, build_face_graph
+from .cell_graph import ArcMeasures, CellGraph, box_diagonal
+from .face_graph import FaceGraph, build_face_graph
 
-__all__ = ["Surface", "as_surface", "triangle_surface"]
+__all__ = ["Surface", "arc_measures", "as_surface", "is_inside_out", "triangle_surface"]
+
+_VOLUME_NOISE = 1e-12
+"""Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,16 +32,15 @@ class Surface:
     weight_unit: float  # of arc weights, in the unit of the positions
     n_threads: int
     mesh: Mesh | None = None  # that the cells are the faces of
-    edge_counts: EdgeCounts | None = None  # of that mesh
     weights: npt.NDArray[np.float64] | None = None  # of the arcs, where the cells came with some
 
     @classmethod
     def of_faces(cls, mesh: Mesh, graph: FaceGraph, n_threads: int) -> Surface:
         """Return the faces of a mesh as cells."""
-        handle = triangle_surface(mesh, graph)
+        handle = triangle_surface(mesh, graph, n_threads)
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
-            mesh, graph.edge_counts,
+            mesh,
         )  # fmt: skip
 
     @classmethod
@@ -56,6 +58,7 @@ class Surface:
             graph.neighbors,
             given.border_lengths,
             np.empty(0) if given.step_lengths is None else given.step_lengths,
+            np.empty(0) if given.angles is None else given.angles,
             np.empty(0, np.int32) if given.sides is None else given.sides,
             np.empty(0) if given.open_lengths is None else given.open_lengths,
         )
@@ -103,11 +106,78 @@ def as_surface(source: MeshLike | CellGraph, *, weld: bool, n_threads: int | Non
     return Surface.of_faces(mesh, build_face_graph(mesh, weld=weld, n_threads=threads), threads)
 
 
-def triangle_surface(mesh: Mesh, graph: FaceGraph) -> _core.TriangleSurface:
+def triangle_surface(mesh: Mesh, graph: FaceGraph, n_threads: int) -> _core.TriangleSurface:
     """Return what the kernels take for a mesh and its graph; a ValueError if it is another's."""
     if graph.n_cells != mesh.n_faces:
         raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
     same_turn = graph.same_turn if graph.same_turn.any() else np.empty(0, np.uint8)
+    is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
     return _core.TriangleSurface(
-        mesh.vertices, mesh.faces, graph.offsets, graph.neighbors, graph.sides, same_turn
+        mesh.vertices, mesh.faces, graph.offsets, graph.neighbors, graph.sides, same_turn, is_turned
     )
+
+
+def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
+    """Return what each arc between faces crosses, for a `CellGraph` of one's own.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like
+        As for `segment`.
+    graph : FaceGraph
+        Of the same mesh, from `build_face_graph`.
+    n_threads : int, optional
+        As for `segment`.
+
+    Returns
+    -------
+    ArcMeasures
+        ``border_lengths`` are lengths of edges, ``step_lengths`` lead from centroid to centroid
+        over the middle of the edge (eq. 1), ``angles`` are signed (radians, positive where the
+        edge is concave), ``open_lengths`` are what a face has of the boundary.
+
+    Raises
+    ------
+    ValueError
+        If the graph is of another mesh.
+
+    Examples
+    --------
+    A right angle that is a valley, seen from above:
+
+    >>> from superfacets import Mesh, build_face_graph
+    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> measures = arc_measures(valley, build_face_graph(valley))
+    >>> measures.angles.round(3).tolist(), measures.border_lengths.tolist()
+    ([1.571, 1.571], [1.0, 1.0])
+    """
+    threads = checked_threads(n_threads)
+    handle = triangle_surface(as_mesh(mesh), graph, threads)
+    border_lengths, step_lengths, angles, sides, open_lengths = handle.arc_measures(threads)
+    given = ArcMeasures(border_lengths, step_lengths, angles, sides, open_lengths)
+    return given.checked(graph.offsets, graph.n_arcs, threads)
+
+
+def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
+    """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
+    if graph.edge_counts.boundary:
+        return False
+    threads = checked_threads(n_threads)
+    return _has_negative_volume(mesh, graph.positions, graph.measures, graph.diagonal, threads)
+
+
+def _has_negative_volume(
+    mesh: Mesh,
+    positions: npt.NDArray[np.float64],
+    measures: npt.NDArray[np.float64],
+    diagonal: float,
+    n_threads: int,
+) -> bool:
+    # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
+    # and turns with the mesh.
+    # Not measures @ positions: threads of a BLAS go on spinning for a while after it.
+    total = _core.sum_of(measures, n_threads)
+    moment = np.einsum("i,ij->j", measures, positions)
+    x, y, z = (moment / total if total else positions[0]).tolist()
+    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z), n_threads)
+    return volume < -_VOLUME_NOISE * diagonal**3

@@ -9,8 +9,6 @@ from .. import _core
 from .._options import WEIGHTS, WeightOptions
 from .._validate import checked_number, checked_share, checked_threads
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.triangle_mesh import Mesh
-from .cell_graph import owned_weights
 from .face_graph import FaceGraph
 from .surface import Surface, triangle_surface
 
@@ -18,13 +16,9 @@ __all__ = [
     "arc_weights",
     "crease_weights",
     "creases_of",
-    "is_inside_out",
     "stk02_weights",
     "superfacet_weights",
 ]
-
-_VOLUME_NOISE = 1e-12
-"""Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
 
 
 def superfacet_weights(
@@ -103,14 +97,13 @@ def superfacet_weights(
     if crease_length is not None:
         crease_length = checked_number(crease_length, "crease_length", zero=False)
     return _core.superfacet_weights(
-        triangle_surface(mesh, graph),
+        triangle_surface(mesh, graph, threads),
         graph.positions,
         graph.measures,
         alpha,
         eta_convex,
         crease_length or 0.0,
         graph.diagonal,
-        is_inside_out(mesh, graph, n_threads=threads),
         threads,
     )
 
@@ -227,65 +220,52 @@ def stk02_weights(
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
     alpha = checked_share(alpha, "alpha")
-    return _core.stk02_weights(triangle_surface(mesh, graph), graph.positions, alpha, threads)
-
-
-def creases_of(surface: Surface, radius: float) -> npt.NDArray[np.float64]:
-    """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
-    assert isinstance(surface.handle, _core.TriangleSurface)
-    assert surface.mesh is not None
-    assert surface.edge_counts is not None
-    is_turned = surface.edge_counts.boundary == 0 and _has_negative_volume(
-        surface.mesh, surface.positions, surface.measures, surface.diagonal, surface.n_threads
-    )
-    options = WEIGHTS["creases"]
-    return _core.superfacet_weights(
-        surface.handle,
-        surface.positions,
-        surface.measures,
-        options["alpha"] if radius > 0 else 0.0,
-        options["eta_convex"],
-        radius if radius > 0 else 1.0,
-        surface.diagonal,
-        is_turned,
-        surface.n_threads,
+    return _core.stk02_weights(
+        triangle_surface(mesh, graph, threads), graph.positions, alpha, threads
     )
 
 
 def arc_weights(
-    mesh: Mesh, graph: FaceGraph, radius: float, options: WeightOptions, n_threads: int
+    surface: Surface, faces: FaceGraph, radius: float, options: WeightOptions
 ) -> npt.ArrayLike:
     """Return one weight per arc, as `segment` is asked for, for regions of this radius."""
     if options.given is not None:
-        return owned_weights(options.given)
-    params = {name: value for name, value in options.params.items() if name != "weights"}
-    if options.params["weights"] == "stk02":
-        return stk02_weights(mesh, graph, n_threads=n_threads, **params)
-    if options.params["weights"] == "creases":
-        return crease_weights(mesh, graph, radius, n_threads=n_threads, **params)
-    return superfacet_weights(mesh, graph, n_threads=n_threads, **params)
+        return options.given
+    params = options.params
+    assert isinstance(surface.handle, _core.TriangleSurface)
+    if params["weights"] == "stk02":
+        return _core.stk02_weights(
+            surface.handle, faces.positions, params["alpha"], surface.n_threads
+        )
+    length = radius if params["weights"] == "creases" else None
+    cells = (faces.positions, faces.measures)
+    return _weights_of(surface, cells, params["alpha"], params["eta_convex"], length)
 
 
-def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
-    """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
-    if graph.edge_counts.boundary:
-        return False
-    threads = checked_threads(n_threads)
-    return _has_negative_volume(mesh, graph.positions, graph.measures, graph.diagonal, threads)
+def creases_of(surface: Surface, radius: float) -> npt.NDArray[np.float64]:
+    """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
+    options = WEIGHTS["creases"]
+    cells = (surface.positions, surface.measures)
+    return _weights_of(surface, cells, options["alpha"], options["eta_convex"], radius)
 
 
-def _has_negative_volume(
-    mesh: Mesh,
-    positions: npt.NDArray[np.float64],
-    measures: npt.NDArray[np.float64],
-    diagonal: float,
-    n_threads: int,
-) -> bool:
-    # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
-    # and turns with the mesh.
-    # Not measures @ positions: threads of a BLAS go on spinning for a while after it.
-    total = _core.sum_of(measures, n_threads)
-    moment = np.einsum("i,ij->j", measures, positions)
-    x, y, z = (moment / total if total else positions[0]).tolist()
-    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z), n_threads)
-    return volume < -_VOLUME_NOISE * diagonal**3
+def _weights_of(
+    surface: Surface,
+    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    alpha: float,
+    eta_convex: float,
+    crease_length: float | None,
+) -> npt.NDArray[np.float64]:
+    """Weights by eq. 1 to 3; see `superfacet_weights`, and `crease_weights` for a length of 0."""
+    assert isinstance(surface.handle, _core.TriangleSurface)
+    if crease_length == 0:
+        alpha = 0.0
+    return _core.superfacet_weights(
+        surface.handle,
+        *cells,
+        alpha,
+        eta_convex,
+        crease_length or 0.0,
+        surface.diagonal,
+        surface.n_threads,
+    )

@@ -16,6 +16,7 @@ from ...adapters.convert import MeshLike, as_mesh
 from ...cells.cell_graph import CellGraph
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.size import checked_n_segments, radius_of
+from ...cells.surface import Surface
 from ...cells.weights import arc_weights
 from ...clustering.loop import Segmentation
 from ...clustering.update import update_centers
@@ -105,7 +106,7 @@ def read_face_cells(
         faces = build_face_graph(surface, weld=weld, n_threads=n_threads)
     with timed(timings, "weights"):
         radius = radius_of(faces.measures, n_segments, n_threads)
-        weights = arc_weights(surface, faces, radius, chosen, n_threads)
+        weights = arc_weights(Surface.of_faces(surface, faces, n_threads), faces, radius, chosen)
         graph = faces.with_weights(weights, n_threads=n_threads)
         if chosen.given is not None:
             graph = replace(graph, weights=_means_of_pairs(graph))
