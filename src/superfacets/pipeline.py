@@ -85,8 +85,9 @@ def segment(
         components, or soup.
     n_segments : int, optional
         Number of regions k, 1 to the number of faces. 150 (or the number of faces, if that is
-        less) if neither this nor `radius` is given. One more region comes for each component that
-        gets no seed, and, with `radius_factor`, for faces that no center reaches.
+        less) if neither this nor `radius` is given. Exactly so many come out with `islands`
+        "nearest"; otherwise one more for each component that gets no seed, and, with
+        `radius_factor`, for faces that no center reaches.
     radius : float, optional
         Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
     alpha : float, optional
@@ -122,7 +123,14 @@ def segment(
         Regions smaller than this fraction of the mean region area join a neighbor, after which
         there are fewer than k; see `merge_small_regions`.
     islands : {"keep", "nearest"}
-        What becomes of small regions that touch no other.
+        What becomes of components without a seed, of faces that no center reaches, and, with
+        `min_size`, of small regions that touch no other. ``"keep"``: they are regions of their own,
+        in addition to the k asked for. ``"nearest"``: each joins the region that has the face
+        nearest (Euclidean, by centroids, the lowest index among equals) to any of its own; there
+        are then exactly k regions, which may be in several components. A component gets a seed if
+        it has half of the area expected of a region, A / k, or all that are larger have fewer than
+        k faces; the k largest at most. (``"farthest"`` and ``"flood"`` seed islands, too, where
+        they are kept; a grid, and seeds of one's own, go by no such rule.)
     smooth : bool, default True
         Make borders straight where the surface is smooth; see `smooth_borders`. Centers stay in
         their regions, and regions in one piece.
@@ -170,7 +178,7 @@ def segment(
     size_options = SizeOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", INITS)
-    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, n_threads, progress)
+    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
     weight_options = WeightOptions.checked(weights, alpha, eta_convex)
     cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}

@@ -163,7 +163,8 @@ commands.add_command(reproduce_command)
 @click.option(
     "--islands",
     type=click.Choice(ISLANDS),
-    help="What small regions do that touch no other.  [default: keep]",
+    help="Components without a seed, and small regions that touch no other, are regions of their"
+    " own, or join the nearest region, which makes -n exact.  [default: keep]",
 )
 @click.option(
     "--subdivide",
@@ -421,7 +422,12 @@ def _notes(result: Segmentation, asked: int | None) -> list[str]:
         why = "components of the mesh that got no seed"
         if result.params["radius_factor"] is not None:
             why += ", or faces that no center reached"
-        notes.append(f"{n_more} more regions than asked for, for {why}")
+        notes.append(
+            f"{n_more} more regions than asked for, for {why};"
+            " with --islands nearest they join the nearest region"
+        )
+    if result.n_unreached and result.params["islands"] == "nearest":
+        notes.append(f"{result.n_unreached} islands without a seed joined the nearest region")
     if result.n_joined:
         notes.append(f"{result.n_joined} stray pieces joined a neighbor")
     if result.n_merged:
