@@ -34,7 +34,7 @@ from .cells.slivers import EDGE_PER_RADIUS, sliver_note, sliver_share
 from .cells.surface import Surface
 from .cells.weights import arc_weights, creases_of
 from .clustering.loop import Segmentation, segment_cells
-from .errors import SliverWarning
+from .errors import IslandWarning, SliverWarning
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 
@@ -162,6 +162,11 @@ def segment(
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
+    Warns
+    -----
+    IslandWarning
+        If there are more regions than `n_segments`, for components without a seed.
+
     References
     ----------
     Simari, Picciau and De Floriani, "Fast and Scalable Mesh Superfacets", 2014.
@@ -189,6 +194,7 @@ def segment(
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=2)
     result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
+    _warn_of_islands(result, n_segments)
     del ordered  # makes room
     if cleanup.is_needed:
         with timed(timings, "regions"):
@@ -236,6 +242,19 @@ def _build_cells(
         arcs = (faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for
         return surface, size, share, _core.OrderedGraph(placed, *arcs, n_threads), lengths, unit
+
+
+def _warn_of_islands(result: Segmentation, asked: int | None) -> None:
+    """Say where there are more regions than asked for; in the halted mode that is usual."""
+    is_kept = result.params["islands"] == "keep" and result.params["radius_factor"] is None
+    if asked is None or not is_kept or not result.n_unreached:
+        return
+    warnings.warn(
+        f"{result.n_segments} regions in place of {asked}: {result.n_unreached} components of the"
+        " mesh got no seed; islands='nearest' lets them join the nearest region",
+        IslandWarning,
+        stacklevel=3,
+    )
 
 
 def _in_order(timings: dict[str, float]) -> dict[str, float]:

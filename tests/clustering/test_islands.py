@@ -1,5 +1,6 @@
 """Components without a seed: regions of their own, or part of the nearest; one-way arcs."""
 
+import math
 import time
 
 import numpy as np
@@ -9,6 +10,7 @@ import shapes
 from superfacets import (
     PAPER,
     CellGraph,
+    IslandWarning,
     Mesh,
     _core,
     build_face_graph,
@@ -17,7 +19,6 @@ from superfacets import (
     segment,
     segment_graph,
 )
-from superfacets.clustering.seeding import region_size
 from superfacets.reference import reference
 
 INITS = ("geodesic", "farthest")
@@ -36,6 +37,10 @@ def strips(*sizes):
     )
 
 
+def expected_radius(graph, k):
+    return math.sqrt(graph.measures.sum() / (math.pi * k))
+
+
 def component_of(mesh):
     graph = build_face_graph(mesh)
     same = np.zeros(mesh.n_faces, np.int32)
@@ -47,6 +52,7 @@ def gears():
     return shapes.gears()
 
 
+@pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
 @pytest.mark.parametrize("init", INITS)
 @pytest.mark.parametrize("k", [1, 2, 30, 150])
 def test_k_is_k_on_a_box_of_gears(gears, init, k):
@@ -59,6 +65,26 @@ def test_k_is_k_on_a_box_of_gears(gears, init, k):
     assert np.array_equal(joined.labels[joined.centers], np.arange(k))
     seeded = len(np.unique(component_of(gears)[joined.centers]))
     assert joined.n_unreached == mesh_info(gears).n_components - seeded
+
+
+def test_more_regions_than_asked_for_come_with_a_warning_that_says_what_to_do(gears):
+    with pytest.warns(IslandWarning) as caught:
+        result = segment(gears, 30)
+    n = result.n_unreached
+    assert str(caught[0].message) == (
+        f"{30 + n} regions in place of 30: {n} components of the mesh got no seed;"
+        " islands='nearest' lets them join the nearest region"
+    )
+    assert caught[0].filename == __file__
+
+
+def test_there_is_no_warning_where_no_number_was_asked_for_or_all_is_as_asked(gears):
+    """Warnings are errors here."""
+    segment(gears, radius=0.1)
+    segment(gears, 30, **PAPER)
+    segment(gears, 30, islands="nearest")
+    segment(shapes.two_islands(), 2)
+    segment(shapes.soup(shapes.cube()), 12)
 
 
 @pytest.mark.parametrize("options", [PAPER, {**PAPER, "enforce_connectivity": True}])
@@ -200,7 +226,7 @@ def test_joined_islands_equal_the_twin(n_threads, seed):
     share = 0.5 if seed < 5 else 0.02
     labels = np.where(rng.uniform(size=n) < share, -1, rng.integers(0, 9, n)).astype(np.int32)
     labels[int(rng.integers(n))] = 0
-    cells = graph.ordered(n_threads).graph
+    cells = graph.ordered(n_threads)
     joined, n_islands = _core.join_islands(cells, labels, n_threads)
     assert (joined.tolist(), n_islands) == reference.join_islands(graph, labels.tolist())
 
@@ -214,7 +240,7 @@ def test_loops_without_islands_equal_their_twins(seed):
     else:
         graph = shapes.random_one_way_graph(n, int(rng.integers(0, 3 * n)), seed)
     k = int(rng.integers(1, n + 1))
-    radius = region_size(graph.ordered(1), k).radius
+    radius = expected_radius(graph, k)
     islands = {"islands": "nearest"}
     flooded = reference.flood_seeds(graph, radius, k, **islands)
     assert place_seeds(graph, k, init="flood", **islands).tolist() == flooded
@@ -256,7 +282,7 @@ def test_flood_visits_last_what_arcs_do_not_lead_to():
     )
     seeds = place_seeds(graph, 4, init="flood").tolist()
     assert seeds == [3, 0, 2]
-    assert seeds == reference.flood_seeds(graph, region_size(graph.ordered(1), 4).radius)
+    assert seeds == reference.flood_seeds(graph, expected_radius(graph, 4))
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -265,7 +291,7 @@ def test_seeds_and_regions_on_one_way_graphs_equal_their_twins(seed):
     n = int(rng.integers(1, 80))
     graph = shapes.random_one_way_graph(n, int(rng.integers(0, 3 * n)), seed)
     k = int(rng.integers(1, n + 1))
-    radius = region_size(graph.ordered(1), k).radius
+    radius = expected_radius(graph, k)
     geodesic = place_seeds(graph, k).tolist()
     assert len(set(geodesic)) == k
     assert geodesic == reference.geodesic_seeds(graph, k)

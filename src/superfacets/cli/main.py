@@ -21,7 +21,7 @@ from .._timing import timed
 from ..cells.slivers import advised_max_edge, sliver_note
 from ..cells.subdivision import Subdivision, subdivide
 from ..clustering.loop import Segmentation
-from ..errors import MeshError, MissingExtraError, SliverWarning
+from ..errors import IslandWarning, MeshError, MissingExtraError, SliverWarning
 from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.read import read_mesh
 from ..io.writers.write import check_outputs, write_outputs
@@ -389,6 +389,7 @@ def _subdivide(mesh: Mesh, max_edge: float | None, options: Mapping[str, Any]) -
 def _segment(mesh: Mesh, **options: Any) -> Segmentation:
     """Segment with a progress bar on a terminal; what warnings say, notes say."""
     with warnings.catch_warnings():
+        warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)
         return _segment_with_progress(mesh, **options)
 
