@@ -99,8 +99,8 @@ void bind_clustering_stages(nb::module_& module) {
   nb::enum_<Islands>(module, "Islands")
       .value("KEEP", Islands::kKeep)
       .value("NEAREST", Islands::kNearest);
-  module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a,
-             "islands"_a, "n_threads"_a);
+  module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a, "islands"_a,
+             "n_threads"_a);
   module.def("geodesic_seeds", &bind_geodesic_seeds, "graph"_a, "first"_a, "n_seeds"_a,
              "n_threads"_a);
   module.def("flood_seeds", &bind_flood_seeds, "graph"_a, "first"_a, "n_seeds"_a, "reach"_a,
@@ -114,8 +114,7 @@ void bind_clustering_stages(nb::module_& module) {
       .def("centers", &bind_centers)
       .def("labels", &bind_labels)
       .def("lengths", &bind_lengths);
-  module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(),
-             "n_threads"_a);
+  module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(), "n_threads"_a);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
 }
