@@ -154,6 +154,8 @@ def segment(
     SliverWarning
         If more than a tenth of the area is in faces so long and thin that regions become stripes,
         as in CAD meshes; see `subdivide`. ``sliver_share`` of the result is that share.
+    IslandWarning
+        If there are more regions than `n_segments`, for components that got no seed.
 
     Raises
     ------
@@ -161,11 +163,6 @@ def segment(
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
-
-    Warns
-    -----
-    IslandWarning
-        If there are more regions than `n_segments`, for components without a seed.
 
     References
     ----------
