@@ -9,7 +9,7 @@
 namespace superfacets {
 
 // What becomes of them.
-enum class Islands {
+enum class Islands : std::uint8_t {
   kKeep,     // they become regions of their own
   kNearest,  // they have no label in the loop, and join the nearest region after it
 };

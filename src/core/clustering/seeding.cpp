@@ -86,6 +86,7 @@ class SeededComponents {
     if (n_components() == 1) return {first_};
     const auto central = update_centers(graph_, components_.of.span(), n_components(), team_);
     std::vector<Place> places;
+    places.reserve(seeded_.size());
     for (const Cell component : seeded_) places.push_back(central[component]);
     return places;
   }
