@@ -61,6 +61,42 @@ def two_islands():
     )
 
 
+def together(meshes):
+    """One mesh of several, one after the other."""
+    starts = np.cumsum([0, *(mesh.n_vertices for mesh in meshes)])
+    return Mesh(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]),
+    )
+
+
+def gear(n_teeth, radius, height, center):
+    """A closed gear of 16 faces a tooth, its axis along z."""
+    n = 4 * n_teeth
+    turns = 2 * math.pi * np.arange(n) / n
+    radii = np.where(np.arange(n) % 4 < 2, radius, 0.85 * radius)
+    rim = np.stack([radii * np.cos(turns), radii * np.sin(turns), np.zeros(n)], 1)
+    vertices = np.concatenate([rim, rim + [0, 0, height], [[0, 0, 0], [0, 0, height]]])
+    here, low, high = np.arange(n), np.full(n, 2 * n), np.full(n, 2 * n + 1)
+    after = (here + 1) % n
+    corners = [
+        (here, after, n + after), (here, n + after, n + here), (after, here, low),
+        (n + here, n + after, high),
+    ]  # fmt: skip
+    return Mesh(vertices + center, np.concatenate([np.stack(c, 1) for c in corners]))
+
+
+def gears(n_gears=40, seed=0):
+    """A box of gears that do not touch, from 0.1 to 3 in radius: most have next to no area."""
+    rng = np.random.default_rng(seed)
+    radii = 10 ** rng.uniform(-1, 0.5, n_gears)
+    places = 8.0 * np.stack(np.unravel_index(rng.permutation(64)[:n_gears], (4, 4, 4)), 1)
+    return together([
+        gear(int(rng.integers(6, 20)), radius, 0.3 * radius, place)
+        for radius, place in zip(radii, places, strict=True)
+    ])  # fmt: skip
+
+
 def moebius(n_quads=12):
     """A Moebius band: its last faces meet the first ones with the opposite orientation."""
     vertices = []
@@ -184,6 +220,19 @@ def random_graph(n, n_edges, seed, weight_values=None):
     positions = rng.uniform(-1, 1, (n, 3))
     return CellGraph(
         positions, measures, offsets, targets[order], np.concatenate([weights, weights])[order]
+    )
+
+
+def random_one_way_graph(n, n_arcs, seed):
+    """As `random_graph`, but each arc leads one way."""
+    rng = np.random.default_rng(seed)
+    sources = np.sort(rng.integers(0, n, n_arcs))
+    return CellGraph(
+        np.round(rng.uniform(-1, 1, (n, 3)), 1),  # many equal distances
+        rng.uniform(0, 1, n),
+        np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=n))]),
+        rng.integers(0, n, n_arcs),
+        rng.choice([0.5, 1.0, 2.0], n_arcs),
     )
 
 

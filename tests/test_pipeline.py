@@ -9,6 +9,7 @@ import shapes
 import superfacets
 from superfacets import (
     PAPER,
+    IslandWarning,
     Mesh,
     build_face_graph,
     classify,
@@ -87,8 +88,9 @@ def test_two_islands_never_share_a_region():
     assert not set(result.labels[:4]) & set(result.labels[4:])
 
 
-def test_a_component_without_a_seed_adds_a_region():
-    result = segment(shapes.two_islands(), 1)
+def test_a_component_without_a_seed_adds_a_region_and_a_warning():
+    with pytest.warns(IslandWarning, match=r"^2 regions in place of 1: 1 components"):
+        result = segment(shapes.two_islands(), 1)
     assert result.n_segments == 2
     assert result.labels.tolist() == [0] * 4 + [1] * 4
 
@@ -99,6 +101,7 @@ def test_as_many_regions_as_faces_leaves_each_alone():
     assert sorted(result.labels.tolist()) == list(range(mesh.n_faces))
 
 
+@pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
 @pytest.mark.parametrize("make", [
     shapes.cube, shapes.inside_out_cube, shapes.moebius, shapes.bowtie, shapes.fins,
     shapes.slivers, shapes.two_islands, lambda: shapes.soup(shapes.cube()),

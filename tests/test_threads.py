@@ -8,6 +8,7 @@ import pytest
 import shapes
 
 from superfacets import Mesh, build_face_graph, crease_weights, segment, segment_graph
+from superfacets._validate import MAX_THREADS_PER_CORE, checked_threads, usable_cores
 
 N_CALLERS = 4
 
@@ -58,3 +59,14 @@ def test_errors_of_one_thread_do_not_reach_another(sheet):
     alone = segment(sheet, 30).labels
     for labels in at_once(segment_or_fail)[::2]:
         assert np.array_equal(labels, alone)
+
+
+def test_a_team_is_no_larger_than_cores_have_use_for(monkeypatch):
+    """1,024 threads on two cores took four times as long as two."""
+    most = MAX_THREADS_PER_CORE * usable_cores()
+    assert checked_threads(10**9) == most < 1024 * usable_cores()
+    assert checked_threads(1) == 1
+    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "1000000")
+    assert checked_threads(None) == most
+    monkeypatch.delenv("SUPERFACETS_NUM_THREADS")
+    assert checked_threads(None) == usable_cores()

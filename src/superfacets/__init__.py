@@ -12,7 +12,7 @@ from .clustering.classification import Classification, classify
 from .clustering.loop import Segmentation, segment_graph
 from .clustering.seeding import place_seeds
 from .clustering.update import update_centers
-from .errors import MeshError, MissingExtraError, SliverWarning
+from .errors import IslandWarning, MeshError, MissingExtraError, SliverWarning
 from .mesh.triangle_mesh import Mesh
 from .pipeline import PAPER, segment
 from .regions.connect import enforce_connectivity
@@ -44,6 +44,7 @@ __all__ = [
     "Classification",
     "EdgeCounts",
     "FaceGraph",
+    "IslandWarning",
     "Mesh",
     "MeshError",
     "MeshInfo",

@@ -52,7 +52,7 @@ WEIGHTS: dict[str, dict[str, float]] = {
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
-"""What may be done with small regions that touch no other."""
+"""What may become of cells that no center reaches, and of small regions that touch no other."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Faces that are to be the first centers. Not `ArrayLike`, which a misspelled name would be."""
@@ -119,13 +119,14 @@ class LoopOptions:
     max_num_iter: int
     tol: float  # in radii
     radius_factor: float | None  # None: exact
+    islands: str
     n_threads: int
     progress: Progress | None
 
     @classmethod
     def checked(
-        cls, max_num_iter: int, tol: float, radius_factor: float | None, n_threads: int | None,
-        progress: Progress | None,
+        cls, max_num_iter: int, tol: float, radius_factor: float | None, islands: Islands,
+        n_threads: int | None, progress: Progress | None,
     ) -> LoopOptions:  # fmt: skip
         """Arguments as for `segment`."""
         if radius_factor is not None:
@@ -134,6 +135,7 @@ class LoopOptions:
             checked_count(max_num_iter, "max_num_iter"),
             checked_number(tol, "tol", zero=True),
             radius_factor,
+            checked_choice(islands, "islands", ISLANDS),
             checked_threads(n_threads),
             checked_callable(progress, "progress"),
         )
@@ -145,6 +147,7 @@ class LoopOptions:
             "radius_factor": self.radius_factor,
             "max_num_iter": self.max_num_iter,
             "tol": self.tol,
+            "islands": self.islands,
         }
 
 
@@ -184,5 +187,4 @@ class CleanupOptions:
             "smooth": self.smooth,
             "enforce_connectivity": self.enforce_connectivity,
             "min_size": self.min_size,
-            "islands": self.islands,
         }

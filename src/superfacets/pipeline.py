@@ -34,7 +34,7 @@ from .cells.slivers import EDGE_PER_RADIUS, sliver_note, sliver_share
 from .cells.surface import Surface
 from .cells.weights import arc_weights, creases_of
 from .clustering.loop import Segmentation, segment_cells
-from .errors import SliverWarning
+from .errors import IslandWarning, SliverWarning
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 
@@ -85,8 +85,9 @@ def segment(
         components, or soup.
     n_segments : int, optional
         Number of regions k, 1 to the number of faces. 150 (or the number of faces, if that is
-        less) if neither this nor `radius` is given. One more region comes for each component that
-        gets no seed, and, with `radius_factor`, for faces that no center reaches.
+        less) if neither this nor `radius` is given. Exactly so many come out with `islands`
+        "nearest"; otherwise one more for each component that gets no seed, and, with
+        `radius_factor`, for faces that no center reaches.
     radius : float, optional
         Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
     alpha : float, optional
@@ -122,7 +123,14 @@ def segment(
         Regions smaller than this fraction of the mean region area join a neighbor, after which
         there are fewer than k; see `merge_small_regions`.
     islands : {"keep", "nearest"}
-        What becomes of small regions that touch no other.
+        What becomes of components without a seed, of faces that no center reaches, and, with
+        `min_size`, of small regions that touch no other. ``"keep"``: they are regions of their own,
+        in addition to the k asked for. ``"nearest"``: each joins the region that has the face
+        nearest (Euclidean, by centroids, the lowest index among equals) to any of its own; there
+        are then exactly k regions, which may be in several components. A component gets a seed if
+        it has half of the area expected of a region, A / k, or all that are larger have fewer than
+        k faces; the k largest at most. (``"farthest"`` and ``"flood"`` seed islands, too, where
+        they are kept; a grid, and seeds of one's own, go by no such rule.)
     smooth : bool, default True
         Make borders straight where the surface is smooth; see `smooth_borders`. Centers stay in
         their regions, and regions in one piece.
@@ -146,6 +154,8 @@ def segment(
     SliverWarning
         If more than a tenth of the area is in faces so long and thin that regions become stripes,
         as in CAD meshes; see `subdivide`. ``sliver_share`` of the result is that share.
+    IslandWarning
+        If there are more regions than `n_segments`, for components that got no seed.
 
     Raises
     ------
@@ -170,7 +180,7 @@ def segment(
     size_options = SizeOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", INITS)
-    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, n_threads, progress)
+    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
     weight_options = WeightOptions.checked(weights, alpha, eta_convex)
     cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
@@ -181,6 +191,7 @@ def segment(
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=2)
     result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
+    _warn_of_islands(result, n_segments)
     del ordered  # makes room
     if cleanup.is_needed:
         with timed(timings, "regions"):
@@ -228,6 +239,19 @@ def _build_cells(
         arcs = (faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for
         return surface, size, share, _core.OrderedGraph(placed, *arcs, n_threads), lengths, unit
+
+
+def _warn_of_islands(result: Segmentation, asked: int | None) -> None:
+    """Say where there are more regions than asked for; in the halted mode that is usual."""
+    is_kept = result.params["islands"] == "keep" and result.params["radius_factor"] is None
+    if asked is None or not is_kept or not result.n_unreached:
+        return
+    warnings.warn(
+        f"{result.n_segments} regions in place of {asked}: {result.n_unreached} components of the"
+        " mesh got no seed; islands='nearest' lets them join the nearest region",
+        IslandWarning,
+        stacklevel=3,
+    )
 
 
 def _in_order(timings: dict[str, float]) -> dict[str, float]:

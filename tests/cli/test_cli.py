@@ -198,8 +198,12 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
     assert "2 regions" in out
     assert err == (
         "superfacets: note: 1 more regions than asked for,"
-        " for components of the mesh that got no seed\n"
+        " for components of the mesh that got no seed;"
+        " with --islands nearest they join the nearest region\n"
     )
+    status, out, err = run("segment", path, "-n", 1, "--islands", "nearest")
+    assert "1 regions" in out
+    assert err == "superfacets: note: 1 islands without a seed joined the nearest region\n"
     assert "no center reached" in run("segment", path, "-n", 1, "--paper")[2]
     assert run("segment", path, "-n", 2)[2] == ""
 

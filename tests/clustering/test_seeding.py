@@ -178,3 +178,8 @@ def test_geodesic_seeds_of_soup_are_distinct():
     graph = build_face_graph(soup).with_weights([])
     for k in (1, 20, 40):
         assert len(set(place_seeds(graph, k, init="geodesic").tolist())) == k
+
+
+def test_islands_have_to_be_kept_or_join_the_nearest():
+    with pytest.raises(ValueError, match="islands must be one of keep, nearest, got 'sink'"):
+        place_seeds(shapes.line_graph([1.0]), 1, islands="sink")

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from superfacets import SliverWarning
+from superfacets import IslandWarning, SliverWarning
 
 from .files import check_label_file, check_mesh_file
 from .graphs import check_graph
@@ -53,7 +53,8 @@ def main() -> None:
     options = parser.parse_args()
     faulthandler.enable()
     warnings.simplefilter("error")
-    warnings.simplefilter("ignore", SliverWarning)  # which is right about many of these meshes
+    for right in (IslandWarning, SliverWarning):  # about many of these meshes
+        warnings.simplefilter("ignore", right)
     if options.serve:
         serve(lambda number: _failure_of(options.seed, number))
     elif options.case is not None:

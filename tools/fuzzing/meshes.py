@@ -79,6 +79,7 @@ def _random_options(rng: np.random.Generator, mesh: sf.Mesh) -> Options:
         "tol": float(rng.choice([0.0, 0.1])),
         "enforce_connectivity": True,
         "min_size": float(rng.uniform(0, 1)),
+        "islands": "nearest",
         "smooth": False,
         "weld": False,
     }
@@ -93,9 +94,13 @@ def _check_segmentation(mesh: sf.Mesh, rng: np.random.Generator) -> None:
     graph = sf.build_face_graph(mesh, weld=options.get("weld", True))
     check_result(result, graph)
     is_exact = "radius_factor" not in options
-    if is_exact and "min_size" not in options and options.get("init") not in ("flood", "grid"):
-        check_number(result, graph, options["n_segments"])
-    if is_exact or "enforce_connectivity" in options:
+    is_joined = "islands" in options
+    if "min_size" not in options and options.get("init") not in ("flood", "grid"):
+        if is_joined:
+            assert result.n_segments == options["n_segments"]
+        elif is_exact:
+            check_number(result, graph, options["n_segments"])
+    if not is_joined and (is_exact or "enforce_connectivity" in options):
         check_pieces(result.labels, graph)
     for n_threads in THREADS[1:]:
         other = sf.segment(mesh, **options, n_threads=n_threads)

@@ -94,7 +94,7 @@ auto bind_find_components(const Array<std::int64_t>& offsets, const Array<Cell>&
   const Arcs arcs{view(offsets), view(neighbors)};
   const auto input = view(labels);
   Components components = without_gil([&] { return find_components(arcs, input); });
-  return std::tuple(to_numpy(std::move(components.of_cell)), components.n_components);
+  return std::tuple(to_numpy(std::move(components.of)), components.n_components);
 }
 
 auto bind_superfacet_weights(const TriangleSurface& surface, const Rows<double>& centroids,

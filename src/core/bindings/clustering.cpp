@@ -6,6 +6,7 @@
 
 #include "base/threads.hpp"
 #include "bindings/bindings.hpp"
+#include "clustering/islands.hpp"
 #include "clustering/seeding.hpp"
 #include "clustering/update.hpp"
 
@@ -17,9 +18,10 @@ Cell bind_central_cell(const OrderedGraph& graph, int n_threads) {
                  [&](ThreadTeam& team) { return central_cell(graph, team); });
 }
 
-auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, int n_threads) {
+auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, Islands islands,
+                         int n_threads) {
   return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return farthest_seeds(graph, first, n_seeds, team);
+    return farthest_seeds(graph, first, n_seeds, islands, team);
   }));
 }
 
@@ -29,9 +31,10 @@ auto bind_geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, in
   }));
 }
 
-auto bind_flood_seeds(const OrderedGraph& graph, Cell first, double reach, int n_threads) {
+auto bind_flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, double reach,
+                      Islands islands, int n_threads) {
   return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return flood_seeds(graph, first, reach, team);
+    return flood_seeds(graph, first, n_seeds, reach, islands, team);
   }));
 }
 
@@ -43,9 +46,9 @@ auto bind_grid_seeds(const OrderedGraph& graph, const std::tuple<double, double,
 }
 
 void bind_clustering(Clustering* self, const OrderedGraph& graph, const Array<Cell>& centers,
-                     double reach, int n_threads) {
+                     double reach, int n_threads, Islands islands) {
   const auto input = view(centers);
-  without_gil([&] { return new (self) Clustering(graph, input, reach, n_threads); });
+  without_gil([&] { return new (self) Clustering(graph, input, reach, islands, n_threads); });
 }
 
 void bind_classify(Clustering& clustering, const Array<Cell>& centers) {
@@ -69,6 +72,14 @@ auto bind_lengths(Clustering& clustering) {
   return to_numpy(without_gil([&] { return clustering.lengths(); }));
 }
 
+auto bind_join_islands(const OrderedGraph& graph, const Array<Label>& labels, int n_threads) {
+  const auto input = view(labels);
+  JoinedIslands joined = on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return join_islands(graph, input, team);
+  });
+  return std::tuple(to_numpy(std::move(joined.labels)), joined.n_islands);
+}
+
 auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, Label n_regions,
                          int n_threads) {
   const auto input = view(labels);
@@ -85,20 +96,25 @@ auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, 
 
 void bind_clustering_stages(nb::module_& module) {
   module.def("central_cell", &bind_central_cell, "graph"_a, "n_threads"_a);
-  module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a,
+  nb::enum_<Islands>(module, "Islands")
+      .value("KEEP", Islands::kKeep)
+      .value("NEAREST", Islands::kNearest);
+  module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a, "islands"_a,
              "n_threads"_a);
   module.def("geodesic_seeds", &bind_geodesic_seeds, "graph"_a, "first"_a, "n_seeds"_a,
              "n_threads"_a);
-  module.def("flood_seeds", &bind_flood_seeds, "graph"_a, "first"_a, "reach"_a, "n_threads"_a);
+  module.def("flood_seeds", &bind_flood_seeds, "graph"_a, "first"_a, "n_seeds"_a, "reach"_a,
+             "islands"_a, "n_threads"_a);
   module.def("grid_seeds", &bind_grid_seeds, "graph"_a, "corner"_a, "side"_a, "n_threads"_a);
   nb::class_<Clustering>(module, "Clustering")
       .def("__init__", &bind_clustering, "graph"_a, "centers"_a.noconvert(), "reach"_a,
-           "n_threads"_a, nb::keep_alive<1, 2>())
+           "n_threads"_a, "islands"_a = Islands::kKeep, nb::keep_alive<1, 2>())
       .def("classify", &bind_classify, "centers"_a.noconvert())
       .def("update", &bind_update)
       .def("centers", &bind_centers)
       .def("labels", &bind_labels)
       .def("lengths", &bind_lengths);
+  module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(), "n_threads"_a);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
 }

@@ -32,7 +32,26 @@ class BoxTree {
     return {leaf * kLeaf, std::min((leaf + 1) * kLeaf, n_cells_)};
   }
 
+  // Calls visit(begin, end) for the places of each leaf that is_wanted(level, index) holds for, as
+  // it does for all nodes above. What is wanted may change with each visit.
+  template <typename IsWanted, typename Visit>
+  void visit_leaves(const IsWanted& is_wanted, const Visit& visit) const {
+    visit_below(n_levels() - 1, 0, is_wanted, visit);
+  }
+
  private:
+  template <typename IsWanted, typename Visit>
+  void visit_below(std::size_t level, std::size_t index, const IsWanted& is_wanted,
+                   const Visit& visit) const {
+    if (!is_wanted(level, index)) return;
+    if (level == 0) {
+      const auto [begin, end] = places(index);
+      return visit(begin, end);
+    }
+    const auto [begin, end] = children(level, index);
+    for (auto child = begin; child < end; ++child) visit_below(level - 1, child, is_wanted, visit);
+  }
+
   std::size_t n_cells_ = 0;
   std::vector<std::vector<Box>> levels_;
 };

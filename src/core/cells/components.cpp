@@ -1,6 +1,6 @@
 #include "cells/components.hpp"
 
-#include <algorithm>
+#include <vector>
 
 namespace superfacets {
 namespace {
@@ -10,25 +10,22 @@ constexpr Cell kNoComponent = -1;
 }  // namespace
 
 Components find_components(const Arcs& arcs, std::span<const Label> labels) {
-  Components components{Buffer<Cell>(labels.size()), 0};
-  std::fill(components.of_cell.begin(), components.of_cell.end(), kNoComponent);
-  std::vector<Cell> reached;  // cells of this component whose neighbors are still to be visited
-  for (Cell first = 0; first < arcs.n_cells(); ++first) {
-    if (components.of_cell[first] != kNoComponent) continue;
-    const Cell component = components.n_components++;
-    components.of_cell[first] = component;
-    reached.push_back(first);
-    while (!reached.empty()) {
-      const Cell cell = reached.back();
-      reached.pop_back();
-      for (const Cell neighbor : arcs.neighbors(cell)) {
-        const bool is_same = labels[neighbor] == labels[first];
-        if (!is_same || components.of_cell[neighbor] != kNoComponent) continue;
-        components.of_cell[neighbor] = component;
-        reached.push_back(neighbor);
-      }
-    }
+  return components_of(labels, [&](Cell cell, const auto& take) {
+    for (const Cell neighbor : arcs.neighbors(cell)) take(neighbor);
+  });
+}
+
+Components find_components(const OrderedGraph& graph, std::span<const Label> labels) {
+  Components components = components_of(labels, [&](Place place, const auto& take) {
+    for (const Arc& arc : graph.arcs_of(place)) take(arc.to);
+  });
+  std::vector<Cell> ranks(components.n_components, kNoComponent);  // by lowest cell, not place
+  Cell n_ranked = 0;
+  for (const Place place : graph.place_of) {
+    Cell& rank = ranks[components.of[place]];
+    if (rank == kNoComponent) rank = n_ranked++;
   }
+  for (Cell& component : components.of) component = ranks[component];
   return components;
 }
 

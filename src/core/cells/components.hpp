@@ -1,20 +1,77 @@
 // Connected components, of a graph or of each region in it.
 #pragma once
 
+#include <numeric>
+#include <utility>
+
 #include "base/buffer.hpp"
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
+#include "cells/ordered_graph.hpp"
 
 namespace superfacets {
 
 struct Components {
-  Buffer<Cell> of_cell;  // (N,) component of each cell, 0..C-1, in the order of their lowest cells
+  Buffer<Cell> of;  // (N,) component of each cell, 0..C-1, in the order of their lowest cells
   Cell n_components = 0;
 };
 
-// Two cells are in one component if a path between them stays in one label; with the same label
-// everywhere these are the components of the graph. Labels may be any numbers. Arcs are taken to
-// lead both ways. Time O(N + M).
+// Disjoint sets of cells (union-find). The root of a set is its lowest cell.
+class DisjointSets {
+ public:
+  // Each cell is alone.
+  explicit DisjointSets(std::size_t n_cells) : parents_(n_cells) {
+    std::iota(parents_.begin(), parents_.end(), 0);
+  }
+
+  void unite(Cell a, Cell b) {
+    a = root(a);
+    b = root(b);
+    parents_[std::max(a, b)] = std::min(a, b);
+  }
+
+  // Numbers the sets in the order of their lowest cells.
+  Components number() && {
+    Cell n_sets = 0;
+    for (std::size_t cell = 0; cell < parents_.size(); ++cell) {
+      // Parents are lower than their children, so theirs are numbers already.
+      const auto parent = static_cast<std::size_t>(parents_[cell]);
+      parents_[cell] = parent == cell ? n_sets++ : parents_[parent];
+    }
+    return {std::move(parents_), n_sets};
+  }
+
+ private:
+  Cell root(Cell cell) {
+    while (parents_[cell] != cell) {
+      parents_[cell] = parents_[parents_[cell]];  // halves the path for the next search
+      cell = parents_[cell];
+    }
+    return cell;
+  }
+
+  Buffer<Cell> parents_;
+};
+
+// Two cells are in one component if they have the same label and a chain of arcs between cells of
+// that label joins them, whichever way each arc leads (weakly connected); with the same label
+// everywhere these are the components of the graph. Labels may be any numbers.
+// for_each_neighbor(cell, take) calls take(neighbor) for each arc that leaves a cell. Time
+// O((N + M) log N) at worst, O(N + M) in practice; memory: the result.
+template <typename ForEachNeighbor>
+Components components_of(std::span<const Label> labels, const ForEachNeighbor& for_each_neighbor) {
+  DisjointSets sets(labels.size());
+  for (Cell cell = 0; std::cmp_less(cell, labels.size()); ++cell) {
+    for_each_neighbor(cell, [&](Cell neighbor) {
+      if (labels[neighbor] == labels[cell]) sets.unite(cell, neighbor);
+    });
+  }
+  return std::move(sets).number();
+}
+
 Components find_components(const Arcs& arcs, std::span<const Label> labels);
+
+// Labels, and the component of each cell, are by place; the order is that of the lowest cells.
+Components find_components(const OrderedGraph& graph, std::span<const Label> labels);
 
 }  // namespace superfacets

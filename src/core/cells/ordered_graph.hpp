@@ -58,9 +58,22 @@ class OrderedGraph : public PlacedCells {
   // is wanted has to be given; the nearer it is, the less is looked at.
   template <typename IsWanted>
   Place nearest(Point target, Place wanted, const IsWanted& is_wanted) const {
-    Nearest nearest{wanted, squared_norm(positions[wanted] - target)};
-    search(target, is_wanted, tree.n_levels() - 1, 0, nearest);
-    return nearest.place;
+    double least = squared_norm(positions[wanted] - target);
+    Place nearest = wanted;
+    // A box just as far away may still hold a lower cell.
+    auto may_hold = [&](std::size_t level, std::size_t index) {
+      return tree.level(level)[index].squared_distance(target) <= least;
+    };
+    tree.visit_leaves(may_hold, [&](std::size_t begin, std::size_t end) {
+      for (auto place = begin; place < end; ++place) {
+        const double squared = squared_norm(positions[place] - target);
+        if (squared > least || !is_wanted(static_cast<Place>(place))) continue;
+        if (squared == least && cells[place] >= cells[nearest]) continue;
+        nearest = static_cast<Place>(place);
+        least = squared;
+      }
+    });
+    return nearest;
   }
 
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
@@ -72,32 +85,6 @@ class OrderedGraph : public PlacedCells {
   bool is_symmetric = false;  // each arc has one that leads back and is as long
 
  private:
-  struct Nearest {
-    Place place;
-    double squared_distance;
-  };
-
-  template <typename IsWanted>
-  void search(Point target, const IsWanted& is_wanted, std::size_t level, std::size_t index,
-              Nearest& nearest) const {
-    // A box just as far away may still hold a lower cell.
-    if (tree.level(level)[index].squared_distance(target) > nearest.squared_distance) return;
-    if (level > 0) {
-      const auto [begin, end] = tree.children(level, index);
-      for (auto child = begin; child < end; ++child) {
-        search(target, is_wanted, level - 1, child, nearest);
-      }
-      return;
-    }
-    const auto [begin, end] = tree.places(index);
-    for (auto place = begin; place < end; ++place) {
-      const double squared = squared_norm(positions[place] - target);
-      if (squared > nearest.squared_distance || !is_wanted(static_cast<Place>(place))) continue;
-      if (squared == nearest.squared_distance && cells[place] >= cells[nearest.place]) continue;
-      nearest = {static_cast<Place>(place), squared};
-    }
-  }
-
   void copy_rows(const WeightedArcs& input, ThreadTeam& team);
   void copy_lists(const WeightedArcs& input, ThreadTeam& team);
   std::size_t copy_arcs(const WeightedArcs& input, Place place, std::size_t first);

@@ -7,8 +7,9 @@
 
 namespace superfacets {
 
-Classification::Classification(const OrderedGraph& graph, double reach, ThreadTeam& team)
-    : graph_(graph), team_(team), exact_(graph, team) {
+Classification::Classification(const OrderedGraph& graph, double reach, Islands islands,
+                               ThreadTeam& team)
+    : graph_(graph), islands_(islands), team_(team), exact_(graph, team) {
   if (std::isfinite(reach)) halted_.emplace(graph, reach, team);
 }
 
@@ -25,7 +26,8 @@ void Classification::classify(std::span<const Place> centers) {
   started_ = centers_;
   if (halted_) {
     halted_->correct(exact_, centers_);
-  } else if (may_have_orphans_) {
+    if (islands_ == Islands::kKeep) halted_->adopt_orphans(exact_, centers_);
+  } else if (islands_ == Islands::kKeep && may_have_orphans_) {
     adopt_orphans();
   }
 }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "clustering/islands.hpp"
 #include "paths/expansion.hpp"
 #include "paths/halting.hpp"
 
@@ -15,9 +16,10 @@ namespace superfacets {
 class Classification {
  public:
   // An infinite `reach` means exactly: the true nearest center, the lower label among equals;
-  // regions are connected, and a component without a center gets one, at its lowest cell. A finite
-  // one halts expansions (see HaltedPaths).
-  Classification(const OrderedGraph& graph, double reach, ThreadTeam& team);
+  // regions are connected. A finite one halts expansions (see HaltedPaths). Where islands are kept,
+  // the lowest cell that no center reaches becomes one, until all are reached; where not, such
+  // cells have kNoLabel.
+  Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 
   // Classifies by these centers.
   void classify(std::span<const Place> centers);
@@ -49,6 +51,7 @@ class Classification {
   void adopt_orphans();
 
   const OrderedGraph& graph_;
+  const Islands islands_;
   ThreadTeam& team_;
   Expansion exact_;
   std::optional<HaltedPaths> halted_;

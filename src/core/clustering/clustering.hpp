@@ -14,8 +14,9 @@ namespace superfacets {
 // input. Memory: 18 bytes a cell beside the graph, more where expansions are halted.
 class Clustering {
  public:
-  // Classifies all cells by these centers; for `reach` see Classification.
-  Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach, int n_threads);
+  // Classifies all cells by these centers; for `reach` and `islands` see Classification.
+  Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
+             Islands islands, int n_threads);
 
   // Classifies them by these instead: as many as centers(), in the same order.
   void classify(std::span<const Cell> centers);
@@ -26,7 +27,7 @@ class Clustering {
   // For each region the cell nearest to its mean; see update_centers.
   std::vector<Cell> update();
 
-  Buffer<Label> labels();        // (N,) the place in `centers` of each cell's center
+  Buffer<Label> labels();        // (N,) the place in `centers` of each cell's center, or kNoLabel
   Buffer<PathLength> lengths();  // (N,) of the path from there
 
  private:

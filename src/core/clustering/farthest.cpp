@@ -5,10 +5,7 @@
 namespace superfacets {
 namespace {
 
-// Below every squared distance, so that a center is never the farthest cell again.
-constexpr double kIsCenter = -1.0;
-
-// Below that.
+// Below every squared distance, and what stands for that of a center.
 constexpr double kBelowAll = -2.0;
 
 // Nodes of this level hold 2^11 cells, some ten microseconds of work, and are updated on several
@@ -25,10 +22,16 @@ FarthestPoints::FarthestPoints(const OrderedGraph& graph, ThreadTeam& team)
   });
   for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {
     summaries_.emplace_back(graph_.tree.level(level).size());
+  }
+  summarize_all();
+}
+
+void FarthestPoints::summarize_all() {
+  for (std::size_t level = 0; level < summaries_.size(); ++level) {
     auto summarize_range = [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t index = begin; index < end; ++index) summarize(level, index);
     };
-    team.for_each_block(static_cast<std::int64_t>(summaries_[level].size()), summarize_range);
+    team_.for_each_block(static_cast<std::int64_t>(summaries_[level].size()), summarize_range);
   }
 }
 

@@ -11,6 +11,15 @@ class FarthestPoints {
   // No center is placed yet.
   FarthestPoints(const OrderedGraph& graph, ThreadTeam& team);
 
+  // Leaves out places that is_left_out(place) holds for: they are never the farthest.
+  template <typename IsLeftOut>
+  void leave_out(const IsLeftOut& is_left_out) {
+    for (Place place = 0; place < graph_.n_cells(); ++place) {
+      if (is_left_out(place)) squared_distance_[place] = kIsCenter;
+    }
+    summarize_all();
+  }
+
   // Places a center: its cell is never the farthest again.
   void place(Place center);
 
@@ -18,6 +27,9 @@ class FarthestPoints {
   Place farthest() const { return summaries_.back().front().farthest; }
 
  private:
+  // Below every squared distance, so that a center is never the farthest cell again.
+  static constexpr double kIsCenter = -1.0;
+
   struct Summary {
     double farthest_squared;  // the largest squared distance among the cells of a node
     Place farthest;           // the place that has it, lowest cell among equals
@@ -28,6 +40,7 @@ class FarthestPoints {
                      std::vector<std::size_t>& changing) const;
   void update(std::size_t level, std::size_t index, Point center);
   void update_leaf(std::size_t leaf, Point center);
+  void summarize_all();
   void summarize_leaf(std::size_t leaf);
   void summarize(std::size_t level, std::size_t index);
   bool is_farther(const Summary& a, const Summary& b) const;

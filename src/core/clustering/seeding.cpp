@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "cells/components.hpp"
 #include "clustering/classification.hpp"
 #include "clustering/farthest.hpp"
 #include "clustering/update.hpp"
@@ -57,69 +58,132 @@ class Flood {
   std::vector<Place> stack_;       // places of the present region still to be expanded
 };
 
-// Places by component (that of `first`, then by lowest cell), then by path length, then by cell.
-std::vector<Place> visiting_order(const OrderedGraph& graph, Place first, ThreadTeam& team) {
-  Classification from_first(graph, kInfinity, team);
-  from_first.classify(std::span(&first, 1));
+Components find_components_of(const OrderedGraph& graph, ThreadTeam& team) {
+  Buffer<Label> same(graph.n_cells());
+  team.fill(same.span(), Label{0});
+  return find_components(graph, same.span());
+}
+
+// The components of a graph, and which of them are large enough for seeds of their own.
+class SeededComponents {
+ public:
+  SeededComponents(const OrderedGraph& graph, Place first, Cell n_seeds, ThreadTeam& team)
+      : graph_(graph),
+        team_(team),
+        first_(first),
+        components_(find_components_of(graph, team)),
+        is_seeded_(components_.n_components, false) {
+    choose(n_seeds);
+  }
+
+  bool is_seeded(Place place) const { return is_seeded_[components_.of[place]]; }
+  Cell component(Place place) const { return components_.of[place]; }
+  Cell n_components() const { return components_.n_components; }
+
+  // The cell nearest to the mean of each that is, in their order; `first` where there is only one
+  // component.
+  std::vector<Place> central_places() const {
+    if (n_components() == 1) return {first_};
+    const auto central = update_centers(graph_, components_.of.span(), n_components(), team_);
+    std::vector<Place> places;
+    places.reserve(seeded_.size());
+    for (const Cell component : seeded_) places.push_back(central[component]);
+    return places;
+  }
+
+ private:
+  struct Size {
+    double measure = 0.0;
+    Cell n_cells = 0;
+  };
+
+  std::vector<Size> sizes() const {
+    std::vector<Size> sizes(n_components());
+    for (const Place place : graph_.place_of) {  // in the order of cells, whatever their places
+      sizes[component(place)].measure += graph_.measures[place];
+      ++sizes[component(place)].n_cells;
+    }
+    return sizes;
+  }
+
+  // All components, the largest first.
+  std::vector<Cell> by_size(std::span<const Size> sizes) const {
+    std::vector<Cell> order(sizes.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::rotate(order.begin(), order.begin() + component(first_),
+                order.begin() + component(first_) + 1);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](Cell a, Cell b) { return sizes[a].measure > sizes[b].measure; });
+    return order;
+  }
+
+  void choose(Cell n_seeds) {
+    double total = 0.0;
+    for (const Place place : graph_.place_of) total += graph_.measures[place];
+    const double enough = 0.5 * total / n_seeds;
+    const std::vector<Size> sizes = this->sizes();
+    Cell n_cells = 0;
+    for (const Cell component : by_size(sizes)) {
+      const bool is_wanted = sizes[component].measure >= enough || n_cells < n_seeds;
+      if (!is_wanted || std::cmp_equal(seeded_.size(), n_seeds)) return;
+      seeded_.push_back(component);
+      is_seeded_[component] = true;
+      n_cells += sizes[component].n_cells;
+    }
+  }
+
+  const OrderedGraph& graph_;
+  ThreadTeam& team_;
+  const Place first_;
+  const Components components_;  // by place
+  std::vector<bool> is_seeded_;  // by component
+  std::vector<Cell> seeded_;     // components, the largest first
+};
+
+// The place where each component is flooded from; that of `first` comes first.
+std::vector<Place> flood_starts(const OrderedGraph& graph, const SeededComponents& components,
+                                Place first) {
+  std::vector<Place> starts{first};
+  std::vector<bool> is_started(components.n_components(), false);
+  is_started[components.component(first)] = true;
+  for (const Place place : graph.place_of) {
+    if (is_started[components.component(place)]) continue;
+    is_started[components.component(place)] = true;
+    starts.push_back(place);
+  }
+  return starts;
+}
+
+// Places by component, in the order of their starts, then by path length, then by cell.
+std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededComponents& components,
+                                  std::span<const Place> starts, ThreadTeam& team) {
+  std::vector<Cell> ranks(components.n_components());
+  for (std::size_t rank = 0; rank < starts.size(); ++rank) {
+    ranks[components.component(starts[rank])] = static_cast<Cell>(rank);
+  }
+  Classification from_starts(graph, kInfinity, Islands::kNearest, team);
+  from_starts.classify(starts);
   std::vector<Place> order(graph.n_cells());
   std::iota(order.begin(), order.end(), 0);
-  // With one center a component, the label is the component.
   auto key = [&](Place place) {
-    const Path path = from_first.path(place);
-    return std::tuple(path.label, path.length, graph.cells[place]);
+    return std::tuple(ranks[components.component(place)], from_starts.path(place).length,
+                      graph.cells[place]);
   };
   std::sort(order.begin(), order.end(), [&](Place a, Place b) { return key(a) < key(b); });
   return order;
 }
 
-struct Component {
-  Label label;
-  double measure = 0.0;
-  Cell n_cells = 0;
-};
-
-// The components that are large enough for seeds of their own; see geodesic_seeds.
-std::vector<Label> seeded_components(const OrderedGraph& graph, std::span<const Label> by_place,
-                                     Label n_components, Cell n_seeds) {
-  std::vector<Component> components(n_components);
-  for (Label label = 0; label < n_components; ++label) components[label].label = label;
-  double total = 0.0;
-  for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
-    const Place place = graph.place_of[cell];
-    components[by_place[place]].measure += graph.measures[place];
-    ++components[by_place[place]].n_cells;
-    total += graph.measures[place];
+// Seeds where arcs lead one way: the lowest cell that no seed reaches, as long as there is one in a
+// component large enough.
+void place_unreached(const OrderedGraph& graph, const SeededComponents& components, Cell n_seeds,
+                     LongestPaths& paths, std::vector<Place>& seeds) {
+  if (graph.is_symmetric) return;
+  for (const Place place : graph.place_of) {
+    if (std::cmp_equal(seeds.size(), n_seeds)) return;
+    if (!components.is_seeded(place) || paths.reaches(place)) continue;
+    seeds.push_back(place);
+    paths.place(place);
   }
-  std::stable_sort(components.begin(), components.end(),
-                   [](const Component& a, const Component& b) { return a.measure > b.measure; });
-  const double enough = 0.5 * total / n_seeds;
-  std::vector<Label> seeded;
-  Cell n_cells = 0;
-  for (const Component& component : components) {
-    const bool is_wanted = component.measure >= enough || n_cells < n_seeds;
-    if (!is_wanted || std::cmp_equal(seeded.size(), n_seeds)) break;
-    seeded.push_back(component.label);
-    n_cells += component.n_cells;
-  }
-  return seeded;
-}
-
-// The first seeds of a graph of several components.
-std::vector<Place> seeds_of_components(const OrderedGraph& graph, Place first, Cell n_seeds,
-                                       ThreadTeam& team) {
-  Classification from_first(graph, kInfinity, team);
-  from_first.classify(std::span(&first, 1));
-  Buffer<Label> by_place(graph.n_cells());
-  for (Place place = 0; place < graph.n_cells(); ++place) {
-    by_place[place] = from_first.path(place).label;
-  }
-  const auto n_components = static_cast<Label>(from_first.centers().size());
-  const auto central = update_centers(graph, by_place.span(), n_components, team);
-  std::vector<Place> seeds;
-  for (const Label label : seeded_components(graph, by_place.span(), n_components, n_seeds)) {
-    seeds.push_back(central[label]);
-  }
-  return seeds;
 }
 
 // A cube of the grid by its numbers along the axes: whole, and as doubles free of overflow.
@@ -146,10 +210,15 @@ Cell central_cell(const OrderedGraph& graph, ThreadTeam& team) {
 }
 
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
-                                 ThreadTeam& team) {
+                                 Islands islands, ThreadTeam& team) {
   FarthestPoints points(graph, team);
   std::vector<Place> seeds{graph.place_of[first]};
-  points.place(seeds.back());
+  if (islands == Islands::kNearest) {
+    const SeededComponents components(graph, seeds.front(), n_seeds, team);
+    seeds = components.central_places();
+    points.leave_out([&](Place place) { return !components.is_seeded(place); });
+  }
+  for (const Place seed : seeds) points.place(seed);
   while (std::cmp_less(seeds.size(), n_seeds)) {
     seeds.push_back(points.farthest());
     points.place(seeds.back());
@@ -164,9 +233,11 @@ std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_s
   paths->place(seeds.front());
   if (!paths->reach_all()) {
     paths.reset();  // memory for what follows
-    seeds = seeds_of_components(graph, seeds.front(), n_seeds, team);
+    const SeededComponents components(graph, seeds.front(), n_seeds, team);
+    seeds = components.central_places();
     paths.emplace(graph, team);
     for (const Place seed : seeds) paths->place(seed);
+    place_unreached(graph, components, n_seeds, *paths, seeds);
   }
   while (std::cmp_less(seeds.size(), n_seeds)) {
     seeds.push_back(paths->farthest());
@@ -175,12 +246,16 @@ std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_s
   return graph.cells_at(seeds);
 }
 
-std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, double reach,
-                              ThreadTeam& team) {
+std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, double reach,
+                              Islands islands, ThreadTeam& team) {
+  const Place start = graph.place_of[first];
+  const SeededComponents components(graph, start, n_seeds, team);
+  const auto starts = flood_starts(graph, components, start);
   Flood flood(graph, reach);
   std::vector<Place> seeds;
-  for (const Place place : visiting_order(graph, graph.place_of[first], team)) {
-    if (flood.is_reached(place)) continue;
+  for (const Place place : visiting_order(graph, components, starts, team)) {
+    const bool is_left_out = islands == Islands::kNearest && !components.is_seeded(place);
+    if (is_left_out || flood.is_reached(place)) continue;
     flood.expand(place, static_cast<Label>(seeds.size()));
     seeds.push_back(place);
   }

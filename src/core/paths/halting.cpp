@@ -24,12 +24,11 @@ HaltedPaths::HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& te
   });
 }
 
-void HaltedPaths::correct(const Expansion& exact, std::vector<Place>& centers) {
+void HaltedPaths::correct(const Expansion& exact, std::span<const Place> centers) {
   for (const Doubt& doubt : doubts_) doubt_of_[doubt.place] = kNoDoubt;
   doubts_.clear();
   find_doubts(exact, centers);
   expand_all(centers_in_doubt(centers), centers);
-  adopt_orphans(exact, centers);
 }
 
 bool HaltedPaths::is_within_reach(Place center, Place place) const {

@@ -19,10 +19,13 @@ class HaltedPaths {
  public:
   HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team);
 
-  // Finds the paths that differ from the exact ones, and makes centers, appended to `centers`, of
-  // the lowest cell that none reaches, until all are reached. `exact` holds the classification by
-  // the centers given, with cells unreached where no center is in their component.
-  void correct(const Expansion& exact, std::vector<Place>& centers);
+  // Finds the paths that differ from the exact ones. `exact` holds the classification by the
+  // centers, with cells unreached where no center is in their component.
+  void correct(const Expansion& exact, std::span<const Place> centers);
+
+  // After that: makes centers, appended to `centers`, of the lowest cell that none reaches, until
+  // all are reached.
+  void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
 
   // After that.
   Path path(const Expansion& exact, Place place) const {
@@ -46,7 +49,6 @@ class HaltedPaths {
                std::size_t index) const;
   void expand(Place center, SourcePaths& worker) const;
   void expand_all(std::span<const Label> labels, std::span<const Place> centers);
-  void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
   SourcePaths& worker(std::int64_t number);
 
   const OrderedGraph& graph_;

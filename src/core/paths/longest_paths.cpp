@@ -24,7 +24,7 @@ void LongestPaths::place(Place center) {
 
 bool LongestPaths::reach_all() const {
   for (Place place = 0; place < graph_.n_cells(); ++place) {
-    if (paths_.path(place).label == kNoLabel) return false;
+    if (!reaches(place)) return false;
   }
   return true;
 }

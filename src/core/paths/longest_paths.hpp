@@ -16,7 +16,8 @@ class LongestPaths {
 
   void place(Place center);
 
-  // Whether there is a path to every place.
+  // Whether there is a path to a place, and to every place.
+  bool reaches(Place place) const { return paths_.path(place).label != kNoLabel; }
   bool reach_all() const;
 
   // The place with the longest path, the lowest cell among equals, of those that there is a path

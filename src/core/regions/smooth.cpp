@@ -96,6 +96,9 @@ class Smoother {
   // Moves a cell, and what is won by moving it as well, to the first neighboring region where that
   // pays.
   void try_moves(Cell cell) {
+    // A chain begins with this cell, whatever region it is for. Where hundreds of cells are
+    // neighbors of each other, to find out for each of their regions would take most of all time.
+    if (!may_leave(cell)) return;
     const Label from = labels_[cell];
     Label tried = from;
     for (const Cell neighbor : surface_.arcs().neighbors(cell)) {

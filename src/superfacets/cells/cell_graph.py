@@ -106,7 +106,10 @@ class CellGraph:
         The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : array_like of integers, shape (M,)
         The cell that each arc leads to. Arcs lead one way: where regions are to be connected, give
-        both directions of each.
+        both directions of each. Where one is missing, components are those of arcs whichever way
+        they lead, seeds are distinct, but a cell that no path from a center leads to is an island:
+        a region of its own, in addition to the k asked for, or, with ``islands="nearest"``, part of
+        the nearest.
     weights : array_like, shape (M,)
         The length of each arc, finite, >= 0, in any unit.
     bounds : array_like, shape (2, 3), optional

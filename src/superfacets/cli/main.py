@@ -21,7 +21,7 @@ from .._timing import timed
 from ..cells.slivers import advised_max_edge, sliver_note
 from ..cells.subdivision import Subdivision, subdivide
 from ..clustering.loop import Segmentation
-from ..errors import MeshError, MissingExtraError, SliverWarning
+from ..errors import IslandWarning, MeshError, MissingExtraError, SliverWarning
 from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.read import read_mesh
 from ..io.writers.write import check_outputs, write_outputs
@@ -163,7 +163,8 @@ commands.add_command(reproduce_command)
 @click.option(
     "--islands",
     type=click.Choice(ISLANDS),
-    help="What small regions do that touch no other.  [default: keep]",
+    help="Components without a seed, and small regions that touch no other, are regions of their"
+    " own, or join the nearest region, which makes -n exact.  [default: keep]",
 )
 @click.option(
     "--subdivide",
@@ -388,6 +389,7 @@ def _subdivide(mesh: Mesh, max_edge: float | None, options: Mapping[str, Any]) -
 def _segment(mesh: Mesh, **options: Any) -> Segmentation:
     """Segment with a progress bar on a terminal; what warnings say, notes say."""
     with warnings.catch_warnings():
+        warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)
         return _segment_with_progress(mesh, **options)
 
@@ -421,7 +423,12 @@ def _notes(result: Segmentation, asked: int | None) -> list[str]:
         why = "components of the mesh that got no seed"
         if result.params["radius_factor"] is not None:
             why += ", or faces that no center reached"
-        notes.append(f"{n_more} more regions than asked for, for {why}")
+        notes.append(
+            f"{n_more} more regions than asked for, for {why};"
+            " with --islands nearest they join the nearest region"
+        )
+    if result.n_unreached and result.params["islands"] == "nearest":
+        notes.append(f"{result.n_unreached} islands without a seed joined the nearest region")
     if result.n_joined:
         notes.append(f"{result.n_joined} stray pieces joined a neighbor")
     if result.n_merged:

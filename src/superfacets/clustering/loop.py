@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import Init, LoopOptions, Progress, Seeds, SizeOptions
+from .._options import Init, Islands, LoopOptions, Progress, Seeds, SizeOptions
 from .._timing import timed
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
-from .seeding import run_seeding
+from .seeding import CORE_ISLANDS, run_seeding
 
 __all__ = ["Segmentation", "StopReason", "segment_cells", "segment_graph"]
 
@@ -43,6 +43,10 @@ class Segmentation:
     stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
         The centers moved less than `tol`; a set of centers came back; as many iterations as
         allowed; `progress` returned False.
+    n_unreached : int
+        Islands that no center reached: components that got no seed and, with `radius_factor`, faces
+        out of reach. With ``islands="keep"`` each made one more region, which K counts; with
+        ``"nearest"`` they joined the nearest region.
     n_joined : int
         Pieces of regions that joined a neighbor, with ``enforce_connectivity``.
     n_merged : int
@@ -66,6 +70,7 @@ class Segmentation:
     stop_reason: StopReason
     timings: dict[str, float] = field(repr=False)
     params: dict[str, Any] = field(repr=False)
+    n_unreached: int = 0
     n_joined: int = 0
     n_merged: int = 0
     n_islands: int = 0
@@ -97,6 +102,7 @@ def segment_graph(
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
+    islands: Islands = "keep",
     n_threads: int | None = None,
     progress: Progress | None = None,
 ) -> Segmentation:
@@ -108,8 +114,9 @@ def segment_graph(
     Parameters
     ----------
     graph : CellGraph
-    n_segments, radius, init, radius_factor, max_num_iter, tol, n_threads, progress
-        As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``.
+    n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
+        As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``. Where arcs
+        lead one way, cells that no path from a center leads to are islands, too.
 
     Returns
     -------
@@ -126,10 +133,17 @@ def segment_graph(
     ...                  [1, 0, 2, 1, 3, 2, 4, 3], [1] * 8)
     >>> segment_graph(line, 2)
     Segmentation(5 cells, 2 regions, 1 iterations, converged)
+
+    A pair of cells, and one alone:
+
+    >>> apart = CellGraph([[0, 0, 0], [1, 0, 0], [5, 0, 0]], [1, 1, 1], [0, 1, 2, 2], [1, 0],
+    ...                   [1, 1])
+    >>> segment_graph(apart, 1).labels, segment_graph(apart, 1, islands="nearest").labels
+    (array([0, 0, 1], dtype=int32), array([0, 0, 0], dtype=int32))
     """
     checked_graph(graph)
     options = SizeOptions.checked(n_segments, radius, init)
-    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, n_threads, progress)
+    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
     size = region_size(options, graph.measures, graph.diagonal, loop.n_threads)
     ordered = graph.ordered(loop.n_threads)
     return segment_cells(ordered, graph.bounds, size, options, init, loop)
@@ -146,8 +160,13 @@ def segment_cells(
     """Segment what has been checked, in regions of a size that is known."""
     timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
     with timed(timings, "seeding"):
-        seeds = run_seeding(graph, bounds, size, options, init, loop.n_threads)
+        seeds = run_seeding(graph, bounds, size, options, init, loop.islands, loop.n_threads)
     clustering, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
+    labels, centers = clustering.labels(), clustering.centers()
+    n_unreached = len(centers) - len(seeds)
+    if loop.islands == "nearest":
+        with timed(timings, "classify"):
+            labels, n_unreached = _core.join_islands(graph, labels, loop.n_threads)
     params = {
         "n_segments": None if options.radius is not None else size.n_segments,
         "radius": options.radius,
@@ -155,8 +174,7 @@ def segment_cells(
         "init": init if isinstance(init, str) else "given",
         **loop.params,
     }
-    labels, centers = clustering.labels(), clustering.centers()
-    return Segmentation(labels, centers, n_iter, stop_reason, timings, params)
+    return Segmentation(labels, centers, n_iter, stop_reason, timings, params, n_unreached)
 
 
 def _iterate(
@@ -173,7 +191,8 @@ def _iterate(
     """
     reach = math.inf if loop.radius_factor is None else loop.radius_factor * radius
     with timed(timings, "classify"):
-        clustering = _core.Clustering(graph, seeds, reach, loop.n_threads)
+        islands = CORE_ISLANDS[loop.islands]
+        clustering = _core.Clustering(graph, seeds, reach, loop.n_threads, islands)
     seen: set[bytes] = set()
     for iteration in range(1, loop.max_num_iter + 1):
         centers = clustering.centers()

@@ -6,15 +6,18 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import INITS, Init, Seeds, SizeOptions
+from .._options import INITS, ISLANDS, Init, Islands, Seeds, SizeOptions
 from .._validate import checked_choice, checked_seeds, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
-__all__ = ["place_seeds", "run_seeding"]
+__all__ = ["CORE_ISLANDS", "place_seeds", "run_seeding"]
 
 SEED_SPACING = 2.0
 """Radii that a flooded region expands to, and the edge of a grid cube in radii."""
+
+CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
+"""What the core calls what may become of islands."""
 
 
 def place_seeds(
@@ -23,6 +26,7 @@ def place_seeds(
     *,
     radius: float | None = None,
     init: Init | Seeds = "geodesic",
+    islands: Islands = "keep",
     n_threads: int | None = None,
 ) -> npt.NDArray[np.int32]:
     """Return the first centers.
@@ -40,12 +44,17 @@ def place_seeds(
         farthest (Euclidean) from all seeds so far; exactly k seeds, in O((N + k) log N) in
         practice. ``"geodesic"``: likewise the cell with the longest path to all seeds so far, so
         that seeds are denser where creases are; exactly k, in O(N log N log k) in practice. Several
-        components begin with the central cell of each that has half of the measure of a region or
-        more, the largest first. ``"flood"``: cells are visited in the order of their path length
+        components begin with the central cell of each that is no island, the largest first.
+        ``"flood"``: cells are visited in the order of their path length
         from that first cell, and one that no region has reached yet starts a region, which expands
         to 2 r; each further component is flooded from its lowest cell. ``"grid"``: the cells in
         each cube of edge 2 r of a grid over the bounds are one region, whose center is taken.
         Flood and grid give about as many seeds as the radius asks for. An array: these cells.
+    islands : {"keep", "nearest"}
+        Islands are components with less than half of the measure of a region (A / k), as long as
+        the larger ones have k cells, and all but the k largest components. They get no geodesic
+        seeds. Where they are to join the nearest region, they get no seeds of ``"farthest"``, which
+        then begins with the same central cells, and of ``"flood"`` either.
     n_threads : int, optional
         As for `segment`.
 
@@ -53,6 +62,11 @@ def place_seeds(
     -------
     ndarray of int32, shape (K,)
         Distinct cells. Ties go to the lowest index.
+
+    Notes
+    -----
+    Arcs that lead one way connect as all others do. Cells that no seed reaches are then the
+    farthest by path length, and the last to be visited of their component by ``"flood"``.
 
     Raises
     ------
@@ -73,17 +87,15 @@ def place_seeds(
     threads = checked_threads(n_threads)
     options = SizeOptions.checked(n_segments, radius, init)
     size = region_size(options, graph.measures, graph.diagonal, threads)
-    return run_seeding(graph.ordered(threads), graph.bounds, size, options, init, threads)
+    checked_choice(islands, "islands", ISLANDS)
+    ordered = graph.ordered(threads)
+    return run_seeding(ordered, graph.bounds, size, options, init, islands, threads)
 
 
 def run_seeding(
-    graph: _core.OrderedGraph,
-    bounds: npt.NDArray[np.float64],
-    size: RegionSize,
-    options: SizeOptions,
-    init: Init | Seeds,
-    n_threads: int,
-) -> npt.NDArray[np.int32]:
+    graph: _core.OrderedGraph, bounds: npt.NDArray[np.float64], size: RegionSize,
+    options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
+) -> npt.NDArray[np.int32]:  # fmt: skip
     """Place seeds for regions of a size that is known, as they were asked for."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
@@ -93,12 +105,13 @@ def run_seeding(
         side = SEED_SPACING * _positive_radius(size, init)
         return _core.grid_seeds(graph, (x, y, z), side, n_threads)
     first = _core.central_cell(graph, n_threads)
+    what = CORE_ISLANDS[islands]
     if init == "farthest":
-        return _core.farthest_seeds(graph, first, size.n_segments, n_threads)
+        return _core.farthest_seeds(graph, first, size.n_segments, what, n_threads)
     if init == "geodesic":
         return _core.geodesic_seeds(graph, first, size.n_segments, n_threads)
     reach = SEED_SPACING * _positive_radius(size, init)
-    return _core.flood_seeds(graph, first, reach, n_threads)
+    return _core.flood_seeds(graph, first, size.n_segments, reach, what, n_threads)
 
 
 def _given_seeds(options: SizeOptions, n_cells: int) -> npt.NDArray[np.int32]:

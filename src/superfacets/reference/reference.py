@@ -27,10 +27,12 @@ __all__ = [
     "classify_exact",
     "classify_halted",
     "farthest_seeds",
+    "find_components",
     "flood_seeds",
     "geodesic_seeds",
     "grid_seeds",
     "iterate",
+    "join_islands",
     "measure_faces",
     "quantize_weights",
     "smooth_borders",
@@ -220,55 +222,99 @@ def quantize_weights(weights: Floats) -> tuple[npt.NDArray[np.float32], float]:
     return np.maximum(1.0, np.rint(weights / unit)).astype(np.float32), unit
 
 
-def farthest_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
+def find_components(graph: CellGraph, labels: npt.NDArray[Any]) -> list[int]:
+    """Component of each cell: arcs between cells of one label join them, whichever way they lead.
+
+    Components are numbered in the order of their lowest cells.
+    """
+    around: list[set[int]] = [set() for _ in labels]
+    for cell in range(graph.n_cells):
+        for neighbor, _ in _arcs_of(graph, cell):
+            if labels[cell] == labels[neighbor]:
+                around[cell].add(neighbor)
+                around[neighbor].add(cell)
+    components = [-1] * graph.n_cells
+    n_components = 0
+    for lowest in range(graph.n_cells):
+        if components[lowest] >= 0:
+            continue
+        waiting = [lowest]
+        while waiting:
+            cell = waiting.pop()
+            components[cell] = n_components
+            waiting += [other for other in around[cell] if components[other] < 0]
+        n_components += 1
+    return components
+
+
+def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[npt.NDArray[Any], list[int]]:
+    """Component of each cell, and the components that are no islands, the largest first."""
+    components = np.array(find_components(graph, np.zeros(graph.n_cells)))
+    measures = np.bincount(components, graph.measures)  # bincount adds in the order of the cells
+    enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
+    first = components[_first_cell(graph)]
+    order = sorted(range(len(measures)), key=lambda c: (-measures[c], c != first, c))
+    seeded: list[int] = []
+    for component in order[:n_seeds]:
+        n_cells = int(np.count_nonzero(np.isin(components, seeded)))
+        if measures[component] >= enough or n_cells < n_seeds:
+            seeded.append(component)
+    return components, seeded
+
+
+def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> list[int]:
     """Iterative farthest points, by looking at all cells for every seed."""
     seeds = [_first_cell(graph)]
     squared_distance = np.full(graph.n_cells, np.inf)
-    while True:
-        step = graph.positions - graph.positions[seeds[-1]]
+    if islands == "nearest":
+        components, seeded = _seeded_components(graph, n_seeds)
+        central = update_centers(graph, components)
+        seeds = [central[component] for component in seeded]
+        squared_distance[~np.isin(components, seeded)] = -1.0
+    for n_placed in range(n_seeds):
+        if n_placed == len(seeds):
+            seeds.append(int(np.argmax(squared_distance)))
+        step = graph.positions - graph.positions[seeds[n_placed]]
         squared_distance = np.minimum(squared_distance, _dot(step, step))
-        squared_distance[seeds[-1]] = -1.0
-        if len(seeds) == n_seeds:
-            return seeds
-        seeds.append(int(np.argmax(squared_distance)))
+        squared_distance[seeds[n_placed]] = -1.0
+    return seeds
 
 
 def geodesic_seeds(graph: CellGraph, n_seeds: int) -> list[int]:
     """Iterative longest paths, by an expansion over everything from every seed."""
-    components, centers = map(np.array, classify_exact(graph, [_first_cell(graph)]))
-    measures = np.zeros(len(centers))
-    np.add.at(measures, components, graph.measures)
-    enough = 0.5 * float(np.cumsum(graph.measures)[-1]) / n_seeds
+    components, seeded = _seeded_components(graph, n_seeds)
     central = update_centers(graph, components)
-    seeds: list[int] = []
-    n_cells = 0
-    for component in np.argsort(-measures, kind="stable")[:n_seeds].tolist():
-        if measures[component] >= enough or n_cells < n_seeds:
-            seeds.append(central[component])
-            n_cells += int(np.count_nonzero(components == component))
-    reached: dict[int, int] = {}
+    seeds = [central[component] for component in seeded]
+    cells = np.flatnonzero(np.isin(components, seeded)).tolist()
+    lengths = dict.fromkeys(cells, math.inf)
     for n_placed in range(n_seeds):
         if n_placed == len(seeds):
-            seeds.append(max(reached, key=lambda cell: (reached[cell], -cell)))
+            seeds.append(max(cells, key=lambda cell: (lengths[cell], -cell)))
         for cell, length in _expand(graph, seeds[n_placed], math.inf).items():
-            reached[cell] = min(length, reached.get(cell, length))
+            lengths[cell] = min(length, lengths[cell])
     return seeds
 
 
-def flood_seeds(graph: CellGraph, radius: float) -> list[int]:
+def flood_seeds(
+    graph: CellGraph, radius: float, n_seeds: int = 1, *, islands: str = "keep"
+) -> list[int]:
     """Cells in the order of their path length, that no region which expanded to 2 r had reached."""
     seeds: list[int] = []
     reached: set[int] = set()
-    visited: set[int] = set()
+    components, seeded = _seeded_components(graph, n_seeds)
     first = _first_cell(graph)
-    while len(visited) < graph.n_cells:
-        component = _expand(graph, first, math.inf)
-        for cell in sorted(component, key=lambda cell: (component[cell], cell)):
+    others = [components.tolist().index(number) for number in range(max(components) + 1)]
+    for start in [first, *(cell for cell in others if components[cell] != components[first])]:
+        if islands == "nearest" and components[start] not in seeded:
+            continue
+        lengths: dict[int, float] = dict.fromkeys(
+            np.flatnonzero(components == components[start]).tolist(), math.inf
+        )
+        lengths.update(_expand(graph, start, math.inf))
+        for cell in sorted(lengths, key=lambda cell: (lengths[cell], cell)):
             if cell not in reached:
                 seeds.append(cell)
                 reached.update(_expand(graph, cell, 2.0 * radius))
-        visited.update(component)
-        first = min(set(range(graph.n_cells)) - visited, default=0)
     return seeds
 
 
@@ -280,8 +326,13 @@ def grid_seeds(graph: CellGraph, radius: float) -> list[int]:
     return update_centers(graph, np.array(labels))
 
 
-def classify_exact(graph: CellGraph, centers: list[int]) -> tuple[list[int], list[int]]:
-    """Labels by one expansion from all centers, and the centers with those of orphans."""
+def classify_exact(
+    graph: CellGraph, centers: list[int], *, islands: str = "keep"
+) -> tuple[list[int], list[int]]:
+    """Labels by one expansion from all centers, and the centers with those of orphans.
+
+    Where islands are not kept, there are none of these, and cells without a center have label -1.
+    """
     all_centers = list(centers)
     while True:
         labels: dict[int, int] = {}
@@ -292,15 +343,18 @@ def classify_exact(graph: CellGraph, centers: list[int]) -> tuple[list[int], lis
                 labels[cell] = label
                 for neighbor, step in _arcs_of(graph, cell):
                     heapq.heappush(queue, (length + step, label, neighbor))
-        if len(labels) == graph.n_cells:
-            return [labels[cell] for cell in range(graph.n_cells)], all_centers
+        if len(labels) == graph.n_cells or islands == "nearest":
+            return [labels.get(cell, -1) for cell in range(graph.n_cells)], all_centers
         all_centers.append(min(set(range(graph.n_cells)) - labels.keys()))
 
 
 def classify_halted(
-    graph: CellGraph, centers: list[int], reach: float
+    graph: CellGraph, centers: list[int], reach: float, *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Labels by one expansion of each center, as the paper tells it, and all centers."""
+    """Labels by one expansion of each center, as the paper tells it, and all centers.
+
+    For islands see `classify_exact`.
+    """
     best = [(math.inf, -1)] * graph.n_cells  # path length and label
     all_centers: list[int] = []
     waiting = list(centers)
@@ -309,14 +363,33 @@ def classify_halted(
         all_centers.append(center)
         for cell, length in _expand(graph, center, reach).items():
             best[cell] = min(best[cell], (length, label))
-        if not waiting and (math.inf, -1) in best:
+        if not waiting and (math.inf, -1) in best and islands == "keep":
             waiting.append(best.index((math.inf, -1)))  # the first orphan
     return [label for _, label in best], all_centers
 
 
+def join_islands(graph: CellGraph, labels: list[int]) -> tuple[list[int], int]:
+    """Labels without -1, and how many connected pieces had it.
+
+    Each takes the label of the nearest cell, the lowest of equals, to any of its own.
+    """
+    joined = list(labels)
+    labeled = np.flatnonzero(np.array(labels) >= 0)
+    pieces = np.array(find_components(graph, np.array(labels)))
+    islands = np.unique(pieces[np.array(labels) < 0])
+    for piece in islands:
+        cells = np.flatnonzero(pieces == piece)
+        steps = graph.positions[labeled] - graph.positions[cells, None]
+        nearest = labeled[int(np.argmin(_dot(steps, steps).min(axis=0)))]
+        for cell in cells:
+            joined[cell] = labels[nearest]
+    return joined, len(islands)
+
+
 def update_centers(graph: CellGraph, labels: npt.NDArray[Any]) -> list[int]:
-    """The cell of each region nearest to the weighted mean of its positions."""
+    """The cell of each region nearest to the weighted mean of its positions; -1 is no region."""
     n_regions = int(labels.max()) + 1
+    labels = np.where(labels < 0, n_regions, labels)
     means = _fixed_point_means(graph, labels)
     areas = np.bincount(labels, graph.measures)  # bincount adds in the order of the cells
     weights = np.where(areas[labels] > 0, graph.measures, 1.0)
@@ -368,15 +441,17 @@ def iterate(
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
+    islands: str = "keep",
 ) -> tuple[list[tuple[list[int], list[int]]], str]:
     """Labels and centers of every iteration, and why the loop stopped."""
     history: list[tuple[list[int], list[int]]] = []
     centers = seeds
     while True:
         if radius_factor is None:
-            labels, centers = classify_exact(graph, centers)
+            labels, centers = classify_exact(graph, centers, islands=islands)
         else:
-            labels, centers = classify_halted(graph, centers, radius_factor * radius)
+            reach = radius_factor * radius
+            labels, centers = classify_halted(graph, centers, reach, islands=islands)
         history.append((labels, centers))
         moved_to = update_centers(graph, np.array(labels))
         moves = graph.positions[moved_to] - graph.positions[centers]

@@ -18,9 +18,9 @@ def clean(costs: BorderCosts, result: Segmentation, options: CleanupOptions) -> 
     """Return the result with its regions cleaned up."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
-        # Paths lead from its center to each face of a region, so its pieces are in one component.
-        assert not edit.n_islands
-        result = replace(result, labels=edit.labels, n_joined=edit.n_joined)
+        # Pieces that touch no other region are islands that had joined this one: so they stay.
+        labels = edit.sources[edit.labels]
+        result = replace(result, labels=labels, n_joined=edit.n_joined)
     if options.min_size > 0:
         edit = merge_regions(
             costs, result.labels, result.n_segments, options.min_size, options.islands

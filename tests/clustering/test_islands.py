@@ -1,0 +1,314 @@
+"""Components without a seed: regions of their own, or part of the nearest; one-way arcs."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import (
+    PAPER,
+    CellGraph,
+    IslandWarning,
+    Mesh,
+    _core,
+    build_face_graph,
+    mesh_info,
+    place_seeds,
+    segment,
+    segment_graph,
+)
+from superfacets.reference import reference
+
+INITS = ("geodesic", "farthest")
+
+
+def graph_of(mesh):
+    graph = build_face_graph(mesh)
+    return graph.with_weights(np.ones(graph.n_arcs))
+
+
+def strips(*sizes):
+    """Strips of so many faces, one above the other."""
+    parts = [shapes.strip(n) for n in sizes]
+    return shapes.together(
+        [Mesh(part.vertices + [0, 10 * i, 0], part.faces) for i, part in enumerate(parts)]
+    )
+
+
+def expected_radius(graph, k):
+    return math.sqrt(graph.measures.sum() / (math.pi * k))
+
+
+def component_of(mesh):
+    graph = build_face_graph(mesh)
+    same = np.zeros(mesh.n_faces, np.int32)
+    return np.array(_core.find_components(graph.offsets, graph.neighbors, same)[0])
+
+
+@pytest.fixture(scope="module")
+def gears():
+    return shapes.gears()
+
+
+@pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
+@pytest.mark.parametrize("init", INITS)
+@pytest.mark.parametrize("k", [1, 2, 30, 150])
+def test_k_is_k_on_a_box_of_gears(gears, init, k):
+    kept = segment(gears, k, init=init)
+    joined = segment(gears, k, init=init, islands="nearest")
+    assert kept.n_segments == k + kept.n_unreached
+    assert kept.n_unreached > 0 or k == 150
+    assert joined.n_segments == k
+    assert np.array_equal(np.unique(joined.labels), np.arange(k))
+    assert np.array_equal(joined.labels[joined.centers], np.arange(k))
+    seeded = len(np.unique(component_of(gears)[joined.centers]))
+    assert joined.n_unreached == mesh_info(gears).n_components - seeded
+
+
+def test_more_regions_than_asked_for_come_with_a_warning_that_says_what_to_do(gears):
+    with pytest.warns(IslandWarning) as caught:
+        result = segment(gears, 30)
+    n = result.n_unreached
+    assert str(caught[0].message) == (
+        f"{30 + n} regions in place of 30: {n} components of the mesh got no seed;"
+        " islands='nearest' lets them join the nearest region"
+    )
+    assert caught[0].filename == __file__
+
+
+def test_there_is_no_warning_where_no_number_was_asked_for_or_all_is_as_asked(gears):
+    """Warnings are errors here."""
+    segment(gears, radius=0.1)
+    segment(gears, 30, **PAPER)
+    segment(gears, 30, islands="nearest")
+    segment(shapes.two_islands(), 2)
+    segment(shapes.soup(shapes.cube()), 12)
+
+
+@pytest.mark.parametrize("options", [PAPER, {**PAPER, "enforce_connectivity": True}])
+def test_k_is_k_where_expansions_halt(gears, options):
+    kept = segment(gears, 30, **options)
+    assert kept.n_segments == 30 + kept.n_unreached > 30
+    joined = segment(gears, 30, **options, islands="nearest")
+    assert joined.n_segments == 30
+    assert np.array_equal(np.unique(joined.labels), np.arange(30))
+
+
+@pytest.mark.parametrize("init", INITS)
+def test_gears_large_enough_get_regions_by_their_area(gears, init):
+    k = 100
+    component = component_of(gears)
+    result = segment(gears, k, init=init, islands="nearest", alpha=0)
+    areas = np.bincount(component, build_face_graph(gears).measures)
+    expected = k * areas / areas.sum()
+    n_seeds = np.bincount(component[result.centers], minlength=len(areas))
+    assert np.all((n_seeds > 0) == (expected >= 0.5))
+    large = expected >= 5
+    assert large.sum() >= 5
+    ratios = n_seeds[large] / expected[large]
+    assert np.all((ratios > 0.4) & (ratios < 1.6))
+
+
+def test_an_island_is_all_in_the_region_nearest_to_it(gears):
+    result = segment(gears, 30, islands="nearest", smooth=False)
+    component = component_of(gears)
+    seeded = np.isin(component, component[result.centers])
+    positions = build_face_graph(gears).positions
+    for island in np.unique(component[~seeded]):
+        of_island = component == island
+        (label,) = np.unique(result.labels[of_island])
+        steps = positions[seeded] - positions[of_island][:, None]
+        squared = np.sum(steps**2, axis=2).min(axis=0)
+        assert result.labels[seeded][np.argmin(squared)] == label
+
+
+@pytest.mark.parametrize("init", [*INITS, "flood", "grid"])
+def test_islands_make_no_difference_to_a_mesh_in_one_piece(init):
+    sheet = shapes.bumpy_sheet(16)
+    one, other = (segment(sheet, 20, init=init, islands=i) for i in ("keep", "nearest"))
+    assert np.array_equal(one.labels, other.labels)
+    assert one.n_unreached == other.n_unreached == 0
+
+
+def test_flood_leaves_islands_out_where_they_are_to_join():
+    mesh = strips(40, 1)
+    graph = graph_of(mesh)
+    assert 40 in place_seeds(graph, 3, init="flood")
+    seeds = place_seeds(graph, 3, init="flood", islands="nearest")
+    assert 40 not in seeds
+    result = segment(mesh, 3, init="flood", islands="nearest")
+    assert (result.n_segments, result.n_unreached) == (len(seeds), 1)
+
+
+@pytest.mark.parametrize(
+    ("init", "n_islands", "n_regions", "labels"),
+    [([5, 0], 3, 2, [1] * 3 + [0] * 3 + [1] * 3), ("grid", 3, 1, [0] * 9)],
+)
+def test_what_seeds_of_ones_own_or_of_a_grid_leave_out_joins_the_nearest_too(
+    init, n_islands, n_regions, labels
+):
+    size = {"radius": 0.6} if init == "grid" else {}
+    result = segment(strips(6, 1, 1, 1), init=init, islands="nearest", smooth=False, **size)
+    assert result.n_unreached == n_islands
+    assert result.n_segments == len(result.centers) == n_regions
+    assert result.labels.tolist() == labels
+    assert result.params["islands"] == "nearest"
+
+
+def line_of_pieces(sizes, gap=10.0):
+    """Cells 1 apart in pieces `gap` apart."""
+    graphs = [shapes.line_graph([1.0] * (n - 1)) for n in sizes]
+    starts = np.cumsum([0, *sizes[:-1]])
+    x = np.concatenate([
+        graph.positions[:, 0] + i * gap + start
+        for i, (graph, start) in enumerate(zip(graphs, starts, strict=True))
+    ])  # fmt: skip
+    offsets = np.concatenate([[0], np.cumsum(np.concatenate([np.diff(g.offsets) for g in graphs]))])
+    arcs = [graph.neighbors + start for graph, start in zip(graphs, starts, strict=True)]
+    neighbors = np.concatenate(arcs)
+    positions = np.stack([x, 0 * x, 0 * x], 1)
+    return CellGraph(positions, np.ones(len(x)), offsets, neighbors, np.ones(len(neighbors)))
+
+
+def test_equally_near_cells_go_by_their_index():
+    graph = line_of_pieces([6, 1, 6])  # x = 0..5, 16, 27..32: 11 both ways
+    result = segment_graph(graph, 2, islands="nearest")
+    assert result.labels[6] == result.labels[5]
+    assert result.n_unreached == 1
+
+
+def test_an_island_does_not_join_another_island():
+    graph = line_of_pieces([8, 1, 1, 1], gap=3.0)
+    result = segment_graph(graph, 1, islands="nearest")
+    assert result.labels.tolist() == [0] * 11
+    assert result.n_unreached == 3
+    assert segment_graph(graph, 1).n_segments == 4
+
+
+def test_small_regions_and_islands_are_merged_together():
+    mesh = strips(40, 2)
+    result = segment(mesh, 10, min_size=0.9, islands="nearest")
+    assert result.n_unreached == 1
+    assert result.n_segments == 10 - result.n_merged
+    assert result.n_islands == 0
+
+
+@pytest.mark.parametrize("init", [*INITS, "flood"])
+@pytest.mark.parametrize("beside_a_sheet", [True, False])
+def test_a_hundred_thousand_specks_take_seconds(init, beside_a_sheet):
+    rng = np.random.default_rng(0)
+    n = 100_000
+    specks = rng.uniform(0, 1, (n, 1, 3)) + rng.uniform(0, 1e-3, (n, 3, 3))
+    mesh = shapes.soup(Mesh(specks.reshape(-1, 3), np.arange(3 * n).reshape(-1, 3)))
+    if beside_a_sheet:
+        mesh = shapes.together([mesh, shapes.bumpy_sheet(60)])
+    begin = time.process_time()
+    result = segment(mesh, 150, init=init, islands="nearest", smooth=False)
+    assert time.process_time() - begin < 30
+    if init in INITS:
+        assert result.n_segments == 150
+        assert result.n_unreached == n - (0 if beside_a_sheet else 150)
+
+
+@pytest.mark.parametrize("n_threads", [1, 2, 5])
+@pytest.mark.parametrize("seed", range(6))
+def test_joined_islands_equal_the_twin(n_threads, seed):
+    """Among many equal distances, some of them 0."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 3000)) if seed < 5 else 40_000
+    graph = shapes.random_graph(n, n // 2, seed)
+    graph = CellGraph(
+        np.round(graph.positions, seed % 3), graph.measures, graph.offsets, graph.neighbors,
+        graph.weights,
+    )  # fmt: skip
+    share = 0.5 if seed < 5 else 0.02
+    labels = np.where(rng.uniform(size=n) < share, -1, rng.integers(0, 9, n)).astype(np.int32)
+    labels[int(rng.integers(n))] = 0
+    cells = graph.ordered(n_threads)
+    joined, n_islands = _core.join_islands(cells, labels, n_threads)
+    assert (joined.tolist(), n_islands) == reference.join_islands(graph, labels.tolist())
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_loops_without_islands_equal_their_twins(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 100))
+    if seed % 2:
+        graph = shapes.random_graph(n, int(rng.integers(0, 2 * n)), seed)
+    else:
+        graph = shapes.random_one_way_graph(n, int(rng.integers(0, 3 * n)), seed)
+    k = int(rng.integers(1, n + 1))
+    radius = expected_radius(graph, k)
+    islands = {"islands": "nearest"}
+    flooded = reference.flood_seeds(graph, radius, k, **islands)
+    assert place_seeds(graph, k, init="flood", **islands).tolist() == flooded
+    for init in INITS:
+        seeds = place_seeds(graph, k, init=init, **islands).tolist()
+        twin = (
+            reference.farthest_seeds(graph, k, **islands)
+            if init == "farthest"
+            else reference.geodesic_seeds(graph, k)
+        )
+        assert seeds == twin
+        for factor in (None, 1.5):
+            history, _ = reference.iterate(graph, seeds, radius, radius_factor=factor, **islands)
+            labels, centers = history[-1]
+            result = segment_graph(graph, k, init=init, radius_factor=factor, **islands)
+            expected = reference.join_islands(graph, labels)
+            assert (result.labels.tolist(), result.n_unreached) == expected
+            assert result.centers.tolist() == centers
+            assert result.n_segments == k
+
+
+# Arcs that lead one way.
+
+PAIR_AND_ONE = CellGraph([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [1, 1, 1], [0, 0, 1, 1], [0], [1.0])
+"""An arc from 1 to 0, and 2 alone."""
+
+
+def test_seeds_are_distinct_where_arcs_lead_one_way():
+    assert place_seeds(PAIR_AND_ONE, 3).tolist() == [0, 2, 1]
+    result = segment_graph(PAIR_AND_ONE, 3)
+    assert (result.n_segments, sorted(result.labels.tolist())) == (3, [0, 1, 2])
+    for k in (1, 2, 3):
+        assert segment_graph(PAIR_AND_ONE, k, islands="nearest").n_segments == k
+
+
+def test_flood_visits_last_what_arcs_do_not_lead_to():
+    graph = CellGraph(
+        [[2, 0, 0], [7, 0, 0], [8, 0, 0], [4, 0, 0]], [1] * 4, [0, 0, 1, 2, 3], [0, 0, 1], [1.0] * 3
+    )
+    seeds = place_seeds(graph, 4, init="flood").tolist()
+    assert seeds == [3, 0, 2]
+    assert seeds == reference.flood_seeds(graph, expected_radius(graph, 4))
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_seeds_and_regions_on_one_way_graphs_equal_their_twins(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 80))
+    graph = shapes.random_one_way_graph(n, int(rng.integers(0, 3 * n)), seed)
+    k = int(rng.integers(1, n + 1))
+    radius = expected_radius(graph, k)
+    geodesic = place_seeds(graph, k).tolist()
+    assert len(set(geodesic)) == k
+    assert geodesic == reference.geodesic_seeds(graph, k)
+    assert place_seeds(graph, k, init="farthest").tolist() == reference.farthest_seeds(graph, k)
+    flooded = place_seeds(graph, k, init="flood").tolist()
+    assert flooded == reference.flood_seeds(graph, radius)
+    result = segment_graph(graph, k)
+    assert result.n_segments == k + result.n_unreached
+    assert np.array_equal(np.unique(result.labels), np.arange(result.n_segments))
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_components_are_those_of_arcs_whichever_way_they_lead(seed):
+    rng = np.random.default_rng(seed)
+    graph = shapes.random_one_way_graph(200, int(rng.integers(50, 250)), seed)
+    for n_labels in (1, 3):
+        labels = rng.integers(0, n_labels, 200).astype(np.int32)
+        components, n = _core.find_components(graph.offsets, graph.neighbors, labels)
+        assert components.tolist() == reference.find_components(graph, labels)
+        assert n == components.max() + 1
