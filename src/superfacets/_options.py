@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
+from ._timing import OnStage
 from ._validate import (
     checked_callable,
     checked_choice,
@@ -121,11 +122,12 @@ class LoopOptions:
     radius_factor: float | None  # None: exact
     n_threads: int
     progress: Progress | None
+    on_stage: OnStage | None = None
 
     @classmethod
     def checked(
         cls, max_num_iter: int, tol: float, radius_factor: float | None, n_threads: int | None,
-        progress: Progress | None,
+        progress: Progress | None, on_stage: OnStage | None = None,
     ) -> LoopOptions:  # fmt: skip
         """Arguments as for `segment`."""
         if radius_factor is not None:
@@ -136,6 +138,7 @@ class LoopOptions:
             radius_factor,
             checked_threads(n_threads),
             checked_callable(progress, "progress"),
+            checked_callable(on_stage, "on_stage"),
         )
 
     @property

@@ -145,7 +145,7 @@ def segment_cells(
 ) -> Segmentation:
     """Segment what has been checked, in regions of a size that is known."""
     timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
-    with timed(timings, "seeding"):
+    with timed(timings, "seeding", loop.on_stage):
         seeds = run_seeding(graph, bounds, size, options, init, loop.n_threads)
     clustering, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
     params = {
@@ -172,7 +172,7 @@ def _iterate(
     ends the loop.
     """
     reach = math.inf if loop.radius_factor is None else loop.radius_factor * radius
-    with timed(timings, "classify"):
+    with timed(timings, "classify", loop.on_stage):
         clustering = _core.Clustering(graph, seeds, reach, loop.n_threads)
     seen: set[bytes] = set()
     for iteration in range(1, loop.max_num_iter + 1):
