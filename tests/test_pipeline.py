@@ -377,3 +377,25 @@ def test_islands_stay_or_join_the_nearest_region():
     assert kept.n_merged == 1
     kept = segment(mesh, init=[0, 7], max_num_iter=1, min_size=1.2, smooth=False)
     assert (kept.n_segments, kept.n_islands) == (2, 2)
+
+
+def test_stages_are_told_when_they_begin():
+    told = []
+    mesh = shapes.bumpy_sheet(8)
+    result = segment(mesh, 10, on_stage=told.append, smooth=False)
+    assert told == ["mesh", "face_graph", "weights", "order", "seeding", "classify"]
+    assert set(told) | {"update"} == set(result.timings)
+    told.clear()
+    segment(mesh, 10, on_stage=told.append)
+    assert told[-1] == "regions"
+    with pytest.raises(TypeError, match="on_stage must be callable"):
+        segment(mesh, 10, on_stage=3)
+
+
+def test_an_error_in_on_stage_ends_the_run():
+    def stop(stage):
+        if stage == "seeding":
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        segment(shapes.bumpy_sheet(8), 10, on_stage=stop)

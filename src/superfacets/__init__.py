@@ -12,7 +12,7 @@ from .clustering.classification import Classification, classify
 from .clustering.loop import Segmentation, segment_graph
 from .clustering.seeding import place_seeds
 from .clustering.update import update_centers
-from .errors import IslandWarning, MeshError, MissingExtraError, SliverWarning
+from .errors import IslandWarning, MeshError, MissingExtraError, RenderError, SliverWarning
 from .mesh.triangle_mesh import Mesh
 from .pipeline import PAPER, segment
 from .regions.connect import enforce_connectivity
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
     from .cells.info import MeshInfo, mesh_info
+    from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
-    from .io.readers.read import read_mesh
+    from .io.readers.read import read_attributes, read_mesh
     from .io.writers.write import write_labels, write_mesh
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
     from .view.camera import View
     from .view.colors import face_colors
-    from .view.gl import RenderError
     from .view.rendering import render
 
 __version__ = "0.1.0"
@@ -46,6 +46,7 @@ __all__ = [
     "FaceGraph",
     "IslandWarning",
     "Mesh",
+    "MeshAttributes",
     "MeshError",
     "MeshInfo",
     "MissingExtraError",
@@ -64,6 +65,7 @@ __all__ = [
     "merge_small_regions",
     "mesh_info",
     "place_seeds",
+    "read_attributes",
     "read_labels",
     "read_mesh",
     "render",
@@ -83,13 +85,14 @@ __all__ = [
 _LAZY_NAMES = {
     "MeshInfo": "cells.info",
     "mesh_info": "cells.info",
+    "MeshAttributes": "io.attributes",
+    "read_attributes": "io.readers.read",
     "read_labels": "io.readers.labels",
     "read_mesh": "io.readers.read",
     "write_labels": "io.writers.write",
     "write_mesh": "io.writers.write",
     "sample_mesh": "sample",
     "face_colors": "view.colors",
-    "RenderError": "view.gl",
     "View": "view.camera",
     "render": "view.rendering",
 }

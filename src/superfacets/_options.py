@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
+from ._timing import OnStage
 from ._validate import (
     checked_callable,
     checked_choice,
@@ -122,11 +123,12 @@ class LoopOptions:
     islands: str
     n_threads: int
     progress: Progress | None
+    on_stage: OnStage | None = None
 
     @classmethod
     def checked(
         cls, max_num_iter: int, tol: float, radius_factor: float | None, islands: Islands,
-        n_threads: int | None, progress: Progress | None,
+        n_threads: int | None, progress: Progress | None, on_stage: OnStage | None = None,
     ) -> LoopOptions:  # fmt: skip
         """Arguments as for `segment`."""
         if radius_factor is not None:
@@ -138,6 +140,7 @@ class LoopOptions:
             checked_choice(islands, "islands", ISLANDS),
             checked_threads(n_threads),
             checked_callable(progress, "progress"),
+            checked_callable(on_stage, "on_stage"),
         )
 
     @property

@@ -1,15 +1,20 @@
 """Wall time of stages."""
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["timed"]
+__all__ = ["OnStage", "timed"]
+
+OnStage = Callable[[str], object]
+"""Called with the name of a stage when it begins."""
 
 
 @contextmanager
-def timed(timings: dict[str, float], stage: str) -> Iterator[None]:
-    """Add the seconds that the block takes to those of a stage."""
+def timed(timings: dict[str, float], stage: str, on_stage: OnStage | None = None) -> Iterator[None]:
+    """Add the seconds that the block takes to those of a stage; tell `on_stage` that it begins."""
+    if on_stage is not None:
+        on_stage(stage)
     start = time.perf_counter()
     try:
         yield

@@ -1,6 +1,6 @@
 """The errors that superfacets raises for a user's fault, and for a missing extra; its warnings."""
 
-__all__ = ["IslandWarning", "MeshError", "MissingExtraError", "SliverWarning"]
+__all__ = ["IslandWarning", "MeshError", "MissingExtraError", "RenderError", "SliverWarning"]
 
 
 class MeshError(ValueError):
@@ -13,6 +13,10 @@ class MissingExtraError(ImportError):
     def __init__(self, task: str, extra: str) -> None:
         super().__init__(f"{task} needs an extra: pip install 'superfacets[{extra}]'")
         self.extra = extra
+
+
+class RenderError(RuntimeError):
+    """No picture can be made on this machine; the message says what to install."""
 
 
 class IslandWarning(UserWarning):

@@ -25,7 +25,7 @@ from ._options import (
     WeightOptions,
     Weights,
 )
-from ._timing import timed
+from ._timing import OnStage, timed
 from ._validate import checked_choice
 from .adapters.convert import MeshLike, as_mesh
 from .cells.face_graph import build_face_graph
@@ -75,6 +75,7 @@ def segment(
     weld: bool = True,
     n_threads: int | None = None,
     progress: Progress | None = None,
+    on_stage: OnStage | None = None,
 ) -> Segmentation:
     """Label every face of a mesh with one of k compact regions that follow its concave creases.
 
@@ -143,6 +144,10 @@ def segment(
     progress : callable, optional
         Called after each iteration with its number (from 1) and how many centers it moved;
         returning False ends the loop with ``stop_reason="cancelled"``.
+    on_stage : callable, optional
+        Called with the name of each stage when it begins: ``"mesh"``, ``"face_graph"``,
+        ``"weights"``, ``"order"``, ``"seeding"``, ``"classify"`` (once, for the whole loop), and
+        ``"regions"`` where regions are cleaned up. An error that it raises ends the run.
 
     Returns
     -------
@@ -180,11 +185,13 @@ def segment(
     size_options = SizeOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", INITS)
-    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
+    loop = LoopOptions.checked(
+        max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
+    )
     weight_options = WeightOptions.checked(weights, alpha, eta_convex)
     cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
-    cells = _build_cells(mesh, weld, size_options, weight_options, loop.n_threads, timings)
+    cells = _build_cells(mesh, weld, size_options, weight_options, loop, timings)
     surface, size, share, ordered, lengths, unit = cells
     del cells
     note = sliver_note(share, _advice(size.radius))
@@ -194,7 +201,7 @@ def segment(
     _warn_of_islands(result, n_segments)
     del ordered  # makes room
     if cleanup.is_needed:
-        with timed(timings, "regions"):
+        with timed(timings, "regions", on_stage):
             if weight_options.params["weights"] in ("creases", "given"):
                 prices = np.multiply(lengths, unit, dtype=np.float64)
             else:  # other units, or other prices at other resolutions
@@ -214,7 +221,7 @@ def _advice(radius: float) -> str:
 
 def _build_cells(
     mesh: MeshLike, weld: bool, size_options: SizeOptions, weight_options: WeightOptions,
-    n_threads: int, timings: dict[str, float],
+    loop: LoopOptions, timings: dict[str, float],
 ) -> tuple[
     Surface, RegionSize, float, _core.OrderedGraph, npt.NDArray[np.float32], float
 ]:  # fmt: skip
@@ -223,18 +230,19 @@ def _build_cells(
     That is the faces as cells, the size of regions, the share of slivers, the cells as stages 3 and
     4 take them, and the weights as paths are measured by them, with their unit.
     """
-    with timed(timings, "mesh"):
+    n_threads, on_stage = loop.n_threads, loop.on_stage
+    with timed(timings, "mesh", on_stage):
         triangles = as_mesh(mesh)
-    with timed(timings, "face_graph"):
+    with timed(timings, "face_graph", on_stage):
         faces = build_face_graph(triangles, weld=weld, n_threads=n_threads)
         size = region_size(size_options, faces.measures, faces.diagonal, n_threads)
         share = sliver_share(triangles, faces, size.radius, n_threads)
-    with timed(timings, "weights"):
+    with timed(timings, "weights", on_stage):
         surface = Surface.of_faces(triangles, faces, n_threads)
         weights = arc_weights(surface, faces, size.radius, weight_options)
         lengths, unit = faces.quantized(weights, n_threads)
         del weights  # makes room
-    with timed(timings, "order"):
+    with timed(timings, "order", on_stage):
         placed = _core.PlacedCells(faces.positions, faces.measures, n_threads)
         arcs = (faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for

@@ -159,7 +159,7 @@ def segment_cells(
 ) -> Segmentation:
     """Segment what has been checked, in regions of a size that is known."""
     timings = {"seeding": 0.0, "classify": 0.0, "update": 0.0}
-    with timed(timings, "seeding"):
+    with timed(timings, "seeding", loop.on_stage):
         seeds = run_seeding(graph, bounds, size, options, init, loop.islands, loop.n_threads)
     clustering, n_iter, stop_reason = _iterate(graph, seeds, size.radius, loop, timings)
     labels, centers = clustering.labels(), clustering.centers()
@@ -190,7 +190,7 @@ def _iterate(
     ends the loop.
     """
     reach = math.inf if loop.radius_factor is None else loop.radius_factor * radius
-    with timed(timings, "classify"):
+    with timed(timings, "classify", loop.on_stage):
         islands = CORE_ISLANDS[loop.islands]
         clustering = _core.Clustering(graph, seeds, reach, loop.n_threads, islands)
     seen: set[bytes] = set()

@@ -9,14 +9,12 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ..errors import RenderError
+
 __all__ = ["RenderError", "ensure_gl", "quiet_vtk"]
 
 # Mesa writes to stderr why a device cannot be started.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
-
-
-class RenderError(RuntimeError):
-    """No picture can be made on this machine; the message says what to install."""
 
 
 @contextlib.contextmanager

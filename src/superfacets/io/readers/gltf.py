@@ -28,7 +28,7 @@ ALWAYS_ALLOWED = 64 << 20
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
-def read_gltf(data: Content, folder: Path) -> Arrays:
+def read_gltf(data: Content, folder: Path | None) -> Arrays:
     """Vertices and faces of the default scene of a .gltf or .glb file that lies in `folder`.
 
     Meshes come in the order of the file, each moved by every node that shows it, in the order of

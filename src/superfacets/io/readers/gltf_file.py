@@ -72,7 +72,7 @@ class Gltf:
         return item
 
 
-def open_gltf(data: Content, folder: Path) -> Gltf:
+def open_gltf(data: Content, folder: Path | None) -> Gltf:
     """Take a .glb or .gltf file apart."""
     text, binary = _split_chunks(data) if data[:4] == b"glTF" else (data[:], memoryview(b""))
     try:
@@ -224,10 +224,11 @@ class BufferFiles:
     """Files in the folder of a glTF document, or below it, each read once; no others.
 
     A document is not to show what lies elsewhere on the machine: an address counts as what it
-    resolves to, with escapes decoded, ``..`` applied and symbolic links followed.
+    resolves to, with escapes decoded, ``..`` applied and symbolic links followed. Without a folder,
+    as for a document that is in no file, there are none.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path | None) -> None:
         self._folder = folder
         self._contents: dict[Path, memoryview] = {}
 
@@ -252,7 +253,7 @@ class BufferFiles:
     def _resolve(self, address: str) -> Path | None:
         """The file that an address stands for; None where that is not in the folder."""
         name = unquote(address, errors="strict")
-        if re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in name:
+        if self._folder is None or re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in name:
             return None
         path = Path(os.path.realpath(self._folder / name))
         return path if path.is_relative_to(os.path.realpath(self._folder)) else None

@@ -13,11 +13,11 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, check_triangles, counted, side_by_side
 from .text import Lines, as_integers, split_lines, table
 
-__all__ = ["read_off"]
+__all__ = ["MAGIC", "read_off"]
 
 # The letters announce texture coordinates, colors and normals, which follow x y z on a vertex line.
 # Some data sets (ModelNet) write the counts right behind the word.
-_MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
+MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
 
 def read_off(data: Content) -> Arrays:
@@ -43,7 +43,7 @@ def read_off(data: Content) -> Arrays:
 def _read_header(lines: Lines) -> tuple[int, int, int]:
     """Numbers of vertices, of faces and of header lines."""
     first = lines.content(0).rstrip() if len(lines) else b""
-    magic = _MAGIC.match(first)
+    magic = MAGIC.match(first)
     if magic is None:
         raise MeshError("not an OFF file: it does not begin with the word OFF")
     counts = first[magic.end() :]

@@ -8,14 +8,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import MeshError
+from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, check_triangles, side_by_side
-from .ply_body import read_tables
-from .ply_header import Element, Header, parse_header
+from .ply_attributes import attributes_of
+from .ply_body import Column, read_tables
+from .ply_header import INDEX_NAMES, Element, Header, parse_header
 from .text import as_integers
 
-__all__ = ["read_ply", "read_ply_labels"]
-
-INDEX_NAMES = ("vertex_indices", "vertex_index")
+__all__ = ["read_ply", "read_ply_labels", "read_ply_with_attributes"]
 
 
 def read_ply(data: Content) -> Arrays:
@@ -24,7 +24,17 @@ def read_ply(data: Content) -> Arrays:
     lagrange is not used: it does not notice that a binary file was cut, never returns from some
     ASCII files that were, reads words there as 0, and takes the memory that a header claims.
     """
+    return _read_arrays(parse_header(data), data)[0]
+
+
+def read_ply_with_attributes(data: Content) -> tuple[Arrays, MeshAttributes]:
+    """Vertices and faces, and copies of all that is stored with them; the file is read once."""
     header = parse_header(data)
+    arrays, tables = _read_arrays(header, data)
+    return arrays, attributes_of(header, tables)
+
+
+def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Column]]]:
     vertex, vertices = _find_element(header, "vertex")
     xyz = [_find_scalar(vertices, name) for name in "xyz"]
     face, faces = _find_faces(header)
@@ -40,7 +50,8 @@ def read_ply(data: Content) -> Arrays:
     with np.errstate(invalid="ignore"):  # numpy warns of some kinds of NaN; `Mesh` refuses them
         for axis, place in enumerate(xyz):
             positions[:, axis] = _present(tables[vertex][place].values)
-    return positions, as_integers(side_by_side(_present(indices.values)), "vertex indices")
+    triangles = as_integers(side_by_side(_present(indices.values)), "vertex indices")
+    return (positions, triangles), tables
 
 
 def read_ply_labels(data: Content) -> npt.NDArray[Any]:

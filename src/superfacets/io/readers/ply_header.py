@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from ...errors import MeshError
 from ..guards import Content
 
-__all__ = ["Element", "Header", "Property", "parse_header"]
+__all__ = ["INDEX_NAMES", "Element", "Header", "Property", "parse_header"]
 
 TYPES = {
     "char": "i1",
@@ -29,6 +29,12 @@ TYPES = {
     "float64": "f8",
 }
 """numpy's name of each type, without the byte order."""
+
+COMMENT_WORDS = ("comment", "obj_info")
+"""Lines that begin with these declare nothing."""
+
+INDEX_NAMES = ("vertex_indices", "vertex_index")
+"""Names of the list that holds the corners of a face."""
 
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
@@ -90,11 +96,14 @@ class Header:
         In the order of the file.
     size : int
         Bytes of the header: the body begins there.
+    comments : list of str
+        Its lines that begin with `comment` or `obj_info`.
     """
 
     byte_order: str
     elements: list[Element]
     size: int
+    comments: list[str] = field(default_factory=list)
 
     @property
     def is_ascii(self) -> bool:
@@ -126,7 +135,8 @@ def parse_header(data: Content) -> Header:
     for name in ("vertex", "face"):
         if sum(element.name == name for element in elements) > 1:
             raise MeshError(f"the PLY header declares element {name} twice")
-    return Header(byte_order, elements, size)
+    comments = [line for line in lines[2:] if line.startswith(COMMENT_WORDS)]
+    return Header(byte_order, elements, size, comments)
 
 
 def _parse_format(words: list[str]) -> str:
@@ -140,7 +150,7 @@ def _parse_format(words: list[str]) -> str:
 def _parse_line(line: str, byte_order: str, elements: list[Element]) -> None:
     """Add what a line of the header declares to `elements`."""
     words = line.split()
-    if not words or words[0] in ("comment", "obj_info"):
+    if not words or words[0] in COMMENT_WORDS:
         return
     if words[0] == "element" and len(words) == 3 and words[2].isdecimal() and words[2].isascii():
         # int() refuses thousands of digits with an error of its own.

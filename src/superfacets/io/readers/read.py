@@ -8,15 +8,22 @@ from pathlib import Path
 
 from ...errors import MeshError
 from ...mesh.triangle_mesh import Mesh
+from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, known_ending, read_content
 from .gltf import read_gltf
 from .obj import read_obj
 from .off import read_off
-from .ply import read_ply
+from .ply import read_ply, read_ply_with_attributes
 from .stl import read_stl
 from .tri import read_tri
 
-__all__ = ["MESH_ENDINGS", "read_mesh"]
+__all__ = [
+    "MESH_ENDINGS",
+    "parse_mesh",
+    "parse_mesh_and_attributes",
+    "read_attributes",
+    "read_mesh",
+]
 
 _READERS: dict[str, Callable[[Content], Arrays]] = {
     ".obj": read_obj,
@@ -84,8 +91,73 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     ending = known_ending(path, MESH_ENDINGS)
     data = read_content(path)
     try:
-        if ending in _GLTF_ENDINGS:
-            return Mesh._of_new(*read_gltf(data, path.parent))
-        return Mesh._of_new(*_READERS[ending](data))
+        return parse_mesh(data, ending, path.parent)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
+
+
+def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
+    """Return what a PLY file stores with the mesh that `read_mesh` returns.
+
+    Vertex colors, normals, texture coordinates and whatever else there is, to be written again by
+    ``write_mesh(..., attributes=...)``.
+
+    Parameters
+    ----------
+    path : path-like
+        Ends in ``.ply``.
+
+    Returns
+    -------
+    MeshAttributes
+        In the types that the file declares, in the order of the file. An integer in a text file
+        that its declared type cannot hold makes the property float64.
+
+    Raises
+    ------
+    MeshError
+        As `read_mesh`, or if the ending is another.
+    OSError
+        If there is no such file, or it cannot be read.
+
+    Notes
+    -----
+    The file is read again: as long and as much memory as `read_mesh` takes, and the copies.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from superfacets import write_mesh
+    >>> attributes = MeshAttributes(vertex={"nz": [1.0, 1.0, 1.0]})
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "triangle.ply")
+    ...     write_mesh(path, ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]),
+    ...                attributes=attributes)
+    ...     read_attributes(path).vertex["nz"]
+    array([1., 1., 1.])
+    """
+    path = Path(path)
+    known_ending(path, (".ply",))
+    data = read_content(path)
+    try:
+        return read_ply_with_attributes(data)[1]
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
+
+
+def parse_mesh(data: Content, ending: str, folder: Path | None) -> Mesh:
+    """The mesh in a file's content; glTF may name further files in `folder`, if there is one."""
+    if ending in _GLTF_ENDINGS:
+        return Mesh._of_new(*read_gltf(data, folder))
+    return Mesh._of_new(*_READERS[ending](data))
+
+
+def parse_mesh_and_attributes(
+    data: Content, ending: str, folder: Path | None
+) -> tuple[Mesh, MeshAttributes | None]:
+    """The mesh in a file's content, and its attributes where the format is PLY."""
+    if ending != ".ply":
+        return parse_mesh(data, ending, folder), None
+    arrays, attributes = read_ply_with_attributes(data)
+    return Mesh._of_new(*arrays), attributes

@@ -12,7 +12,7 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, as_doubles, counted, side_by_side
 from .text import Lines, iterate_lines, split_lines
 
-__all__ = ["read_stl"]
+__all__ = ["has_binary_size", "read_stl"]
 
 HEADER_SIZE = 80
 
@@ -42,11 +42,18 @@ def _declared(data: Content) -> tuple[int, int]:
     return n_faces, HEADER_SIZE + 4 + n_faces * TRIANGLE.itemsize
 
 
+def has_binary_size(data: Content) -> bool:
+    """Whether the content is exactly as long as a binary file with its head."""
+    return len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]
+
+
 def _is_binary(data: Content) -> bool:
     """Tell by the size first: the header of a binary file may begin with "solid" as well."""
-    if len(data) >= HEADER_SIZE + 4 and len(data) == _declared(data)[1]:
-        return True
-    return not re.match(rb"\s*solid", data, re.I) or b"\0" in data[: HEADER_SIZE + 4]
+    return (
+        has_binary_size(data)
+        or not re.match(rb"\s*solid", data, re.I)
+        or b"\0" in data[: HEADER_SIZE + 4]
+    )
 
 
 def _read_binary(data: Content) -> npt.NDArray[np.float32]:

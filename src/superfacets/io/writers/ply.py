@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import IO, Any
 
@@ -9,13 +10,30 @@ import numpy as np
 import numpy.typing as npt
 
 from ...mesh.triangle_mesh import Mesh
+from ..attributes import PLY_TYPES, MeshAttributes
+from ..readers.ply_header import INDEX_NAMES
 
-__all__ = ["write_ply"]
+__all__ = ["names_replaced", "write_ply"]
 
 ROWS_AT_ONCE = 1 << 14
 """Rows made at a time: they stay in the cache."""
 
-TYPE_NAMES = {"f4": "float", "f8": "double", "i4": "int", "u1": "uchar"}
+
+OWN_NAMES = {
+    "vertex": ("x", "y", "z"),
+    "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
+}
+"""Names that attributes cannot have in a file with labels: the mesh's and the labels' own."""
+
+
+def names_replaced(attributes: MeshAttributes) -> list[str]:
+    """MeshAttributes, in words, that `write_ply` leaves out where there are labels."""
+    return [
+        f"{owner} property {name}"
+        for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
+        for name in values
+        if name in OWN_NAMES[owner]
+    ]
 
 
 def write_ply(
@@ -25,13 +43,18 @@ def write_ply(
     colors: npt.NDArray[np.uint8] | None,
     *,
     ascii: bool,
+    attributes: MeshAttributes | None = None,
 ) -> None:
     """Write checked arrays; see `superfacets.write_mesh` for what the file holds."""
     vertices, faces = _vertex_columns(mesh), _face_columns(mesh, labels, colors)
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0"]
-    lines += [f"element vertex {mesh.n_vertices}", *_declare(vertices)]
-    lines += [f"element face {mesh.n_faces}", *_declare(faces)]
-    file.write("\n".join([*lines, "end_header\n"]).encode("ascii"))
+    if attributes is not None:
+        lines += attributes.comments
+        vertices += _further_columns(attributes.vertex, vertices)
+        faces += _further_columns(attributes.face, faces)
+    lines += [f"element vertex {mesh.n_vertices}", *map(_declaration, vertices)]
+    lines += [f"element face {mesh.n_faces}", *map(_declaration, faces)]
+    file.write("\n".join([*lines, "end_header\n"]).encode("utf-8", "surrogateescape"))
     for columns, n_rows in ((vertices, mesh.n_vertices), (faces, mesh.n_faces)):
         for begin in range(0, n_rows, ROWS_AT_ONCE):
             rows = _fill_rows(columns, begin, min(begin + ROWS_AT_ONCE, n_rows))
@@ -48,7 +71,11 @@ class _Column:
     name: str
     dtype: str
     values: Any
-    shape: tuple[int, ...] = ()
+    length: int | None = None  # of the list in each row; None: a single number
+
+    @property
+    def length_dtype(self) -> str:
+        return "u1" if self.length is None or self.length < 256 else "<i4"
 
 
 def _vertex_columns(mesh: Mesh) -> list[_Column]:
@@ -72,7 +99,7 @@ def _face_columns(
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
 ) -> list[_Column]:
-    columns = [_Column("length", "u1", 3), _Column("vertex_indices", "<i4", mesh.faces, (3,))]
+    columns = [_Column("vertex_indices", "<i4", mesh.faces, 3)]
     if labels is not None:
         columns += [_Column("label", "<i4", labels), _Column("quality", "<f4", labels)]
     if colors is not None:
@@ -84,26 +111,49 @@ def _face_columns(
     return columns
 
 
+def _further_columns(
+    attributes: Mapping[str, npt.NDArray[Any]], own: list[_Column]
+) -> list[_Column]:
+    """Columns of attributes but for those whose names the file's own columns have."""
+    taken = {column.name for column in own}
+    if "vertex_indices" in taken:
+        taken |= {*INDEX_NAMES}
+    return [
+        _Column(
+            name,
+            values.dtype.newbyteorder("<").str,
+            values,
+            None if values.ndim == 1 else values.shape[1],
+        )
+        for name, values in attributes.items()
+        if name not in taken
+    ]
+
+
 def _fill_rows(columns: list[_Column], begin: int, end: int) -> npt.NDArray[Any]:
     """Some rows as the binary file has them."""
-    rows = np.empty(
-        end - begin, dtype=[(column.name, column.dtype, column.shape) for column in columns]
-    )
+    fields: list[Any] = []
+    for column in columns:
+        if column.length is None:
+            fields.append((column.name, column.dtype))
+        else:  # no attribute has a name with a space
+            fields.append((f"length of {column.name}", column.length_dtype))
+            fields.append((column.name, column.dtype, (column.length,)))
+    rows = np.empty(end - begin, dtype=fields)
     for column in columns:
         is_array = isinstance(column.values, np.ndarray)
         rows[column.name] = column.values[begin:end] if is_array else column.values
+        if column.length is not None:
+            rows[f"length of {column.name}"] = column.length
     return rows
 
 
-def _declare(columns: list[_Column]) -> list[str]:
-    """Header lines of the properties; the length of the list belongs to the list."""
-    lines = []
-    for column in columns:
-        if column.name == "vertex_indices":
-            lines.append("property list uchar int vertex_indices")
-        elif column.name != "length":
-            lines.append(f"property {TYPE_NAMES[column.dtype[-2:]]} {column.name}")
-    return lines
+def _declaration(column: _Column) -> str:
+    """The line of the header that declares a property."""
+    kind = PLY_TYPES[column.dtype[-2:]]
+    if column.length is not None:
+        kind = f"list {PLY_TYPES[column.length_dtype[-2:]]} {kind}"
+    return f"property {kind} {column.name}"
 
 
 def _as_text(rows: npt.NDArray[Any]) -> bytes:

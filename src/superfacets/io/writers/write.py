@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import IO, Any
 
 import numpy as np
+import numpy.lib.format as npy_format
 import numpy.typing as npt
 
 from ..._validate import refuse_mask
 from ...adapters.convert import as_mesh
 from ...mesh.triangle_mesh import Mesh
 from ..atomic import StrPath, atomic_outputs, checked_targets
+from ..attributes import MeshAttributes
 from ..guards import known_ending
 from ..readers.labels import checked_labels
 from .ply import write_ply
 
-__all__ = ["check_outputs", "write_labels", "write_mesh", "write_outputs"]
+__all__ = ["OUTPUT_ENDINGS", "check_outputs", "write_labels", "write_mesh", "write_outputs"]
 
 MESH_OUTPUTS = (".ply",)
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
+OUTPUT_ENDINGS = MESH_OUTPUTS + LABEL_OUTPUTS
+
+NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 
 LABELS_AT_ONCE = 1 << 16
 """Labels turned into text at a time."""
@@ -32,6 +38,7 @@ def write_mesh(
     labels: npt.ArrayLike | None = None,
     *,
     colors: npt.ArrayLike | None = None,
+    attributes: MeshAttributes | None = None,
     ascii: bool = False,
 ) -> None:
     """Write a mesh, with labels and colors of its faces, as PLY.
@@ -49,6 +56,9 @@ def write_mesh(
         0 and up.
     colors : array_like of uint8, shape (F, 3), optional
         Red, green, blue. With labels and no colors, those of `face_colors`.
+    attributes : MeshAttributes, optional
+        What else is stored with the vertices and faces, from `read_attributes` or made by hand.
+        Those with the name of a property above that the file gets are left out.
     ascii : bool, default False
         Text instead of binary little-endian, for readers that need it.
 
@@ -56,12 +66,14 @@ def write_mesh(
     ------
     ValueError
         If the ending, a shape or a dtype is wrong, or a label is negative.
+    TypeError
+        If `attributes` are none.
     OSError
         If the file cannot be written.
 
     Notes
     -----
-    Linear in V + F; the file is made in memory.
+    Linear in V + F; the file is made piece by piece.
 
     Examples
     --------
@@ -78,8 +90,9 @@ def write_mesh(
     mesh = as_mesh(mesh)
     face_labels = None if labels is None else checked_labels(labels, mesh.n_faces)
     face_colors = _checked_colors(colors, mesh, face_labels)
+    _check_attributes(attributes, mesh)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        write_ply(file, mesh, face_labels, face_colors, ascii=ascii)
+        write_ply(file, mesh, face_labels, face_colors, ascii=ascii, attributes=attributes)
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
@@ -112,8 +125,8 @@ def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
     """
     ending = known_ending(Path(path), LABEL_OUTPUTS)
     face_labels = checked_labels(labels)
-    with atomic_outputs([path]) as (temporary,):
-        _write_labels_to(temporary, ending, face_labels)
+    with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
+        _write_labels_to(file, ending, face_labels)
 
 
 def write_outputs(
@@ -121,6 +134,8 @@ def write_outputs(
     mesh: Any,
     labels: npt.ArrayLike,
     *,
+    streams: Mapping[str, IO[bytes]] = NO_STREAMS,
+    attributes: MeshAttributes | None = None,
     ascii: bool = False,
     listed: npt.ArrayLike | None = None,
 ) -> None:
@@ -134,6 +149,11 @@ def write_outputs(
     mesh : Mesh, or what `as_mesh` accepts
     labels : array_like of integers, shape (F,)
         0 and up.
+    streams : mapping of str to binary file, optional
+        Open files to write to as well, when the others are complete, by the ending that tells the
+        format. They need not be seekable; if one fails, the others are not written.
+    attributes : MeshAttributes, optional
+        Goes into each PLY, see `write_mesh`.
     ascii : bool, default False
         Whether PLY is text.
     listed : array_like of integers, optional
@@ -146,19 +166,27 @@ def write_outputs(
     OSError
         If a file cannot be written.
     """
-    endings = [known_ending(Path(path), MESH_OUTPUTS + LABEL_OUTPUTS) for path in paths]
+    endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     mesh = as_mesh(mesh)
     face_labels = checked_labels(labels, mesh.n_faces)
     listed_labels = face_labels if listed is None else checked_labels(listed)
-    has_mesh = any(ending in MESH_OUTPUTS for ending in endings)
+    has_mesh = any(ending in MESH_OUTPUTS for ending in (*endings, *streams))
     face_colors = _checked_colors(None, mesh, face_labels) if has_mesh else None
+    _check_attributes(attributes, mesh)
+
+    def write_to(file: IO[bytes], ending: str) -> None:
+        if ending in LABEL_OUTPUTS:
+            _write_labels_to(file, ending, listed_labels)
+        else:
+            write_ply(file, mesh, face_labels, face_colors, ascii=ascii, attributes=attributes)
+
     with atomic_outputs(paths) as temporaries:
         for temporary, ending in zip(temporaries, endings, strict=True):
-            if ending in LABEL_OUTPUTS:
-                _write_labels_to(temporary, ending, listed_labels)
-                continue
             with temporary.open("wb") as file:
-                write_ply(file, mesh, face_labels, face_colors, ascii=ascii)
+                write_to(file, ending)
+        for ending, stream in streams.items():
+            write_to(stream, ending)
+            stream.flush()
 
 
 def check_outputs(paths: Sequence[StrPath]) -> None:
@@ -172,7 +200,7 @@ def check_outputs(paths: Sequence[StrPath]) -> None:
         If a folder does not exist or is not writable, or something other than a file is there.
     """
     for path in paths:
-        known_ending(Path(path), MESH_OUTPUTS + LABEL_OUTPUTS)
+        known_ending(Path(path), OUTPUT_ENDINGS)
     checked_targets(paths)
 
 
@@ -195,12 +223,29 @@ def _checked_colors(
     return array.astype(np.uint8)
 
 
-def _write_labels_to(path: Path, ending: str, labels: npt.NDArray[np.int32]) -> None:
-    if ending == ".npy":
-        with path.open("wb") as file:
-            np.save(file, labels, allow_pickle=False)
-    else:
-        with path.open("wb") as file:
-            for begin in range(0, len(labels), LABELS_AT_ONCE):
-                part = labels[begin : begin + LABELS_AT_ONCE].tolist()
-                file.write(b"%d\n" * len(part) % tuple(part))
+def _check_attributes(attributes: Any, mesh: Mesh) -> None:
+    """Raise an error where they are no attributes, or not of this mesh."""
+    if attributes is None:
+        return
+    if not isinstance(attributes, MeshAttributes):
+        raise TypeError(f"attributes must be MeshAttributes, got {type(attributes).__name__}")
+    for owner, values, n_rows in (
+        ("vertex", attributes.vertex, mesh.n_vertices),
+        ("face", attributes.face, mesh.n_faces),
+    ):
+        for name, array in values.items():
+            if len(array) != n_rows:
+                raise ValueError(
+                    f"the {owner} property {name} has {len(array)} values for {n_rows} in the mesh"
+                )
+
+
+def _write_labels_to(file: IO[bytes], ending: str, labels: npt.NDArray[np.int32]) -> None:
+    if ending == ".npy":  # numpy.save asks a file where it stands, which pipes cannot tell
+        header = npy_format.header_data_from_array_1_0(labels)
+        npy_format.write_array_header_1_0(file, header)
+        file.write(labels.data)
+        return
+    for begin in range(0, len(labels), LABELS_AT_ONCE):
+        part = labels[begin : begin + LABELS_AT_ONCE].tolist()
+        file.write(b"%d\n" * len(part) % tuple(part))

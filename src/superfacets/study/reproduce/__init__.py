@@ -5,5 +5,5 @@
 - `gallery`: which pictures are made. `plan`: which runs all of that takes.
 - `records`: a file per run. `measure`: from a task to its records. `processes`: workers for tasks.
 - `tables`: means and CSV. `figures`: plots. `pictures`: rendered meshes. `page`: all on one page.
-- `reproduction`: the stages in order. `command`: the options of ``superfacets reproduce``.
+- `reproduction`: the stages in order. Its options: `superfacets.cli.reproduce`.
 """

@@ -1,67 +1,34 @@
-"""The command as its users see it: files, lines, exit status."""
+"""The command `segment`."""
 
 import json
 import os
 import pty
 import re
-import shutil
 import signal
 import subprocess
 import sys
 import termios
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 import shapes
+from command_line import COMMAND, files_in
 
 from superfacets import (
     PAPER,
+    MeshAttributes,
     mesh_info,
+    read_attributes,
     read_labels,
     read_mesh,
     segment,
     subdivide,
     write_mesh,
-)
-from superfacets.cli.main import main
+)  # fmt: skip
 
 STAGES = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update", "regions",
           "export"]  # fmt: skip
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command in this process; returns exit status, stdout and stderr."""
-
-    def _run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["superfacets", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        return stop.value.code, *capsys.readouterr()
-
-    return _run
-
-
-@pytest.fixture
-def sheet(tmp_path):
-    """A file with a mesh of 1,152 faces."""
-    path = tmp_path / "sheet.ply"
-    write_mesh(path, shapes.bumpy_sheet(24))
-    return path
-
-
-def files_in(folder):
-    return sorted(path.name for path in folder.iterdir())
-
-
-def test_a_terminal_shows_progress(run, sheet, monkeypatch):
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    status, out, err = run("segment", sheet)
-    assert status == 0
-    assert "iteration/s" in err
-    assert "iteration/s" not in out
 
 
 def test_segment_writes_a_labeled_mesh_beside_the_input(run, sheet):
@@ -215,24 +182,11 @@ def test_ascii_writes_text(run, sheet):
     assert "property int label" in text
 
 
-def test_info_prints_counts(run, sheet):
-    status, out, err = run("info", sheet)
-    assert (status, err) == (0, "")
-    rows = dict(re.split(r" {2,}", line, maxsplit=1) for line in out.splitlines())
-    assert rows["faces"] == "1152"
-    assert rows["boundary edges"] == "96"
-    assert rows["inside out"] == "no"
-    facts = json.loads(run("info", sheet, "--json")[1])
-    assert facts["n_faces"] == 1152
-    assert facts["n_boundary_edges"] == 96
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["-n", 0], "Invalid value for '-n' / '--n-segments': 0 is not in the range x>=1."),
         (["-n", "many"], "Invalid value for '-n'"),
-        (["-n", 1153], "n_segments is 1153 but there are only 1152 faces"),
         (["-n", 5, "-r", 0.1], "give n_segments or radius, not both"),
         (["-r", 0], "Invalid value for '-r' / '--radius'"),
         (["-r", "nan"], "radius must be finite and positive"),
@@ -259,26 +213,6 @@ def test_wrong_options_are_one_line_and_status_2(run, sheet, arguments, message)
     assert files_in(sheet.parent) == ["sheet.ply"]
 
 
-def test_data_that_cannot_be_used_is_one_line_and_status_1(run, tmp_path):
-    (tmp_path / "empty.ply").write_bytes(b"")
-    (tmp_path / "foreign.obj").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0")
-    (tmp_path / "points.off").write_text("OFF\n2 0 0\n0 0 0\n1 0 0\n")
-    (tmp_path / "quad.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
-    (tmp_path / "nan.off").write_text("OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n")
-    (tmp_path / "index.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n")
-    (tmp_path / "mesh.docx").write_text("")
-    (tmp_path / "folder.ply").mkdir()
-    before = files_in(tmp_path)
-    for name in [*before, "missing.ply"]:
-        for command in ("segment", "info"):
-            status, out, err = run(command, tmp_path / name)
-            assert (status, out) == (1, ""), name
-            assert err.startswith("superfacets: error: "), name
-            assert err.count("\n") == 1, name
-            assert name in err, name
-    assert files_in(tmp_path) == before
-
-
 def test_strips_and_polygons_are_refused_by_name(run, data_dir, tmp_path):
     output = tmp_path / "labels.npy"
     for name, word in [("igea_tristrips.ply", "strips"), ("beast.obj", "triangles")]:
@@ -287,43 +221,6 @@ def test_strips_and_polygons_are_refused_by_name(run, data_dir, tmp_path):
         assert word in err
         assert err.count("\n") == 1
     assert not output.exists()
-
-
-@pytest.mark.parametrize("name", ["", ".", "/"])
-def test_a_folder_in_the_place_of_a_mesh_is_one_line(run, name):
-    status, _, err = run("segment", name)
-    assert status in (1, 2)
-    assert err.startswith("superfacets: error: ")
-    assert err.count("\n") == 1
-
-
-def test_settings_in_the_environment_are_checked(run, sheet, monkeypatch):
-    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "abc")
-    status, _, err = run("info", sheet)
-    assert (status, err.count("\n")) == (2, 1)
-    assert "SUPERFACETS_NUM_THREADS is 'abc'" in err
-    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "99999999999")
-    assert run("info", sheet)[0] == 0
-
-
-def test_labels_in_a_mesh_file_that_are_wrong_are_not_passed_over(run, tmp_path):
-    path = tmp_path / "mesh.ply"
-    write_mesh(path, shapes.strip(2), [0, 1], ascii=True)
-    *head, last = path.read_text().splitlines()
-    count, a, b, c, label, *rest = last.split()
-    assert label == "1"
-    path.write_text("\n".join([*head, " ".join([count, a, b, c, "-4", *rest]), ""]))
-    status, _, err = run("render", path, "-o", tmp_path / "picture.png")
-    assert status == 1
-    assert "labels[1] is -4" in err
-
-
-def test_the_demo_makes_nothing_where_it_cannot_draw(run, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "vtkmodules.vtkCommonCore", None)
-    status, out, err = run("demo", "-o", tmp_path / "demo")
-    assert (status, out) == (1, "")
-    assert "pip install 'superfacets[viz]'" in err
-    assert files_in(tmp_path) == []
 
 
 def test_an_output_that_cannot_be_written_is_found_before_the_work(run, sheet, tmp_path):
@@ -349,95 +246,9 @@ def test_the_input_is_never_overwritten(run, sheet):
 def test_a_failed_run_leaves_what_was_there(run, sheet, tmp_path):
     kept = tmp_path / "labels.npy"
     kept.write_bytes(b"precious")
-    assert run("segment", sheet, "-n", 5000, "-o", kept)[0] == 2
+    assert run("segment", sheet, "-n", 5, "-r", 0.1, "-o", kept)[0] == 2
     assert kept.read_bytes() == b"precious"
     assert files_in(tmp_path) == ["labels.npy", "sheet.ply"]
-
-
-def test_help_and_version_are_printed(run):
-    assert run("--version")[1].startswith("superfacets 0.")
-    status, out, _ = run("--help")
-    assert status == 0
-    assert {"segment", "info", "render", "demo"} <= set(out.split())
-    assert "--n-segments" in run("segment", "-h")[1]
-
-
-def test_without_a_command_the_help_is_shown(run):
-    status, out, err = run()
-    assert (status, out) == (2, "")
-    assert err.startswith("Usage: ")
-    assert "segment" in err
-
-
-def test_rendering_wants_a_png(run, sheet, tmp_path):
-    status, _, err = run("render", sheet, "-o", tmp_path / "picture.jpg")
-    assert status == 2
-    assert "picture.jpg: pictures are written as .png" in err
-
-
-def test_labels_of_another_mesh_are_refused(run, sheet, tmp_path):
-    labels = tmp_path / "labels.npy"
-    np.save(labels, np.zeros(7, np.int32))
-    status, _, err = run("render", sheet, "--labels", labels, "-o", tmp_path / "picture.png")
-    assert status == 1
-    assert "7" in err
-    assert "1152" in err
-    assert not (tmp_path / "picture.png").exists()
-
-
-def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
-    if not can_render():
-        pytest.skip("no OpenGL to draw with")
-    plain, labeled, given = (tmp_path / f"{name}.png" for name in ("plain", "labeled", "given"))
-    both = ["-o", tmp_path / "l.ply", "-o", tmp_path / "l.npy"]
-    assert run("segment", sheet, "-n", 20, *both)[0] == 0
-    assert run("render", sheet, "-o", plain)[:2] == (0, f"wrote {plain}\n")
-    assert run("render", tmp_path / "l.ply", "-o", labeled)[0] == 0
-    assert run("render", sheet, "--labels", tmp_path / "l.npy", "-o", given)[0] == 0
-    assert labeled.read_bytes() == given.read_bytes() != plain.read_bytes()
-    turned = tmp_path / "turned.png"
-    view = ["--up", "z", "--azimuth", "-40", "--elevation", "50"]
-    assert run("render", tmp_path / "l.ply", "-o", turned, *view)[0] == 0
-    assert turned.read_bytes() != labeled.read_bytes()
-
-
-def test_the_demo_makes_a_labeled_mesh_and_a_picture(run, tmp_path):
-    if not can_render():
-        pytest.skip("no OpenGL to draw with")
-    folder = tmp_path / "new" / "demo"
-    status, out, _ = run("demo", "-o", folder)
-    assert status == 0
-    assert files_in(folder) == ["bear.superfacets.ply", "bear.superfacets.png"]
-    assert all(str(folder / name) in out for name in files_in(folder))
-    assert read_labels(folder / "bear.superfacets.ply").max() == 149
-
-
-def can_render():
-    from superfacets.view.gl import RenderError, ensure_gl
-
-    pytest.importorskip("vtkmodules")
-    try:
-        ensure_gl()
-    except RenderError:
-        return False
-    return True
-
-
-@pytest.fixture(scope="module")
-def large(tmp_path_factory):
-    """A file that takes seconds to segment with the paper's stop rule."""
-    from superfacets import Mesh, sample_mesh
-
-    bear = sample_mesh(100_000)
-    places = [[3.0 * place, 0.0, 0.0] for place in range(10)]
-    vertices = np.concatenate([bear.vertices + place for place in places])
-    faces = np.concatenate([bear.faces + n * bear.n_vertices for n in range(len(places))])
-    path = tmp_path_factory.mktemp("large") / "bear.ply"
-    write_mesh(path, Mesh(vertices, faces))
-    return path
-
-
-COMMAND = [sys.executable, "-c", "from superfacets.cli.main import main; main()"]
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
@@ -447,7 +258,7 @@ def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large,
     termios.tcsetwinsize(theirs, (24, 80))
     with subprocess.Popen(command, stderr=theirs, stdout=subprocess.PIPE) as process:
         shown = b""
-        while b"iteration" not in shown:  # the bar: the loop has begun
+        while b"iterations" not in shown:  # the bar: the loop has begun
             shown += os.read(ours, 10_000)
         start = time.perf_counter()
         process.send_signal(sent)
@@ -462,29 +273,6 @@ def test_an_interrupt_ends_the_run_within_an_iteration_and_leaves_nothing(large,
     assert files_in(large.parent) == ["bear.ply"]
 
 
-def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
-    command = [*COMMAND, "segment", str(large), "-o", str(tmp_path / "labels.npy")]
-    piped = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert piped.stderr == ""
-    ours, theirs = pty.openpty()
-    termios.tcsetwinsize(theirs, (24, 80))
-    subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=theirs, timeout=60)
-    os.set_blocking(ours, False)  # whatever was shown is there by now
-    shown = os.read(ours, 100_000).decode()
-    os.close(theirs)
-    os.close(ours)
-    assert "iteration" in shown
-
-
-def test_the_package_can_be_run_as_a_module(sheet):
-    command = [sys.executable, "-m", "superfacets", "info", str(sheet)]
-    assert "1152" in subprocess.run(command, capture_output=True, text=True, check=True).stdout
-
-
-def test_the_command_is_installed():
-    assert shutil.which("superfacets", path=Path(sys.executable).parent)
-
-
 def test_the_bunny_takes_less_than_two_seconds_of_processors_as_a_whole_process(data_dir, tmp_path):
     """Several times what it needs, and not by the clock: others may be at work."""
     bunny = data_dir / "meshes" / "bunny.ply"
@@ -497,42 +285,168 @@ def test_the_bunny_takes_less_than_two_seconds_of_processors_as_a_whole_process(
 
 
 @pytest.fixture
-def labeled_strip(tmp_path):
-    """A strip of four faces, its labels and two ground truths."""
-    write_mesh(tmp_path / "strip.ply", shapes.strip(4))
-    for name, labels in [("labels", "0011"), ("one", "0011"), ("two", "0111")]:
-        (tmp_path / f"{name}.seg").write_text("\n".join(labels) + "\n")
-    return tmp_path
+def three(sheet):
+    """A good file, a bad one, and another good one."""
+    bad, other = sheet.with_name("bad.ply"), sheet.with_name("other.ply")
+    bad.write_bytes(b"junk")
+    write_mesh(other, shapes.bumpy_sheet(6))
+    return sheet, bad, other
 
 
-def test_evaluate_prints_metrics_with_and_without_ground_truth(run, labeled_strip):
-    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
-    status, printed, _ = run("evaluate", mesh, labels)
-    assert status == 0
-    assert [line.split() for line in printed.splitlines()] == [
-        ["n_regions", "2"], ["n_extra_pieces", "0"], ["compactness", "4"],
-        ["explained_variation", "1"],
-    ]  # fmt: skip
-    status, printed, _ = run("evaluate", mesh, labels, "--gt", labeled_strip / "one.seg")
-    assert ["undersegmentation_error", "0"] in [line.split() for line in printed.splitlines()]
-
-
-def test_evaluate_takes_several_ground_truths_after_one_gt(run, labeled_strip):
-    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
-    one, two = labeled_strip / "one.seg", labeled_strip / "two.seg"
-    _, printed, _ = run("evaluate", mesh, labels, "--gt", one, two, "--json")
-    facts = json.loads(printed)
-    assert facts["n_ground_truths"] == 2
-    assert facts["undersegmentation_error"] == pytest.approx((0 + 0.5) / 2)
-    assert printed == run("evaluate", mesh, labels, "--gt", one, "--gt", two, "--json")[1]
-
-
-def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
-    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
-    (labeled_strip / "short.seg").write_text("0\n")
-    status, _, error = run("evaluate", mesh, labels, "--gt", labeled_strip / "short.seg")
+def test_a_bad_file_does_not_stop_the_others(run, three):
+    status, out, err = run("segment", *three, "-n", 7)
     assert status == 1
-    assert error.endswith("short.seg: there are 1 label but the mesh has 4 faces\n")
-    status, _, error = run("evaluate", mesh, labels, labels)
-    assert status == 2
-    assert "ground truth needs --gt" in error
+    assert err.splitlines() == [
+        f"superfacets: error: {three[1]}: not a PLY file: it does not begin with the word ply",
+        "superfacets: error: 1 of 3 files failed",
+    ]
+    assert re.findall(r"^(.*): \d+ faces, 7 regions", out, re.MULTILINE) == [
+        "sheet.ply",
+        "other.ply",
+    ]
+    assert files_in(three[0].parent) == [
+        "bad.ply", "other.ply", "other.superfacets.ply", "sheet.ply", "sheet.superfacets.ply",
+    ]  # fmt: skip
+
+
+def test_json_is_one_line_per_input_of_those_that_fail_too(run, three):
+    status, out, _ = run("segment", *three, "-n", 7, "--json")
+    assert status == 1
+    objects = [json.loads(line) for line in out.splitlines()]
+    assert [facts["file"] for facts in objects] == [str(path) for path in three]
+    assert [facts.get("n_faces") for facts in objects] == [1152, None, 72]
+    assert "not a PLY file" in objects[1]["error"]
+
+
+def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
+    def fail(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr("superfacets.cli.segment.segment", fail)
+    _, _, err = run("segment", *three)
+    assert f"superfacets: error: {three[0]}: not enough memory\n" in err
+    _, _, err = run("segment", three[0])
+    assert err == "superfacets: error: not enough memory\n"
+
+
+def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
+    for arguments, message in [
+        (["-n", 5, "-r", 0.1], "give n_segments or radius, not both"),
+        (["-a", "nan"], "alpha must be finite"),
+        (["--min-size", "inf"], "min_size must be finite"),
+        (["--tol", "nan"], "tol must be finite"),
+    ]:
+        status, out, err = run("segment", *three, *arguments)
+        assert (status, out, err.count("\n")) == (2, "", 1), arguments
+        assert message in err
+
+
+def test_a_count_larger_than_the_mesh_gives_every_face_a_region(run, three):
+    output = three[0].with_name("labels.npy")
+    status, out, err = run("segment", three[2], "-n", 73, "-o", output)
+    assert status == 0
+    assert "72 faces, 72 regions" in out
+    assert err == (
+        "superfacets: note: 73 regions were asked for; the mesh has 72 faces, each of which became"
+        " a region\n"
+    )
+    assert np.array_equal(np.load(output), segment(three[2], 72).labels)
+    assert run("segment", three[2], "-n", 72, "-o", output)[2] == ""
+
+
+def test_quiet_prints_errors_alone(run, three, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    arguments = ["-n", 2000, "--islands", "nearest", "-q"]
+    status, out, err = run("segment", *three, *arguments)
+    assert (status, out) == (1, "")
+    assert [line.split(": ")[1] for line in err.splitlines()] == ["error", "error"]
+    status, out, err = run("segment", three[0], *arguments, "--json")
+    assert (status, err) == (0, "")
+    assert json.loads(out)["n_segments"] == 1152
+
+
+@pytest.fixture
+def colored(tmp_path):
+    """A labeled mesh with vertex colors, a face property, a comment and an element more."""
+    path = tmp_path / "colored.ply"
+    mesh = shapes.bumpy_sheet(6)
+    attributes = MeshAttributes(
+        {"red": np.arange(mesh.n_vertices) % 256},
+        {"material": np.arange(mesh.n_faces)},
+        ["comment TextureFile a.png"],
+    )
+    write_mesh(path, mesh, np.zeros(mesh.n_faces, int), attributes=attributes, ascii=True)
+    text = path.read_text().replace("end_header", "element edge 1\nproperty int a\nend_header")
+    path.write_text(text + "7\n")
+    return path
+
+
+def test_a_labeled_mesh_keeps_what_the_input_held(run, colored):
+    output = colored.with_name("out.ply")
+    status, _, err = run("segment", colored, "-n", 5, "-o", output)
+    assert status == 0
+    assert err.splitlines() == [
+        "superfacets: note: not kept of the input: element edge",
+        "superfacets: note: replaced by those of the labels: face property label, face property"
+        " quality, face property red, face property green, face property blue, face property alpha",
+    ]
+    found = read_attributes(output)
+    assert np.array_equal(found.vertex["red"], np.arange(len(found.vertex["red"])) % 256)
+    assert np.array_equal(found.face["material"], np.arange(72))
+    assert found.comments == ("comment TextureFile a.png",)
+    assert read_labels(output).max() == 4
+
+
+def test_attributes_are_dropped_on_request_and_where_only_labels_are_written(run, colored):
+    output, labels = colored.with_name("out.ply"), colored.with_name("out.npy")
+    assert run("segment", colored, "-o", output, "--drop-attributes")[2] == ""
+    assert list(read_attributes(output).vertex) == []
+    assert run("segment", colored, "-o", labels)[2] == ""
+
+
+INTERRUPTED_AT = """
+import os, signal, threading, time
+from superfacets.cli.main import main
+from {module} import {function}
+import {module} as module
+
+def slow(*arguments, **keywords):
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    time.sleep(30)
+
+module.{function} = slow
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "function"),
+    [
+        ("superfacets.cli.segment", "load_mesh_and_attributes"),
+        ("superfacets.cli.segment", "segment"),
+        ("superfacets.io.writers.write", "write_ply"),
+    ],
+)
+def test_an_interrupt_is_heard_in_every_stage(sheet, module, function):
+    """Also where the work does not come back to Python for long."""
+    code = INTERRUPTED_AT.format(module=module, function=function)
+    command = [sys.executable, "-c", code, "segment", str(sheet)]
+    start = time.perf_counter()
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert time.perf_counter() - start < 20
+    assert ended.returncode == 130
+    assert ended.stderr.strip() == "superfacets: error: interrupted"
+    assert files_in(sheet.parent) == ["sheet.ply"]
+
+
+def test_parts_of_faces_keep_the_attributes_of_the_faces(run, colored):
+    output = colored.with_name("out.ply")
+    status, _, err = run("segment", colored, "-n", 5, "-o", output, "--subdivide")
+    assert status == 0
+    assert "vertex property red, which new vertices do not have" in err
+    found = read_attributes(output)
+    assert not found.vertex
+    mesh = read_mesh(colored)
+    radius = np.sqrt(mesh_info(mesh).area / (5 * np.pi))
+    assert np.array_equal(found.face["material"], subdivide(mesh, 0.25 * radius).sources)
+    assert found.comments == ("comment TextureFile a.png",)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..._validate import checked_threads
+from .._validate import checked_threads
 
 if TYPE_CHECKING:
-    from .reproduction import Report
+    from ..study.reproduce.reproduction import Report
 
 __all__ = ["reproduce_command"]
 
@@ -59,9 +59,9 @@ def reproduce_command(
     BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
     second start does only what is missing or failed. OUT/index.html shows everything.
     """
-    from .methods import METHODS
-    from .plan import FIGURES, KS, SUBSET_KS, Choice
-    from .reproduction import Options, reproduce
+    from ..study.reproduce.methods import METHODS
+    from ..study.reproduce.plan import FIGURES, KS, SUBSET_KS, Choice
+    from ..study.reproduce.reproduction import Options, reproduce
 
     choice = Choice(
         figures=_names(figures, FIGURES, "figures"),

@@ -1,0 +1,46 @@
+"""The command ``superfacets demo``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .._timing import timed
+from ..io.writers.write import write_outputs
+from ..pipeline import segment
+from .options import FILE
+from .progress import open_bar
+from .report import summary_of
+
+__all__ = ["demo_command"]
+
+
+@click.command("demo")
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    type=FILE,
+    default=Path("superfacets-demo"),
+    show_default=True,
+    help="Folder for the results.",
+)
+def demo_command(output: Path) -> None:
+    """Segment a sample mesh that comes along, and write a labeled mesh and a picture of it."""
+    from ..sample import sample_mesh
+    from ..view.rendering import check_rendering, render
+
+    check_rendering()
+    output.mkdir(parents=True, exist_ok=True)
+    labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
+    timings: dict[str, float] = {}
+    with open_bar("bear") as bar:
+        with timed(timings, "mesh", bar.on_stage):
+            surface = sample_mesh()
+        result = segment(surface, progress=bar.on_iteration, on_stage=bar.on_stage)
+        with timed(timings, "export", bar.on_stage):
+            write_outputs([labeled], surface, result.labels)
+    click.echo(summary_of("bear", result, {**result.timings, **timings}, [str(labeled)]))
+    render(surface, result.labels, output=picture)
+    click.echo(f"wrote {picture}")

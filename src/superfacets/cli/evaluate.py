@@ -1,0 +1,68 @@
+"""The command ``superfacets evaluate``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from ..io.readers.labels import read_labels
+from ..io.readers.read import read_mesh
+from ..metrics.cuts import DEFAULT_TOLERANCE
+from .background import run_in_background
+from .options import FILE, NOT_NEGATIVE
+
+__all__ = ["evaluate_command"]
+
+
+@click.command("evaluate")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.argument("labels", metavar="LABELS", type=FILE)
+@click.argument("more", nargs=-1, type=FILE, metavar="[--gt SEG...]")
+@click.option(
+    "--gt",
+    "truths",
+    metavar="SEG...",
+    type=FILE,
+    multiple=True,
+    help="Ground truth: labels too, one or more files (say, seg/1/*.seg).",
+)
+@click.option(
+    "--tolerance",
+    type=NOT_NEGATIVE,
+    default=DEFAULT_TOLERANCE,
+    show_default=True,
+    help="How far apart borders may be to count as one, as a fraction of the mesh's diagonal.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the metrics as JSON.")
+def evaluate_command(
+    mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,
+    as_json: bool,
+) -> None:  # fmt: skip
+    """Print how good LABELS of the mesh in the file IN are, against ground truth if there is any.
+
+    Labels are read from .npy, .seg, .txt or labeled .ply files.
+    """
+    from ..metrics import evaluate
+
+    if more and not truths:
+        raise click.UsageError(
+            f"Got unexpected extra argument ({more[0]}): ground truth needs --gt"
+        )
+
+    def compute() -> dict[str, float]:
+        surface = read_mesh(mesh)
+        regions = read_labels(labels, surface.n_faces)
+        segments = [read_labels(path, surface.n_faces) for path in (*truths, *more)]
+        return evaluate(surface, regions, segments, tolerance=tolerance)
+
+    values = run_in_background(compute)
+    n_truths = len(truths) + len(more)
+    if n_truths:
+        click.echo(f"labels: {labels}; ground truths: {n_truths}", err=True)
+    if as_json:
+        files = {"file": str(mesh), "labels": str(labels), "n_ground_truths": n_truths}
+        click.echo(json.dumps(files | values))
+    else:
+        click.echo("\n".join(f"{name:<26} {value:.6g}" for name, value in values.items()))

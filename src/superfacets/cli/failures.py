@@ -1,0 +1,46 @@
+"""What can go wrong with a file or the machine, as one line and an exit status."""
+
+from __future__ import annotations
+
+import click
+
+from ..errors import MeshError, MissingExtraError, RenderError
+
+__all__ = [
+    "EXIT_DATA",
+    "EXIT_INTERRUPTED",
+    "EXIT_USAGE",
+    "FAILURES",
+    "message_of",
+    "print_error",
+    "print_note",
+]
+
+EXIT_DATA, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
+
+FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
+"""Faults of files and machines. Any other ValueError is one of a parameter."""
+
+
+def message_of(error: BaseException) -> str:
+    """What went wrong, with the name of the file where the system tells it."""
+    if isinstance(error, MemoryError):
+        return "not enough memory"
+    if isinstance(error, OSError) and None not in (error.filename, error.strerror):
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
+
+
+def print_error(message: str) -> None:
+    """Print an error as one line on stderr."""
+    _print("error", message)
+
+
+def print_note(message: str) -> None:
+    """Print what may come as a surprise as one line on stderr."""
+    _print("note", message)
+
+
+def _print(kind: str, message: str) -> None:
+    one_line = " ".join(message.split())
+    click.echo(f"superfacets: {kind}: {one_line}", err=True)

@@ -1,0 +1,81 @@
+"""The command ``superfacets info``."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from functools import partial
+
+import click
+
+from ..cells.info import MeshInfo, mesh_info
+from .background import run_in_background
+from .failures import EXIT_DATA, FAILURES, message_of, print_error
+from .inputs import check_inputs, load_mesh, name_of
+from .options import INPUT_FORMATS
+
+__all__ = ["info_command"]
+
+
+@click.command("info")
+@click.argument(
+    "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
+)
+@click.option(
+    "--format",
+    type=click.Choice(INPUT_FORMATS),
+    help="Format of the inputs.  [default: by the ending; standard input by its content]",
+)
+@click.option(
+    "--json", "as_json", is_flag=True, help="Print the facts as JSON, an object and a line per IN."
+)
+@click.pass_context
+def info_command(
+    ctx: click.Context, inputs: tuple[str, ...], format: str | None, as_json: bool
+) -> None:
+    """Print counts and sizes of the meshes in the files IN.
+
+    IN may be - for standard input. An input that fails does not stop the others; the exit status
+    is 1 if one did.
+    """
+    check_inputs(inputs)
+    n_failed = 0
+    for text in inputs:
+        try:
+            info = run_in_background(partial(_info_of, text, format))
+        except FAILURES as error:
+            n_failed += 1
+            print_error(message_of(error))
+            continue
+        if as_json:
+            click.echo(json.dumps({"file": text, **dataclasses.asdict(info)}))
+            continue
+        rows = _rows_of(info)
+        if len(inputs) > 1:
+            rows = [("file", name_of(text)), *rows]
+        click.echo("\n".join(f"{name:<20} {value}" for name, value in rows))
+    if n_failed:
+        ctx.exit(EXIT_DATA)
+
+
+def _info_of(text: str, format: str | None) -> MeshInfo:
+    return mesh_info(load_mesh(text, format))
+
+
+def _rows_of(info: MeshInfo) -> list[tuple[str, str]]:
+    low, high = (" ".join(f"{value:g}" for value in corner) for corner in info.bounds)
+    return [
+        ("faces", str(info.n_faces)),
+        ("vertices", str(info.n_vertices)),
+        ("distinct positions", str(info.n_positions)),
+        ("components", str(info.n_components)),
+        ("edges", str(info.n_edges)),
+        ("boundary edges", str(info.n_boundary_edges)),
+        ("non-manifold edges", str(info.n_nonmanifold_edges)),
+        ("inconsistent edges", str(info.n_inconsistent_edges)),
+        ("degenerate faces", str(info.n_degenerate_faces)),
+        ("inside out", "yes" if info.is_inside_out else "no"),
+        ("bounding box", f"{low} to {high}"),
+        ("diagonal", f"{info.diagonal:g}"),
+        ("area", f"{info.area:g}"),
+    ]

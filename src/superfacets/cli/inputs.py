@@ -1,0 +1,67 @@
+"""Meshes from files and from standard input."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+
+from ..errors import MeshError
+from ..io.attributes import MeshAttributes
+from ..io.guards import Content, known_ending, read_content
+from ..io.readers.read import MESH_ENDINGS, parse_mesh, parse_mesh_and_attributes
+from ..io.readers.recognize import recognized_ending
+from ..mesh.triangle_mesh import Mesh
+from .options import STANDARD_STREAM
+
+__all__ = ["check_inputs", "load_mesh", "load_mesh_and_attributes", "name_of"]
+
+
+def check_inputs(inputs: tuple[str, ...]) -> None:
+    """Raise a usage error where inputs do not go together, or one cannot be a file."""
+    for text in inputs:
+        if text != STANDARD_STREAM and not Path(text).name:
+            raise click.UsageError(f"{text or repr(text)} is not a file")
+    if STANDARD_STREAM in inputs and len(inputs) > 1:
+        raise click.UsageError("standard input (-) has to be the only input")
+
+
+def name_of(text: str) -> str:
+    """What messages call an input."""
+    return "standard input" if text == STANDARD_STREAM else text
+
+
+def load_mesh(text: str, format: str | None) -> Mesh:
+    """The mesh of a file, or of standard input for ``-``.
+
+    Its format is the one given, or that of the file's ending, or that of the content.
+    """
+    return load_mesh_and_attributes(text, format, keep=False)[0]
+
+
+def load_mesh_and_attributes(
+    text: str, format: str | None, *, keep: bool = True
+) -> tuple[Mesh, MeshAttributes | None]:
+    """The mesh as `load_mesh` returns it, and the attributes of a PLY if they are to be kept."""
+    data, ending, folder = _content(text, None if format is None else f".{format}")
+    try:
+        if keep:
+            return parse_mesh_and_attributes(data, ending, folder)
+        return parse_mesh(data, ending, folder), None
+    except MeshError as error:
+        raise MeshError(f"{name_of(text)}: {error}") from None
+
+
+def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
+    """Bytes, the ending that tells their format, and the folder that they lie in."""
+    if text != STANDARD_STREAM:
+        path = Path(text)
+        return read_content(path), ending or known_ending(path, MESH_ENDINGS), path.parent
+    data = sys.stdin.buffer.read()
+    if not data:
+        raise MeshError("standard input is empty")
+    ending = ending or recognized_ending(data)
+    if ending is None:
+        raise MeshError("standard input is of no known format: name it with --format")
+    return data, ending, None

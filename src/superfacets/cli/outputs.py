@@ -1,0 +1,180 @@
+"""Where the results of each input go."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+
+from ..io.guards import known_ending
+from ..io.writers.write import OUTPUT_ENDINGS
+from .inputs import name_of
+from .options import STANDARD_STREAM
+
+__all__ = ["OUTPUT_FORMATS", "Job", "plan_jobs"]
+
+OUTPUT_FORMATS = ("ply", "npy", "seg", "txt")
+
+
+@dataclass(frozen=True)
+class Job:
+    """One input and its outputs."""
+
+    input: str
+    files: tuple[Path, ...]
+    stream: str | None = None  # ending of what goes to standard output, if anything does
+
+    @property
+    def holds_mesh(self) -> bool:
+        """Whether an output is a mesh with labels, not labels alone."""
+        return ".ply" in self._endings
+
+    @property
+    def holds_labels(self) -> bool:
+        """Whether an output is labels alone."""
+        return self._endings != {".ply"}
+
+    @property
+    def _endings(self) -> set[str]:
+        return {path.suffix.lower() for path in self.files} | (
+            {self.stream} if self.stream else set()
+        )
+
+    @property
+    def names(self) -> list[str]:
+        """The outputs as a command line would name them."""
+        return [*map(str, self.files), *([STANDARD_STREAM] if self.stream else [])]
+
+
+def plan_jobs(
+    inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str], *, ascii: bool
+) -> list[Job]:
+    """What becomes of each input; a usage error where the command line can be read in two ways.
+
+    Parameters
+    ----------
+    inputs : sequence of str
+        Files, or one ``-``.
+    outputs : sequence of str
+        Files, a folder, or ``-``. None: standard output for standard input, else files beside the
+        inputs.
+    formats : sequence of str
+        Of what no name tells the format of. None: PLY.
+    ascii : bool
+        Whether PLY is text, which a terminal can show.
+    """
+    folders = [text for text in outputs if _is_folder(text)]
+    _check_outputs(inputs, outputs, folders)
+    has_stream = STANDARD_STREAM in outputs or (not outputs and STANDARD_STREAM in inputs)
+    _check_formats(formats, has_stream, is_used=has_stream or bool(folders) or not outputs)
+    endings = tuple(f".{format}" for format in formats) or (".ply",)
+    stream = endings[0] if has_stream else None
+    if stream is not None:
+        _check_terminal(stream, ascii)
+    named = [Path(text) for text in outputs if text not in (STANDARD_STREAM, *folders)]
+    jobs = []
+    for text in inputs:
+        files = list(named)
+        if folders:
+            files += _derived(Path(folders[0], Path(text).name), endings)
+        elif not outputs and text != STANDARD_STREAM:
+            files += _derived(Path(text), endings)
+        jobs.append(Job(text, tuple(files), stream))
+    _check_files(jobs)
+    for folder in folders:
+        _make_folder(Path(folder))
+    return jobs
+
+
+def _is_folder(text: str) -> bool:
+    """Whether an output is a folder: it ends in a slash, or is one and has no ending of a file."""
+    if text.endswith(("/", os.sep)):
+        return True
+    return bool(text) and Path(text).is_dir() and Path(text).suffix.lower() not in OUTPUT_ENDINGS
+
+
+def _derived(path: Path, endings: Sequence[str]) -> Iterator[Path]:
+    """Names of outputs made of the name of an input."""
+    return (path.with_name(f"{path.stem}.superfacets{ending}") for ending in endings)
+
+
+def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[str]) -> None:
+    for text in outputs:
+        if text == STANDARD_STREAM or text in folders:
+            continue
+        if not Path(text).name:
+            raise click.UsageError(f"{text or repr(text)} is not a file")
+        try:
+            known_ending(Path(text), OUTPUT_ENDINGS)
+        except ValueError as error:
+            raise click.UsageError(f"{error} (a folder is written as {text}/)") from None
+        if len(inputs) > 1:
+            raise click.UsageError(
+                f"{text} is one file for {len(inputs)} inputs: give -o a folder, as results/"
+            )
+    if list(outputs).count(STANDARD_STREAM) > 1 or len(folders) > 1:
+        raise click.UsageError("-o takes one folder, and - once")
+    if STANDARD_STREAM in outputs and len(inputs) > 1:
+        raise click.UsageError(f"standard output (-o -) cannot hold the results of {len(inputs)}")
+    if folders and STANDARD_STREAM in inputs:
+        raise click.UsageError("standard input has no name: give -o a file, not a folder")
+
+
+def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -> None:
+    if formats and not is_used:
+        raise click.UsageError("--to says nothing where -o names files: their endings do")
+    if has_stream and len(formats) > 1:
+        raise click.UsageError("standard output holds one format: give --to once")
+    if len(set(formats)) < len(formats):
+        raise click.UsageError("--to names a format twice")
+
+
+def _check_terminal(stream: str, ascii: bool) -> None:
+    is_binary = stream == ".npy" or (stream == ".ply" and not ascii)
+    if is_binary and sys.stdout.isatty():
+        raise click.UsageError(
+            "standard output is a terminal, which cannot show binary data: give -o a file,"
+            " or --to txt"
+        )
+
+
+def _check_files(jobs: Sequence[Job]) -> None:
+    """Raise a usage error where an output would replace another, or an input."""
+    inputs = {_identity(job.input): job.input for job in jobs if job.input != STANDARD_STREAM}
+    if len(inputs) < sum(job.input != STANDARD_STREAM for job in jobs):
+        raise click.UsageError("a file is given twice")
+    writers: dict[tuple[int, int] | str, str] = {}
+    for job in jobs:
+        for path in job.files:
+            identity = _identity(path)
+            if identity in inputs:
+                raise click.UsageError(
+                    f"{inputs[identity]}: the output would take the place of the input"
+                )
+            if writers.get(identity) == job.input:
+                raise click.UsageError(f"{path}: the same output is given twice")
+            if identity in writers:
+                raise click.UsageError(
+                    f"{name_of(writers[identity])} and {name_of(job.input)} would both be written"
+                    f" to {path}"
+                )
+            writers[identity] = job.input
+
+
+def _identity(path: str | Path) -> tuple[int, int] | str:
+    """The same for all names and links of one file."""
+    try:
+        found = Path(path).stat()
+    except OSError:
+        return os.path.normcase(os.path.realpath(path))
+    return found.st_dev, found.st_ino
+
+
+def _make_folder(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(f"{folder}: is a file, not a folder")
+    folder.mkdir(parents=True, exist_ok=True)

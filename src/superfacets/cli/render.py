@@ -1,0 +1,63 @@
+"""The command ``superfacets render``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy.typing as npt
+
+from ..io.readers.labels import has_labels, read_labels
+from ..io.readers.read import read_mesh
+from ..mesh.triangle_mesh import Mesh
+from .options import FILE
+
+if TYPE_CHECKING:
+    from ..view.camera import Up
+
+__all__ = ["render_command"]
+
+
+@click.command("render")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.option("-o", "--output", metavar="OUT", type=FILE, required=True, help="A .png file.")
+@click.option(
+    "--up",
+    type=click.Choice(("auto", "x", "y", "z")),
+    default="auto",
+    show_default=True,
+    help="Axis that points up; a guess between y and z by default.",
+)
+@click.option("--azimuth", type=float, default=30.0, show_default=True, help="Degrees around.")
+@click.option(
+    "--elevation",
+    type=click.FloatRange(-90, 90),
+    default=15.0,
+    show_default=True,
+    help="Degrees above the horizon.",
+)
+@click.option(
+    "--labels",
+    metavar="L",
+    type=FILE,
+    help="A .npy, .seg, .txt or labeled .ply; those in IN, if it has any, otherwise.",
+)
+def render_command(
+    mesh: Path, output: Path, up: Up, azimuth: float, elevation: float, labels: Path | None
+) -> None:
+    """Draw a shaded picture of the mesh in the file IN, with its regions and dark borders."""
+    from ..view.rendering import View, render
+
+    if output.suffix.lower() != ".png":
+        raise click.UsageError(f"{output}: pictures are written as .png")
+    surface = read_mesh(mesh)
+    shown = _labels_of(mesh, surface) if labels is None else read_labels(labels, surface.n_faces)
+    view = View(azimuth=azimuth, elevation=elevation, up=up)
+    render(surface, shown, output=output, view=view)
+    click.echo(f"wrote {output}")
+
+
+def _labels_of(path: Path, mesh: Mesh) -> npt.NDArray[Any] | None:
+    """The labels that a file holds along with its mesh; None if it has none."""
+    return read_labels(path, mesh.n_faces) if has_labels(path) else None

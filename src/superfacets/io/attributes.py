@@ -1,0 +1,128 @@
+"""What a PLY file stores with vertices and faces besides positions and corners."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import exact_array
+
+__all__ = ["PLY_TYPES", "MeshAttributes", "is_word"]
+
+PLY_TYPES = {
+    "i1": "char",
+    "u1": "uchar",
+    "i2": "short",
+    "u2": "ushort",
+    "i4": "int",
+    "u4": "uint",
+    "f4": "float",
+    "f8": "double",
+}
+"""PLY's name of each type that a property may have, by numpy's."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshAttributes:
+    """Colors, normals, texture coordinates and whatever else a PLY file stores with a mesh.
+
+    `read_attributes` reads them from a file, `write_mesh` writes them. They can be made by hand,
+    to store numbers of one's own with vertices or faces.
+
+    Parameters
+    ----------
+    vertex : mapping of str to array_like, shape (V,) or (V, n), optional
+        Properties of the vertices besides x, y and z, by name: a number per vertex, or a list of n
+        numbers (n the same for all vertices). Kept as contiguous arrays of a type that PLY has;
+        bool becomes uint8, and int64 int32.
+    face : mapping of str to array_like, shape (F,) or (F, n), optional
+        Properties of the faces besides their corners.
+    comments : sequence of str, optional
+        Lines of the header that begin with ``comment`` or ``obj_info``, in their order.
+    left_out : sequence of str, optional
+        What the file holds and these attributes do not, in words: elements other than vertices and
+        faces, and lists that differ in length from row to row.
+
+    Raises
+    ------
+    ValueError
+        If a name is no word of printable ASCII, an array has another shape, an integer does not
+        fit in any type that PLY has, or a comment is not one such line.
+    TypeError
+        If an array does not hold real numbers.
+
+    Examples
+    --------
+    >>> attributes = MeshAttributes(face={"material": [0, 2]}, comments=["comment by hand"])
+    >>> attributes
+    MeshAttributes(vertex: none; face: material; 1 comments)
+    >>> attributes.face["material"].dtype
+    dtype('int32')
+    """
+
+    vertex: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    face: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    comments: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for owner in ("vertex", "face"):
+            given: Mapping[str, Any] = getattr(self, owner)
+            checked = {name: _checked(values, name, owner) for name, values in given.items()}
+            object.__setattr__(self, owner, MappingProxyType(checked))
+        object.__setattr__(self, "comments", tuple(map(_checked_comment, self.comments)))
+        object.__setattr__(self, "left_out", tuple(self.left_out))
+
+    def __repr__(self) -> str:
+        vertex, face = (", ".join(names) or "none" for names in (self.vertex, self.face))
+        return f"MeshAttributes(vertex: {vertex}; face: {face}; {len(self.comments)} comments)"
+
+
+def _checked(values: Any, name: str, owner: str) -> npt.NDArray[Any]:
+    """A contiguous array of a type that PLY has, of one or two dimensions."""
+    what = f"{owner} property {reprlib.repr(name)}"
+    if not is_word(name):
+        raise ValueError(f"{what}: a name must be one word of printable ASCII")
+    array = np.asarray(values)
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"{what} must be real numbers, got {array.dtype}")
+    if array.ndim not in (1, 2):
+        raise ValueError(f"{what} must have one or two dimensions, got shape {array.shape}")
+    return exact_array(array, _stored_type(array, what))
+
+
+def _stored_type(array: npt.NDArray[Any], what: str) -> npt.DTypeLike:
+    """The type of an array in native byte order, or the one that holds it in a PLY file."""
+    if array.dtype.str[1:] in PLY_TYPES:
+        return array.dtype.newbyteorder("=")
+    if array.dtype.kind == "b":
+        return np.uint8
+    if array.dtype.kind == "f":  # of 16, or of 80 and more bits
+        return np.float32 if array.dtype.itemsize < 4 else np.float64
+    for kind in (np.int32, np.uint32):
+        limits = np.iinfo(kind)
+        if not array.size or limits.min <= array.min() <= array.max() <= limits.max:
+            return kind
+    raise ValueError(f"{what} holds integers that do not fit in 32 bits")
+
+
+def is_word(name: object) -> bool:
+    """Whether a PLY header can hold this as a name."""
+    if not isinstance(name, str):
+        return False
+    return name.isascii() and name.isprintable() and name.split() == [name]
+
+
+def _checked_comment(line: object) -> str:
+    is_line = isinstance(line, str) and not {"\n", "\r"} & set(line)
+    if not is_line or str(line).split(" ")[0] not in ("comment", "obj_info"):
+        raise ValueError(
+            f"expected one line that begins with comment or obj_info, got {reprlib.repr(line)}"
+        )
+    return str(line)

@@ -1,0 +1,22 @@
+"""What several tests of the command share."""
+
+import sys
+
+import pytest
+
+COMMAND = [sys.executable, "-c", "from superfacets.cli.main import main; main()"]
+
+
+def files_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def can_render():
+    from superfacets.view.gl import RenderError, ensure_gl
+
+    pytest.importorskip("vtkmodules")
+    try:
+        ensure_gl()
+    except RenderError:
+        return False
+    return True

@@ -1,0 +1,27 @@
+"""The command `demo`."""
+
+import sys
+
+import pytest
+from command_line import can_render, files_in
+
+from superfacets import read_labels
+
+
+def test_the_demo_makes_nothing_where_it_cannot_draw(run, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "vtkmodules.vtkCommonCore", None)
+    status, out, err = run("demo", "-o", tmp_path / "demo")
+    assert (status, out) == (1, "")
+    assert "pip install 'superfacets[viz]'" in err
+    assert files_in(tmp_path) == []
+
+
+def test_the_demo_makes_a_labeled_mesh_and_a_picture(run, tmp_path):
+    if not can_render():
+        pytest.skip("no OpenGL to draw with")
+    folder = tmp_path / "new" / "demo"
+    status, out, _ = run("demo", "-o", folder)
+    assert status == 0
+    assert files_in(folder) == ["bear.superfacets.ply", "bear.superfacets.png"]
+    assert all(str(folder / name) in out for name in files_in(folder))
+    assert read_labels(folder / "bear.superfacets.ply").max() == 149

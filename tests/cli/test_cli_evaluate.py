@@ -1,0 +1,50 @@
+"""The command `evaluate`."""
+
+import json
+
+import pytest
+import shapes
+
+from superfacets import write_mesh
+
+
+@pytest.fixture
+def labeled_strip(tmp_path):
+    """A strip of four faces, its labels and two ground truths."""
+    write_mesh(tmp_path / "strip.ply", shapes.strip(4))
+    for name, labels in [("labels", "0011"), ("one", "0011"), ("two", "0111")]:
+        (tmp_path / f"{name}.seg").write_text("\n".join(labels) + "\n")
+    return tmp_path
+
+
+def test_evaluate_prints_metrics_with_and_without_ground_truth(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
+    status, printed, _ = run("evaluate", mesh, labels)
+    assert status == 0
+    assert [line.split() for line in printed.splitlines()] == [
+        ["n_regions", "2"], ["n_extra_pieces", "0"], ["compactness", "4"],
+        ["explained_variation", "1"],
+    ]  # fmt: skip
+    status, printed, _ = run("evaluate", mesh, labels, "--gt", labeled_strip / "one.seg")
+    assert ["undersegmentation_error", "0"] in [line.split() for line in printed.splitlines()]
+
+
+def test_evaluate_takes_several_ground_truths_after_one_gt(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
+    one, two = labeled_strip / "one.seg", labeled_strip / "two.seg"
+    _, printed, _ = run("evaluate", mesh, labels, "--gt", one, two, "--json")
+    facts = json.loads(printed)
+    assert facts["n_ground_truths"] == 2
+    assert facts["undersegmentation_error"] == pytest.approx((0 + 0.5) / 2)
+    assert printed == run("evaluate", mesh, labels, "--gt", one, "--gt", two, "--json")[1]
+
+
+def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
+    (labeled_strip / "short.seg").write_text("0\n")
+    status, _, error = run("evaluate", mesh, labels, "--gt", labeled_strip / "short.seg")
+    assert status == 1
+    assert error.endswith("short.seg: there are 1 label but the mesh has 4 faces\n")
+    status, _, error = run("evaluate", mesh, labels, labels)
+    assert status == 2
+    assert "ground truth needs --gt" in error

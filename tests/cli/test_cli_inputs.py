@@ -1,0 +1,131 @@
+"""Meshes from files and from standard input."""
+
+import io
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import shapes
+from command_line import COMMAND
+
+from superfacets import MeshError, read_labels, read_mesh, segment, write_mesh
+from superfacets.cli.inputs import load_mesh
+from superfacets.io.readers.gltf import read_gltf
+from superfacets.io.readers.recognize import recognized_ending
+
+
+@pytest.fixture
+def give(monkeypatch):
+    """Put bytes on standard input."""
+
+    def give(data):
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+
+    return give
+
+
+def contents(tmp_path):
+    """One small mesh in each format, by its ending."""
+    mesh = shapes.bumpy_sheet(3)
+    write_mesh(tmp_path / "a.ply", mesh)
+    rows = [" ".join(map(str, row)) for row in mesh.vertices.tolist()]
+    faces = mesh.faces.tolist()
+    corners = mesh.vertices[mesh.faces].astype("<f4")
+    triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    stl = np.zeros(len(faces), triangle)
+    stl["corners"] = corners
+    head = f"{len(rows)} {len(faces)} 0"
+    facets = "".join(
+        "facet normal 0 0 1\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*corner) for corner in face)
+        + "endloop\nendfacet\n"
+        for face in corners.tolist()
+    )
+    return [
+        (".ply", (tmp_path / "a.ply").read_bytes()),
+        (".off", "\n".join(["# made", "OFF", head, *rows,
+                            *("3 {} {} {}".format(*f) for f in faces), ""]).encode()),
+        (".off", "\n".join([f"OFF{head}", *rows,
+                            *("3 {} {} {}".format(*f) for f in faces), ""]).encode()),
+        (".obj", "\n".join(["", "# made", " # by hand", "mtllib a.mtl",
+                            *("v " + row for row in rows),
+                            *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces), ""]).encode()),
+        (".tri", "\n".join([str(len(rows)), *rows, str(len(faces)),
+                            *("{} {} {}".format(*f) for f in faces), ""]).encode()),
+        (".stl", b"solid not text".ljust(80) + len(faces).to_bytes(4, "little") + stl.tobytes()),
+        (".stl", f"solid a\n{facets}endsolid a\n".encode()),
+    ]  # fmt: skip
+
+
+def test_the_format_of_standard_input_is_recognized_by_its_content(give, tmp_path):
+    for ending, data in contents(tmp_path):
+        assert recognized_ending(data) == ending
+        give(data)
+        assert load_mesh("-", None).n_faces == 18, ending
+        give(data)
+        assert load_mesh("-", ending[1:]).n_faces == 18, ending
+    assert recognized_ending(b"glTF\2\0\0\0") == ".glb"
+    assert recognized_ending(b' \n{"asset": {}}') == ".gltf"
+
+
+@pytest.mark.parametrize(
+    "data", [b"hello\n", b"\x89PNG\r\n\x1a\n", b"# only a comment\n", b"\n \n"]
+)
+def test_what_is_no_mesh_is_not_recognized(give, run, data):
+    assert recognized_ending(data) is None
+    give(data)
+    status, out, err = run("segment", "-")
+    assert (status, out) == (1, "")
+    assert "standard input is of no known format: name it with --format" in err
+
+
+def test_messages_name_standard_input(give):
+    give(b"")
+    with pytest.raises(MeshError, match=r"^standard input is empty$"):
+        load_mesh("-", None)
+    give(b"OFF\n3 1 0\n")
+    with pytest.raises(MeshError, match=r"^standard input: the header declares 3 vertices"):
+        load_mesh("-", None)
+
+
+def test_gltf_on_standard_input_reaches_no_files():
+    document = b'{"asset": {"version": "2.0"}, "buffers": [{"uri": "a.bin", "byteLength": 1}]}'
+    with pytest.raises(MeshError, match=r"^the buffer 'a\.bin' is not a file beside"):
+        read_gltf(document, None)
+
+
+def test_a_format_overrides_the_ending(run, tmp_path):
+    path = tmp_path / "mesh.dat"
+    path.write_bytes(dict(contents(tmp_path))[".obj"])
+    assert run("info", path)[0] == 1
+    status, out, _ = run("info", path, "--format", "obj")
+    assert status == 0
+    assert "faces                18" in out
+
+
+def test_a_pipe_goes_through(sheet):
+    """What is printed goes to stderr; standard output is the file."""
+    command = [*COMMAND, "segment", "-", "-n", "20"]
+    data = sheet.read_bytes()
+    expected = segment(read_mesh(sheet), 20).labels
+    piped = subprocess.run(command, input=data, capture_output=True, check=True)
+    output = sheet.with_name("piped.ply")
+    output.write_bytes(piped.stdout)
+    assert np.array_equal(read_labels(output), expected)
+    assert piped.stderr.startswith(b"wrote standard output\nstandard input: 1152 faces, 20 regions")
+    again = [*command, "--to", "npy", "--json"]
+    piped = subprocess.run(again, input=data, capture_output=True, check=True)
+    assert np.array_equal(np.load(io.BytesIO(piped.stdout)), expected)
+    assert piped.stderr.startswith(b'{"file": "-", "n_faces": 1152')
+    quiet = subprocess.run([*again[:-1], "-q"], input=data, capture_output=True, check=True)
+    assert (quiet.stdout, quiet.stderr) == (piped.stdout, b"")
+
+
+def test_a_reader_that_goes_away_ends_the_run_without_a_word(sheet):
+    command = [*COMMAND, "segment", str(sheet), "-n", "20", "-o", "-"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        message = process.stderr.read()
+    assert process.returncode == 1
+    assert message == b""

@@ -1,0 +1,137 @@
+"""The group of commands: help, errors, exit status."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from command_line import COMMAND, files_in
+
+from superfacets.cli.main import COMMANDS
+
+
+def test_settings_in_the_environment_are_checked(run, sheet, monkeypatch):
+    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "abc")
+    status, _, err = run("info", sheet)
+    assert (status, err.count("\n")) == (2, 1)
+    assert "SUPERFACETS_NUM_THREADS is 'abc'" in err
+    monkeypatch.setenv("SUPERFACETS_NUM_THREADS", "99999999999")
+    assert run("info", sheet)[0] == 0
+
+
+def test_help_and_version_are_printed(run):
+    assert run("--version")[1].startswith("superfacets 0.")
+    status, out, _ = run("--help")
+    assert status == 0
+    assert {"segment", "info", "render", "demo"} <= set(out.split())
+    assert "--n-segments" in run("segment", "-h")[1]
+
+
+def test_without_a_command_the_help_is_shown(run):
+    status, out, err = run()
+    assert (status, out) == (2, "")
+    assert err.startswith("Usage: ")
+    assert "segment" in err
+
+
+def test_the_package_can_be_run_as_a_module(sheet):
+    command = [sys.executable, "-m", "superfacets", "info", str(sheet)]
+    assert "1152" in subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_the_command_is_installed():
+    assert shutil.which("superfacets", path=Path(sys.executable).parent)
+
+
+@pytest.mark.parametrize("name", ["", ".", "/"])
+def test_a_folder_in_the_place_of_a_mesh_is_one_line(run, name):
+    status, _, err = run("segment", name)
+    assert status in (1, 2)
+    assert err.startswith("superfacets: error: ")
+    assert err.count("\n") == 1
+
+
+def test_data_that_cannot_be_used_is_one_line_and_status_1(run, tmp_path):
+    (tmp_path / "empty.ply").write_bytes(b"")
+    (tmp_path / "foreign.obj").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0")
+    (tmp_path / "points.off").write_text("OFF\n2 0 0\n0 0 0\n1 0 0\n")
+    (tmp_path / "quad.off").write_text("OFF\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n")
+    (tmp_path / "nan.off").write_text("OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n")
+    (tmp_path / "index.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n")
+    (tmp_path / "mesh.docx").write_text("")
+    (tmp_path / "folder.ply").mkdir()
+    before = files_in(tmp_path)
+    for name in [*before, "missing.ply"]:
+        for command in ("segment", "info"):
+            status, out, err = run(command, tmp_path / name)
+            assert (status, out) == (1, ""), name
+            assert err.startswith("superfacets: error: "), name
+            assert err.count("\n") == 1, name
+            assert name in err, name
+    assert files_in(tmp_path) == before
+
+
+def loaded_by(*arguments):
+    """Modules of the package that a command line imports."""
+    code = (
+        "import atexit, sys\n"
+        "from superfacets.cli.main import main\n"
+        "atexit.register(lambda: print(*(m for m in sys.modules if 'superfacets.' in m)))\n"
+        "main()"
+    )
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return set(printed.splitlines()[-1].split())
+
+
+def test_help_imports_no_command():
+    loaded = loaded_by("--help")
+    late = ("io", "metrics", "view", "study", "sample", *(f"cli.{name}" for name in COMMANDS))
+    assert "superfacets.cli.main" in loaded
+    assert not {name for name in loaded if name.startswith(tuple(f"superfacets.{n}" for n in late))}
+
+
+def test_a_command_imports_what_it_needs_alone(sheet):
+    loaded = loaded_by("info", sheet)
+    late = ("metrics", "view", "study", "sample", "cli.segment", "io.writers")
+    assert "superfacets.cli.info" in loaded
+    assert not {name for name in loaded if name.startswith(tuple(f"superfacets.{n}" for n in late))}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_list_of_commands_says_what_each_says_itself(run, name):
+    status, out, _ = run(name, "--help")
+    assert status == 0
+    first = COMMANDS[name].removesuffix(".")
+    assert " ".join(out.split()).split("superfacets " + name)[1].find(first) > 0
+
+
+def test_a_command_that_is_not_there_is_one_line(run):
+    status, out, err = run("paint")
+    assert (status, out) == (2, "")
+    assert err.startswith("superfacets: error: No such command 'paint'.")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_shells_get_their_completion(shell):
+    environment = {**os.environ, "_SUPERFACETS_COMPLETE": f"{shell}_source"}
+    command = [sys.executable, "-c", "import sys; sys.argv[0] = 'superfacets'\n" + COMMAND[-1]]
+    source = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert "_superfacets_completion" in source.stdout
+    environment = {**os.environ, "_SUPERFACETS_COMPLETE": f"{shell}_complete",
+                   "COMP_WORDS": "superfacets segment --init g", "COMP_CWORD": "3"}  # fmt: skip
+    if shell == "fish":
+        environment["COMP_CWORD"] = "g"
+    found = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert re.findall(r"geodesic|grid|farthest|flood", found.stdout) == ["geodesic", "grid"]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_documentation_names_every_option(run, name):
+    page = Path(__file__).parents[2].joinpath("docs", "command.md").read_text(encoding="utf-8")
+    options = set(re.findall(r"(?<![\w-])--[a-z][\w-]+", run(name, "--help")[1])) - {"--help"}
+    assert not {option for option in options if f"`{option}" not in page}

@@ -1,0 +1,119 @@
+"""Where results go, and command lines that can be read in two ways."""
+
+import sys
+from pathlib import Path
+
+import pytest
+import shapes
+from command_line import files_in
+
+from superfacets import read_labels, write_mesh
+from superfacets.cli.outputs import plan_jobs
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """The working folder, with three meshes."""
+    for name in ("a.ply", "b.ply", "c.ply"):
+        write_mesh(tmp_path / name, shapes.bumpy_sheet(4))
+    (tmp_path / "a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def plan(inputs, outputs=(), formats=(), *, ascii=False):
+    jobs = plan_jobs(inputs, outputs, formats, ascii=ascii)
+    return [(job.input, [str(path) for path in job.files], job.stream) for job in jobs]
+
+
+def test_results_lie_beside_the_inputs_in_a_folder_or_in_named_files(folder):
+    assert plan(["a.ply", "sub/b.ply"]) == [
+        ("a.ply", ["a.superfacets.ply"], None),
+        ("sub/b.ply", [str(Path("sub", "b.superfacets.ply"))], None),
+    ]
+    assert plan(["a.ply", "b.ply"], ["new/x/"], ["npy", "seg"]) == [
+        ("a.ply", [str(Path("new/x", f"a.superfacets.{end}")) for end in ("npy", "seg")], None),
+        ("b.ply", [str(Path("new/x", f"b.superfacets.{end}")) for end in ("npy", "seg")], None),
+    ]
+    assert (folder / "new" / "x").is_dir()
+    assert plan(["a.ply"], ["new"])[0][1] == [str(Path("new", "a.superfacets.ply"))]
+    assert plan(["a.ply"], ["x.npy", "x.ply"]) == [("a.ply", ["x.npy", "x.ply"], None)]
+
+
+def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
+    assert plan(["-"]) == [("-", [], ".ply")]
+    assert plan(["-"], formats=["txt"]) == [("-", [], ".txt")]
+    assert plan(["-"], ["x.npy"]) == [("-", ["x.npy"], None)]
+    assert plan(["a.ply"], ["-", "x.npy"], ["seg"]) == [("a.ply", ["x.npy"], ".seg")]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["a.ply", "b.ply", "-o", "x.npy"], "x.npy is one file for 2 inputs: give -o a folder"),
+        (["a.ply", "b.ply", "-o", "-"], "standard output (-o -) cannot hold the results of 2"),
+        (["a.ply", "-"], "standard input (-) has to be the only input"),
+        (["-", "-o", "results/"], "standard input has no name: give -o a file, not a folder"),
+        (["a.ply", "a.ply"], "a file is given twice"),
+        (["a.ply", "./a.ply"], "a file is given twice"),
+        (["a.ply", "a.off"], "a.ply and a.off would both be written to a.superfacets.ply"),
+        (["a.ply", "-o", "x.npy", "-o", "./x.npy"], "x.npy: the same output is given twice"),
+        (["a.ply", "-o", "b/", "-o", "c/"], "-o takes one folder"),
+        (["a.ply", "-o", "-", "-o", "-"], "-o takes one folder, and - once"),
+        (["a.ply", "-o", "results"], "got none (a folder is written as results/)"),
+        (["a.ply", "-o", ""], "'' is not a file"),
+        (["a.ply", "-o", "x.npy", "--to", "npy"], "--to says nothing where -o names files"),
+        (["-", "--to", "npy", "--to", "txt"], "standard output holds one format"),
+        (["a.ply", "--to", "npy", "--to", "npy"], "--to names a format twice"),
+        (["a.ply", "--to", "obj"], "Invalid value for '--to'"),
+        (["a.ply", "--format", "docx"], "Invalid value for '--format'"),
+        ([], "Missing argument"),
+    ],
+)
+def test_what_can_be_read_in_two_ways_is_refused(run, folder, arguments, message):
+    before = files_in(folder)
+    status, out, err = run("segment", *arguments)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert err.count("\n") == 1
+    assert files_in(folder) == before
+
+
+def test_an_output_never_replaces_an_input(run, folder):
+    run("segment", "a.ply")
+    status, _, err = run("segment", "b.ply", "a.ply", "a.superfacets.ply")
+    assert status == 2
+    assert "a.superfacets.ply: the output would take the place of the input" in err
+    Path("link.npy").hardlink_to("b.ply")
+    assert run("segment", "b.ply", "-o", "link.npy")[0] == 2
+    assert not Path("b.superfacets.ply").exists()
+
+
+def test_binary_data_is_not_shown_on_a_terminal(run, folder, monkeypatch):
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    for arguments in (["-"], ["a.ply", "-o", "-"], ["a.ply", "-o", "-", "--to", "npy"]):
+        status, _, err = run("segment", *arguments)
+        assert status == 2
+        assert "standard output is a terminal, which cannot show binary data" in err
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    status, out, _ = run("segment", "a.ply", "-n", 1, "-o", "-", "--to", "seg")
+    assert (status, out) == (0, "0\n" * 32)
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    assert run("segment", "a.ply", "-n", 1, "-o", "-", "--ascii")[1].startswith("ply\nformat ascii")
+
+
+def test_a_file_in_the_place_of_a_folder_is_one_line(run, folder):
+    status, _, err = run("segment", "a.ply", "-o", "b.ply/")
+    assert status == 1
+    assert err == "superfacets: error: b.ply: is a file, not a folder\n"
+
+
+def test_files_of_all_inputs_go_to_a_folder(run, folder):
+    status, out, err = run("segment", "a.ply", "b.ply", "-n", 3, "-o", "results/", "--to", "npy")
+    assert (status, err) == (0, "")
+    assert files_in(folder / "results") == ["a.superfacets.npy", "b.superfacets.npy"]
+    assert [line.split(":")[0].split(",")[0] for line in out.splitlines()] == [
+        f"wrote {Path('results/a.superfacets.npy')}", "a.ply",
+        f"wrote {Path('results/b.superfacets.npy')}", "b.ply",
+    ]  # fmt: skip
+    assert read_labels("results/b.superfacets.npy").max() == 2

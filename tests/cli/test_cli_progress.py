@@ -1,0 +1,101 @@
+"""How far a run is, and the bar that shows it."""
+
+import os
+import pty
+import re
+import subprocess
+import sys
+import termios
+import time
+
+import numpy as np
+import pytest
+import shapes
+from command_line import COMMAND
+
+from superfacets import segment
+from superfacets.cli.background import is_busy, run_in_background
+from superfacets.cli.progress import SHARES, Estimate, open_bar
+
+
+def test_a_terminal_shows_progress(run, sheet, monkeypatch):
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    status, out, err = run("segment", sheet)
+    assert status == 0
+    for stage in ("reading", "face graph", "seeding", "iterations", "regions", "writing"):
+        assert f"{sheet}: {stage}" in err
+        assert f"{sheet}: {stage}" not in out
+    shares = [int(share) for share in re.findall(r"(\d+)% \|", err)]
+    assert shares == sorted(shares)
+    assert shares[-1] == 91  # all but the writing
+
+
+def test_a_pipe_shows_no_progress_bar_and_a_terminal_does(large, tmp_path):
+    command = [*COMMAND, "segment", str(large), "-o", str(tmp_path / "labels.npy")]
+    piped = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert piped.stderr == ""
+    ours, theirs = pty.openpty()
+    termios.tcsetwinsize(theirs, (24, 80))
+    subprocess.run(command, check=True, stdout=subprocess.PIPE, stderr=theirs, timeout=60)
+    os.set_blocking(ours, False)  # whatever was shown is there by now
+    shown = os.read(ours, 100_000).decode()
+    os.close(theirs)
+    os.close(ours)
+    assert "iterations" in shown
+
+
+def test_shares_add_up_and_are_of_the_stages_that_runs_report():
+    assert sum(SHARES.values()) == pytest.approx(1.0)
+    seen = []
+    segment(shapes.bumpy_sheet(8), 10, on_stage=seen.append)
+    assert seen == [stage for stage in SHARES if stage != "export"]
+
+
+def test_an_estimate_never_falls_and_ends_below_one():
+    estimate = Estimate(100.0)
+    fractions = [estimate.fraction(100.0), estimate.fraction(107.0)]
+    assert fractions == [0.0, 0.0]  # nothing to compare the first stage with
+    now = 110.0
+    for stage in SHARES:
+        estimate.begin(stage, now)
+        for part in range(5):
+            estimate.iterate(4 * part)
+            fractions.append(estimate.fraction(now + part))
+        now += 5.0
+    assert fractions == sorted(fractions)
+    assert 0.99 < fractions[-1] < 1.0
+
+
+def test_an_estimate_moves_by_time_within_a_stage_and_by_iterations_in_the_loop():
+    estimate = Estimate(0.0)
+    estimate.begin("face_graph", 3.0)  # the first 3 % took 3 seconds: these 7 % will take 7
+    assert estimate.fraction(3.0) == pytest.approx(0.03)
+    assert estimate.fraction(6.5) == pytest.approx(0.03 + 0.5 * 0.07)
+    assert estimate.fraction(60.0) == pytest.approx(0.03 + 0.95 * 0.07)
+    estimate.begin("mesh", 61.0)  # a stage before this one
+    assert estimate.stage == "face_graph"
+    estimate.begin("classify", 70.0)
+    assert estimate.fraction(99.0) == pytest.approx(0.46)
+    estimate.iterate(8)
+    assert estimate.fraction(99.0) == pytest.approx(0.46 + 0.38 * (1 - np.exp(-1)))
+
+
+def test_nothing_is_drawn_where_stderr_is_no_terminal(capsys):
+    with open_bar("a.ply") as bar:
+        bar.on_stage("mesh")
+        bar.draw()
+    assert capsys.readouterr().err == ""
+
+
+def test_work_in_the_background_returns_or_raises():
+    ticks = []
+    assert run_in_background(lambda: 42) == 42
+    assert run_in_background(lambda: time.sleep(0.35), tick=lambda: ticks.append(1)) is None
+    assert len(ticks) >= 2
+
+    def fail():
+        raise TimeoutError("not the waiting's own")
+
+    with pytest.raises(TimeoutError, match="not the waiting's own"):
+        run_in_background(fail)
+    assert not is_busy()

@@ -1,0 +1,349 @@
+"""What a PLY file stores besides positions and corners, carried from one file to the next."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from mesh_files import FACES, ORDERS, VERTICES
+from numpy.testing import assert_array_equal
+
+import superfacets
+from superfacets import Mesh, MeshAttributes, MeshError, read_attributes, read_mesh, write_mesh
+from superfacets.io.writers.ply import names_replaced
+
+FORMS = ["ascii", *ORDERS]
+
+VERTEX = np.array(
+    [
+        ((x, y, z), (0.0, 0.6, -0.8), (10 * n, 255 - n, n, 128), n / 4, 1 - n / 4, -n)
+        for n, (x, y, z) in enumerate(VERTICES)
+    ],
+    dtype=[
+        ("xyz", "f4", 3),
+        ("n", "f4", 3),
+        ("rgba", "u1", 4),
+        ("s", "f8"),
+        ("t", "f8"),
+        ("height", "i2"),
+    ],
+)
+
+FACE = np.array(
+    [(3, FACES[0], 7, (6,), (0, 0, 1, 0, 1, 1), 4e9), (3, FACES[1], 1, (6,), (0, 0.5) * 3, 5)],
+    dtype=[
+        ("count", "u1"),
+        ("corners", "i4", 3),
+        ("material", "u2"),
+        ("n_uv", "u1", 1),
+        ("uv", "f4", 6),
+        ("id", "u4"),
+    ],
+)
+
+HEADER = """ply
+format {form} 1.0
+comment made by hand, with  two spaces and an \u00e9
+obj_info num_cols 512
+element vertex 5
+property float x
+property float y
+property float z
+property float nx
+property float ny
+property float nz
+property uchar red
+property uchar green
+property uchar blue
+property uchar alpha
+property double s
+property double t
+property short height
+comment TextureFile bark.png
+element face 2
+property list uchar int vertex_indices
+property ushort material
+property list uchar float texcoord
+property uint id
+{more}end_header
+"""
+
+COMMENTS = (
+    "comment made by hand, with  two spaces and an \u00e9",
+    "obj_info num_cols 512",
+    "comment TextureFile bark.png",
+)
+
+
+def rich_ply(form, more=""):
+    """The bent square with normals, colors, texture coordinates and more."""
+    header = HEADER.format(form=form, more=more).encode()
+    if form != "ascii":
+        order = ORDERS[form]
+        parts = [rows.astype(rows.dtype.newbyteorder(order)).tobytes() for rows in (VERTEX, FACE)]
+        return header + b"".join(parts)
+    lines = []
+    for rows in (VERTEX, FACE):
+        for row in rows:
+            numbers = np.concatenate([np.ravel(part).astype(float) for part in row])
+            lines.append(" ".join(f"{number:.9g}" for number in numbers))
+    return header + "\n".join([*lines, ""]).encode()
+
+
+@pytest.fixture(params=FORMS)
+def rich(request, tmp_path):
+    path = tmp_path / "rich.ply"
+    path.write_bytes(rich_ply(request.param))
+    return path
+
+
+def assert_rich(attributes):
+    assert list(attributes.vertex) == ["nx", "ny", "nz", "red", "green", "blue", "alpha", "s", "t",
+                                       "height"]  # fmt: skip
+    assert list(attributes.face) == ["material", "texcoord", "id"]
+    expected = {"nx": VERTEX["n"][:, 0], "nz": VERTEX["n"][:, 2], "red": VERTEX["rgba"][:, 0],
+                "alpha": VERTEX["rgba"][:, 3], "s": VERTEX["s"], "t": VERTEX["t"],
+                "height": VERTEX["height"]}  # fmt: skip
+    expected_of_faces = {"material": FACE["material"], "texcoord": FACE["uv"], "id": FACE["id"]}
+    for values, found in ((expected, attributes.vertex), (expected_of_faces, attributes.face)):
+        for name, array in values.items():
+            assert_array_equal(found[name], array, err_msg=name)
+            assert found[name].dtype == array.dtype, name
+            assert found[name].flags.c_contiguous
+    assert attributes.comments == COMMENTS
+    assert attributes.left_out == ()
+
+
+def test_all_that_a_file_stores_is_read_in_its_types(rich):
+    assert_rich(read_attributes(rich))
+    assert_array_equal(read_mesh(rich).vertices, VERTICES)
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+def test_what_was_read_is_written_beside_labels(rich, tmp_path, ascii):
+    output = tmp_path / "labeled.ply"
+    mesh = read_mesh(rich)
+    write_mesh(output, mesh, [1, 0], attributes=read_attributes(rich), ascii=ascii)
+    again = read_attributes(output)
+    assert list(again.face)[:6] == ["label", "quality", "red", "green", "blue", "alpha"]
+    assert_rich(
+        MeshAttributes(
+            again.vertex,
+            {name: again.face[name] for name in ("material", "texcoord", "id")},
+            again.comments,
+        )
+    )
+    assert_array_equal(read_mesh(output).faces, mesh.faces)
+    assert_array_equal(superfacets.read_labels(output), [1, 0])
+    assert b"property list uchar float texcoord\n" in output.read_bytes()
+
+
+def test_the_header_declares_what_the_rows_hold(tmp_path):
+    attributes = MeshAttributes(
+        {"w": np.arange(5.0, dtype="f4")}, {"pair": np.array([[1, 2], [3, 4]], "u1")}, ["comment c"]
+    )
+    write_mesh(tmp_path / "a.ply", Mesh(VERTICES, FACES), attributes=attributes, ascii=True)
+    assert (tmp_path / "a.ply").read_text() == (
+        "ply\nformat ascii 1.0\ncomment c\nelement vertex 5\n"
+        "property float x\nproperty float y\nproperty float z\nproperty float w\n"
+        "element face 2\nproperty list uchar int vertex_indices\n"
+        "property list uchar uchar pair\nend_header\n"
+        "0 0 0 0\n1 0 0 1\n1 1 0 2\n0 1 0.5 3\n9 9 9 4\n3 0 1 2 2 1 2\n3 0 2 3 2 3 4\n"
+    )
+
+
+def test_long_lists_declare_a_longer_count(tmp_path):
+    long = np.arange(600.0).reshape(2, 300)
+    path = tmp_path / "a.ply"
+    write_mesh(path, Mesh(VERTICES, FACES), attributes=MeshAttributes(face={"row": long}))
+    assert b"property list int double row\n" in path.read_bytes()
+    assert_array_equal(read_attributes(path).face["row"], long)
+
+
+def test_other_elements_and_uneven_lists_are_named_as_left_out(tmp_path):
+    path = tmp_path / "a.ply"
+    rows = "0 0 0\n1 0 0\n1 1 0\n3 0 1 2 0\n3 0 2 1 2 5 6\n7 8\n"
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 2\nproperty list uchar int vertex_index\n"
+        "property list uchar int tags\nelement edge 1\nproperty int a\nproperty int b\n"
+        "element range_grid 0\nproperty int a\nend_header\n" + rows
+    )
+    attributes = read_attributes(path)
+    assert (dict(attributes.vertex), dict(attributes.face)) == ({}, {})
+    assert attributes.left_out == (
+        "face property tags, whose lists differ in length",
+        "element edge",
+    )
+
+
+def test_names_that_come_twice_are_kept_once(tmp_path):
+    path = tmp_path / "a.ply"
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nproperty int w\nproperty int w\nproperty int \u00e9\n"
+        "element face 1\nproperty list uchar int vertex_index\nend_header\n"
+        "0 0 0 1 2 3\n1 0 0 1 2 3\n1 1 0 1 2 3\n3 0 1 2\n",
+        encoding="latin-1",
+    )
+    attributes = read_attributes(path)
+    assert_array_equal(attributes.vertex["w"], [1, 1, 1])
+    assert [what.split(",")[0] for what in attributes.left_out] == [
+        "vertex property w", "vertex property \u00e9",
+    ]  # fmt: skip
+
+
+def test_integers_that_do_not_fit_the_declared_type_become_doubles(tmp_path):
+    path = tmp_path / "a.ply"
+    path.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nproperty uchar red\nproperty uchar green\n"
+        "element face 1\nproperty list uchar int vertex_index\nend_header\n"
+        "0 0 0 300 1\n1 0 0 0.5 2\n1 1 0 -1 3\n3 0 1 2\n"
+    )
+    vertex = read_attributes(path).vertex
+    assert vertex["red"].dtype == np.float64
+    assert_array_equal(vertex["red"], [300, 0.5, -1])
+    assert vertex["green"].dtype == np.uint8
+
+
+def test_names_of_the_labels_win(tmp_path):
+    path = tmp_path / "a.ply"
+    mesh = Mesh(VERTICES, FACES)
+    attributes = MeshAttributes(
+        {"x": [9.0] * 5, "label": [1, 2, 3, 4, 5]},
+        {"label": [8, 8], "red": [1.0, 2.0], "vertex_index": [0, 0], "kept": [5, 6]},
+    )
+    write_mesh(path, mesh, [1, 0], attributes=attributes)
+    assert_array_equal(read_mesh(path).vertices, VERTICES)
+    assert_array_equal(superfacets.read_labels(path), [1, 0])
+    found = read_attributes(path)
+    assert found.face["red"].dtype == np.uint8
+    assert_array_equal(found.face["kept"], [5, 6])
+    assert_array_equal(found.vertex["label"], [1, 2, 3, 4, 5])
+    assert names_replaced(attributes) == [
+        "vertex property x", "face property label", "face property red",
+        "face property vertex_index",
+    ]  # fmt: skip
+    write_mesh(path, mesh, attributes=MeshAttributes(face={"label": [8, 8]}))
+    assert_array_equal(superfacets.read_labels(path), [8, 8])  # none of ours, so it is kept
+
+
+def test_arrays_get_a_type_that_ply_has():
+    attributes = MeshAttributes(
+        {"flag": [True, False]},
+        {
+            "many": np.array([2**32 - 1]),
+            "half": np.array([0.5], "f2"),
+            "big": np.array([1.5], ">f8"),
+        },
+    )
+    types = {
+        name: a.dtype.str for m in (attributes.vertex, attributes.face) for name, a in m.items()
+    }
+    assert {name: kind[1:] for name, kind in types.items()} == {
+        "flag": "u1", "many": "u4", "half": "f4", "big": "f8",
+    }  # fmt: skip
+    assert attributes.face["big"].dtype.isnative
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"vertex": {"two words": [1]}}, ValueError, "must be one word of printable ASCII"),
+        ({"vertex": {"": [1]}}, ValueError, "must be one word"),
+        ({"vertex": {7: [1]}}, ValueError, "must be one word"),
+        ({"face": {"a": ["x"]}}, TypeError, "face property 'a' must be real numbers, got <U1"),
+        ({"face": {"a": [[[1]]]}}, ValueError, "one or two dimensions, got shape (1, 1, 1)"),
+        ({"face": {"a": [2**40]}}, ValueError, "do not fit in 32 bits"),
+        ({"comments": ["made by hand"]}, ValueError, "begins with comment or obj_info"),
+        ({"comments": ["comment a\nend_header"]}, ValueError, "expected one line"),
+        ({"comments": [3]}, ValueError, "expected one line"),
+    ],
+)
+def test_attributes_that_no_file_can_hold_are_refused(arguments, error, message):
+    with pytest.raises(error) as caught:
+        MeshAttributes(**arguments)
+    assert message in str(caught.value)
+
+
+def test_attributes_of_another_mesh_are_refused(tmp_path):
+    mesh = Mesh(VERTICES, FACES)
+    path = tmp_path / "a.ply"
+    with pytest.raises(ValueError, match=r"^the face property a has 3 values for 2 in the mesh$"):
+        write_mesh(path, mesh, attributes=MeshAttributes(face={"a": [1, 2, 3]}))
+    with pytest.raises(TypeError, match=r"^attributes must be MeshAttributes, got dict$"):
+        write_mesh(path, mesh, attributes={"a": [1, 2]})
+    assert not path.exists()
+
+
+def test_only_ply_has_attributes(tmp_path):
+    (tmp_path / "a.obj").write_text("v 0 0 0\n")
+    with pytest.raises(MeshError, match=r"a\.obj: expected the ending \.ply"):
+        read_attributes(tmp_path / "a.obj")
+    (tmp_path / "a.ply").write_text("junk")
+    with pytest.raises(MeshError, match=r"a\.ply: not a PLY file"):
+        read_attributes(tmp_path / "a.ply")
+
+
+def test_attributes_do_not_keep_the_file_in_memory(tmp_path):
+    n = 50_000
+    vertices = np.random.default_rng(1).random((n, 3))
+    faces = np.arange(n // 3 * 3).reshape(-1, 3)
+    path = tmp_path / "a.ply"
+    write_mesh(
+        path,
+        Mesh(vertices, faces),
+        attributes=MeshAttributes(vertex={"a": np.zeros(n), "t": np.zeros(n, "u1")}),
+    )
+    tracemalloc.start()
+    attributes = read_attributes(path)
+    kept, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert len(attributes.vertex["t"]) == n
+    assert 9 * n <= kept < 9 * n + 50_000
+
+
+def test_trimesh_reads_what_was_carried_over(rich, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("scipy")
+    path = tmp_path / "out.ply"
+    read = read_attributes(rich)
+    write_mesh(path, read_mesh(rich), attributes=read)
+    textured = trimesh.load_mesh(path, process=False)
+    corners = textured.visual.uv[textured.faces.ravel()]
+    assert_array_equal(corners, FACE["uv"].reshape(-1, 2))
+    vertex = {name: values for name, values in read.vertex.items() if name not in "st"}
+    face = {name: values for name, values in read.face.items() if name != "texcoord"}
+    write_mesh(path, read_mesh(rich), attributes=MeshAttributes(vertex, face))
+    colored = trimesh.load_mesh(path, process=False)
+    assert_array_equal(colored.visual.vertex_colors, VERTEX["rgba"])
+    raw = colored.metadata["_ply_raw"]
+    assert_array_equal(np.ravel(raw["vertex"]["data"]["height"]), VERTEX["height"])
+    assert_array_equal(np.ravel(raw["face"]["data"]["material"]), FACE["material"])
+
+
+def test_pyvista_reads_what_was_carried_over(rich, tmp_path):
+    pyvista = pytest.importorskip("pyvista")
+    path = tmp_path / "out.ply"
+    write_mesh(path, read_mesh(rich), [1, 0], attributes=read_attributes(rich))
+    poly = pyvista.read(path)
+    assert_array_equal(poly.points, VERTICES)
+    assert_array_equal(poly.point_data["RGBA"], VERTEX["rgba"])
+    assert_array_equal(poly.point_data["Normals"], VERTEX["n"])
+    assert poly.cell_data["RGBA"].shape == (2, 4)
+
+
+def test_lagrange_reads_what_was_carried_over(rich, tmp_path):
+    lagrange = pytest.importorskip("lagrange")
+    path = tmp_path / "out.ply"
+    write_mesh(path, read_mesh(rich), [1, 0], attributes=read_attributes(rich))
+    loaded = lagrange.io.load_mesh(path)
+    assert_array_equal(loaded.vertices, VERTICES)
+    names = {
+        loaded.get_attribute_name(place): place for place in loaded.get_matching_attribute_ids()
+    }
+    for name, values in [("Vertex_Normal", VERTEX["n"]), ("Vertex_Color", VERTEX["rgba"]),
+                         ("Vertex_UV", np.stack([VERTEX["s"], VERTEX["t"]], axis=1)),
+                         ("height", VERTEX["height"]), ("material", FACE["material"]),
+                         ("texcoord", FACE["uv"])]:  # fmt: skip
+        assert_array_equal(loaded.attribute(names[name]).data, values, err_msg=name)
