@@ -25,7 +25,7 @@ from superfacets.study.reproduce.pictures import Drawing, is_drawn, picture_path
 from superfacets.study.reproduce.plan import Choice, make_plan
 from superfacets.study.reproduce.results import Curve, Results, collect, compare
 from superfacets.study.reproduce.runs import Run
-from superfacets.study.reproduce.sources import Source, Sources, find_models, load
+from superfacets.study.sources import Source, Sources, find_models, load
 
 MODELS = {1: 10, 2: 12, 21: 11, 400: 13}  # number: squares along a side of the sheet
 FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--jobs", "1")

@@ -12,7 +12,7 @@ from ..princeton import CATEGORIES
 from .methods import METHODS
 from .results import Comparison, Curve, Results
 from .runs import Run
-from .sources import Source
+from ..sources import Source
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -20,7 +20,7 @@ from ..records import Record
 from ..runner import Piece
 from .methods import METHODS, Setting
 from .runs import Run
-from .sources import load
+from ..sources import load
 
 __all__ = ["Task", "pack_labels", "unpack_labels"]
 

@@ -15,7 +15,7 @@ from ...view.rendering import render
 from ..records import Key
 from .gallery import Picture, view_of
 from .measure import unpack_labels
-from .sources import load
+from ..sources import load
 
 __all__ = ["Drawing", "is_drawn", "picture_path"]
 

@@ -10,7 +10,7 @@ from ..princeton import CATEGORIES
 from .gallery import GALLERY, Picture, pictures_of, table_runs
 from .methods import METHODS, Method
 from .runs import Run
-from .sources import Source, Sources
+from ..sources import Source, Sources
 
 __all__ = ["CURVES", "FIGURES", "KS", "SUBSET_KS", "Choice", "Plan", "make_plan"]
 

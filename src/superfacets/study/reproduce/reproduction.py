@@ -22,7 +22,7 @@ from .plan import CURVES, Choice, Plan, make_plan
 from .results import Comparison, Curve, Results, collect, compare
 from .rows import write_means, write_points, write_runs
 from .runs import Run
-from .sources import Sources, find_meshes, find_models
+from ..sources import Sources, find_meshes, find_models
 
 __all__ = ["Options", "Report", "reproduce"]
 

@@ -14,7 +14,7 @@ from ..runner import Piece, read_piece
 from .methods import METHODS
 from .plan import CURVES, Plan
 from .runs import Run
-from .sources import Source
+from ..sources import Source
 
 __all__ = ["Comparison", "Curve", "Results", "collect", "compare"]
 

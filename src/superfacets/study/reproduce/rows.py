@@ -12,7 +12,7 @@ from ..records import Record
 from ..table_writer import write_csv
 from .results import Comparison, Curve, Results
 from .runs import Run
-from .sources import Source
+from ..sources import Source
 
 __all__ = ["write_means", "write_points", "write_runs"]
 

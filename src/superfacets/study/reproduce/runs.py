@@ -10,7 +10,7 @@ from typing import Any
 from ... import __version__
 from ..runner import Piece
 from .methods import METHODS, Setting
-from .sources import Source
+from ..sources import Source
 
 __all__ = ["Run"]
 
