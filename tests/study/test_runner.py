@@ -197,7 +197,10 @@ def test_records_are_whole_or_none(tmp_path):
     stale = json.dumps(json.loads(whole) | {"key": {"k": 6}})
     texts = ["", "[]", "{}", "null", '{"key": {"k": 5}}', "\xff", whole[:-20], 99_999 * "[", stale]
     texts += [whole.replace("0.30000000000000004", "0.3000000000000001")]
-    texts += [whole.replace('"record": {', '"record": [], "x": {'), re.sub("[0-9a-f]{32}", "", whole)]
+    texts += [
+        whole.replace('"record": {', '"record": [], "x": {'),
+        re.sub("[0-9a-f]{32}", "", whole),
+    ]
     for text in texts:
         assert text != whole
         path.write_text(text, encoding="latin-1")

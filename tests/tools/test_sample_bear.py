@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-
 from tools.sample_bear import PART_NAMES, lattice, make_bear, net, parts_of
 from tools.sample_bear import bear as creature
 

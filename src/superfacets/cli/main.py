@@ -31,6 +31,7 @@ from ..pipeline import PAPER, segment
 from ..study.reproduce.command import reproduce_command
 from ..view.camera import Up
 from ..view.gl import RenderError
+from .quality import quality_command
 
 if TYPE_CHECKING:
     from ..cells.info import MeshInfo
@@ -94,6 +95,7 @@ def commands(context: click.Context) -> None:
 
 
 commands.add_command(reproduce_command)
+commands.add_command(quality_command)
 
 
 @commands.command("segment")

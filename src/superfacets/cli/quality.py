@@ -15,22 +15,17 @@ _FOLDER = click.Path(path_type=Path, file_okay=False)
 _EXISTING = click.Path(path_type=Path, file_okay=False, exists=True)
 
 
-class Numbers(click.ParamType):
-    """Whole numbers >= 1 with commas in between."""
-
-    name = "list"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, ...]:
-        """Numbers of a text, ascending."""
-        if isinstance(value, tuple):
-            return value
-        wanted = [number.strip() for number in value.split(",")]
-        for number in wanted:
-            if not number.isdecimal() or not 1 <= int(number[:12]) < 2**31:
-                self.fail(f"expected whole numbers >= 1, got {number!r}", param, ctx)
-        return tuple(sorted({int(number) for number in wanted}))
+def _numbers(
+    ctx: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[int, ...] | None:
+    """Whole numbers >= 1 of a list with commas, ascending."""
+    if text is None:
+        return None
+    wanted = [number.strip() for number in text.split(",")]
+    for number in wanted:
+        if not number.isdecimal() or not 1 <= int(number[:12]) < 2**31:
+            raise click.BadParameter(f"expected whole numbers >= 1, got {number!r}", ctx, parameter)
+    return tuple(sorted({int(number) for number in wanted}))
 
 
 @click.command("quality")
@@ -39,9 +34,9 @@ class Numbers(click.ParamType):
     "-o", "--output", metavar="OUT", type=_FOLDER, required=True, help="Folder for the results."
 )
 @click.option(
-    "--ks", type=Numbers(), metavar="LIST", help="Numbers of regions.  [default: 50 to 300]"
+    "--ks", callback=_numbers, metavar="LIST", help="Numbers of regions.  [default: 50 to 300]"
 )
-@click.option("--models", type=Numbers(), metavar="LIST", help="Only these, as 5,125,397.")
+@click.option("--models", callback=_numbers, metavar="LIST", help="Only these, as 5,125,397.")
 @click.option(
     "--every", type=click.IntRange(min=1), default=1, help="Only every so many-th of the models."
 )

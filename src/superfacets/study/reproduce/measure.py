@@ -18,9 +18,9 @@ from ...clustering.loop import Segmentation
 from ...metrics import evaluate
 from ..records import Record
 from ..runner import Piece
+from ..sources import load
 from .methods import METHODS, Setting
 from .runs import Run
-from ..sources import load
 
 __all__ = ["Task", "pack_labels", "unpack_labels"]
 

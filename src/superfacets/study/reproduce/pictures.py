@@ -13,9 +13,9 @@ import numpy.typing as npt
 from ...io.atomic import atomic_outputs
 from ...view.rendering import render
 from ..records import Key
+from ..sources import load
 from .gallery import Picture, view_of
 from .measure import unpack_labels
-from ..sources import load
 
 __all__ = ["Drawing", "is_drawn", "picture_path"]
 

@@ -13,6 +13,7 @@ from ...errors import MeshError, MissingExtraError
 from ...io.atomic import remove_leftovers
 from ...view.rendering import check_rendering
 from ..runner import Piece, free_memory, locked, run_shown, run_tasks
+from ..sources import Sources, find_meshes, find_models
 from .gallery import GALLERY
 from .measure import Task
 from .methods import METHODS
@@ -22,7 +23,6 @@ from .plan import CURVES, Choice, Plan, make_plan
 from .results import Comparison, Curve, Results, collect, compare
 from .rows import write_means, write_points, write_runs
 from .runs import Run
-from ..sources import Sources, find_meshes, find_models
 
 __all__ = ["Options", "Report", "reproduce"]
 

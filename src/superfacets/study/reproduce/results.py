@@ -11,10 +11,10 @@ import numpy as np
 
 from ..records import Record
 from ..runner import Piece, read_piece
+from ..sources import Source
 from .methods import METHODS
 from .plan import CURVES, Plan
 from .runs import Run
-from ..sources import Source
 
 __all__ = ["Comparison", "Curve", "Results", "collect", "compare"]
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..records import Record
+from ..sources import Source
 from ..table_writer import write_csv
 from .results import Comparison, Curve, Results
 from .runs import Run
-from ..sources import Source
 
 __all__ = ["write_means", "write_points", "write_runs"]
 

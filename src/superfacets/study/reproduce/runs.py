@@ -9,8 +9,8 @@ from typing import Any
 
 from ... import __version__
 from ..runner import Piece
-from .methods import METHODS, Setting
 from ..sources import Source
+from .methods import METHODS, Setting
 
 __all__ = ["Run"]
 
