@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
-import os
-import re
-from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ..io.atomic import atomic_outputs
 
-__all__ = ["Key", "Record", "read_record", "remove_leftovers", "write_record"]
+__all__ = ["Key", "Record", "read_record", "write_record"]
 
 Key = Mapping[str, Any]
 """All that a record depends on: one that was made from another key is stale."""
@@ -22,22 +18,22 @@ Key = Mapping[str, Any]
 Record = dict[str, Any]
 """What was found out; or, where that failed, why: under "reason"."""
 
-# What `atomic_outputs` calls a file until it is whole: the name (its beginning), and 12 digits.
-_UNFINISHED = re.compile(r"\.(.{1,40})\.[0-9a-f]{12}\.tmp")
-
 
 def write_record(path: Path, key: Key, record: Record) -> None:
     """Write a record such that it is whole, or not there, whenever the process ends.
 
     Raises
     ------
+    ValueError
+        If a number is not finite.
     OSError
         If it cannot be written: the folder is none, or another folder lies in the record's place.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
     whole = {"checksum": _checksum(key, record), "key": key, "record": record}
+    text = json.dumps(whole, indent=1, allow_nan=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_outputs([path]) as (partial,):
-        partial.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
+        partial.write_text(text + "\n", encoding="utf-8")
 
 
 def read_record(path: Path, key: Key) -> Record | None:
@@ -60,20 +56,3 @@ def read_record(path: Path, key: Key) -> Record | None:
 def _checksum(key: Key, record: Record) -> str:
     text = json.dumps([key, record], sort_keys=True)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
-
-
-def remove_leftovers(paths: Iterable[Path]) -> None:
-    """Remove what writers of these files left behind when they were killed, and nothing else.
-
-    Nobody may be writing them now.
-    """
-    names = defaultdict(set)
-    for path in paths:
-        names[path.parent].add(path.name[:40])
-    for folder, own in names.items():
-        with contextlib.suppress(OSError), os.scandir(folder) as entries:
-            for entry in entries:
-                name = _UNFINISHED.fullmatch(entry.name)
-                if name and name[1] in own and entry.is_file(follow_symlinks=False):
-                    with contextlib.suppress(OSError):
-                        Path(entry.path).unlink()

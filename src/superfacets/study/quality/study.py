@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import MeshError, MissingExtraError
-from ...io.atomic import atomic_outputs
+from ...io.atomic import atomic_outputs, remove_leftovers
 from ..princeton import Benchmark
-from ..records import remove_leftovers
 from ..runner import Piece, free_memory, locked, read_piece, run_tasks
 from ..sources import Source, find_models
 from ..table_writer import write_csv
@@ -79,7 +78,8 @@ def study(options: Options) -> Report:
     finer, main = _tasks(models, scales, options)
     files = [options.output / name for name in ("runs.csv", "tables.md")]
     with locked(options.output):
-        remove_leftovers([*files, *(piece.path for task in finer + main for piece in task.pieces)])
+        records = [piece.path for task in finer + main for piece in task.pieces]
+        remove_leftovers([*files, *records], older_than=0.0)  # of starts that were killed
         todo = [task for task in map(_what_is_missing, finer + main) if task.pieces]
         lost = run_tasks("tasks", todo, options.n_jobs, memory=free_memory())
         rows, failures = _collect(main, lost)
