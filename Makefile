@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-SOURCES := pyproject.toml CMakeLists.txt $(shell find src -name "*.py" -o -name "*.pyi" -o -name "*.[ch]pp")
+SOURCES := pyproject.toml CMakeLists.txt $(shell find src -type f ! -name "*.pyc")
 
 .PHONY: help demo test lowest newest lint workflows docs stub figures bench timings fuzz sanitize compilers dist clean
 
@@ -46,7 +46,7 @@ figures: $(BIN)/superfacets ## draw the pictures of the README and the documenta
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/python docs/make_figures.py
 
-bench: $(VENV)/group-bench ## time everything, side by side with rivals; BENCH="targets --quick" for less
+bench: $(VENV)/group-bench ## time everything, side by side with rivals; BENCH="all --quick" for less
 	$(BIN)/python -m benchmarks $(or $(BENCH),all) --json bench.json
 
 timings: $(VENV)/group-bench ## print the timing table of the README

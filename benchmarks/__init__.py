@@ -1,17 +1,15 @@
-"""The benchmark of superfacets: ``make bench``, or ``python -m benchmarks --help``.
+"""How fast superfacets is: ``make bench``, or ``python -m benchmarks --help``.
 
 meshes     what is segmented: files, and finer ones made from them
 plan       which meshes, numbers of regions, settings and threads are run
 checks     labels are compared with stored hashes, or with what must hold, before a time is kept
 clock      jobs that take turns, their times, medians
 runs       arrays to labels, stage by stage
-passes     one classification of all faces against streaming the graph
-growth     exponents of the growth with N and k; what a second thread brings
+passes     one classification of all faces, on its own
 rivals     METIS, pyacvd, SLIC, SciPy, each as its users would call it
 races      rivals and superfacets side by side
 memory     peak memory, in a fresh process
 processes  imports and whole runs of the command, in fresh processes
-machine    facts about the machine; memory bandwidth
-targets    what was promised against what was measured
+machine    facts about the machine
 report     tables in Markdown from a file of results
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ import click
 import numpy as np
 
 import superfacets as sf
-from superfacets.study.princeton import Benchmark
 
 from . import report, runs
 from .checks import (
@@ -27,17 +25,16 @@ from .checks import (
     save_expected,
 )
 from .machine import usable_cores
-from .meshes import Arrays, build, find_data
-from .plan import CATALOG, TARGETED, make_plan
-from .quality import KS, render_quality, study
-from .sections import derive, measure
+from .meshes import Arrays, build
+from .plan import make_plan
+from .sections import measure
 
 __all__ = ["commands"]
 
 FILE = click.Path(path_type=Path, dir_okay=False)
 FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 
-README_MESHES = ("bear60k", "bear250k", "bear1000k")
+README_MESHES = ("bear60k", "bear60k-x4", "bear60k-x16")
 
 
 class Group(click.Group):
@@ -61,7 +58,7 @@ def commands() -> None:
 def selection(command: Callable[..., None]) -> Callable[..., None]:
     """Add the options that say which meshes are run."""
     options = [
-        click.option("--meshes", help="Names, separated by commas, as bunny,hand-x64,bear124k."),
+        click.option("--meshes", help="Names, separated by commas, as bunny,hand-x64,bear60k."),
         click.option("--max-faces", type=click.IntRange(min=1), help="No larger meshes."),
         click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]"),
     ]
@@ -90,11 +87,11 @@ def _say(text: str) -> None:
     click.echo(f"benchmarks: {text}", err=True)
 
 
-def _run(sections: set[str], catalog: tuple[str, ...] = CATALOG, **options: Any) -> None:
+def _run(sections: set[str], **options: Any) -> None:
     """Measure sections, print their tables and write the JSON."""
     output = options.pop("output")
     meshes = _names(options.pop("meshes"))
-    plan = make_plan(meshes=meshes, catalog=catalog, **options)
+    plan = make_plan(meshes=meshes, **options)
     if plan.data is None:
         _say("no folder of data (SUPERFACETS_DATA, ../shared/data): sample meshes are used")
     results = measure(plan, frozenset(sections), load_expected(), _say)
@@ -114,7 +111,7 @@ def stages(**options: Any) -> None:
 @commands.command()
 @running
 def scaling(**options: Any) -> None:
-    """Growth with faces, regions and threads."""
+    """More numbers of regions, settings and threads."""
     _run({"scaling"}, **options)
 
 
@@ -130,13 +127,6 @@ def rivals(**options: Any) -> None:
 def memory(**options: Any) -> None:
     """Peak memory, in fresh processes."""
     _run({"memory"}, **options)
-
-
-@commands.command()
-@running
-def targets(**options: Any) -> None:
-    """Target, measured, reached: all that the targets are about, and no more."""
-    _run({"targets", "passes", "rivals", "memory", "processes"}, TARGETED, **options)
 
 
 @commands.command("all")
@@ -157,58 +147,12 @@ def timings(repeats: int) -> None:
     click.echo(report.readme_table(rows))
 
 
-@commands.command()
-@click.argument("psb", type=FOLDER, required=False)
-@click.option("--ks", default=",".join(map(str, KS)), show_default=True, help="Numbers of regions.")
-@click.option("--models", help="Numbers, separated by commas, as 5,125,397.")
-@click.option("--every", type=click.IntRange(min=1), default=1, help="Only every so many-th model.")
-@click.option(
-    "--finer",
-    type=click.IntRange(min=0),
-    default=10,
-    show_default=True,
-    help="Models that are subdivided and decimated.",
-)
-@click.option("--json", "output", type=FILE, help="Write all results there.")
-def quality(
-    psb: Path | None, ks: str, models: str | None, every: int, finer: int, output: Path | None
-) -> None:
-    """Repeat the study of the trade-off between undersegmentation error and compactness.
-
-    PSB is a folder with models and ground truths of the Princeton Segmentation Benchmark; if not
-    given, `psb` in the data folder.
-    """
-    root = psb or _benchmark_folder()
-    numbers = _integers(models) if models else Benchmark(root).numbers
-    results = study(root, numbers[::every], _integers(ks), finer, _say)
-    for line in results["problems"]:
-        _say(line)
-    click.echo(render_quality(results))
-    if output:
-        output.write_text(json.dumps(results, indent=1) + "\n")
-        _say(f"wrote {output}")
-
-
-def _benchmark_folder() -> Path:
-    data = find_data()
-    if data is None:
-        raise click.ClickException("no folder of models is given, and there is no data folder")
-    return data / "psb"
-
-
-def _integers(text: str) -> tuple[int, ...]:
-    """Return the numbers of a list with commas."""
-    if not re.fullmatch(r"[1-9]\d*(,[1-9]\d*)*", text):
-        raise click.ClickException(f"{text!r} are no numbers, separated by commas")
-    return tuple(map(int, text.split(",")))
-
-
 @commands.command("report")
 @click.argument("results", type=FILE)
 @click.option("--into", "document", type=FILE, help="Fill the tables of this document instead.")
 def render_report(results: Path, document: Path | None) -> None:
     """Print the tables of a file of results, or put them into a document."""
-    loaded = derive(json.loads(results.read_text()))
+    loaded = json.loads(results.read_text())
     if document is None:
         click.echo(report.render(loaded))
     else:

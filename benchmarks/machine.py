@@ -6,21 +6,14 @@ import importlib.metadata
 import os
 import platform
 import re
-import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import superfacets as sf
 
-__all__ = ["bandwidth", "facts", "thread_counts", "usable_cores"]
+__all__ = ["facts", "thread_counts", "usable_cores"]
 
 PACKAGES = ("numpy", "scipy", "pymetis", "pyacvd", "pyvista", "vtk", "scikit-image")
-
-BANDWIDTH_BYTES = 2**29
-"""Several times the largest cache."""
 
 
 def usable_cores() -> int:
@@ -55,23 +48,6 @@ def facts() -> dict[str, Any]:
         "versions": {"superfacets": sf.__version__} | _versions(),
         "threads_in_environment": os.environ.get("SUPERFACETS_NUM_THREADS"),
     }
-
-
-def bandwidth(n_threads: int, repeats: int = 9) -> float:
-    """Return bytes per second that threads together read from memory, the best of a few tries.
-
-    Each thread takes the maximum of its part of one array of float64, of 512 MiB in all: of
-    numpy's reductions the one that waits for memory alone.
-    """
-    values = np.ones(BANDWIDTH_BYTES // 8)
-    parts = np.array_split(values, n_threads)
-    seconds = []
-    with ThreadPoolExecutor(n_threads) as pool:
-        for _ in range(repeats + 1):
-            start = time.perf_counter()
-            list(pool.map(np.maximum.reduce, parts))
-            seconds.append(time.perf_counter() - start)
-    return values.nbytes / min(seconds[1:])
 
 
 def _processor() -> str:

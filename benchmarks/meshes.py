@@ -1,8 +1,8 @@
 """What is segmented: meshes from files, the sample bear, and finer ones made from those.
 
 A name is a base and, optionally, by how much its faces are multiplied: ``bunny``, ``hand-x64``,
-``bear124k-x4``, ``sphere-x65536``. A base is the stem of a file in ``meshes`` of the data folder,
-``bear<n>k`` (`superfacets.sample_mesh` of n thousand faces) or ``sphere`` (an icosahedron whose
+``bear60k-x4``, ``sphere-x65536``. A base is the stem of a file in ``meshes`` of the data folder,
+``bear5k`` or ``bear60k`` (`superfacets.sample_mesh`) or ``sphere`` (an icosahedron whose
 subdivisions are spherical).
 """
 
@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 import superfacets as sf
+from superfacets.mesh.quarters import split_in_four
 
 __all__ = [
     "Arrays",
@@ -37,6 +38,9 @@ NOISE = 0.05
 folds over."""
 
 SEED = 0
+
+BEARS = {"bear5k": 5_000, "bear60k": 60_000}
+"""The bears that come along; finer ones are made from them as from any mesh."""
 
 
 class Arrays(NamedTuple):
@@ -97,10 +101,7 @@ def count_faces(name: str, data: Path | None) -> int:
 def _base(base: str, data: Path | None) -> Arrays:
     if base == "sphere":
         return icosahedron()
-    if bear := re.fullmatch(r"bear(\d+)k", base):
-        mesh = sf.sample_mesh(1_000 * int(bear[1]))
-        return Arrays(mesh.vertices, mesh.faces)
-    mesh = sf.read_mesh(file_of(base, data))
+    mesh = sf.sample_mesh(BEARS[base]) if base in BEARS else sf.read_mesh(file_of(base, data))
     return Arrays(mesh.vertices, mesh.faces)
 
 
@@ -113,26 +114,8 @@ def file_of(base: str, data: Path | None) -> Path:
 
 
 def subdivide(arrays: Arrays) -> Arrays:
-    """Split each face into four at the middles of its edges, which neighbors share.
-
-    Face f becomes faces 4 f to 4 f + 3: at corners 0, 1, 2, and the middle one. Orientation, area
-    and shape stay; so do boundary and non-manifold edges.
-    """
-    vertices, faces = arrays
-    corners = faces.astype(np.int64)
-    ends = np.stack([corners, np.roll(corners, -1, axis=1)])  # of sides 0, 1, 2
-    key_of_side = (ends.min(axis=0) * len(vertices) + ends.max(axis=0)).ravel()
-    order = np.argsort(key_of_side)
-    sorted_keys = key_of_side[order]
-    is_first = np.diff(sorted_keys, prepend=-1) != 0
-    edge_of_side = np.empty(len(order), dtype=np.int64)
-    edge_of_side[order] = np.cumsum(is_first) - 1
-    low, high = np.divmod(sorted_keys[is_first], len(vertices))
-    middles = 0.5 * (vertices[low] + vertices[high])
-    a, b, c = faces.T
-    ab, bc, ca = (len(vertices) + edge_of_side.reshape(-1, 3).T).astype(np.int32)
-    quarters = [a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]
-    return Arrays(np.concatenate([vertices, middles]), np.stack(quarters, axis=1).reshape(-1, 3))
+    """Split each face into four."""
+    return Arrays(*split_in_four(*arrays))
 
 
 def perturb(arrays: Arrays) -> Arrays:

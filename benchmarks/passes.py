@@ -1,4 +1,4 @@
-"""One classification of all faces, against the time to stream the graph once."""
+"""One classification of all faces."""
 
 from __future__ import annotations
 
@@ -13,17 +13,9 @@ from .checks import require
 from .clock import interleaved, median
 from .meshes import Arrays
 
-__all__ = ["against_stream", "graph_bytes", "measure"]
+__all__ = ["measure"]
 
 Key = tuple[int, int]  # number of regions, threads
-
-
-def graph_bytes(graph: sf.CellGraph) -> int:
-    """Return the bytes of ``offsets``, ``neighbors`` and ``lengths``: what a pass has to read.
-
-    8 (N + 1) + 4 M + 4 M; of a closed mesh of triangles, M = 3 N, 32 bytes per face.
-    """
-    return int(graph.offsets.nbytes + graph.neighbors.nbytes + graph.lengths.nbytes)
 
 
 def measure(mesh: str, arrays: Arrays, keys: list[Key], repeats: int) -> list[dict[str, Any]]:
@@ -59,15 +51,8 @@ def _row(mesh: str, graph: sf.CellGraph, key: Key, seconds: list[float]) -> dict
         "faces": graph.n_cells,
         "k": key[0],
         "threads": key[1],
-        "graph_bytes": graph_bytes(graph),
         "pass_seconds": middle,
         "fastest": min(seconds),
         "slowest": max(seconds),
         "ns_per_face": 1e9 * middle / graph.n_cells,
     }
-
-
-def against_stream(row: dict[str, Any], bytes_per_second: float) -> dict[str, Any]:
-    """Return the row with the seconds that streaming the graph takes, and the pass in those."""
-    seconds = row["graph_bytes"] / bytes_per_second
-    return row | {"stream_seconds": seconds, "times_stream": row["pass_seconds"] / seconds}

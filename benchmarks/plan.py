@@ -9,23 +9,17 @@ from .machine import thread_counts
 from .meshes import count_faces, find_data
 from .runs import Case
 
-__all__ = ["CATALOG", "SAMPLES", "TARGETED", "Plan", "make_plan"]
+__all__ = ["CATALOG", "SAMPLES", "Plan", "make_plan"]
 
 CATALOG = (
     "fandisk", "bunny", "hand", "hand-x4", "bunny-x16", "sphere-x65536", "hand-x16", "hand-x64",
-    "bear124k", "bear124k-x4", "bear124k-x16", "bear124k-x64",
+    "bear60k", "bear60k-x4", "bear60k-x16", "bear60k-x64",
 )  # fmt: skip
-"""13 thousand to 8 million faces: real meshes, the same surfaces at several finenesses, and the
+"""13 thousand to 7 million faces: real meshes, the same surfaces at several finenesses, and the
 1.31 million faces that rivals are compared on."""
 
-SAMPLES = (
-    "bear12k", "bear60k", "bear124k", "bear124k-x4", "sphere-x65536", "bear124k-x16",
-    "bear124k-x64",
-)  # fmt: skip
+SAMPLES = ("bear5k", "bear60k", "bear60k-x4", "bear60k-x16", "sphere-x65536", "bear60k-x64")
 """What is run where there is no folder of data."""
-
-TARGETED = ("bunny", "hand", "hand-x4", "sphere-x65536", "hand-x16", "hand-x64", *CATALOG[-4:])
-"""The meshes that the targets are about."""
 
 RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16", 2_000))
 
@@ -58,14 +52,12 @@ class Plan:
         return 3 if self.is_quick or self.meshes[mesh] >= LARGE else 5
 
     def cases(self, mesh: str, sections: frozenset[str]) -> list[Case]:
-        """Return the runs of a mesh for the sections `stages`, `scaling` and `targets`."""
+        """Return the runs of a mesh for the sections `stages` and `scaling`."""
         cases = []
         if "stages" in sections:
             cases += self._stage_cases(mesh)
         if "scaling" in sections:
             cases += self._scaling_cases(mesh)
-        if "targets" in sections:
-            cases += self._target_cases(mesh)
         fitting = [case for case in cases if case.n_segments <= self.meshes[mesh]]
         return list(dict.fromkeys(fitting))
 
@@ -88,11 +80,15 @@ class Plan:
         return [*cases, Case(mesh, N_SEGMENTS[0], "tol=0", threads[-1])]
 
     def _scaling_cases(self, mesh: str) -> list[Case]:
-        cases = self._target_cases(mesh)
+        threads = thread_counts()
+        names = ("plain", "10 iterations")
+        cases = [Case(mesh, 150, name, threads[-1]) for name in names]
+        if mesh in HALTED:
+            cases.append(Case(mesh, 150, "halted, 10 iterations", threads[-1]))
+        if self.meshes[mesh] >= LARGE:
+            cases += [Case(mesh, k, "plain", n) for k in N_SEGMENTS for n in threads]
         if mesh == self._mesh_of_k_series():
-            n_threads = thread_counts()[-1]
-            names = ("plain", "10 iterations")
-            cases += [Case(mesh, k, name, n_threads) for k in K_SERIES for name in names]
+            cases += [Case(mesh, k, name, threads[-1]) for k in K_SERIES for name in names]
         return cases
 
     def _mesh_of_k_series(self) -> str:
@@ -101,22 +97,10 @@ class Plan:
             self.meshes, key=lambda mesh: (self.meshes[mesh] < 1.2 * LARGE, self.meshes[mesh])
         )
 
-    def _target_cases(self, mesh: str) -> list[Case]:
-        threads = thread_counts()
-        cases = [Case(mesh, 150, name, threads[-1]) for name in ("plain", "10 iterations")]
-        if mesh in ("bunny", "hand-x64"):
-            cases.append(Case(mesh, 150, "tol=0", threads[-1]))
-        if mesh in HALTED:
-            cases.append(Case(mesh, 150, "halted, 10 iterations", threads[-1]))
-        if self.meshes[mesh] >= LARGE:
-            cases += [Case(mesh, k, "plain", n) for k in N_SEGMENTS for n in threads]
-        return cases
-
 
 def make_plan(
     *,
     meshes: tuple[str, ...] = (),
-    catalog: tuple[str, ...] = CATALOG,
     max_faces: int | None = None,
     repeats: int | None = None,
     quick: bool = False,
@@ -131,7 +115,7 @@ def make_plan(
     """
     data = find_data(data)
     limit = max_faces or (QUICK_FACES if quick else None)
-    names = meshes or (catalog if data else SAMPLES)
+    names = meshes or (CATALOG if data else SAMPLES)
     counts = {name: count_faces(name, data) for name in names}
     kept = {name: n for name, n in counts.items() if limit is None or n <= limit}
     if not kept:

@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from typing import Any
 
-__all__ = ["DOC_TABLES", "fill", "readme_table", "render", "table"]
+from superfacets.study.table_writer import EMPTY, markdown_table
+
+__all__ = ["DOC_TABLES", "fill", "readme_table", "render"]
 
 Results = dict[str, Any]
 
 CONTESTANT = ("mesh", "k", "who", "settings", "labels", "regions", "size spread")
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table; columns of numbers, as the first row has them, go to the right."""
-    lines = [[str(cell) for cell in row] for row in rows]
-    if not lines:
-        return "(not measured)"
-    is_number = [bool(re.match(r"[\d.,]+(\s?\w+)?$", cell)) for cell in lines[0]]
-    rule = "|" + "|".join("---:" if number else "---" for number in is_number) + "|"
-    return "\n".join([_line(header), rule, *map(_line, lines)])
-
-
-def _line(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cells) + " |"
 
 
 def _number(value: float | None) -> str:
@@ -48,7 +36,7 @@ def _runs(results: Results) -> str:
         "range",
         *stages,
     ]
-    return table(
+    return markdown_table(
         [*header, "ns per pass and face", "checked by"],
         (
             [
@@ -80,7 +68,7 @@ def _shares(results: Results) -> str:
     threads = results["machine"]["cores"]
     rows = [r for r in results["runs"] if (r["settings"], r["threads"]) == ("plain", threads)]
     stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
-    return table(
+    return markdown_table(
         ["mesh", "faces", "k", "iterations", *stages],
         (
             [
@@ -94,54 +82,15 @@ def _shares(results: Results) -> str:
 
 
 def _passes(results: Results) -> str:
-    return table(
-        ["mesh", "faces", "k", "threads", "seconds", "ns per face", "times streaming the graph"],
+    return markdown_table(
+        ["mesh", "faces", "k", "threads", "seconds", "ns per face"],
         (
             [
                 *_place(row),
                 row["threads"],
-                *(_number(row[name]) for name in ("pass_seconds", "ns_per_face", "times_stream")),
+                *(_number(row[name]) for name in ("pass_seconds", "ns_per_face")),
             ]
             for row in results["passes"]
-        ),
-    )
-
-
-def _pass_ratios(results: Results) -> str:
-    return table(
-        ["mesh", "faces", "k", "threads", "graph, bytes per face", "times streaming the graph"],
-        (
-            [
-                *_place(row),
-                row["threads"],
-                _number(row["graph_bytes"] / row["faces"]),
-                _number(row["times_stream"]),
-            ]
-            for row in results["passes"]
-        ),
-    )
-
-
-def _growth(results: Results) -> str:
-    rows = [("N", f"k={row['k']:,}", row) for row in results["growth_with_faces"]]
-    rows += [("k", f"N={row['faces']:,}", row) for row in results["growth_with_regions"]]
-    names = ("exponent", "exponent_per_iteration", "exponent_of_pass")
-    header = ["grows", "from", "to", "surface", "fixed", "settings", "threads", "exponent"]
-    return table(
-        [*header, "per iteration", "of a pass", "iterations"],
-        (
-            [
-                grows,
-                f"{row['from']:,}",
-                f"{row['to']:,}",
-                row["mesh"],
-                fixed,
-                row["settings"],
-                row["threads"],
-                *(f"{row[name]:.2f}" for name in names),
-                ", ".join(map(str, row["iterations"])),
-            ]
-            for grows, fixed, row in rows
         ),
     )
 
@@ -149,7 +98,7 @@ def _growth(results: Results) -> str:
 def _speedups(results: Results) -> str:
     rows = results["speedups"]
     stages = list(dict.fromkeys(stage for row in rows for stage in row["stages"]))
-    return table(
+    return markdown_table(
         ["mesh", "faces", "k", "threads", "times faster than one", *stages],
         (
             [
@@ -164,7 +113,7 @@ def _speedups(results: Results) -> str:
 
 
 def _rivals(results: Results) -> str:
-    return table(
+    return markdown_table(
         [*CONTESTANT, "seconds", "range", "parts", "times ours"],
         (
             [
@@ -180,7 +129,7 @@ def _rivals(results: Results) -> str:
 
 
 def _rival_ratios(results: Results) -> str:
-    return table(
+    return markdown_table(
         [*CONTESTANT, "time over ours"],
         ([*_contestant(row), _number(row["ratio"])] for row in results["label_races"]),
     )
@@ -192,7 +141,7 @@ def _contestant(row: dict[str, Any]) -> list[str]:
 
 
 def _pass_rivals(results: Results) -> str:
-    return table(
+    return markdown_table(
         ["mesh", "faces", "k", "who", "settings", "seconds", "times ours"],
         (
             [
@@ -208,7 +157,7 @@ def _pass_rivals(results: Results) -> str:
 
 
 def _pass_rival_ratios(results: Results) -> str:
-    return table(
+    return markdown_table(
         ["mesh", "faces", "k", "who", "settings", "time over ours"],
         (
             [*_place(row), row["who"], row["settings"], _number(row["ratio"])]
@@ -218,7 +167,7 @@ def _pass_rival_ratios(results: Results) -> str:
 
 
 def _memory(results: Results) -> str:
-    return table(
+    return markdown_table(
         ["mesh", "faces", "k", "input, bytes per face", "peak above it, bytes per face"],
         (
             [
@@ -241,54 +190,17 @@ def _processes(results: Results) -> str:
     if "command" in results:
         row = results["command"]
         rows.append([f"superfacets segment, {row['mesh']}", _number(row["seconds"]), _range(row)])
-    return table(["process", "seconds", "range"], rows)
-
-
-def _targets(results: Results) -> str:
-    return table(
-        ["target", "bound", "measured", "reached"],
-        ([row["target"], _bound(row), _measured(row), _verdict(row)] for row in results["targets"]),
-    )
-
-
-def _target_ratios(results: Results) -> str:
-    """Return the targets without seconds: what was measured as a multiple of the bound."""
-    return table(
-        ["target", "bound", "reached", "measured, in bounds"],
-        (
-            [row["target"], _bound(row), _verdict(row), _number(_in_bounds(row))]
-            for row in results["targets"]
-        ),
-    )
-
-
-def _in_bounds(row: dict[str, Any]) -> float | None:
-    return None if row["measured"] is None else row["measured"] / row["bound"]
-
-
-def _measured(row: dict[str, Any]) -> str:
-    return "-" if row["measured"] is None else f"{_number(row['measured'])} {row['unit']}".strip()
-
-
-def _bound(row: dict[str, Any]) -> str:
-    sign = "≥" if row["at_least"] else "≤"
-    return f"{sign} {row['bound']:g} {row['unit']}".strip()
-
-
-def _verdict(row: dict[str, Any]) -> str:
-    return {None: "not measured", True: "yes", False: "**no**"}[row["reached"]]
+    return markdown_table(["process", "seconds", "range"], rows)
 
 
 def _machine(results: Results) -> str:
     machine = results["machine"]
     versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
-    rate = results["bandwidth"]
-    read = f"; {rate / 1e9:.0f} GB/s read from memory on all threads" if rate else ""
     return (
         f"{machine['processor']}, {machine['cores']} cores (load before: {machine['load']}),"
         f" {machine['memory_gib']} GiB,"
         f" {machine['system']} on {machine['machine']}, {machine['c_library']};"
-        f" built by {machine['compiler']}; Python {machine['python']}, {versions}{read}"
+        f" built by {machine['compiler']}; Python {machine['python']}, {versions}"
     )
 
 
@@ -296,21 +208,16 @@ TABLES: dict[str, Callable[[Results], str]] = {
     "Machine": _machine,
     "Arrays to labels": _runs,
     "One full classification": _passes,
-    "Growth": _growth,
     "Threads": _speedups,
     "Rivals": _rivals,
     "Rivals for one classification": _pass_rivals,
     "Memory": _memory,
     "Processes": _processes,
-    "Targets": _targets,
 }
 
 DOC_TABLES: dict[str, Callable[[Results], str]] = {
     "machine": _machine,
-    "targets": _target_ratios,
     "shares": _shares,
-    "passes": _pass_ratios,
-    "growth": _growth,
     "threads": _speedups,
     "rivals": _rival_ratios,
     "pass-rivals": _pass_rival_ratios,
@@ -321,7 +228,7 @@ DOC_TABLES: dict[str, Callable[[Results], str]] = {
 def render(results: Results) -> str:
     """Return all tables that the results have rows for, with absolute times."""
     parts = [(title, make(results)) for title, make in TABLES.items()]
-    return "\n\n".join(f"## {title}\n\n{text}" for title, text in parts if text != "(not measured)")
+    return "\n\n".join(f"## {title}\n\n{text}" for title, text in parts if text != EMPTY)
 
 
 def fill(document: str, results: Results) -> str:
@@ -345,7 +252,7 @@ def fill(document: str, results: Results) -> str:
 
 def readme_table(rows: list[dict[str, Any]]) -> str:
     """Return the table of the README."""
-    return table(
+    return markdown_table(
         ["faces", "regions", "iterations", "seconds"],
         (
             [f"{row['faces']:,}", f"{row['k']:,}", row["iterations"], f"{row['seconds']:.2f}"]

@@ -11,7 +11,7 @@ from .checks import PLAIN, Expected, check_labels, hash_labels, require
 from .clock import Sample, interleaved, median, summary
 from .meshes import Arrays
 
-__all__ = ["SETTINGS", "Case", "measure", "run_name"]
+__all__ = ["SETTINGS", "Case", "measure", "run_name", "speedups"]
 
 SETTINGS: dict[str, dict[str, Any]] = {
     "defaults": {},
@@ -86,3 +86,27 @@ def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
         "seconds_per_pass": per_pass,
         "ns_per_pass_and_face": 1e9 * per_pass / n_faces,
     } | summary([sample.seconds for sample in samples])
+
+
+def speedups(rows: list[Row]) -> list[Row]:
+    """Return, for each run that was measured on one thread, how much faster more threads are."""
+    alone = {_without_threads(row): row for row in rows if row["threads"] == 1}
+    return [
+        {name: row[name] for name in ("mesh", "faces", "k", "settings", "threads")}
+        | {"speedup": alone[_without_threads(row)]["seconds"] / row["seconds"]}
+        | {"stages": _stage_speedups(alone[_without_threads(row)], row)}
+        for row in rows
+        if row["threads"] > 1 and _without_threads(row) in alone
+    ]
+
+
+def _stage_speedups(one: Row, many: Row) -> dict[str, float]:
+    return {
+        stage: one["stages"][stage] / seconds
+        for stage, seconds in many["stages"].items()
+        if seconds > 0
+    }
+
+
+def _without_threads(row: Row) -> tuple[Any, ...]:
+    return row["mesh"], row["k"], row["settings"]

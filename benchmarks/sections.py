@@ -9,13 +9,13 @@ from typing import Any
 
 import superfacets as sf
 
-from . import growth, memory, passes, processes, races, runs, targets
+from . import memory, passes, processes, races, runs
 from .checks import Expected, check_against_reference, hash_labels, require
-from .machine import bandwidth, facts, usable_cores
+from .machine import facts, usable_cores
 from .meshes import Arrays, build, file_of
 from .plan import N_SEGMENTS, Plan
 
-__all__ = ["SECTIONS", "derive", "measure"]
+__all__ = ["SECTIONS", "measure"]
 
 SECTIONS = ("stages", "scaling", "passes", "rivals", "memory", "processes")
 
@@ -27,7 +27,7 @@ Say = Callable[[str], None]
 
 
 def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) -> Results:
-    """Return the rows of all sections, and what follows from them.
+    """Return the rows of all sections.
 
     Raises
     ------
@@ -38,7 +38,6 @@ def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) 
     say("labels of a small mesh are those of superfacets.reference")
     results: Results = {
         "machine": facts(),
-        "bandwidths": [],
         "runs": [],
         "passes": [],
         "label_races": [],
@@ -51,25 +50,7 @@ def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) 
     for mesh in plan.meshes:
         say(f"{mesh}: {plan.meshes[mesh]:,} faces")
         _measure_mesh(plan, mesh, sections, expected, results)
-    return derive(results)
-
-
-def derive(results: Results) -> Results:
-    """Return the results with all that follows from their rows: growth, speed-ups, targets.
-
-    The bandwidth is the best of all that were measured in between: a machine that was busy at one
-    of those times must not make a pass look good.
-    """
-    rows = results["runs"]
-    best = max(results["bandwidths"], default=0.0)
-    results = results | {
-        "bandwidth": best or None,
-        "passes": [passes.against_stream(row, best) for row in results["passes"]],
-        "growth_with_faces": growth.growth_with_faces(rows),
-        "growth_with_regions": growth.growth_with_regions(rows),
-        "speedups": growth.speedups(rows),
-    }
-    return results | {"targets": targets.judge(results)}
+    return results | {"speedups": runs.speedups(results["runs"])}
 
 
 def _measure_mesh(
@@ -81,7 +62,6 @@ def _measure_mesh(
     if cases := plan.cases(mesh, sections):
         results["runs"] += runs.measure(arrays, cases, repeats, expected)
     if "passes" in sections:
-        results["bandwidths"].append(bandwidth(usable_cores()))
         results["passes"] += _measure_passes(plan, mesh, arrays)
     if "memory" in sections and plan.meshes[mesh] >= MEMORABLE_FACES:
         results["memory"].append(_measure_memory(mesh, arrays))

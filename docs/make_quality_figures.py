@@ -5,12 +5,11 @@ from pathlib import Path
 
 import superfacets as sf
 from superfacets.study.princeton import Benchmark
+from superfacets.study.quality.variants import DEFAULT, PLAIN, VARIANTS
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (640, 520)
 N_SEGMENTS = 150
-
-PLAIN = {"weights": "superfacets", "init": "farthest", "smooth": False}
 
 MODELS = {
     "fourleg": (397, sf.View(azimuth=40, elevation=12)),
@@ -23,8 +22,8 @@ def main(folder: Path) -> None:
     benchmark = Benchmark(folder)
     for name, (number, view) in MODELS.items():
         mesh = benchmark.load(number).mesh
-        for state, keywords in ("before", PLAIN), ("after", {}):
-            labels = sf.segment(mesh, N_SEGMENTS, **keywords).labels
+        for state, variant in ("before", PLAIN), ("after", DEFAULT):
+            labels = sf.segment(mesh, N_SEGMENTS, **VARIANTS[variant]).labels
             path = IMAGES / f"quality-{name}-{state}.png"
             sf.render(mesh, labels, output=path, size=SIZE, view=view)
 

@@ -36,8 +36,8 @@ def large(tmp_path_factory):
     """A file that takes seconds to segment with the paper's stop rule."""
     from superfacets import Mesh, sample_mesh
 
-    bear = sample_mesh(100_000)
-    places = [[3.0 * place, 0.0, 0.0] for place in range(10)]
+    bear = sample_mesh()
+    places = [[3.0 * place, 0.0, 0.0] for place in range(17)]
     vertices = np.concatenate([bear.vertices + place for place in places])
     faces = np.concatenate([bear.faces + n * bear.n_vertices for n in range(len(places))])
     path = tmp_path_factory.mktemp("large") / "bear.ply"

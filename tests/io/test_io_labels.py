@@ -90,6 +90,12 @@ def test_npy_of_any_version(read, version):
     assert_array_equal(read("a.npy", file.getvalue()), LABELS)
 
 
+def test_npy_of_python_2(read):
+    data = npy(LABELS).replace(b"(3,), }  ", b"(3L,), } ")
+    assert b"3L" in data
+    assert_array_equal(read("a.npy", data), LABELS)
+
+
 @pytest.mark.parametrize("data", [b"3\n0\n2\n", b"3\r\n0\r\n2", b" 3 \n\n0\n+2\n\n"])
 def test_text_as_it_is_found(read, data):
     assert_array_equal(read("a.seg", data, 3), [3, 0, 2])
@@ -111,12 +117,12 @@ def test_another_number_of_faces_is_refused(refuse, name, data):
 @pytest.mark.parametrize(
     ("array", "message"),
     [
-        (np.array([[1, 2]]), "labels must be one-dimensional: the .npy header is"),
-        (np.array(1), "labels must be one-dimensional: the .npy header is"),
-        (np.array([1.0, 2.0]), "labels must be integers: the .npy header is"),
-        (np.array([True]), "labels must be integers: the .npy header is"),
-        (np.array(["a"]), "labels must be integers: the .npy header is"),
-        (np.array([(1, 2)], dtype="i4,i4"), "labels must be integers: the .npy header is"),
+        (np.array([[1, 2]]), "labels must be one-dimensional: the .npy header declares"),
+        (np.array(1), "labels must be one-dimensional: the .npy header declares"),
+        (np.array([1.0, 2.0]), "labels must be integers: the .npy header declares"),
+        (np.array([True]), "labels must be integers: the .npy header declares"),
+        (np.array(["a"]), "labels must be integers: the .npy header declares"),
+        (np.array([(1, 2)], dtype="i4,i4"), "labels must be integers: the .npy header declares"),
         (np.array([1, -1]), "labels[1] is -1; it must be 0 to 2147483647"),
         (np.array([1, 2**31]), "labels[1] is 2147483648; it must be 0 to 2147483647"),
         (np.array([2**64 - 1], dtype="u8"), "labels[0] is 18446744073709551615"),
@@ -130,16 +136,24 @@ def test_npy_of_something_else_is_refused(refuse, array, message):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"hello", "not a .npy file"),
-        (npy(LABELS)[:9], "the header of the .npy file is cut"),
-        (npy(LABELS)[:60], "the header of the .npy file is cut"),
+        (b"hello", "the header of the .npy file cannot be read: "),
+        (npy(LABELS)[:9], "the header of the .npy file cannot be read: 'EOF"),
+        (npy(LABELS)[:60], "the header of the .npy file cannot be read: 'EOF"),
+        (npy(LABELS).replace(b"(3,)", b"(3,,"), "cannot be read: "),
+        (npy(LABELS).replace(b"'<i4'", b"b'\\d'"), "cannot be read: "),
+        (npy(LABELS).replace(b"'<i4'", b"[]*99"), "cannot be read: "),
+        (npy(LABELS).replace(b"{'descr'", b"{[]:1,  "), "cannot be read: "),
+        (b"\x93NUMPY\4\0" + npy(LABELS)[8:], "cannot be read: "),
+        (b"\x93NUMPY\2\0\x58\x1b\0\0" + 7_000 * b"[", "cannot be read: "),
+        (b"\x93NUMPY\2\0\xff\xff\xff\xff" + 90_000 * b" ", "cannot be read: "),
+        (npy(np.array([1, None]), allow_pickle=True), "integers: the .npy header declares object"),
         (npy(LABELS)[:-1], "declares 12 bytes of labels but 11 follow: is the file cut?"),
         (npy(LABELS) + b"1", "declares 12 bytes of labels but 13 follow: is the file cut?"),
         (
             npy(LABELS).replace(b"(3,)", b"(9999999999,)"),
             "declares 39999999996 bytes of labels but",
         ),
-        (npy(LABELS).replace(b"(3,)", b"(" + b"9" * 99 + b",)"), "must be one-dimensional"),
+        (npy(LABELS).replace(b"(3,)", b"(-3,)"), "declares -12 bytes of labels but"),
     ],
 )
 def test_npy_that_is_wrong_is_refused(refuse, data, message):

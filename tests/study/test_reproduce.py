@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,28 +17,15 @@ import shapes
 
 from superfacets import Mesh
 from superfacets.cli.main import main
-from superfacets.study.reproduce import (
-    figures,
-    measure,
-    methods,
-    pictures,
-    plan,
-    processes,
-    reproduction,
-)
+from superfacets.study import runner
+from superfacets.study.reproduce import figures, measure, methods, pictures, plan, reproduction
 from superfacets.study.reproduce.gallery import pictures_of, view_of
+from superfacets.study.reproduce.measure import pack_labels, unpack_labels
 from superfacets.study.reproduce.pictures import Drawing, is_drawn, picture_path
 from superfacets.study.reproduce.plan import Choice, make_plan
-from superfacets.study.reproduce.records import (
-    pack_labels,
-    read_record,
-    record_path,
-    unpack_labels,
-    write_record,
-)
 from superfacets.study.reproduce.results import Curve, Results, collect, compare
 from superfacets.study.reproduce.runs import Run
-from superfacets.study.reproduce.sources import Source, Sources, find_models, load
+from superfacets.study.sources import Source, Sources, find_models, load
 
 MODELS = {1: 10, 2: 12, 21: 11, 400: 13}  # number: squares along a side of the sheet
 FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--jobs", "1")
@@ -100,8 +87,8 @@ def numbers_of(folder):
     """All records, without what differs between two runs: the times."""
     records = {}
     for path in sorted((folder / "records").rglob("*.json")):
-        record = json.loads(path.read_text())
-        del record["seconds"], record["checksum"]
+        record = json.loads(path.read_text())["record"]
+        del record["seconds"]
         records[str(path.relative_to(folder))] = record
     return records
 
@@ -161,10 +148,9 @@ def test_a_second_start_does_only_what_is_missing(run, benchmark, tmp_path):
     damaged.write_text(damaged.read_text()[:200])
     record = json.loads(stale.read_text())
     record["key"]["method"] = ["superfacets", 0]
-    del record["checksum"]
-    write_record(stale, record)
+    stale.write_text(json.dumps(record))
     gone.unlink()
-    (gone.parent / f".{gone.name}.0123456789ab.tmp").write_text("half a rec")
+    (gone.parent / ".alpha-0_k-5.json.0123456789ab.tmp").write_text("half a rec")
     status, stdout, _ = run(benchmark, "-o", out, *FAST)
     assert status == 0
     assert stdout.startswith("88 runs done, 0 failed")
@@ -172,84 +158,6 @@ def test_a_second_start_does_only_what_is_missing(run, benchmark, tmp_path):
     assert {path for path in before if before[path] != after[path]} == {damaged, stale, gone}
     assert numbers_of(out) == numbers
     assert not list(out.rglob(".*.tmp"))
-
-
-def test_files_of_others_are_left_alone(run, benchmark, tmp_path):
-    out = tmp_path / "out"
-    records = out / "records" / "superfacets" / "1"
-    records.mkdir(parents=True)
-    kept = [out / ".notes.tmp", out / ".notes.txt.0123456789ab.tmp", records / ".mine.tmp"]
-    kept += [records / ".alpha-0_k-5.json.0123.tmp", records / ".other.0123456789ab.tmp"]
-    for path in kept:
-        path.write_text("somebody's")
-    (out / ".folder.tmp").mkdir()
-    (records / ".alpha-0_k-5.json.0123456789ab.tmp").mkdir()
-    assert run(benchmark, "-o", out, *FAST)[0] == 0
-    assert all(path.read_text() == "somebody's" for path in kept)
-    assert (out / ".folder.tmp").is_dir()
-    assert (records / ".alpha-0_k-5.json.0123456789ab.tmp").is_dir()
-
-
-@pytest.fixture
-def written(tmp_path):
-    """A record as it is written, and the key by which it is read."""
-    record = {"key": {"k": 5}, "metrics": {"compactness": 4.5}, "seconds": {"total": 1.25}}
-    record["labels"] = pack_labels(np.arange(300, dtype=np.int32))
-    write_record(tmp_path / "a.json", record)
-    return tmp_path / "a.json", record
-
-
-def test_a_record_comes_back_as_it_was(written):
-    path, record = written
-    assert read_record(path, record["key"]) == record
-    assert read_record(path, {"k": 6}) is None
-
-
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("4.5", "4.6"),
-        ("4.5", "NaN"),
-        ('{\n  "compactness": 4.5\n }', "{}"),
-        ('{\n  "total": 1.25\n }', "[]"),
-        ('{\n  "total": 1.25\n }', "null"),
-        ("1.25", "1.2"),
-        ('"labels": "', '"labels": "A'),
-        ('"labels"', '"labelz"'),
-    ],
-)
-def test_a_record_that_was_changed_is_made_anew(written, before, after):
-    path, record = written
-    text = path.read_text()
-    assert text.count(before) == 1
-    path.write_text(text.replace(before, after))
-    assert read_record(path, record["key"]) is None
-
-
-@pytest.mark.parametrize("text", ["null", "[]", "5", "{}", "[" * 100_000, '{"a":' * 100_000, ""])
-def test_what_is_no_record_is_made_anew(written, text):
-    path, record = written
-    path.write_text(text)
-    assert read_record(path, record["key"]) is None
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_record_of_numbers_that_are_not_finite_is_refused(tmp_path, value):
-    with pytest.raises(ValueError, match="JSON"):
-        write_record(tmp_path / "a.json", {"metrics": {"compactness": value}})
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_folder_in_the_place_of_a_record_is_named_and_the_rest_is_done(run, benchmark, tmp_path):
-    out = tmp_path / "out"
-    blocked = out / "records" / "superfacets" / "1" / "alpha-0_k-5.json"
-    blocked.mkdir(parents=True)
-    for _ in range(2):
-        status, stdout, stderr = run(benchmark, "-o", out, *FAST)
-        assert status == 0
-        assert stdout.startswith("87 runs done, 1 failed, 0 not started")
-        assert "superfacets on 1 (1 runs): a folder lies where its record belongs" in stderr
-    assert blocked.is_dir()
 
 
 def test_records_of_a_model_that_changed_are_made_again(run, benchmark, tmp_path):
@@ -300,7 +208,7 @@ def test_ctrl_c_leaves_whole_records_only(benchmark, tmp_path):
     _, stderr = process.communicate(timeout=60)
     assert (process.returncode, stderr.strip()) == (130, "superfacets: error: interrupted")
     for path in out.rglob("*.json"):
-        assert "metrics" in json.loads(path.read_text())
+        assert "metrics" in json.loads(path.read_text())["record"]
 
 
 def test_missing_and_mismatched_files_are_named_and_skipped(run, benchmark, tmp_path):
@@ -458,8 +366,8 @@ def test_curves_are_compared_over_the_models_that_all_have():
     [
         (("--figures", "9"), "--figures: there is no '9', only 1, 2, 3, 4, 5, 6, 7, 8, rivals"),
         (("--methods", "magic"), "--methods: there is no 'magic', only superfacets, "),
-        (("--ks", "5,many"), "--ks: expected numbers of regions >= 1, got 'many'"),
-        (("--ks", "0"), "--ks: expected numbers of regions >= 1, got '0'"),
+        (("--ks", "5,many"), "expected whole numbers >= 1, got 'many'"),
+        (("--ks", "0"), "expected whole numbers >= 1, got '0'"),
         (("--figures", "6", "--methods", "metis"), "nothing to run: no figure that was asked for"),
         (("--figures", "1"), "nothing to run"),
         (("--jobs", "0"), "0 is not in the range"),
@@ -490,18 +398,18 @@ def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp
     status, _, stderr = run(benchmark, "-o", tmp_path / "out", *FAST)
     assert status == 1
     assert stderr == (
-        "superfacets: error: reproduce without matplotlib needs an extra:"
+        "superfacets: error: reproduce without jinja2 and tabulate and matplotlib needs an extra:"
         " pip install 'superfacets[reproduce]'\n"
     )
     _, _, stderr = run(benchmark, "-o", tmp_path / "out", "--figures", "4", "--methods", "ncuts")
-    assert "without scipy and matplotlib needs" in stderr
+    assert "and scipy and matplotlib needs" in stderr
     assert not (tmp_path / "out").exists()
 
 
 def test_two_starts_do_not_share_a_folder(run, benchmark, tmp_path):
     pytest.importorskip("fcntl")
     out = tmp_path / "out"
-    with reproduction._locked(out):
+    with runner.locked(out):
         status, _, stderr = run(benchmark, "-o", out, *FAST)
     assert (status, stderr) == (2, f"superfacets: error: {out}: another run is writing there\n")
 
@@ -532,14 +440,14 @@ def test_a_picture_counts_as_drawn_only_if_whole_and_of_these_labels(benchmark, 
     pytest.importorskip("PIL")
     source = find_models(benchmark).found[0]
     picture = pictures_of("2", (source,), (), 5)[0]
-    record = {"key": picture.run.key(5), "labels": pack_labels(np.zeros(5, dtype=np.int32))}
-    drawing = Drawing.of(picture, record, tmp_path)
+    key = picture.run.key(5)
+    drawing = Drawing.of(picture, key, pack_labels(np.zeros(5, dtype=np.int32)), tmp_path)
     assert not is_drawn(drawing)
     path = picture_path(tmp_path, picture)
     pictures._write(path, np.zeros((40, 50, 3), dtype=np.uint8), drawing.key)
     assert is_drawn(drawing)
-    others = record | {"labels": pack_labels(np.ones(5, dtype=np.int32))}
-    assert not is_drawn(Drawing.of(picture, others, tmp_path))
+    others = pack_labels(np.ones(5, dtype=np.int32))
+    assert not is_drawn(Drawing.of(picture, key, others, tmp_path))
     path.write_bytes(path.read_bytes()[:90])
     assert not is_drawn(drawing)
 
@@ -547,8 +455,9 @@ def test_a_picture_counts_as_drawn_only_if_whole_and_of_these_labels(benchmark, 
 def test_a_picture_that_cannot_be_drawn_is_named(benchmark, tmp_path):
     source = find_models(benchmark).found[0]
     picture = pictures_of("2", (source,), (), 5)[0]
-    record = {"key": picture.run.key(5), "labels": pack_labels(np.zeros(5, dtype=np.int32))}
-    assert Drawing.of(picture, record, tmp_path).run().startswith("ValueError: ")
+    labels = pack_labels(np.zeros(5, dtype=np.int32))
+    drawing = Drawing.of(picture, picture.run.key(5), labels, tmp_path)
+    assert drawing.run().startswith("ValueError: ")
 
 
 def rendering_or_skip():
@@ -591,31 +500,24 @@ def test_meshes_are_seen_from_their_broad_side(size, shown):
     assert {name: getattr(view, name) for name in shown} == shown
 
 
-def test_records_are_whole_or_none(tmp_path):
-    path, key = tmp_path / "a" / "b.json", {"k": 5}
-    record = {"key": key, "metrics": {"x": 0.1 + 0.2}, "seconds": {}}
-    assert read_record(path, key) is None
-    write_record(path, record)
-    assert read_record(path, key) == record
-    assert read_record(path, {"k": 6}) is None
-    for text in ("", "[]", "{}", '{"key": {"k": 5}}', "\xff", path.read_text()[:-20]):
-        path.write_text(text, encoding="latin-1")
-        assert read_record(path, key) is None
-
-
 def test_labels_survive_their_packing():
     labels = np.array([0, 70_000, 3, 3], dtype=np.int32)
     assert np.array_equal(unpack_labels(pack_labels(labels)), labels)
     assert unpack_labels(pack_labels(labels)).dtype == np.int32
 
 
+def record_of(task):
+    """Do a task here, and return the records of its pieces."""
+    assert runner._Recording(task).run() == {}
+    return [runner.read_piece(piece) for piece in task.pieces]
+
+
 def test_records_hold_what_they_were_made_with(benchmark, tmp_path):
     source = find_models(benchmark).found[0]
     run = Run(source, "vsa-l2-r", None, 5)
-    task = measure.Task((run,), frozenset([run]), run.setting(5, 0), tmp_path)
-    task.run()
-    record = read_record(record_path(tmp_path, run), run.key(5))
-    assert record["key"]["settings"] == {"seed": 1}
+    piece = run.piece(tmp_path, 5)
+    assert piece.key["settings"] == {"seed": 1}
+    (record,) = record_of(measure.Task((piece,), frozenset([run]), run.setting(5, 0)))
     assert set(record["versions"]) == {"superfacets", "python", "numpy"}
     assert len(unpack_labels(record["labels"])) == source.n_faces
     assert {"params", "stop_reason", "n_iter", "faces", "category"} <= record.keys()
@@ -626,110 +528,117 @@ def test_a_mesh_that_cannot_be_loaded_any_more_fails_all_runs_of_its_task(benchm
     load.cache_clear()
     write_off(benchmark / "off" / f"{source.name}.off", shapes.bumpy_sheet(9))
     runs = tuple(Run(source, "superfacets", 200.0, k) for k in (5, 6))
-    task = measure.Task(runs, frozenset(), runs[0].setting(6, 0), tmp_path)
-    task.run()
-    for run in runs:
-        record = read_record(record_path(tmp_path, run), run.key(6))
+    pieces = {run: run.piece(tmp_path, 6) for run in runs}
+    task = measure.Task(tuple(pieces.values()), frozenset(), runs[0].setting(6, 0))
+    for record in record_of(task):
         assert record["reason"].startswith("MeshError: ")
     chosen = replace(
         make_plan(find_models(benchmark), Sources((), ()), Choice(figures=("6",))), runs=runs
     )
-    results = collect(replace(chosen, choice=Choice(ks=(5, 6))), tmp_path, frozenset())
+    results = collect(replace(chosen, choice=Choice(ks=(5, 6))), pieces, frozenset(), {})
     assert set(results.failed) == set(runs)
 
 
-@dataclass(frozen=True)
-class Square:
-    number: int
-    memory: int = 0
-
-    def run(self):
-        return self.number**2
+def changed(path, old, new):
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
 
 
-@dataclass(frozen=True)
-class Suicide:
-    memory: int = 0
-
-    def run(self):
-        os.kill(os.getpid(), signal.SIGKILL)
+def one_digit_off(path):
+    text = path.read_text()
+    where = re.search(r'"compactness": \d\.\d{3}', text).end() - 1
+    path.write_text(f"{text[:where]}{(int(text[where]) + 1) % 10}{text[where + 1 :]}")
 
 
-@dataclass(frozen=True)
-class Exit:
-    memory: int = 0
-
-    def run(self):
-        os._exit(3)
+def wrong_shape(path, **parts):
+    whole = json.loads(path.read_text())
+    whole["record"] |= parts
+    path.write_text(json.dumps(whole))
 
 
-@dataclass(frozen=True)
-class Nap:
-    """Says which process it is in, and sleeps."""
-
-    path: Path
-    memory: int = 0
-
-    def run(self):
-        self.path.write_text(str(os.getpid()))
-        time.sleep(60)
+def a_folder(path):
+    path.unlink()
+    path.mkdir()
+    (path / "notes.txt").write_text("mine")
 
 
-def test_a_worker_that_dies_takes_only_its_job_along():
-    jobs = [Square(2), Suicide(), Exit(), Square(3)]
-    ends = dict(processes.run_jobs(jobs, 1, memory=0))
-    assert (ends[Square(2)], ends[Square(3)]) == (4, 9)
-    assert str(ends[Suicide()]) == "its process was ended by SIGKILL (out of memory?)"
-    assert str(ends[Exit()]) == "its process ended with status 3"
+DAMAGES = {
+    "a digit": one_digit_off,
+    "NaN": lambda path: wrong_shape(path, metrics={"compactness": float("nan")}),
+    "no metrics": lambda path: wrong_shape(path, metrics={}),
+    "a list": lambda path: wrong_shape(path, seconds=[]),
+    "no record": lambda path: changed(path, '"record": {', '"record": null, "other": {'),
+    "null": lambda path: path.write_text("null"),
+    "brackets": lambda path: path.write_text(100_000 * "[" + 100_000 * "]"),
+    "bytes": lambda path: path.write_bytes(b"\xff\xfe"),
+    "cut": lambda path: path.write_text(path.read_text()[:-20]),
+}
 
 
-def test_a_job_too_large_for_memory_runs_alone():
-    jobs = [Square(1, memory=60), Square(2, memory=60), Square(3, memory=500), Square(4)]
-    assert sorted(result for _, result in processes.run_jobs(jobs, 2, memory=100)) == [1, 4, 9, 16]
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_record_is_made_again(run, benchmark, tmp_path, damage):
+    out = tmp_path / "out"
+    options = ("--ks", "5", "--methods", "superfacets", "--figures", "6", "--jobs", "1")
+    assert run(benchmark, "-o", out, *options)[0] == 0
+    numbers = numbers_of(out)
+    damage(out / "records" / "superfacets" / "1" / "alpha-200_k-5.json")
+    status, stdout, stderr = run(benchmark, "-o", out, *options)
+    assert (status, stderr) == (0, "")
+    assert stdout.startswith("24 runs done, 0 failed, 0 not started")
+    assert numbers_of(out) == numbers
 
 
-def test_death_of_a_worker_is_recorded_for_what_it_did_not_come_to(benchmark, tmp_path):
-    source = find_models(benchmark).found[0]
-    done, lost = (Run(source, "superfacets", 200.0, k) for k in (5, 6))
-    setting = done.setting(6, 0)
-    measure.Task((done,), frozenset(), setting, tmp_path).run()
-    task = measure.Task((done, lost), frozenset(), setting, tmp_path)
-    reproduction._record_death(task, processes.Death(-9))
-    assert "metrics" in read_record(record_path(tmp_path, done), done.key(6))
-    assert "SIGKILL" in read_record(record_path(tmp_path, lost), lost.key(6))["reason"]
+def test_damaged_labels_are_made_again(benchmark, tmp_path):
+    run = Run(find_models(benchmark).found[0], "superfacets", 200.0, 5)
+    piece = run.piece(tmp_path, 5)
+    task = measure.Task((piece,), frozenset([run]), run.setting(5, 0))
+    (record,) = record_of(task)
+    changed(piece.path, record["labels"], "A" * len(record["labels"]))
+    assert runner.read_piece(piece) is None
 
 
-def test_workers_end_when_their_parent_is_killed(tmp_path):
-    script = (
-        "from pathlib import Path\n"
-        "from superfacets.study.reproduce.processes import run_jobs\n"
-        "from test_reproduce import Nap\n"
-        "if __name__ == '__main__':\n"
-        f"    list(run_jobs([Nap(Path({str(tmp_path / 'pid')!r}))], 1, memory=0))\n"
+def test_a_folder_in_the_place_of_a_record_fails_that_run_alone(run, benchmark, tmp_path):
+    out = tmp_path / "out"
+    options = ("--ks", "5", "--methods", "superfacets", "--figures", "6", "--jobs", "1")
+    assert run(benchmark, "-o", out, *options)[0] == 0
+    path = out / "records" / "superfacets" / "1" / "alpha-200_k-5.json"
+    a_folder(path)
+    status, stdout, stderr = run(benchmark, "-o", out, *options)
+    assert status == 0
+    assert stdout.startswith("23 runs done, 1 failed, 0 not started")
+    assert re.fullmatch(
+        r"superfacets: note: failed: superfacets on 1 \(1 runs\): no record can be written:"
+        r" IsADirectoryError: .*\n",
+        stderr,
     )
-    (tmp_path / "parent.py").write_text(script)
-    folders = [str(folder) for folder in Path(__file__).parents[:2]]
-    path = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
-    parent = subprocess.Popen([sys.executable, tmp_path / "parent.py"], env=path)
-    wait_until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text())
-    worker = int((tmp_path / "pid").read_text())
-    parent.kill()
-    parent.wait()
-    wait_until(lambda: not is_alive(worker))
+    assert (path / "notes.txt").read_text() == "mine"
 
 
-def wait_until(condition):
-    end = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
-def is_alive(pid):
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
+def test_files_of_others_stay(run, benchmark, tmp_path):
+    out = tmp_path / "out"
+    options = ("--ks", "5", "--methods", "superfacets", "--figures", "6", "--jobs", "1")
+    assert run(benchmark, "-o", out, *options)[0] == 0
+    folder = out / "records" / "superfacets" / "1"
+    others = [
+        out / ".notes.tmp",
+        out / "thesis" / ".chapter-1.tex.0123456789ab.tmp",
+        out / "thesis" / ".runs.csv.0123456789ab.tmp",
+        out / ".chapter-1.tex.0123456789ab.tmp",
+        folder / ".alpha-200_k-5.json.tmp",
+        folder / ".alpha-200_k-5.json.backup.tmp",
+    ]
+    (out / "thesis").mkdir()
+    for path in others:
+        path.write_text("mine")
+    (folder / ".alpha-200_k-5.json.0123456789ab.tmp").mkdir()
+    ours = [folder / ".alpha-0_k-5.json.0123456789ab.tmp", out / ".runs.csv.0123456789ab.tmp"]
+    for path in ours:
+        path.write_text("half a")
+    assert run(benchmark, "-o", out, *options)[0] == 0
+    assert all(path.read_text() == "mine" for path in others)
+    assert (folder / ".alpha-200_k-5.json.0123456789ab.tmp").is_dir()
+    assert not any(path.exists() for path in ours)
 
 
 def test_every_method_is_shown_somewhere():

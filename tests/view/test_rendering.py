@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from models import read_off
 from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip, table
+from tools.sample_bear import parts_of
 
 from superfacets import Mesh, MissingExtraError, render, sample_mesh
-from superfacets.sample import sample_parts
 from superfacets.view import drawing, rendering
 from superfacets.view.colors import face_colors
 from superfacets.view.gl import RenderError
@@ -238,7 +238,7 @@ def test_given_colors_are_used_with_and_without_labels(gl):
 
 
 def test_a_soup_looks_like_the_connected_mesh(gl, bear):
-    parts = sample_parts(bear)
+    parts = parts_of(bear.vertices, bear.faces)
     labels = np.unique(parts, return_inverse=True)[1]
     assert difference(render(bear, labels, size=SIZE), render(soup(bear), labels, size=SIZE)) < 0.01
 

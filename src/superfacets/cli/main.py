@@ -23,6 +23,7 @@ COMMANDS = {
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",
     "demo": "Segment a sample mesh that comes along.",
     "reproduce": "Repeat the paper's comparison on the benchmark in the folder BENCHMARK.",
+    "quality": "Compare variants of the method on the benchmark in the folder BENCHMARK.",
 }
 """What each command does, in one line: the list of commands imports none of them."""
 

@@ -8,20 +8,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .._validate import checked_threads
+from .options import EXISTING_FOLDER, FOLDER, NUMBERS
 
 if TYPE_CHECKING:
     from ..study.reproduce.reproduction import Report
 
 __all__ = ["reproduce_command"]
 
-_FOLDER = click.Path(path_type=Path, file_okay=False)
-_EXISTING = click.Path(path_type=Path, file_okay=False, exists=True)
-
 
 @click.command("reproduce")
-@click.argument("benchmark", type=_EXISTING)
+@click.argument("benchmark", type=EXISTING_FOLDER)
 @click.option(
-    "-o", "--output", metavar="OUT", type=_FOLDER, required=True, help="Folder for the results."
+    "-o", "--output", metavar="OUT", type=FOLDER, required=True, help="Folder for the results."
 )
 @click.option(
     "--subset",
@@ -31,9 +29,9 @@ _EXISTING = click.Path(path_type=Path, file_okay=False, exists=True)
 )
 @click.option("--figures", metavar="LIST", help="Only these, as 4,6 (1 to 8, rivals).")
 @click.option("--methods", metavar="LIST", help="Only these, as superfacets,stk02.")
-@click.option("--ks", metavar="LIST", help="Numbers of regions, as 50,150.")
+@click.option("--ks", type=NUMBERS, metavar="LIST", help="Numbers of regions, as 50,150.")
 @click.option(
-    "--meshes", metavar="DIR", type=_EXISTING, help="Large meshes for Figure 1 and Table 1."
+    "--meshes", metavar="DIR", type=EXISTING_FOLDER, help="Large meshes for Figure 1 and Table 1."
 )
 @click.option(
     "--budget-minutes",
@@ -49,7 +47,7 @@ def reproduce_command(
     is_subset: bool,
     figures: str | None,
     methods: str | None,
-    ks: str | None,
+    ks: tuple[int, ...] | None,
     meshes: Path | None,
     budget_minutes: float | None,
     n_jobs: int | None,
@@ -66,7 +64,7 @@ def reproduce_command(
     choice = Choice(
         figures=_names(figures, FIGURES, "figures"),
         methods=_names(methods, tuple(METHODS), "methods"),
-        ks=_numbers(ks) or (SUBSET_KS if is_subset else KS),
+        ks=ks or (SUBSET_KS if is_subset else KS),
         is_subset=is_subset,
     )
     options = Options(
@@ -89,16 +87,6 @@ def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ..
         if name not in known:
             raise click.UsageError(f"--{what}: there is no {name!r}, only {', '.join(known)}")
     return tuple(name for name in known if name in wanted)
-
-
-def _numbers(text: str | None) -> tuple[int, ...]:
-    if text is None:
-        return ()
-    wanted = [number.strip() for number in text.split(",")]
-    for number in wanted:
-        if not number.isdecimal() or not 1 <= int(number[:12]) < 2**31:
-            raise click.UsageError(f"--ks: expected numbers of regions >= 1, got {number!r}")
-    return tuple(sorted({int(number) for number in wanted}))
 
 
 def _tell(report: Report) -> None:

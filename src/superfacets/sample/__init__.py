@@ -1,54 +1,44 @@
 """A mesh to try things on: a plush bear whose parts meet in sharp concave creases.
 
-The bear is the union of solid ellipsoids, so the part that each face belongs to is known.
+The bear is the union of solid ellipsoids, made by ``tools/sample_bear``. Files hold its vertices,
+and the step from each corner of a face to the next.
 """
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from .._validate import checked_count
+from ..mesh.quarters import split_in_four
 from ..mesh.triangle_mesh import Mesh
-from .bear import PART_NAMES, ellipsoids
-from .lattice import fill_lattice, without_pinches
-from .net import relax, surface_net
-from .quads import split_quads
-from .seams import place_seams
 
-__all__ = ["PART_NAMES", "sample_mesh", "sample_parts"]
+__all__ = ["sample_mesh"]
+
+_FOLDER = Path(__file__).parent
+
+_COARSE = ("bear-5k.npz", 4_892)
+_FINE = ("bear-60k.npz", 60_220)
 
 MIN_FACES = 3_000
-"""With fewer faces the grid is too coarse for the ears, and holes open beside them."""
-
-# Faces times the square of the grid spacing, measured at 20,000 to 2,000,000 faces (36.4 to 37.4);
-# it follows from the area of the bear. A coarser grid misses a little: 34.6 at 3,000.
-_FACES_PER_SPACING = 36.8
-
-_ROUNDS = 2
-"""Seams are placed again once vertices are spread: the first guess is off by a quad at places."""
 
 
 def sample_mesh(n_faces: int = 60_000) -> Mesh:
-    """Return a plush bear of about `n_faces` faces: smooth parts that meet in concave creases.
+    """Return a plush bear of some `n_faces` faces: smooth parts that meet in concave creases.
 
     The surface is closed, manifold, of one piece and genus 0, and oriented outward. It bounds the
-    union of ellipsoids, and vertices lie on it: along a crease, on both ellipsoids at once. The
-    bear is 2.3 high, looks along +z, and y is up. The same request gives the same mesh. From
-    12,000 faces on, less than one face in 2,000 has an angle under 5 degrees, and next to none is
-    folded; with fewer, eyes and nose are too small for the grid. Every face has an area.
-
-    A grid is filled with the ellipsoids, its border becomes a surface net (Gibson, "Constrained
-    elastic surface nets", 1998), and Newton's method takes the net's vertices to the ellipsoids
-    while smoothing spreads them. Time is linear in `n_faces` but for the filling, which is linear
-    in the points of the grid, about n_faces**1.5 / 20.
+    union of 17 ellipsoids. The bear is 2.3 high, looks along +z, and y is up. It is read from a
+    file, so it is the same on every machine.
 
     Parameters
     ----------
     n_faces : int, default 60_000
-        At least 3,000. The mesh has this many faces within 10 percent.
+        At least 3,000. There are bears of 4,892 and 60,220 faces, and of 19,568, 240,880, 963,520
+        and so on, whose faces are those of one of the two, each split in four in its own plane. The
+        one nearest to `n_faces` by ratio is returned: it has at most twice as many faces, and no
+        less than half as many.
 
     Raises
     ------
@@ -60,36 +50,28 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
     Examples
     --------
     >>> bear = sample_mesh(5_000)
+    >>> bear.n_faces
+    4892
     >>> bear.n_vertices - bear.n_faces // 2  # V - E + F of a closed surface of genus 0
     2
     """
     count = checked_count(n_faces, "n_faces")
     if count < MIN_FACES:
         raise ValueError(f"n_faces must be at least {MIN_FACES}, got {count}")
-    lattice = without_pinches(fill_lattice(math.sqrt(_FACES_PER_SPACING / count)))
-    surface = surface_net(lattice)
-    for _ in range(_ROUNDS):
-        surface = relax(place_seams(surface), lattice.spacing)
-    return Mesh(surface.points, split_quads(surface))
+    name, n_splits = _nearest(count)
+    with np.load(_FOLDER / name) as file:
+        vertices = file["vertices"].astype(np.float64)
+        faces = np.cumsum(file["steps"], dtype=np.int32).reshape(-1, 3)
+    for _ in range(n_splits):
+        vertices, faces = split_in_four(vertices, faces)
+    return Mesh(vertices, faces)
 
 
-def sample_parts(mesh: Mesh) -> npt.NDArray[np.int32]:
-    """Return the part of the bear that each face belongs to: a ground truth for `sample_mesh`.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        What `sample_mesh` returned, neither moved nor scaled.
-
-    Returns
-    -------
-    ndarray of int32, shape (F,)
-        Index into `PART_NAMES` of the solid nearest to the face's centroid.
-
-    Examples
-    --------
-    >>> parts = sample_parts(sample_mesh(5_000))
-    >>> len(PART_NAMES), int(parts.max())
-    (17, 16)
-    """
-    return ellipsoids().nearest(mesh.vertices[mesh.faces].mean(axis=1))
+def _nearest(count: int) -> tuple[str, int]:
+    """The file, and how often its faces are split, that come nearest to a number of faces."""
+    finest = round(max(0.0, math.log(count / _FINE[1], 4)))
+    made = [(_COARSE, 0), (_COARSE, 1), (_FINE, finest)]
+    (name, _), n_splits = min(
+        made, key=lambda choice: abs(math.log(choice[0][1] * 4 ** choice[1] / count))
+    )
+    return name, n_splits

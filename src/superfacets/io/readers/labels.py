@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import os
-import re
 import reprlib
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.lib import format as npy
 
 from ..._validate import refuse_mask
 from ...errors import MeshError
@@ -23,6 +25,12 @@ __all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "read_labels"]
 
 MAX_LABEL = 2**31 - 1
 """Labels are int32."""
+
+MAX_NPY_HEADER = 10_000
+"""Bytes of text, numpy's own bound; labels need some 60. It is evaluated, so it must be short."""
+
+_NPY_FIXED = 12
+"""The bytes before that text: magic, version and the length of the text."""
 
 
 def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt.NDArray[np.int32]:
@@ -115,38 +123,36 @@ def _read_text(data: Content) -> npt.NDArray[Any]:
 def _read_npy(data: Content) -> npt.NDArray[Any]:
     """The array of a .npy file.
 
-    numpy.load is not used: it evaluates the header as Python, with a dozen ways to fail or warn,
-    and takes the memory that a damaged header claims.
+    numpy.load would take the memory that a damaged header claims, and would run what a pickle
+    holds: only the header is left to numpy, and compared with the size of the file.
     """
-    header, begin = _npy_header(data)
-    kind = re.search(r"'descr': *'([<>|=]?)([iu])([1248])'", header)
-    if kind is None:
-        raise MeshError(f"labels must be integers: the .npy header is {reprlib.repr(header)}")
-    shape = re.search(r"'shape': *\( *(\d{1,18})L?, *\)", header)
-    if shape is None:
+    (*shape,), dtype, begin = _npy_header(data)
+    if dtype.kind not in "iu":
+        raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
+    if len(shape) != 1:
+        raise MeshError(f"labels must be one-dimensional: the .npy header declares {shape}")
+    n_bytes = shape[0] * dtype.itemsize
+    if n_bytes != len(data) - begin:
         raise MeshError(
-            f"labels must be one-dimensional: the .npy header is {reprlib.repr(header)}"
-        )
-    dtype = np.dtype("".join(kind.groups()))
-    n_labels = int(shape[1])
-    if n_labels * dtype.itemsize != len(data) - begin:
-        raise MeshError(
-            f"the .npy header declares {n_labels * dtype.itemsize} bytes of labels but"
+            f"the .npy header declares {n_bytes} bytes of labels but"
             f" {len(data) - begin} follow: is the file cut?"
         )
     return np.frombuffer(data, dtype=dtype, offset=begin)
 
 
-def _npy_header(data: Content) -> tuple[str, int]:
-    """The header's text, and where the numbers begin."""
-    if data[:6] != b"\x93NUMPY":
-        raise MeshError("not a .npy file: it does not begin with the word NUMPY")
-    size_width = 2 if data[6:7] == b"\x01" else 4  # of version 1, and of versions 2 and 3
-    text_begin = 8 + size_width
-    begin = text_begin + int.from_bytes(data[8:text_begin], "little")
-    if begin > len(data):
-        raise MeshError("the header of the .npy file is cut")
-    return data[text_begin:begin].decode("latin-1"), begin
+def _npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], int]:
+    """Shape and type that a .npy file declares, and where the numbers begin."""
+    start = io.BytesIO(data[: _NPY_FIXED + MAX_NPY_HEADER])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of Python 2's integers, and of odd escapes in strings
+            version = npy.read_magic(start)
+            read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+            shape, _, dtype = read(start, max_header_size=MAX_NPY_HEADER)
+    except Exception as error:  # numpy evaluates the header: a damaged one may raise anything
+        reason = reprlib.repr(str(error))
+        raise MeshError(f"the header of the .npy file cannot be read: {reason}") from None
+    return shape, dtype, start.tell()
 
 
 _READERS: dict[str, Callable[[Content], npt.NDArray[Any]]] = {

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from ...io.atomic import atomic_outputs
 from ..princeton import CATEGORIES
+from ..sources import Source
 from .methods import METHODS
 from .results import Comparison, Curve, Results
 from .runs import Run
-from .sources import Source
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,9 +8,9 @@ from types import MappingProxyType
 
 from ...mesh.triangle_mesh import Mesh
 from ...view.rendering import View
+from ..sources import Source
 from .methods import METHODS
 from .runs import Run
-from .sources import Source
 
 __all__ = ["GALLERY", "TABLE_METHODS", "Picture", "pictures_of", "table_runs", "view_of"]
 

@@ -1,105 +1,78 @@
-"""From a task, one method on one mesh, to a record for each number of regions."""
+"""From a task, one method on one mesh, to what is recorded for each number of regions."""
 
 from __future__ import annotations
 
+import base64
 import platform
 import time
+import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ... import __version__
 from ...clustering.loop import Segmentation
-from ...mesh.triangle_mesh import Mesh
-from ...metrics import GroundTruths, evaluate
-from .methods import METHODS, Segmenter, Setting
-from .records import pack_labels, record_path, write_record
+from ...metrics import evaluate
+from ..records import Record
+from ..runner import Piece
+from ..sources import load
+from .methods import METHODS, Setting
 from .runs import Run
-from .sources import load
 
-__all__ = ["Task", "record_failure"]
+__all__ = ["Task", "pack_labels", "unpack_labels"]
 
 
 @dataclass(frozen=True)
 class Task:
     """Runs that differ in the number of regions alone, so that they share what can be shared."""
 
-    runs: tuple[Run, ...]
+    pieces: tuple[Piece, ...]
     pictured: frozenset[Run]
     """Runs whose labels are kept."""
     setting: Setting
-    folder: Path
-    """Where records go."""
+
+    @property
+    def first(self) -> Run:
+        """The first run, which stands for all where they agree."""
+        run: Run = self.pieces[0].subject
+        return run
 
     @property
     def memory(self) -> int:
         """Bytes needed, where it is quadratic in the number of faces."""
-        first = self.runs[0]
-        return METHODS[first.method].bytes_per_pair * first.source.n_faces**2
+        return METHODS[self.first.method].bytes_per_pair * self.first.source.n_faces**2
 
-    def run(self) -> None:
-        """Write a record for each run, be it of a failure."""
-        first = self.runs[0]
+    def prepare(self) -> Callable[[Piece], Record]:
+        """Load the mesh, and do what the method does once for all numbers of regions."""
+        mesh, truths = load(self.first.source)
         start = time.perf_counter()
-        try:
-            mesh, truths = load(first.source)
-            start = time.perf_counter()
-            segmenter = METHODS[first.method].prepare(mesh, self.setting)
-        except Exception as error:  # of any method: it is named, and other tasks go on
-            for run in self.runs:
-                record_failure(self, run, _reason(error))
-            return
+        segmenter = METHODS[self.first.method].prepare(mesh, self.setting)
         shared = time.perf_counter() - start
-        for run in self.runs:
-            try:
-                self._measure(run, mesh, truths, segmenter, shared)
-            except Exception as error:
-                record_failure(self, run, _reason(error))
 
-    def _measure(
-        self,
-        run: Run,
-        mesh: Mesh,
-        truths: GroundTruths,
-        segmenter: Segmenter,
-        shared: float,
-    ) -> None:
-        start = time.perf_counter()
-        result = segmenter(run.k)
-        end = time.perf_counter()
-        metrics = evaluate(mesh, result.labels, truths)
-        record = (
-            _head(self, run)
-            | _facts(result)
-            | {
-                "seconds": {
-                    **result.timings,
-                    "total": shared + end - start,
-                    "metrics": time.perf_counter() - end,
-                },
-                "metrics": metrics,
+        def measure(piece: Piece) -> Record:
+            run: Run = piece.subject
+            start = time.perf_counter()
+            result = segmenter(run.k)
+            end = time.perf_counter()
+            metrics = evaluate(mesh, result.labels, truths)
+            seconds = {
+                **result.timings,
+                "total": shared + end - start,
+                "metrics": time.perf_counter() - end,
             }
-        )
-        if run in self.pictured:
-            record["labels"] = pack_labels(result.labels)
-        write_record(record_path(self.folder, run), record)
+            record = _head(run) | _facts(result) | {"seconds": seconds, "metrics": metrics}
+            if run in self.pictured:
+                record["labels"] = pack_labels(result.labels)
+            return record
+
+        return measure
 
 
-def record_failure(task: Task, run: Run, reason: str) -> None:
-    """Write that a run failed, and why."""
-    write_record(record_path(task.folder, run), _head(task, run) | {"reason": reason})
-
-
-def _reason(error: Exception) -> str:
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
-
-
-def _head(task: Task, run: Run) -> dict[str, Any]:
+def _head(run: Run) -> dict[str, Any]:
     return {
-        "key": run.key(task.setting.most_segments),
         "model": run.source.name,
         "category": run.source.category,
         "faces": run.source.n_faces,
@@ -122,3 +95,13 @@ def _facts(result: Segmentation) -> dict[str, Any]:
         "stop_reason": result.stop_reason,
         "params": result.params,
     }
+
+
+def pack_labels(labels: npt.NDArray[np.int32]) -> str:
+    """Return labels as text that is short."""
+    return base64.b64encode(zlib.compress(labels.astype("<i4").tobytes(), 9)).decode()
+
+
+def unpack_labels(text: str) -> npt.NDArray[np.int32]:
+    """Return the labels that `pack_labels` was given."""
+    return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

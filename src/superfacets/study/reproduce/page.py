@@ -1,15 +1,21 @@
-"""One page that holds everything: what was run, on what, how long, and what came out."""
+"""One page that holds everything: what was run, on what, how long, and what came out.
+
+Text and layout are templates; what they are given is made here. Images are inside the page.
+"""
 
 from __future__ import annotations
 
+import base64
 import platform
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ... import __version__
-from . import markup
+from ...io.atomic import atomic_outputs
+from ..table_writer import html_table
 from .gallery import GALLERY, TABLE_METHODS, Picture, table_runs
 from .methods import METHODS
 from .pictures import picture_path
@@ -20,6 +26,13 @@ from .runs import Run
 __all__ = ["Files", "write_page"]
 
 TITLE = "Superfacets: the paper's comparison, run again"
+
+_TEMPLATES = Path(__file__).parent / "templates"
+
+_MEDIA_TYPES = {".png": "image/png", ".svg": "image/svg+xml"}
+
+Section = dict[str, Any]
+"""Its title, its template, and what that is filled with."""
 
 # Seconds in the paper's Table 1, by numbers of faces.
 _TIMES_2014 = {
@@ -70,19 +83,50 @@ class Files:
 
 
 def write_page(path: Path, results: Results, files: Files) -> None:
-    """Write the page; all images are inside."""
-    sections = [("Summary", _summary(results))]
-    for figure in results.plan.choice.figures:
-        if figure in GALLERY:
-            sections.append((f"Figure {figure}", _picture_section(figure, results, files)))
-        elif figure == "5":
-            sections.append(("Figure 5", _times_section(results, files)))
-        else:
-            name = "All methods" if figure == "rivals" else f"Figure {figure}"
-            sections.append((name, _curve_section(figure, results, files)))
-    sections.append(("What is missing", _missing_section(results, files)))
-    sections.append(("How it was run", _method_section(results, files)))
-    path.write_text(markup.document(TITLE, _lead(results), sections), encoding="utf-8")
+    """Write the page. Needs Jinja2 and tabulate.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    sections = [
+        _summary(results),
+        *(_figure(figure, results, files) for figure in results.plan.choice.figures),
+        _missing_section(results, files),
+        _method_section(results, files),
+    ]
+    text = _render(title=TITLE, lead=_lead(results), sections=sections)
+    with atomic_outputs([path]) as (partial,):
+        partial.write_text(text, encoding="utf-8")
+
+
+def _render(**values: Any) -> str:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["data_uri"] = _data_uri
+    return environment.get_template("page.html").render(values) + "\n"
+
+
+def _data_uri(path: Path) -> str:
+    """Return an image as an address that holds all of it."""
+    data = base64.b64encode(path.read_bytes()).decode("ascii")
+    return f"data:{_MEDIA_TYPES[path.suffix]};base64,{data}"
+
+
+def _figure(figure: str, results: Results, files: Files) -> Section:
+    if figure in GALLERY:
+        return _picture_section(figure, results, files)
+    if figure == "5":
+        return _times_section(results, files)
+    return _curve_section(figure, results, files)
 
 
 def _lead(results: Results) -> str:
@@ -98,7 +142,7 @@ def _lead(results: Results) -> str:
     )
 
 
-def _summary(results: Results) -> str:
+def _summary(results: Results) -> Section:
     """Return means at the usual k, over the models that each method has."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
@@ -115,43 +159,53 @@ def _summary(results: Results) -> str:
         rows.append([curve.title, str(len(models)), *numbers, _seconds(float(np.median(seconds)))])
     head = ["", "models", *(title for title, _, _ in _COLUMNS), "seconds, median"]
     usual = Curve("superfacets", METHODS["superfacets"].usual_alpha).title
-    return markup.paragraph(
-        f"Means at k = {k}: over the ground truths of a model first, then over the models that a"
-        " method was run on. Rows with different numbers of models do not compare directly; the"
-        " figures below do, for there all curves are over the same models. UE is the"
-        " undersegmentation error, ASA the achievable segmentation accuracy; extra pieces are"
-        " those of regions that fall apart. An arrow tells which way is better.",
-        "caption",
-    ) + markup.table(head, rows, frozenset({usual}))
+    return {
+        "title": "Summary",
+        "template": "summary.html",
+        "k": k,
+        "table": html_table(head, rows, frozenset({usual})),
+    }
 
 
 def _place(curve: Curve) -> tuple[int, float]:
     return list(METHODS).index(curve.method), -1.0 if curve.alpha is None else curve.alpha
 
 
-def _picture_section(figure: str, results: Results, files: Files) -> str:
+@dataclass(frozen=True)
+class _Cell:
+    """A picture in its place."""
+
+    path: Path | None
+    """None if it could not be drawn."""
+    text: str
+
+
+def _picture_section(figure: str, results: Results, files: Files) -> Section:
     pictures = [picture for picture in results.plan.pictures if picture.figure == figure]
-    text = markup.paragraph(f"{_PICTURE_TEXTS[figure]}, k = {results.plan.choice.k}.")
+    cells = {(picture.row, picture.column): _cell(picture, results, files) for picture in pictures}
+    reason = None
     if figure == "1" and not results.plan.meshes:
-        return markup.paragraph("Left out: no folder of large meshes was given with --meshes.")
-    if not pictures:
-        return markup.paragraph("Left out: none of its methods was chosen.")
-    cells = {
-        (picture.row, picture.column): _image_of(picture, results, files) for picture in pictures
+        reason = "no folder of large meshes was given with --meshes."
+    elif not pictures:
+        reason = "none of its methods was chosen."
+    return {
+        "title": f"Figure {figure}",
+        "template": "pictures.html",
+        "reason": reason,
+        "text": _PICTURE_TEXTS[figure],
+        "k": results.plan.choice.k,
+        "cells": cells,
+        "rows": list(dict.fromkeys(row for row, _ in cells)),
+        "columns": list(dict.fromkeys(column for _, column in cells)),
+        "table": _mesh_table(results) if figure == "1" else None,
     }
-    if figure == "1":
-        cards = {column: cell for (_, column), cell in cells.items()}
-        return text + markup.picture_cards(cards) + _mesh_table(results)
-    rows = list(dict.fromkeys(row for row, _ in cells))
-    columns = list(dict.fromkeys(column for _, column in cells))
-    return text + markup.picture_grid(rows, columns, cells)
 
 
-def _image_of(picture: Picture, results: Results, files: Files) -> str:
+def _cell(picture: Picture, results: Results, files: Files) -> _Cell:
     path = picture_path(files.folder / "pictures", picture)
-    if picture.run not in results.done or not path.exists():
-        return "<i>failed, see below</i>"
-    return markup.image(path, f"{picture.row}, {picture.column}".strip(", "))
+    is_there = picture.run in results.done and path.exists()
+    text = f"{picture.row}, {picture.column}".strip(", ")
+    return _Cell(path if is_there else None, text)
 
 
 def _mesh_table(results: Results) -> str:
@@ -166,52 +220,33 @@ def _mesh_table(results: Results) -> str:
         paper = _TIMES_2014.get(mesh.n_faces)
         rows.append([mesh.name, f"{mesh.n_faces:,}", *times, "-" if paper is None else str(paper)])
     titles = (METHODS[method].title for method in TABLE_METHODS)
-    return markup.paragraph(
-        "Table 1: seconds from mesh to labels on one thread. The paper's are those that it gives"
-        " for a mesh with as many faces, on a processor of 2011.",
-        "caption",
-    ) + markup.table(["mesh", "faces", *titles, "the paper, 2014"], rows)
+    return html_table(["mesh", "faces", *titles, "the paper, 2014"], rows)
 
 
-def _curve_section(figure: str, results: Results, files: Files) -> str:
-    plots, comparison = files.plots.get(figure), files.comparisons[figure]
-    if not plots:
-        return markup.paragraph("Left out: no model has all runs that it needs.")
+def _curve_section(figure: str, results: Results, files: Files) -> Section:
+    comparison = files.comparisons[figure]
     n_all, n_shown = len(results.plan.models), len(comparison.models)
-    over = f"all {n_all} models" if n_shown == n_all else f"the {n_shown} of {n_all} models"
-    captions = [
-        f"{_CURVE_TEXTS[figure]}. Means over {over} for which every point of every curve is there;"
-        " lower is better in both measures. Right: one against the other"
-        + (", dots with their alpha." if figure in CURVES else ".")
-    ]
-    captions += [
-        f"{curve.title}: left out, for it shares no model with the others."
-        for curve in comparison.left_out
-    ]
-    body = markup.image(plots[0], _CURVE_TEXTS[figure], "plot")
-    body += "".join(markup.paragraph(caption, "caption") for caption in captions)
-    by_category = "".join(
-        markup.image(plot, f"{_CURVE_TEXTS[figure]}, by category", "plot") for plot in plots[1:]
-    )
-    return body + markup.details("By category (number of models)", by_category)
+    return {
+        "title": "All methods" if figure == "rivals" else f"Figure {figure}",
+        "template": "curves.html",
+        "text": _CURVE_TEXTS[figure],
+        "plots": files.plots.get(figure),
+        "over": f"all {n_all} models" if n_shown == n_all else f"the {n_shown} of {n_all} models",
+        "has_alphas": figure in CURVES,
+        "left_out": [curve.title for curve in comparison.left_out],
+    }
 
 
-def _times_section(results: Results, files: Files) -> str:
-    plots = files.plots.get("5")
-    if not plots:
-        return markup.paragraph("Left out: no run that it needs is done.")
-    caption = markup.paragraph(
-        f"Seconds from mesh to labels over faces, k = {results.plan.choice.k}, one thread; both"
-        " axes are logarithmic. Files are not read in that time; of normalized cuts it has the"
-        " distances, the eigenvectors (as many as the largest k asks for) and the regions.",
-        "caption",
-    )
+def _times_section(results: Results, files: Files) -> Section:
     head = ["method", "models", "median seconds", "times superfacets' (median over models)"]
-    return (
-        markup.image(plots[0], "seconds over faces", "plot")
-        + caption
-        + markup.table(head, _time_rows(results), frozenset({METHODS["superfacets"].title}))
-    )
+    ours = frozenset({METHODS["superfacets"].title})
+    return {
+        "title": "Figure 5",
+        "template": "times.html",
+        "plots": files.plots.get("5"),
+        "k": results.plan.choice.k,
+        "table": html_table(head, _time_rows(results), ours),
+    }
 
 
 def _time_rows(results: Results) -> list[list[str]]:
@@ -236,9 +271,8 @@ def _time_rows(results: Results) -> list[list[str]]:
     return rows
 
 
-def _missing_section(results: Results, files: Files) -> str:
-    parts = []
-    for title, lines in (
+def _missing_section(results: Results, files: Files) -> Section:
+    lists = (
         (
             f"{len(results.missing):,} runs were not started within the budget:",
             results.not_started(),
@@ -247,10 +281,12 @@ def _missing_section(results: Results, files: Files) -> str:
         ("Files that are missing or not used:", results.plan.problems),
         ("Pictures that could not be drawn:", files.picture_problems),
         ("Models left out of a method for their size:", _too_large(results)),
-    ):
-        if lines:
-            parts += [markup.paragraph(title), markup.bullets(lines)]
-    return "".join(parts) or markup.paragraph("Nothing: every run that was planned is done.")
+    )
+    return {
+        "title": "What is missing",
+        "template": "missing.html",
+        "lists": [(title, lines) for title, lines in lists if lines],
+    }
 
 
 def _too_large(results: Results) -> list[str]:
@@ -264,43 +300,41 @@ def _too_large(results: Results) -> list[str]:
     return lines
 
 
-def _method_section(results: Results, files: Files) -> str:
+def _method_section(results: Results, files: Files) -> Section:
     plan = results.plan
-    tasks = {(r["model"], r["method"], r["alpha"]): r for r in results.done.values()}
+    tasks = {(r["model"], r["method"], r["alpha"]) for r in results.done.values()}
     busy = sum(r["seconds"]["total"] + r["seconds"]["metrics"] for r in results.done.values())
-    rows = [
+    faces = [model.n_faces for model in plan.models]
+    return {
+        "title": "How it was run",
+        "template": "method.html",
+        "versions": {
+            "superfacets": __version__,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+        },
+        "system": f"{platform.system()} on {platform.machine()}",
+        "n_done": f"{len(results.done):,}",
+        "n_tasks": f"{len(tasks):,}",
+        "busy": _duration(busy),
+        "seconds": _duration(files.seconds),
+        "n_before": f"{files.n_before:,}",
+        "sizes": f"{min(faces):,} to {max(faces):,}" if faces else "",
+        "table": html_table(["method", "name", "alphas", "runs done"], _method_rows(results)),
+    }
+
+
+def _method_rows(results: Results) -> list[list[str]]:
+    runs = results.plan.runs
+    return [
         [
             METHODS[method].title,
             method,
-            ", ".join(
-                sorted({_alpha(run) for run in plan.runs if run.method == method}, key=_size)
-            ),
+            ", ".join(sorted({_alpha(run) for run in runs if run.method == method}, key=_size)),
             str(sum(run.method == method for run in results.done)),
         ]
-        for method in dict.fromkeys(run.method for run in plan.runs)
+        for method in dict.fromkeys(run.method for run in runs)
     ]
-    faces = [model.n_faces for model in plan.models]
-    size = f" The models have {min(faces):,} to {max(faces):,} faces." if faces else ""
-    return (
-        markup.paragraph(
-            f"superfacets {__version__}, Python {platform.python_version()}, NumPy"
-            f" {np.__version__}, {platform.system()} on {platform.machine()}. The"
-            f" {len(results.done):,} runs ({len(tasks):,} methods and settings on meshes) took"
-            f" {_duration(busy)} of one core in all, metrics included. This start took"
-            f" {_duration(files.seconds)}; {files.n_before:,} of the runs had been done before."
-        )
-        + markup.paragraph(
-            "Each method ran on one thread of a process of its own core. Random seeding draws"
-            f" from the number of the model, so that numbers repeat.{size}"
-        )
-        + markup.table(["method", "name", "alphas", "runs done"], rows)
-        + markup.paragraph(
-            "Beside this page: runs.csv has a row for every run with all metrics and times,"
-            " means.csv the means by category, figure-*.csv the points of the plots, plots and"
-            " pictures the images, records what every run wrote.",
-            "caption",
-        )
-    )
 
 
 def _alpha(run: Run) -> str:

@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from ...io.atomic import atomic_outputs
 from ...view.rendering import render
+from ..records import Key
+from ..sources import load
 from .gallery import Picture, view_of
-from .records import unpack_labels
-from .results import Record
-from .sources import load
+from .measure import unpack_labels
 
 __all__ = ["Drawing", "is_drawn", "picture_path"]
 
@@ -39,11 +39,11 @@ class Drawing:
     memory: int = 0
 
     @classmethod
-    def of(cls, picture: Picture, record: Record, folder: Path) -> Drawing:
-        """Return the drawing of a picture whose run is done."""
-        made_from = [record["key"], record["labels"], _SIZE, _LOOK]
-        key = hashlib.blake2b(json.dumps(made_from).encode(), digest_size=16).hexdigest()
-        return cls(picture, record["labels"], key, folder)
+    def of(cls, picture: Picture, key: Key, labels: str, folder: Path) -> Drawing:
+        """Return the drawing of a picture whose run is done: its key, and its labels, packed."""
+        made_from = [key, labels, _SIZE, _LOOK]
+        digest = hashlib.blake2b(json.dumps(made_from).encode(), digest_size=16).hexdigest()
+        return cls(picture, labels, digest, folder)
 
     def run(self) -> str | None:
         """Draw; return why that failed, if it did."""

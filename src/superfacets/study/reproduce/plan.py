@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ..princeton import CATEGORIES
+from ..sources import Source, Sources
 from .gallery import GALLERY, Picture, pictures_of, table_runs
 from .methods import METHODS, Method
 from .runs import Run
-from .sources import Source, Sources
 
 __all__ = ["CURVES", "FIGURES", "KS", "SUBSET_KS", "Choice", "Plan", "make_plan"]
 

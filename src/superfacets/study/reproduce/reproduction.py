@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib.util
-import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,26 +12,25 @@ from typing import Any
 from ...errors import MeshError, MissingExtraError
 from ...io.atomic import remove_leftovers
 from ...view.rendering import check_rendering
+from ..runner import Piece, free_memory, locked, run_shown, run_tasks
+from ..sources import Sources, find_meshes, find_models
 from .gallery import GALLERY
-from .measure import Task, record_failure
+from .measure import Task
 from .methods import METHODS
 from .page import Files, write_page
-from .pictures import Drawing, is_drawn
+from .pictures import Drawing, is_drawn, picture_path
 from .plan import CURVES, Choice, Plan, make_plan
-from .processes import Death, Job, run_jobs
-from .records import is_blocked, read_record, record_path
 from .results import Comparison, Curve, Results, collect, compare
+from .rows import write_means, write_points, write_runs
 from .runs import Run
-from .sources import Sources, find_meshes, find_models
-from .tables import write_means, write_points, write_runs
 
 __all__ = ["Options", "Report", "reproduce"]
 
-# Share of the free memory that tasks plan with; the rest is for everything else.
-_MEMORY_SHARE = 0.8
+_QUANTITIES = ("undersegmentation_error", "compactness")
+"""What is plotted by category."""
 
-# Where the system does not tell.
-_MEMORY_UNKNOWN = 4 << 30
+# The page is made of templates, and its tables by a library.
+_PAGE_PACKAGES = ("jinja2", "tabulate")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,14 +72,15 @@ def reproduce(options: Options) -> Report:
     start = time.monotonic()
     plan = _plan(options)
     _check_needs(plan)
-    with _locked(options.output):
+    most_segments = max(plan.choice.ks)
+    pieces = {run: run.piece(options.output / "records", most_segments) for run in plan.runs}
+    with locked(options.output):
         # Of starts that were killed, as there is no other now.
-        records = options.output / "records"
-        remove_leftovers((record_path(records, run) for run in plan.runs), older_than=0.0)
-        results, n_before = _measure(plan, options, start)
+        remove_leftovers(_outputs(plan, pieces, options.output), older_than=0.0)
+        results, n_before = _measure(plan, pieces, options, start)
         if not results.done:
             raise MeshError(_why_nothing(results))
-        problems = _draw_pictures(results, options)
+        problems = _draw_pictures(results, pieces, options)
         page = options.output / "index.html"
         plots, comparisons = _write_files(results, options.output)
         seconds = time.monotonic() - start
@@ -101,7 +99,8 @@ def _plan(options: Options) -> Plan:
 
 def _check_needs(plan: Plan) -> None:
     """Find out what is not installed before hours of work."""
-    packages = [name for run in plan.runs for name in METHODS[run.method].packages]
+    packages = [*_PAGE_PACKAGES]
+    packages += [name for run in plan.runs for name in METHODS[run.method].packages]
     if any(figure not in GALLERY for figure in plan.choice.figures):
         packages.append("matplotlib")
     if plan.pictures:
@@ -113,91 +112,74 @@ def _check_needs(plan: Plan) -> None:
         check_rendering()
 
 
-@contextlib.contextmanager
-def _locked(folder: Path) -> Iterator[None]:
-    """Make the folder, and keep other starts out of it, where the system can."""
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
-        import fcntl
-    except ImportError:  # Windows: two starts at once would do work twice, and no harm
-        yield
-        return
-    with (folder / ".lock").open("w") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise ValueError(f"{folder}: another run is writing there") from None
-        yield
-
-
-def _measure(plan: Plan, options: Options, start: float) -> tuple[Results, int]:
+def _measure(
+    plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
+) -> tuple[Results, int]:
     """Run the tasks that have no records yet; return, too, how many runs were done before."""
-    records = options.output / "records"
     pictured = frozenset(picture.run for picture in plan.pictures)
-    before = collect(plan, records, pictured)
-    memory = _free_memory()
-    tasks = _tasks(before, records, pictured, memory)
-    deadline = None if options.budget_seconds is None else start + options.budget_seconds
-    for task, result in _with_bar("runs", tasks, options.n_jobs, memory, deadline):
-        if isinstance(result, Death):
-            _record_death(task, result)
-    return collect(plan, records, pictured), len(before.done)
+    before = collect(plan, pieces, pictured, {})
+    memory = free_memory()
+    lost = run_tasks(
+        "runs",
+        _tasks(before, pieces, pictured, memory),
+        options.n_jobs,
+        memory=memory,
+        deadline=None if options.budget_seconds is None else start + options.budget_seconds,
+    )
+    return collect(plan, pieces, pictured, lost), len(before.done)
 
 
-def _tasks(results: Results, folder: Path, pictured: frozenset[Run], memory: int) -> list[Task]:
+def _tasks(
+    results: Results, pieces: Mapping[Run, Piece], pictured: frozenset[Run], memory: int
+) -> list[Task]:
     """Return tasks for all runs that are not done, in the order of the plan."""
     groups: dict[tuple[Any, ...], list[Run]] = {}
     most_segments = max(results.plan.choice.ks)
     for run in results.plan.runs:
-        if run not in results.done and not is_blocked(folder, run):
+        if run not in results.done:
             groups.setdefault((run.source, run.method, run.alpha), []).append(run)
     return [
         Task(
-            tuple(runs),
+            tuple(pieces[run] for run in runs),
             pictured & frozenset(runs),
             runs[0].setting(most_segments, memory),
-            folder,
         )
         for runs in groups.values()
     ]
 
 
-def _record_death(task: Task, death: Death) -> None:
-    """Give the runs that a worker did not come to a record of why."""
-    for run in task.runs:
-        key = run.key(task.setting.most_segments)
-        if read_record(record_path(task.folder, run), key) is None:
-            record_failure(task, run, str(death))
-
-
-def _draw_pictures(results: Results, options: Options) -> tuple[str, ...]:
+def _draw_pictures(
+    results: Results, pieces: Mapping[Run, Piece], options: Options
+) -> tuple[str, ...]:
     """Draw what is not drawn yet; return a line for each failure."""
     folder = options.output / "pictures"
     folder.mkdir(exist_ok=True)
     drawings = [
-        Drawing.of(picture, results.done[picture.run], folder)
+        Drawing.of(picture, pieces[picture.run].key, results.done[picture.run]["labels"], folder)
         for picture in results.plan.pictures
         if picture.run in results.done
     ]
     wanted = [drawing for drawing in drawings if not is_drawn(drawing)]
-    ends = _with_bar("pictures", wanted, options.n_jobs, _free_memory(), None)
+    ends = run_shown("pictures", wanted, options.n_jobs, memory=free_memory())
     return tuple(f"{drawing.picture.name}: {end}" for drawing, end in ends if end is not None)
 
 
-def _with_bar(
-    name: str, jobs: Sequence[Job], n_jobs: int, memory: int, deadline: float | None
-) -> Iterator[tuple[Any, Any]]:
-    """Run jobs in workers, with a progress bar on a terminal."""
-    from tqdm import tqdm
+def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path]:
+    """Return all files that are written in one step."""
+    paths = [piece.path for piece in pieces.values()]
+    paths += [picture_path(folder / "pictures", picture) for picture in plan.pictures]
+    paths += [folder / name for name in ("runs.csv", "means.csv", "index.html")]
+    for figure in plan.choice.figures:
+        paths.append(folder / f"figure-{figure}.csv")
+        for plot in _plots(folder, figure):
+            paths += [plot, plot.with_suffix(".png")]
+    return paths
 
-    ends = run_jobs(jobs, n_jobs, memory=memory, deadline=deadline)
-    with (
-        contextlib.closing(ends),
-        tqdm(total=len(jobs), desc=name, unit="task", disable=None, leave=False) as bar,
-    ):
-        for job, result in ends:
-            yield job, result
-            bar.update()
+
+def _plots(folder: Path, figure: str) -> list[Path]:
+    """Return where the plots of a figure lie: the main one, then those by category."""
+    endings = ["", *(f"-{quantity.replace('_', '-')}" for quantity in _QUANTITIES)]
+    return [folder / "plots" / f"figure-{figure}{ending}.svg" for ending in endings]
 
 
 def _write_files(
@@ -225,14 +207,11 @@ def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: 
     if not comparison.models:
         return []
     write_points(folder / f"figure-{figure}.csv", results, comparison)
-    name = folder / "plots" / f"figure-{figure}.svg"
-    plot_curves(name, results, comparison)
-    paths = [name]
-    for quantity in ("undersegmentation_error", "compactness"):
-        path = name.with_name(f"figure-{figure}-{quantity.replace('_', '-')}.svg")
+    main, *others = _plots(folder, figure)
+    plot_curves(main, results, comparison)
+    for path, quantity in zip(others, _QUANTITIES, strict=True):
         plot_categories(path, results, comparison, quantity)
-        paths.append(path)
-    return paths
+    return [main, *others]
 
 
 def _plot_times(results: Results, folder: Path) -> list[Path]:
@@ -245,7 +224,7 @@ def _plot_times(results: Results, folder: Path) -> list[Path]:
     shown = [curve for curve in curves if results.models_with(curve, (k,))]
     if not shown:
         return []
-    path = folder / "plots" / "figure-5.svg"
+    path = _plots(folder, "5")[0]
     plot_times(path, results, shown)
     return [path]
 
@@ -254,15 +233,3 @@ def _why_nothing(results: Results) -> str:
     if results.failed:
         return f"every run failed; the first: {results.reasons()[0]}"
     return "no run was started within the budget"
-
-
-def _free_memory() -> int:
-    """Bytes that tasks may use together."""
-    with contextlib.suppress(OSError, ValueError, StopIteration):
-        lines = Path("/proc/meminfo").read_text().splitlines()
-        free = next(line for line in lines if line.startswith("MemAvailable"))
-        return int(_MEMORY_SHARE * 1024 * int(free.split()[1]))
-    with contextlib.suppress(AttributeError, OSError, ValueError):
-        pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-        return int(_MEMORY_SHARE * pages)
-    return _MEMORY_UNKNOWN

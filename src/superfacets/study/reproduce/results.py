@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from ..records import Record
+from ..runner import Piece, read_piece
+from ..sources import Source
 from .methods import METHODS
 from .plan import CURVES, Plan
-from .records import is_blocked, read_record, record_path
 from .runs import Run
-from .sources import Source
 
-__all__ = ["Comparison", "Curve", "Record", "Results", "collect", "compare"]
-
-Record = dict[str, Any]
+__all__ = ["Comparison", "Curve", "Results", "collect", "compare"]
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,8 @@ class Results:
 
     plan: Plan
     done: dict[Run, Record] = field(default_factory=dict)
-    failed: dict[Run, Record] = field(default_factory=dict)
+    failed: dict[Run, str] = field(default_factory=dict)
+    """Why."""
     missing: tuple[Run, ...] = ()
 
     def value(self, run: Run, quantity: str) -> float:
@@ -74,8 +73,8 @@ class Results:
     def reasons(self) -> list[str]:
         """Return a line for each method and reason of failures, with the meshes it happened on."""
         runs: dict[tuple[str, str], list[Run]] = defaultdict(list)
-        for run, record in self.failed.items():
-            runs[run.method, record["reason"]].append(run)
+        for run, reason in self.failed.items():
+            runs[run.method, reason].append(run)
         return [
             f"{method} on {_names(of_reason)} ({len(of_reason)} runs): {reason}"
             for (method, reason), of_reason in runs.items()
@@ -97,17 +96,31 @@ def _names(runs: Iterable[Run]) -> str:
     return ", ".join(names)
 
 
-def collect(plan: Plan, folder: Path, pictured: frozenset[Run]) -> Results:
-    """Read the records of all runs of a plan."""
+def collect(
+    plan: Plan, pieces: Mapping[Run, Piece], pictured: frozenset[Run], lost: Mapping[Path, str]
+) -> Results:
+    """Read the records of all runs of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+    pieces : mapping
+        From runs to their records.
+    pictured : frozenset of Run
+        Runs whose labels are wanted: a record without is none.
+    lost : mapping
+        Why there are no records at some paths.
+    """
     results, missing = Results(plan), []
     for run in plan.runs:
-        record = read_record(record_path(folder, run), run.key(max(plan.choice.ks)))
-        if is_blocked(folder, run):
-            results.failed[run] = {"reason": "a folder lies where its record belongs"}
+        piece = pieces[run]
+        record = read_piece(piece)
+        if piece.path in lost:
+            results.failed[run] = lost[piece.path]
         elif record is None:
             missing.append(run)
         elif "reason" in record:
-            results.failed[run] = record
+            results.failed[run] = record["reason"]
         elif run in pictured and "labels" not in record:
             missing.append(run)
         else:

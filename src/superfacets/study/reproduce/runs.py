@@ -1,14 +1,16 @@
-"""One run: a mesh, a method, its alpha and a number of regions."""
+"""One run: a mesh, a method, its alpha and a number of regions; and its record."""
 
 from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ... import __version__
+from ..runner import Piece
+from ..sources import Source
 from .methods import METHODS, Setting
-from .sources import Source
 
 __all__ = ["Run"]
 
@@ -44,3 +46,9 @@ class Run:
             "settings": {name: getattr(setting, name) for name in method.depends_on},
             "k": self.k,
         }
+
+    def piece(self, folder: Path, most_segments: int) -> Piece:
+        """Return the run with its record: ``METHOD/MESH/alpha-A_k-K.json`` in the folder."""
+        alpha = "none" if self.alpha is None else f"{self.alpha:g}"
+        path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
+        return Piece(self, path, self.key(most_segments))

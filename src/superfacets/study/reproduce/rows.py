@@ -1,18 +1,18 @@
-"""Numbers as CSV files: of every run, and means over models."""
+"""The rows of CSV files: of every run, and means over models."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...io.atomic import atomic_outputs
-from .results import Comparison, Curve, Record, Results
+from ..records import Record
+from ..sources import Source
+from ..table_writer import write_csv
+from .results import Comparison, Curve, Results
 from .runs import Run
-from .sources import Source
 
 __all__ = ["write_means", "write_points", "write_runs"]
 
@@ -24,7 +24,7 @@ _FACTS = ("model", "category", "faces", "ground_truths", "method", "alpha", "k")
 def write_runs(path: Path, results: Results) -> None:
     """Write a row for each planned run: its numbers, or why there are none."""
     rows = [_row_of_run(results, run) for run in results.plan.runs]
-    _write(path, rows)
+    write_csv(path, rows)
 
 
 def write_means(path: Path, results: Results) -> None:
@@ -44,7 +44,7 @@ def write_means(path: Path, results: Results) -> None:
         row |= _means([results.done[run]["metrics"] for run in runs])
         row["seconds_median"] = float(np.median([results.value(run, "seconds") for run in runs]))
         rows.append(row)
-    _write(path, rows)
+    write_csv(path, rows)
 
 
 def write_points(path: Path, results: Results, comparison: Comparison) -> None:
@@ -54,19 +54,18 @@ def write_points(path: Path, results: Results, comparison: Comparison) -> None:
         for curve in comparison.curves
         for k in results.plan.choice.ks
     ]
-    _write(path, rows)
+    write_csv(path, rows)
 
 
 def _row_of_run(results: Results, run: Run) -> Row:
-    record = results.done.get(run) or results.failed.get(run)
     source = run.source
     facts = (source.name, source.category, source.n_faces, source.n_ground_truths)
     row: Row = dict(zip(_FACTS, (*facts, run.method, run.alpha, run.k), strict=True))
-    if record is None:
+    if run in results.failed:
+        return row | {"status": "failed", "reason": results.failed[run]}
+    if run not in results.done:
         return row | {"status": "missing"}
-    if "reason" in record:
-        return row | {"status": "failed", "reason": record["reason"]}
-    return row | {"status": "done"} | _numbers(record)
+    return row | {"status": "done"} | _numbers(results.done[run])
 
 
 def _numbers(record: Record) -> Row:
@@ -84,15 +83,3 @@ def _row_of_point(results: Results, curve: Curve, k: int, models: Iterable[Sourc
 
 def _means(metrics: Sequence[Mapping[str, float]]) -> Row:
     return {name: float(np.mean([one[name] for one in metrics])) for name in metrics[0]}
-
-
-def _write(path: Path, rows: list[Row]) -> None:
-    """Write rows under all names that any of them has; what a row has not stays empty."""
-    names = dict.fromkeys(name for row in rows for name in row)
-    with (
-        atomic_outputs([path]) as (partial,),
-        partial.open("w", newline="", encoding="utf-8") as file,
-    ):
-        writer = csv.DictWriter(file, list(names), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)

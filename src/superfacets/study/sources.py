@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import MeshError
-from ...io.readers.read import MESH_ENDINGS, read_mesh
-from ...mesh.triangle_mesh import Mesh
-from ...metrics import GroundTruths
-from ..princeton import Benchmark
+from ..errors import MeshError
+from ..io.readers.read import MESH_ENDINGS, read_mesh
+from ..mesh.triangle_mesh import Mesh
+from ..metrics import GroundTruths
+from .princeton import Benchmark, Model
 
-__all__ = ["Source", "Sources", "find_meshes", "find_models", "load"]
+__all__ = ["Source", "Sources", "find_meshes", "find_models", "load", "load_model"]
 
 
 @dataclass(frozen=True)
@@ -52,17 +52,28 @@ class Sources:
     problems: tuple[str, ...]
 
 
-def find_models(root: Path) -> Sources:
+def find_models(root: Path, numbers: Iterable[int] | None = None) -> Sources:
     """Return the models of a benchmark that can be read and have ground truth.
+
+    Parameters
+    ----------
+    root : path
+    numbers : iterable of int, optional
+        Only these models.
 
     Raises
     ------
     MeshError
         If the folder is not laid out as the benchmark is, or no model in it can be used.
+    ValueError
+        If a model of `numbers` is not there.
     """
     benchmark = Benchmark(root)
     found, problems = [], []
-    for number in benchmark.numbers:
+    wanted = benchmark.numbers if numbers is None else sorted(set(numbers))
+    if missing := sorted(set(wanted) - set(benchmark.numbers)):
+        raise ValueError(f"{root} has no model {missing[0]}")
+    for number in wanted:
         try:
             model = benchmark.load(number)
         except (ValueError, OSError) as error:  # it cannot be read, or there is no such number
@@ -115,10 +126,22 @@ def load(source: Source) -> tuple[Mesh, GroundTruths]:
     if not source.is_model:
         mesh = read_mesh(source.path)
         return mesh, GroundTruths(mesh, (), n_threads=1)
+    model = load_model(source)
+    return model.mesh, GroundTruths(model.mesh, model.ground_truths, n_threads=1)
+
+
+def load_model(source: Source) -> Model:
+    """Return a model of the benchmark.
+
+    Raises
+    ------
+    MeshError, OSError
+        If the files changed meanwhile, or cannot be read any more.
+    """
     model = Benchmark(source.path).load(source.number)
     if _digest(model.mesh, model.ground_truths) != source.digest:
         raise MeshError(f"the files of model {source.name} were changed during the run")
-    return model.mesh, GroundTruths(model.mesh, model.ground_truths, n_threads=1)
+    return model
 
 
 def _by_size(sources: list[Source]) -> tuple[Source, ...]:

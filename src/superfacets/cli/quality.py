@@ -1,0 +1,66 @@
+"""The command ``superfacets quality``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .._validate import checked_threads
+from .options import EXISTING_FOLDER, FOLDER, NUMBERS
+
+__all__ = ["quality_command"]
+
+
+@click.command("quality")
+@click.argument("benchmark", type=EXISTING_FOLDER)
+@click.option(
+    "-o", "--output", metavar="OUT", type=FOLDER, required=True, help="Folder for the results."
+)
+@click.option(
+    "--ks", type=NUMBERS, metavar="LIST", help="Numbers of regions.  [default: 50 to 300]"
+)
+@click.option("--models", type=NUMBERS, metavar="LIST", help="Only these, as 5,125,397.")
+@click.option(
+    "--every", type=click.IntRange(min=1), default=1, help="Only every so many-th of the models."
+)
+@click.option(
+    "--finer",
+    "n_finer",
+    type=click.IntRange(min=0),
+    default=10,
+    show_default=True,
+    help="Models that are subdivided and decimated, too.",
+)
+@click.option(
+    "--jobs", "n_jobs", type=click.IntRange(min=1), help="Processes.  [default: one per core]"
+)
+def quality_command(
+    benchmark: Path,
+    output: Path,
+    ks: tuple[int, ...] | None,
+    n_jobs: int | None,
+    **options: Any,
+) -> None:
+    """Compare variants of the method on the benchmark in the folder BENCHMARK.
+
+    BENCHMARK holds off/N.off and seg/Benchmark/N/N_j.seg. Every run leaves a record in OUT: a
+    second start does only what is missing or failed. Tables are printed, and written to
+    OUT/tables.md; OUT/runs.csv has a row for every run.
+    """
+    from ..study.quality.study import Options, study
+    from ..study.quality.variants import KS
+
+    report = study(
+        Options(
+            benchmark=benchmark,
+            output=output,
+            ks=ks or KS,
+            n_jobs=checked_threads(n_jobs),
+            **options,
+        )
+    )
+    for problem in report.problems:
+        click.echo(f"superfacets: note: {problem}", err=True)
+    click.echo(report.tables)

@@ -1,0 +1,159 @@
+"""The whole study: which runs it takes, and what came of them."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...errors import MeshError, MissingExtraError
+from ...io.atomic import atomic_outputs, remove_leftovers
+from ..princeton import Benchmark
+from ..runner import Piece, free_memory, locked, read_piece, run_tasks
+from ..sources import Source, find_models
+from ..table_writer import write_csv
+from .measure import Case, Task
+from .subjects import SCALES
+from .tables import Row, render_quality
+from .variants import KS, RESOLUTION_VARIANTS, VARIANTS
+
+__all__ = ["Options", "Report", "study"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What to run and where."""
+
+    benchmark: Path
+    output: Path
+    models: tuple[int, ...] | None = None
+    """Numbers of models; all that are there if None."""
+    every: int = 1
+    """Only every so many-th of these."""
+    ks: tuple[int, ...] = KS
+    n_finer: int = 10
+    """So many models are run at all scales."""
+    n_jobs: int = 1
+    """Worker processes."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What came of it."""
+
+    rows: list[Row]
+    """At the models' own resolution."""
+    resolution: list[Row]
+    """At all scales."""
+    tables: str
+    problems: tuple[str, ...]
+    """A line for each file that is not used, and for each run that failed."""
+
+
+def study(options: Options) -> Report:
+    """Measure all variants on the models, and few of them on some models at all scales.
+
+    Rows go to ``runs.csv`` in the output folder, tables to ``tables.md``. A model, at one scale, of
+    which a run failed is left out of both, so that all means are over the same models.
+
+    Raises
+    ------
+    ValueError, OSError
+        If a model is not there, the folders are not as they should be, or another start is using
+        the output.
+    MeshError
+        If no model has ground truths, or none could be measured.
+    MissingExtraError
+        If tabulate is not installed.
+    """
+    if importlib.util.find_spec("tabulate") is None:
+        raise MissingExtraError("quality without tabulate", "reproduce")
+    numbers = Benchmark(options.benchmark).numbers if options.models is None else options.models
+    sources = find_models(options.benchmark, sorted(set(numbers))[:: options.every])
+    models = sorted(sources.found, key=lambda model: model.number)
+    scales, problems = _usable_scales() if options.n_finer else ([], ())
+    finer, main = _tasks(models, scales, options)
+    files = [options.output / name for name in ("runs.csv", "tables.md")]
+    with locked(options.output):
+        records = [piece.path for task in finer + main for piece in task.pieces]
+        remove_leftovers([*files, *records], older_than=0.0)  # of starts that were killed
+        todo = [task for task in map(_what_is_missing, finer + main) if task.pieces]
+        lost = run_tasks("tasks", todo, options.n_jobs, memory=free_memory())
+        rows, failures = _collect(main, lost)
+        resolution, more_failures = _collect(finer, lost)
+        if not rows:
+            raise MeshError(f"every model failed; the first: {failures[0]}")
+        tables = render_quality({"rows": rows, "resolution": resolution, "ks": options.ks})
+        write_csv(files[0], _without_repeats(rows + resolution))
+        with atomic_outputs([files[1]]) as (partial,):
+            partial.write_text(tables + "\n", encoding="utf-8")
+    said = (*sources.problems, *problems, *failures, *more_failures)
+    return Report(rows, resolution, tables, said)
+
+
+def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
+    """Return the scales that what is installed allows, and a line for each that it does not."""
+    if all(importlib.util.find_spec(name) for name in ("pyvista", "scipy")):
+        return list(SCALES), ()
+    finer = [scale for scale in SCALES if scale != "x1/4"]
+    return finer, ("no coarser meshes: they need PyVista and SciPy",)
+
+
+def _tasks(
+    models: Sequence[Source], scales: Sequence[str], options: Options
+) -> tuple[list[Task], list[Task]]:
+    """Return a task for each model at each scale, and one for each with all variants."""
+    some = models[:: max(1, len(models) // options.n_finer)] if options.n_finer else []
+    ks = sorted(set(options.ks))
+
+    def task(model: Source, scale: str, variants: Iterable[str], ks: Sequence[int]) -> Task:
+        cases = [Case(model, scale, name, k) for k, name in itertools.product(ks, variants)]
+        return Task(tuple(case.piece(options.output / "records") for case in cases))
+
+    middle = [ks[len(ks) // 2]]
+    finer = [
+        task(model, scale, RESOLUTION_VARIANTS, middle)
+        for scale in scales
+        for model in some[: options.n_finer]
+    ]
+    return finer, [task(model, "x1", VARIANTS, ks) for model in models]
+
+
+def _what_is_missing(task: Task) -> Task:
+    return Task(tuple(piece for piece in task.pieces if not _is_done(piece)))
+
+
+def _is_done(piece: Piece) -> bool:
+    record = read_piece(piece)
+    return record is not None and "reason" not in record
+
+
+def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
+    """Return the rows of the tasks that are done, and why pieces of the others failed."""
+    rows: list[Row] = []
+    failures: list[str] = []
+    for task in tasks:
+        records = [_record(piece, lost) for piece in task.pieces]
+        reasons = [
+            f"{piece.subject}: {record['reason']}"
+            for piece, record in zip(task.pieces, records, strict=True)
+            if "reason" in record
+        ]
+        failures += reasons
+        rows += [] if reasons else records
+    return rows, failures
+
+
+def _record(piece: Piece, lost: dict[Path, str]) -> dict[str, Any]:
+    if piece.path in lost:
+        return {"reason": lost[piece.path]}
+    return read_piece(piece) or {"reason": "its record is gone"}
+
+
+def _without_repeats(rows: Iterable[Row]) -> list[Row]:
+    """Return rows without those of runs that are in both parts of the study."""
+    names = ("model", "scale", "variant", "k")
+    return list({tuple(row[name] for name in names): row for row in rows}.values())

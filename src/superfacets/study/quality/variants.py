@@ -1,0 +1,40 @@
+"""What is compared: keywords of `superfacets.segment`, and numbers of regions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+__all__ = [
+    "DEFAULT", "KS", "OTHER_WEIGHTS", "PLAIN", "RESOLUTION_VARIANTS", "ROUGH", "VARIANTS",
+]  # fmt: skip
+
+KS = (50, 100, 150, 200, 300)
+
+PLAIN = "plain"
+DEFAULT = "default"
+ROUGH = "default, not smooth"
+OTHER_WEIGHTS = "default, eq. 2"
+
+_PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
+
+VARIANTS: Mapping[str, Mapping[str, Any]] = {
+    PLAIN: _PLAIN,
+    "plain, smooth": _PLAIN | {"smooth": True},
+    "plain, geodesic": _PLAIN | {"init": "geodesic"},
+    "plain, eta 0": _PLAIN | {"eta_convex": 0.0},
+    "creases, farthest": {"init": "farthest"},
+    "creases, farthest, alpha 40": {"init": "farthest", "alpha": 40.0},
+    "creases, alpha 10": {"alpha": 10.0},
+    DEFAULT: {},
+    "creases, alpha 30": {"alpha": 30.0},
+    "creases, alpha 40": {"alpha": 40.0},
+    ROUGH: {"smooth": False},
+    OTHER_WEIGHTS: {"weights": "superfacets", "eta_convex": 0.0},
+    "default, eta 0.05": {"eta_convex": 0.05},
+    "default, eta 0.2": {"eta_convex": 0.2},
+}
+"""Keywords of `superfacets.segment`, by name. `PLAIN` is the paper's method but for how it ends."""
+
+RESOLUTION_VARIANTS = (PLAIN, OTHER_WEIGHTS, ROUGH, DEFAULT)
+"""What is compared on finer and coarser meshes."""

@@ -1,0 +1,206 @@
+"""Long studies: tasks in worker processes, a record for each piece, and starts that resume.
+
+A task is what pieces of work share, a mesh that is loaded once for example. Each piece leaves a
+record, be it of why it failed, so a second start does only what is missing or failed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from .records import Key, Record, read_record, write_record
+from .workers import Death, Job, run_jobs
+
+__all__ = [
+    "Piece", "Task", "free_memory", "locked", "read_piece", "run_shown", "run_tasks",
+]  # fmt: skip
+
+# Share of the free memory that tasks plan with; the rest is for everything else.
+_MEMORY_SHARE = 0.8
+
+# Where the system does not tell.
+_MEMORY_UNKNOWN = 4 << 30
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A piece of work, and its record."""
+
+    subject: Any
+    """What it is about: for the task to know."""
+    path: Path
+    key: Key
+
+
+class Task(Protocol):
+    """Pieces that one worker does one after the other. It travels there, pickled."""
+
+    @property
+    def pieces(self) -> tuple[Piece, ...]:
+        """What is to be done."""
+
+    @property
+    def memory(self) -> int:
+        """Bytes that it will need, if they are many; 0 otherwise."""
+
+    def prepare(self) -> Callable[[Piece], Record]:
+        """Do what the pieces share; return what makes the record of each.
+
+        An exception of either is the reason why a piece failed, or all of them.
+        """
+
+
+def run_tasks(
+    title: str,
+    tasks: Sequence[Task],
+    n_workers: int,
+    *,
+    memory: int,
+    deadline: float | None = None,
+) -> dict[Path, str]:
+    """Run tasks until all have ended; their pieces then have records.
+
+    Parameters
+    ----------
+    title : str
+        For the progress bar, which is shown on a terminal.
+    tasks : sequence of Task
+    n_workers : int
+        Processes, >= 1.
+    memory : int
+        Bytes that the tasks at work may need together; a task that needs more runs alone.
+    deadline : float, optional
+        `time.monotonic` after which no task is begun.
+
+    Returns
+    -------
+    dict
+        Why pieces have no record, by the path of that: it could not be written.
+    """
+    lost: dict[Path, str] = {}
+    jobs = [_Recording(task) for task in tasks]
+    for job, result in run_shown(title, jobs, n_workers, memory=memory, deadline=deadline):
+        lost |= _record_death(job.task, result) if isinstance(result, Death) else result
+    return lost
+
+
+def read_piece(piece: Piece) -> Record | None:
+    """Return the record of a piece, if there is one that is whole and not stale."""
+    return read_record(piece.path, piece.key)
+
+
+@dataclass(frozen=True)
+class _Recording:
+    """A task as a job: its result says which records could not be written, and why."""
+
+    task: Task
+
+    @property
+    def memory(self) -> int:
+        return self.task.memory
+
+    def run(self) -> dict[Path, str]:
+        lost: dict[Path, str] = {}
+        for piece in self.task.pieces:
+            _forget_failure(piece)
+        try:
+            make = self.task.prepare()
+        except Exception as error:  # of any method: it is named, and other tasks go on
+            for piece in self.task.pieces:
+                lost |= _record_failure(piece, _reason(error))
+            return lost
+        for piece in self.task.pieces:
+            try:
+                write_record(piece.path, piece.key, make(piece))
+            except Exception as error:
+                lost |= _record_failure(piece, _reason(error))
+        return lost
+
+
+def _forget_failure(piece: Piece) -> None:
+    """Remove the record of an earlier failure: if the worker dies now, that is the reason."""
+    record = read_piece(piece)
+    if record is not None and "reason" in record:
+        with contextlib.suppress(OSError):
+            piece.path.unlink()
+
+
+def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
+    """Write that a piece failed, and why; return that where it cannot be written either."""
+    try:
+        write_record(piece.path, piece.key, {"reason": reason})
+    except OSError as error:
+        return {piece.path: f"no record can be written: {_reason(error)}"}
+    return {}
+
+
+def _record_death(task: Task, death: Death) -> dict[Path, str]:
+    """Give the pieces that a worker did not come to a record of why."""
+    lost: dict[Path, str] = {}
+    for piece in task.pieces:
+        if read_piece(piece) is None:
+            lost |= _record_failure(piece, str(death))
+    return lost
+
+
+def _reason(error: Exception) -> str:
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def run_shown(
+    title: str, jobs: Sequence[Job], n_workers: int, *, memory: int, deadline: float | None = None
+) -> Generator[tuple[Any, Any], None, None]:
+    """Yield jobs with their results as `run_jobs` does, with a progress bar on a terminal."""
+    from tqdm import tqdm
+
+    ends = run_jobs(jobs, n_workers, memory=memory, deadline=deadline)
+    with (
+        contextlib.closing(ends),
+        tqdm(total=len(jobs), desc=title, unit="task", disable=None, leave=False) as bar,
+    ):
+        for job, result in ends:
+            yield job, result
+            bar.update()
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Make the folder, and keep other starts out of it, where the system can.
+
+    Raises
+    ------
+    ValueError
+        If another start is using it.
+    OSError
+        If it cannot be made.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        import fcntl
+    except ImportError:  # Windows: two starts at once would do work twice, and no harm
+        yield
+        return
+    with (folder / ".lock").open("a") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise ValueError(f"{folder}: another run is writing there") from None
+        yield
+
+
+def free_memory() -> int:
+    """Bytes that tasks may use together."""
+    with contextlib.suppress(OSError, ValueError, StopIteration):
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        free = next(line for line in lines if line.startswith("MemAvailable"))
+        return int(_MEMORY_SHARE * 1024 * int(free.split()[1]))
+    with contextlib.suppress(AttributeError, OSError, ValueError):
+        pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+        return int(_MEMORY_SHARE * pages)
+    return _MEMORY_UNKNOWN
