@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -13,9 +12,9 @@ __all__ = [
     "FOLDER",
     "INPUT_FORMATS",
     "NOT_NEGATIVE",
-    "NUMBERS",
     "POSITIVE",
     "STANDARD_STREAM",
+    "numbers",
 ]
 
 FILE = click.Path(path_type=Path)
@@ -30,21 +29,14 @@ STANDARD_STREAM = "-"
 INPUT_FORMATS = ("ply", "obj", "off", "stl", "glb", "gltf", "tri")
 
 
-class _Numbers(click.ParamType):
-    """Whole numbers >= 1 of a list with commas, ascending."""
-
-    name = "list"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, ...]:
-        if not isinstance(value, str):
-            return tuple(value)
-        wanted = [number.strip() for number in value.split(",")]
-        for number in wanted:
-            if not number.isdecimal() or not 1 <= int(number[:12]) < 2**31:
-                self.fail(f"expected whole numbers >= 1, got {number!r}", param, ctx)
-        return tuple(sorted({int(number) for number in wanted}))
-
-
-NUMBERS = _Numbers()
+def numbers(
+    ctx: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[int, ...] | None:
+    """Whole numbers >= 1 of a list with commas, ascending; a callback of options."""
+    if text is None:
+        return None
+    wanted = [number.strip() for number in text.split(",")]
+    for number in wanted:
+        if not number.isdecimal() or not 1 <= int(number[:12]) < 2**31:
+            raise click.BadParameter(f"expected whole numbers >= 1, got {number!r}", ctx, parameter)
+    return tuple(sorted({int(number) for number in wanted}))

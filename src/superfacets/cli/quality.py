@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from .._validate import checked_threads
-from .options import EXISTING_FOLDER, FOLDER, NUMBERS
+from .options import EXISTING_FOLDER, FOLDER, numbers
 
 __all__ = ["quality_command"]
 
@@ -19,9 +19,9 @@ __all__ = ["quality_command"]
     "-o", "--output", metavar="OUT", type=FOLDER, required=True, help="Folder for the results."
 )
 @click.option(
-    "--ks", type=NUMBERS, metavar="LIST", help="Numbers of regions.  [default: 50 to 300]"
+    "--ks", callback=numbers, metavar="LIST", help="Numbers of regions.  [default: 50 to 300]"
 )
-@click.option("--models", type=NUMBERS, metavar="LIST", help="Only these, as 5,125,397.")
+@click.option("--models", callback=numbers, metavar="LIST", help="Only these, as 5,125,397.")
 @click.option(
     "--every", type=click.IntRange(min=1), default=1, help="Only every so many-th of the models."
 )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .._validate import checked_threads
-from .options import EXISTING_FOLDER, FOLDER, NUMBERS
+from .options import EXISTING_FOLDER, FOLDER, numbers
 
 if TYPE_CHECKING:
     from ..study.reproduce.reproduction import Report
@@ -29,7 +29,7 @@ __all__ = ["reproduce_command"]
 )
 @click.option("--figures", metavar="LIST", help="Only these, as 4,6 (1 to 8, rivals).")
 @click.option("--methods", metavar="LIST", help="Only these, as superfacets,stk02.")
-@click.option("--ks", type=NUMBERS, metavar="LIST", help="Numbers of regions, as 50,150.")
+@click.option("--ks", callback=numbers, metavar="LIST", help="Numbers of regions, as 50,150.")
 @click.option(
     "--meshes", metavar="DIR", type=EXISTING_FOLDER, help="Large meshes for Figure 1 and Table 1."
 )
