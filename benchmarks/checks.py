@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 import superfacets as sf
-from superfacets.reference import reference
+from superfacets import reference
 
 from .meshes import Arrays
 

@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from models import read_off
 
-from superfacets import Mesh, MeshError, Subdivision, build_face_graph, mesh_info
+from superfacets import Mesh, MeshError, Subdivision, build_face_graph, mesh_info, reference
 from superfacets import subdivide as bisect
-from superfacets.reference import reference
 
 MESHES = {
     "strip": lambda: shapes.strip(5),

@@ -7,8 +7,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets import CellGraph, _core
-from superfacets.reference import reference
+from superfacets import CellGraph, _core, reference
 
 THREADS = (1, 2, 5)
 REACHES = (math.inf, 0.08)

@@ -16,10 +16,10 @@ from superfacets import (
     build_face_graph,
     mesh_info,
     place_seeds,
+    reference,
     segment,
     segment_graph,
 )
-from superfacets.reference import reference
 
 INITS = ("geodesic", "farthest")
 

@@ -10,6 +10,7 @@ from superfacets import (
     build_face_graph,
     classify,
     place_seeds,
+    reference,
     sample_mesh,
     segment_graph,
     superfacet_weights,
@@ -17,7 +18,6 @@ from superfacets import (
 )
 from superfacets._options import SizeOptions
 from superfacets.cells.size import region_size
-from superfacets.reference import reference
 
 N_MODELS = 22
 

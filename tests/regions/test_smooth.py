@@ -7,8 +7,15 @@ import pytest
 import shapes
 from models import read_off
 
-from superfacets import Mesh, _core, build_face_graph, crease_weights, sample_mesh, segment
-from superfacets.reference import reference
+from superfacets import (
+    Mesh,
+    _core,
+    build_face_graph,
+    crease_weights,
+    reference,
+    sample_mesh,
+    segment,
+)
 from superfacets.regions.edit import CREASE_SCALE, read_regions
 from superfacets.regions.smooth import MAX_CHAIN, MAX_SWEEPS, smooth_borders
 

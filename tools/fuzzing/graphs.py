@@ -9,7 +9,7 @@ import shapes
 from test_reference import check_loop, size_of
 
 import superfacets as sf
-from superfacets.reference import reference
+from superfacets import reference
 
 from .promises import THREADS, check_number, check_pieces, check_result
 

@@ -1,1 +1,37 @@
-"""A slow, readable twin of every kernel: the oracle of the tests."""
+"""A slow, readable twin of every kernel, one file per stage: the oracle of the tests.
+
+On the same input the compiled stages give the same numbers, bit for bit. Where floats are added,
+the order is that of the kernels and part of the contract. Nothing here is meant to be fast.
+`elementary` has the arctangent and the exponential, `vsa` the rival of stages 3 and 4.
+"""
+
+from .classification import classify_exact, classify_halted, join_islands
+from .face_graph import Arc, build_face_graph, measure_faces
+from .graphs import find_components
+from .loop import iterate
+from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
+from .smooth import smooth_borders
+from .subdivision import Part, subdivide
+from .update import update_centers
+from .weights import quantize_weights, superfacet_weights
+
+__all__ = [
+    "Arc",
+    "Part",
+    "build_face_graph",
+    "classify_exact",
+    "classify_halted",
+    "farthest_seeds",
+    "find_components",
+    "flood_seeds",
+    "geodesic_seeds",
+    "grid_seeds",
+    "iterate",
+    "join_islands",
+    "measure_faces",
+    "quantize_weights",
+    "smooth_borders",
+    "subdivide",
+    "superfacet_weights",
+    "update_centers",
+]

@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..mesh.triangle_mesh import Mesh
-from .reference import _unit_normals, build_face_graph, measure_faces
+from .face_graph import build_face_graph, measure_faces
+from .weights import unit_normals
 
 __all__ = ["Proxy", "State", "Surface", "approximate", "error_of", "fit", "flood"]
 
@@ -45,7 +46,7 @@ class Surface:
         centroids, areas = measure_faces(mesh)
         self.centroids: list[Vector] = centroids.tolist()
         self.areas: list[float] = areas.tolist()
-        self.normals: list[Vector] = _unit_normals(mesh).tolist()
+        self.normals: list[Vector] = unit_normals(mesh).tolist()
         self.neighbors: list[list[int]] = [[] for _ in self.areas]
         for arc in build_face_graph(mesh, weld=weld):
             self.neighbors[arc.face].append(arc.neighbor)

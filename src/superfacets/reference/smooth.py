@@ -1,0 +1,186 @@
+"""Stage 5: straight borders."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from ..cells.face_graph import FaceGraph
+from ..mesh.triangle_mesh import Mesh
+from .elementary import exponential
+from .vectors import norm
+
+__all__ = ["smooth_borders"]
+
+Floats = npt.NDArray[np.float64]
+
+
+def smooth_borders(
+    graph: FaceGraph,
+    mesh: Mesh,
+    weights: Floats,
+    labels: list[int],
+    fixed: set[int],
+    *,
+    max_distance: float,
+    crease_scale: float,
+    max_chain: int,
+    max_sweeps: int,
+) -> list[int]:
+    """Labels with borders moved by chains of faces, from one region to the next."""
+    regions = _MovingRegions(graph, mesh, weights, labels, fixed, max_distance, crease_scale)
+    waiting = [f for f in range(graph.n_cells) if regions.neighboring_labels(f)]
+    for _ in range(max_sweeps):
+        touched: set[int] = set()
+        for face in waiting:
+            for label in regions.neighboring_labels(face):
+                moved = regions.move_chain(face, label, max_chain)
+                touched.update(moved, *(regions.neighbors(f) for f in moved))
+                if moved:
+                    break
+        waiting = sorted(touched)
+    return regions.labels
+
+
+class _MovingRegions:
+    """Labels that change, with what it takes to judge a change."""
+
+    def __init__(
+        self,
+        graph: FaceGraph,
+        mesh: Mesh,
+        weights: Floats,
+        labels: list[int],
+        fixed: set[int],
+        max_distance: float,
+        crease_scale: float,
+    ) -> None:
+        self.graph = graph
+        self.mesh = mesh
+        self.steps = (weights * graph.diagonal).tolist()
+        self.costs = _border_costs(graph, mesh, weights, crease_scale)
+        self.first, self.labels = list(labels), list(labels)
+        self.travels = [0.0] * len(labels)
+        self.fixed, self.max_distance = fixed, max_distance
+
+    def arcs(self, face: int) -> list[tuple[int, int]]:
+        """Number and neighbor of each arc."""
+        numbers = range(self.graph.offsets[face], self.graph.offsets[face + 1])
+        return [(number, int(self.graph.neighbors[number])) for number in numbers]
+
+    def neighbors(self, face: int) -> list[int]:
+        return [neighbor for _, neighbor in self.arcs(face)]
+
+    def neighboring_labels(self, face: int) -> list[int]:
+        """Other labels around a face, each once, in the order of the arcs."""
+        around = [self.labels[neighbor] for neighbor in self.neighbors(face)]
+        return [label for label in dict.fromkeys(around) if label != self.labels[face]]
+
+    def gain(self, face: int, label: int) -> float:
+        """How much cheaper borders get if a face takes a label."""
+        gain = 0.0
+        for number, neighbor in self.arcs(face):
+            if self.labels[neighbor] == label:
+                gain += self.costs[number]
+            if self.labels[neighbor] == self.labels[face]:
+                gain -= self.costs[number]
+        return gain
+
+    def travel(self, face: int, label: int) -> float:
+        """How far a face would be from where the region of a label began."""
+        if self.first[face] == label:
+            return 0.0
+        ways = [math.inf]
+        for number, neighbor in self.arcs(face):
+            if self.labels[neighbor] == label:
+                at_border = self.first[neighbor] == label
+                step = self.steps[number]
+                ways.append(0.5 * step if at_border else step + self.travels[neighbor])
+        return min(ways)
+
+    def may_leave(self, face: int) -> bool:
+        """Whether its region hangs together without a face, around the corner next to it."""
+        ways: dict[int, int] = {}  # the side that leads to each neighbor in the region
+        for number, neighbor in self.arcs(face):
+            if self.labels[neighbor] == self.labels[face]:
+                ways.setdefault(neighbor, int(self.graph.sides[number]))
+        if face in self.fixed or len(ways) not in (1, 2):
+            return False
+        if len(ways) == 1:
+            return True
+        (here, side), (goal, other_side) = ways.items()
+        if side == other_side:
+            return False
+        corner = other_side if (side + 1) % 3 == other_side else side
+        before = face
+        for _ in range(65):
+            if here == goal:
+                return True
+            onward = self.around(int(self.mesh.faces[face, corner]), before, here)
+            if onward in (None, face) or self.labels[onward] != self.labels[face]:
+                return False
+            before, here = here, onward
+        return False
+
+    def around(self, vertex: int, before: int, here: int) -> int | None:
+        """The face that follows around a vertex, if there is just one."""
+        corners = self.mesh.faces[here].tolist()
+        places = [tuple(p) for p in self.mesh.vertices[[*corners, vertex]].tolist()]
+        if vertex in corners:
+            corner = corners.index(vertex)
+        elif places[3] in places[:3]:
+            corner = places.index(places[3])
+        else:
+            return None
+        onward = [
+            neighbor
+            for number, neighbor in self.arcs(here)
+            if self.graph.sides[number] != (corner + 1) % 3 and neighbor != before
+        ]
+        return onward[0] if len(onward) == 1 else None
+
+    def move_chain(self, first: int, label: int, max_chain: int) -> list[int]:
+        """Move faces to a region, the best first, up to where it pays most; return them."""
+        before = self.labels[first]
+        limit = sum(self.costs[number] for number, _ in self.arcs(first))
+        gain, best_gain, best_size = 0.0, 1e-9 * limit, 0
+        chain: list[tuple[int, float]] = []
+        candidates = {first: self.gain(first, label)}
+        while candidates and len(chain) < max_chain:
+            face = max(candidates, key=lambda f: (candidates[f], -f))
+            step = candidates.pop(face)
+            if step < -0.5 * limit - gain:
+                break
+            if self.travel(face, label) > self.max_distance or not self.may_leave(face):
+                continue
+            gain += step
+            chain.append((face, self.travels[face]))
+            self.travels[face] = float(np.float32(self.travel(face, label)))
+            self.labels[face] = label
+            if gain > best_gain:
+                best_gain, best_size = gain, len(chain)
+            around = [f for f in self.neighbors(face) if self.labels[f] == before]
+            candidates.update({f: self.gain(f, label) for f in around})
+        for face, travel in chain[best_size:]:
+            self.labels[face], self.travels[face] = before, travel
+        return [face for face, _ in chain[:best_size]]
+
+
+def _border_costs(
+    graph: FaceGraph, mesh: Mesh, weights: Floats, crease_scale: float
+) -> list[float]:
+    """What a border through each arc costs: the length of its edge, less in a crease."""
+    lengths, excesses = [], []
+    for face in range(graph.n_cells):
+        for arc in range(graph.offsets[face], graph.offsets[face + 1]):
+            side = graph.sides[arc]
+            start, end = mesh.vertices[mesh.faces[face, [side, (side + 1) % 3]]]
+            middle = 0.5 * (start + end)
+            c_i, c_j = graph.positions[face], graph.positions[graph.neighbors[arc]]
+            lengths.append(norm(end - start))
+            geodesic = norm(c_i - middle) + norm(middle - c_j)
+            excesses.append(max(0.0, weights[arc] * graph.diagonal - geodesic))
+    costs = np.array(lengths) * exponential(-np.array(excesses) / crease_scale)
+    return [float(cost) for cost in costs.astype(np.float32)]

@@ -1,0 +1,94 @@
+"""Stage 2: eq. 1 to 3, and whole units."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from ..mesh.triangle_mesh import Mesh
+from .elementary import arctangent
+from .face_graph import Arc, measure_faces
+from .vectors import cross, dot, norm
+
+__all__ = ["quantize_weights", "superfacet_weights", "unit_normals"]
+
+Floats = npt.NDArray[np.float64]
+
+
+def superfacet_weights(
+    mesh: Mesh,
+    arcs: list[Arc],
+    *,
+    alpha: float,
+    eta_convex: float,
+    crease_length: float | None = None,
+    weld: bool = True,
+) -> Floats:
+    """Weight of each arc, eq. 1-3 of the paper; `crease_length` stands for |e| in eq. 2."""
+    used = mesh.vertices[np.unique(mesh.faces)]
+    diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
+    inside_out = _is_inside_out(mesh, arcs, diagonal, weld)
+    centroids, areas = measure_faces(mesh)
+    normals = unit_normals(mesh)
+    terms = []
+    for face, side, neighbor, same_turn in arcs:
+        start = mesh.vertices[mesh.faces[face, side]]
+        end = mesh.vertices[mesh.faces[face, (side + 1) % 3]]
+        middle = 0.5 * (start + end)
+        geodesic = norm(centroids[face] - middle) + norm(middle - centroids[neighbor])  # eq. 1
+        n_i, n_j = normals[face], normals[neighbor]
+        if same_turn:
+            a_i, a_j = areas[face], areas[neighbor]
+            as_large = abs(a_i - a_j) <= 1e-9 * max(a_i, a_j)
+            turn_j = face < neighbor if as_large else a_i > a_j
+            n_i, n_j = (n_i, -n_j) if turn_j else (-n_i, n_j)
+        rise = dot(n_i - n_j, centroids[neighbor] - centroids[face])
+        concave = rise < 0 if inside_out else rise > 0
+        eta = 1.0 if concave else eta_convex
+        length = norm(end - start) if crease_length is None else crease_length
+        terms.append((geodesic, alpha * eta * length, norm(cross(n_i, n_j)), dot(n_i, n_j)))
+    geodesics, prices, sines, cosines = np.array(terms).reshape(-1, 4).T
+    angular = prices * arctangent(sines, cosines) / math.pi  # eq. 2
+    weights: Floats = (geodesics + angular) / diagonal  # eq. 3
+    return weights
+
+
+def unit_normals(mesh: Mesh) -> Floats:
+    """Unit normals; zero where a face has none."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    normals = cross(b - a, c - a)
+    lengths = norm(normals)
+    longest = np.max([dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)], axis=0)
+    exists = lengths > 8 * np.finfo(np.float64).eps * longest
+    return np.where(exists[:, None], normals / np.where(exists, lengths, 1.0)[:, None], 0.0)
+
+
+def _is_inside_out(mesh: Mesh, arcs: list[Arc], diagonal: float, weld: bool) -> bool:
+    """Whether the mesh is closed and encloses a negative volume."""
+    corners = mesh.vertices[mesh.faces]
+    names = corners.tolist() if weld else [[[v] for v in face] for face in mesh.faces.tolist()]
+    # A side without an arc is on the boundary, unless its two ends are one vertex or its face runs
+    # through the same edge twice.
+    with_arc = {(arc.face, arc.side) for arc in arcs}
+    for face, ends in enumerate(names):
+        edges = [frozenset((tuple(ends[s]), tuple(ends[(s + 1) % 3]))) for s in range(3)]
+        reached = {edges[side] for side in range(3) if (face, side) in with_arc}
+        if any(len(edge) == 2 and edge not in reached for edge in edges):
+            return False
+    centroids, areas = measure_faces(mesh)
+    weights = areas if areas.any() else np.ones(mesh.n_faces)
+    origin = np.cumsum(weights[:, None] * centroids, axis=0)[-1] / np.cumsum(weights)[-1]
+    a, b, c = (corners[:, corner] - origin for corner in range(3))
+    return float(np.sum(dot(a, cross(b, c)))) / 6.0 < -1e-12 * diagonal**3
+
+
+def quantize_weights(weights: Floats) -> tuple[npt.NDArray[np.float32], float]:
+    """Weights as whole numbers of a unit, and the unit."""
+    chunks = np.zeros((-(-len(weights) // 4096), 4096))
+    chunks.flat[: len(weights)] = weights
+    partial_sums = np.cumsum(chunks, axis=1)[:, -1]  # cumsum adds from left to right
+    total = float(np.cumsum(partial_sums)[-1]) if len(weights) else 0.0
+    unit = 2.0 ** (math.frexp(total)[1] - 48) if total > 0 else 1.0
+    return np.maximum(1.0, np.rint(weights / unit)).astype(np.float32), unit
