@@ -82,7 +82,7 @@ def superfacet_weights(
     --------
     A square of edge 1, folded along its diagonal by 90 degrees, as a ridge and as a valley:
 
-    >>> from superfacets import build_face_graph
+    >>> from superfacets import Mesh, build_face_graph
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]]
     >>> for faces in ([0, 1, 2], [0, 2, 3]), ([2, 1, 0], [3, 2, 0]):
     ...     mesh = Mesh(vertices, faces)
@@ -150,7 +150,7 @@ def crease_weights(
 
     Examples
     --------
-    >>> from superfacets import build_face_graph
+    >>> from superfacets import Mesh, build_face_graph
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
     >>> crease_weights(valley, build_face_graph(valley), 0.5, alpha=10).round(3).tolist()
     [1.874, 1.874]
@@ -212,7 +212,7 @@ def stk02_weights(
     --------
     Two faces that meet at a right angle, their centroids 1/3 from the edge between them:
 
-    >>> from superfacets import build_face_graph
+    >>> from superfacets import Mesh, build_face_graph
     >>> mesh = Mesh([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], [0.5, 0, 1]], [[0, 1, 2], [1, 0, 3]])
     >>> stk02_weights(mesh, build_face_graph(mesh), alpha=0.25).round(3).tolist()
     [0.75, 0.75]
