@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include "base/assert.hpp"
+
 // Other versions for newer processors, chosen by hand: the loader does so (by ifunc) with the GNU C
 // library alone, not with musl, and before a sanitizer is ready.
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__)
@@ -46,6 +48,7 @@ InstructionSet best_instruction_set() {
 void arctangents(std::span<const double> y, std::span<const double> x, std::span<double> angles,
                  InstructionSet with) {
   const std::size_t n = angles.size();
+  SUPERFACETS_ASSERT(y.size() == n && x.size() == n && with <= best_instruction_set());
 #if SUPERFACETS_HAS_VERSIONS
   if (with == InstructionSet::kAvx512) return avx512(y.data(), x.data(), angles.data(), n);
   if (with == InstructionSet::kAvx2) return avx2(y.data(), x.data(), angles.data(), n);

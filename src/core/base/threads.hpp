@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/assert.hpp"
 #include "base/joining_thread.hpp"
 
 namespace superfacets {
@@ -20,6 +21,7 @@ inline constexpr std::int64_t kMinPerThread = 1 << 14;
 // The number of threads, n_threads at most, that are worth starting for n elements.
 inline int useful_threads(std::int64_t n, int n_threads,
                           std::int64_t min_per_thread = kMinPerThread) {
+  SUPERFACETS_ASSERT(n >= 0 && n_threads >= 1);
   return static_cast<int>(std::clamp<std::int64_t>(n / min_per_thread, 1, n_threads));
 }
 
@@ -54,6 +56,7 @@ class ThreadTeam {
       for (std::int64_t task = 0; task < n_tasks; ++task) work(task, 0);
       return;
     }
+    SUPERFACETS_ASSERT(n_busy_ == 0);  // not from within a task
     work_ = &work;
     call_ = [](const void* any_work, std::int64_t task, int thread) {
       (*static_cast<const Work*>(any_work))(task, thread);

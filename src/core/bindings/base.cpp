@@ -1,5 +1,7 @@
-// Bindings of the arithmetic below the stages, for the tests that measure its errors.
+// Bindings of what lies below the stages, for tests: what the build has, and the arithmetic, whose
+// errors are measured.
 #include "base/arctangent.hpp"
+#include "base/assert.hpp"
 #include "base/exponential.hpp"
 #include "bindings/bindings.hpp"
 
@@ -21,6 +23,7 @@ auto bind_exponentials(const Array<double>& x) {
 }  // namespace
 
 void bind_base(nb::module_& module) {
+  module.def("has_assertions", [] { return kHasAssertions; });
   module.def("best_instruction_set", [] { return static_cast<int>(best_instruction_set()); });
   module.def("arctangents", &bind_arctangents, "y"_a.noconvert(), "x"_a.noconvert(),
              "instruction_set"_a);

@@ -137,7 +137,7 @@ void bind_placed_cells(PlacedCells* self, const Rows<double>& positions,
 
 void bind_ordered_graph(OrderedGraph* self, PlacedCells& cells, const Array<std::int64_t>& offsets,
                         const Array<Cell>& neighbors, const Array<float>& lengths, int n_threads) {
-  const WeightedArcs arcs{view(offsets), view(neighbors), view(lengths)};
+  const WeightedArcs arcs{{view(offsets), view(neighbors)}, view(lengths)};
   on_team(cells.n_cells(), n_threads,
           [&](ThreadTeam& team) { return new (self) OrderedGraph(std::move(cells), arcs, team); });
 }

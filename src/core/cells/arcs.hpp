@@ -1,6 +1,9 @@
 // The arcs between cells, in CSR form, and the one way to loop over them.
 #pragma once
 
+#include <algorithm>
+
+#include "base/assert.hpp"
 #include "base/types.hpp"
 
 namespace superfacets {
@@ -48,11 +51,21 @@ struct Arcs {
   std::int64_t n_arcs() const { return static_cast<std::int64_t>(targets.size()); }
 
   // for (const auto [arc, neighbor] : arcs.steps(cell))
-  Steps steps(Cell cell) const { return {targets.data(), offsets[cell], offsets[cell + 1]}; }
+  Steps steps(Cell cell) const {
+    SUPERFACETS_ASSERT(cell >= 0 && cell < n_cells());
+    return {targets.data(), offsets[cell], offsets[cell + 1]};
+  }
 
   // for (const Cell neighbor : arcs.neighbors(cell))
   std::span<const Cell> neighbors(Cell cell) const {
+    SUPERFACETS_ASSERT(cell >= 0 && cell < n_cells());
     return targets.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
+  }
+
+  // Whether offsets rise from 0 to the number of arcs, and all arcs lead to cells.
+  bool are_valid() const {
+    return !offsets.empty() && offsets.front() == 0 && offsets.back() == n_arcs() &&
+           std::is_sorted(offsets.begin(), offsets.end()) && all_below(targets, n_cells());
   }
 };
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "base/assert.hpp"
 #include "base/box.hpp"
 #include "base/threads.hpp"
 
@@ -25,10 +26,12 @@ class BoxTree {
 
   // Of a node above the leaves: its nodes in the level below, first to one past the last.
   std::pair<std::size_t, std::size_t> children(std::size_t level, std::size_t index) const {
+    SUPERFACETS_ASSERT(level > 0 && level < n_levels() && index < levels_[level].size());
     return {index * kFanOut, std::min((index + 1) * kFanOut, levels_[level - 1].size())};
   }
   // Of a leaf: its places, likewise.
   std::pair<std::size_t, std::size_t> places(std::size_t leaf) const {
+    SUPERFACETS_ASSERT(leaf * kLeaf < n_cells_);
     return {leaf * kLeaf, std::min((leaf + 1) * kLeaf, n_cells_)};
   }
 

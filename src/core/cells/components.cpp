@@ -1,6 +1,9 @@
 #include "cells/components.hpp"
 
+#include <utility>
 #include <vector>
+
+#include "base/assert.hpp"
 
 namespace superfacets {
 namespace {
@@ -10,12 +13,14 @@ constexpr Cell kNoComponent = -1;
 }  // namespace
 
 Components find_components(const Arcs& arcs, std::span<const Label> labels) {
+  SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(labels.size(), arcs.n_cells()));
   return components_of(labels, [&](Cell cell, const auto& take) {
     for (const Cell neighbor : arcs.neighbors(cell)) take(neighbor);
   });
 }
 
 Components find_components(const OrderedGraph& graph, std::span<const Label> labels) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph.n_cells()));
   Components components = components_of(labels, [&](Place place, const auto& take) {
     for (const Arc& arc : graph.arcs_of(place)) take(arc.to);
   });

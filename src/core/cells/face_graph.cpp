@@ -4,7 +4,9 @@
 #include <atomic>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
 
@@ -27,6 +29,7 @@ class Corners {
  public:
   Corners(std::span<const Triangle> faces, std::span<const Vertex> representative, ThreadTeam& team)
       : faces_(faces), representative_(representative) {
+    SUPERFACETS_ASSERT(are_representatives(representative));
     if (is_identity(representative, team)) representative_ = {};
   }
 
@@ -40,6 +43,15 @@ class Corners {
   }
 
  private:
+  // Whether each vertex has the lowest of its position, which stands for itself.
+  static bool are_representatives(std::span<const Vertex> representative) {
+    for (std::size_t v = 0; v < representative.size(); ++v) {
+      const Vertex lowest = representative[v];
+      if (std::cmp_greater(lowest, v) || representative[lowest] != lowest) return false;
+    }
+    return true;
+  }
+
   // Most meshes are welded already, and a look into memory per corner is then saved.
   static bool is_identity(std::span<const Vertex> representative, ThreadTeam& team) {
     std::atomic<bool> is_same = true;
@@ -187,6 +199,7 @@ void link_edge(std::span<const HalfEdge* const> sides, Rings& rings, Tally& tall
   if (link == Link::kAlike) ++tally.edges.inconsistent;
   if (link == Link::kRing) ++tally.edges.non_manifold;
   for (std::size_t i = 0; i < n; ++i) {
+    SUPERFACETS_ASSERT(i == 0 || sides[i - 1]->face < sides[i]->face);
     const std::int64_t place = 3 * std::int64_t{sides[i]->face} + sides[i]->side;
     rings.next[place] = sides[i + 1 < n ? i + 1 : 0]->face;
     rings.links[place] = link;

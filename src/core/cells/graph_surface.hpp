@@ -1,6 +1,7 @@
 // Cells of one's own: the measures of arcs as they are given.
 #pragma once
 
+#include "base/assert.hpp"
 #include "cells/surface.hpp"
 
 namespace superfacets {
@@ -19,7 +20,9 @@ struct GivenMeasures {
 // There are no corners: what hangs together around one is not known.
 class GraphSurface final : public Surface {
  public:
-  GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {}
+  GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {
+    SUPERFACETS_ASSERT(is_valid());
+  }
 
   Point position(Cell cell) const override { return given_.positions[cell]; }
   double measure(Cell cell) const override { return given_.measures[cell]; }
@@ -40,6 +43,18 @@ class GraphSurface final : public Surface {
   }
 
  private:
+  // Whether arrays agree, and arcs are sorted by side.
+  bool is_valid() const {
+    const auto n = static_cast<std::size_t>(n_cells());
+    const std::size_t n_arcs = arcs().targets.size();
+    const auto fits = [](const auto& array, std::size_t size) {
+      return array.empty() || array.size() == size;
+    };
+    return arcs().are_valid() && given_.positions.size() == n && given_.measures.size() == n &&
+           given_.border_lengths.size() == n_arcs && fits(given_.step_lengths, n_arcs) &&
+           fits(given_.sides, n_arcs) && fits(given_.open_lengths, n) && are_sides_sorted();
+  }
+
   const GivenMeasures given_;
 };
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -38,6 +40,7 @@ Buffer<Entry> code_cells(std::span<const Point> positions, const Box& bounds, Th
   auto code_range = [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t cell = begin; cell < end; ++cell) {
       const Point p = positions[cell];
+      SUPERFACETS_ASSERT(bounds.squared_distance(p) == 0.0);
       const std::uint32_t code = spread(step_of(p.x, low.x, scale)) |
                                  spread(step_of(p.y, low.y, scale)) << 1 |
                                  spread(step_of(p.z, low.z, scale)) << 2;

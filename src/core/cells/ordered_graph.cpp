@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
+#include "base/assert.hpp"
 #include "cells/morton.hpp"
+#include "cells/weights.hpp"
 
 namespace superfacets {
 namespace {
@@ -32,15 +36,22 @@ bool is_before(const Arc& a, const Arc& b) {
   return std::tie(a.to, a.length) < std::tie(b.to, b.length);
 }
 
-bool fits_rows(const WeightedArcs& input, Cell n_cells, ThreadTeam& team) {
+bool fits_rows(const WeightedArcs& input, ThreadTeam& team) {
   std::atomic<bool> fits = true;
   auto check_range = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t cell = begin; cell < end; ++cell) {
-      if (input.offsets[cell + 1] - input.offsets[cell] > OrderedGraph::kRow) fits = false;
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      if (input.arcs.neighbors(cell).size() > OrderedGraph::kRow) fits = false;
     }
   };
-  team.for_each_block(n_cells, check_range);
+  team.for_each_block(input.arcs.n_cells(), check_range);
   return fits;
+}
+
+// Whether lengths are what quantize_weights makes: sums of paths rest on it.
+bool are_quantized(std::span<const float> lengths) {
+  const auto is_whole = [](float length) { return length >= 1.0F && length == std::floor(length); };
+  return std::all_of(lengths.begin(), lengths.end(), is_whole) &&
+         std::accumulate(lengths.begin(), lengths.end(), 0.0) < std::ldexp(1.0, kTotalBits + 1);
 }
 
 }  // namespace
@@ -53,6 +64,7 @@ PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> i
       place_of(input.size()),
       positions(input.size()),
       measures(input.size()) {
+  SUPERFACETS_ASSERT(input_measures.size() == input.size());
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t place = begin; place < end; ++place) {
       const Cell cell = cells[place];
@@ -66,8 +78,10 @@ PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> i
 }
 
 OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, ThreadTeam& team)
-    : PlacedCells(std::move(placed)), n_arcs(input.offsets.back()) {
-  if (fits_rows(input, n_cells(), team)) {
+    : PlacedCells(std::move(placed)), n_arcs(input.arcs.n_arcs()) {
+  SUPERFACETS_ASSERT(input.arcs.are_valid() && input.arcs.n_cells() == n_cells());
+  SUPERFACETS_ASSERT(std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths));
+  if (fits_rows(input, team)) {
     copy_rows(input, team);
   } else {
     copy_lists(input, team);
@@ -91,7 +105,7 @@ void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
       const std::size_t row = std::size_t{kRow} * place;
       const std::size_t n_copied = copy_arcs(input, place, row);
-      std::fill(&arcs[row + n_copied], &arcs[row] + kRow, Arc{place, 1.0F});
+      std::fill_n(arcs.data() + row + n_copied, kRow - n_copied, Arc{place, 1.0F});
     }
   };
   team.for_each_block(n_cells(), copy_range);
@@ -101,8 +115,7 @@ void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
   offsets = Buffer<std::int64_t>(cells.size() + 1);
   offsets[0] = 0;
   for (std::size_t place = 0; place < cells.size(); ++place) {
-    const Cell cell = cells[place];
-    offsets[place + 1] = offsets[place] + input.offsets[cell + 1] - input.offsets[cell];
+    offsets[place + 1] = offsets[place] + std::ssize(input.arcs.neighbors(cells[place]));
   }
   arcs = Buffer<Arc>(n_arcs);
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
@@ -117,12 +130,11 @@ void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
 
 // Copies the arcs of the cell at a place to `first` and on; returns how many there are.
 std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std::size_t first) {
-  const std::int64_t begin = input.offsets[cells[place]];
-  const std::int64_t end = input.offsets[cells[place] + 1];
-  for (std::int64_t arc = begin; arc < end; ++arc) {
-    arcs[first++] = {place_of[input.neighbors[arc]], input.lengths[arc]};
+  std::size_t next = first;
+  for (const auto [arc, neighbor] : input.arcs.steps(cells[place])) {
+    arcs[next++] = {place_of[neighbor], input.lengths[arc]};
   }
-  return end - begin;
+  return next - first;
 }
 
 std::vector<Place> OrderedGraph::places_of(std::span<const Cell> some_cells) const {

@@ -3,9 +3,11 @@
 
 #include <vector>
 
+#include "base/assert.hpp"
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
+#include "cells/arcs.hpp"
 #include "cells/box_tree.hpp"
 
 namespace superfacets {
@@ -16,11 +18,10 @@ struct Arc {
   float length;  // whole units >= 1
 };
 
-// Arcs as they come, in CSR form: those that leave cell i are offsets[i] .. offsets[i + 1] - 1.
+// Arcs as they come.
 struct WeightedArcs {
-  std::span<const std::int64_t> offsets;  // (N + 1,)
-  std::span<const Cell> neighbors;        // (M,) where each arc leads
-  std::span<const float> lengths;         // (M,) whole units >= 1, from quantize_weights
+  Arcs arcs;
+  std::span<const float> lengths;  // (M,) whole units >= 1, from quantize_weights
 };
 
 // Cells along a space-filling curve: cells that touch mostly stand on the same few pages of memory,
@@ -50,6 +51,7 @@ class OrderedGraph : public PlacedCells {
   static constexpr int kRow = 3;
   bool has_rows() const { return offsets.size() == 0; }
   std::span<const Arc> arcs_of(Place place) const {
+    SUPERFACETS_ASSERT(place >= 0 && place < n_cells());
     if (has_rows()) return arcs.span().subspan(std::size_t{kRow} * place, kRow);
     return arcs.span().subspan(offsets[place], offsets[place + 1] - offsets[place]);
   }
@@ -58,6 +60,7 @@ class OrderedGraph : public PlacedCells {
   // is wanted has to be given; the nearer it is, the less is looked at.
   template <typename IsWanted>
   Place nearest(Point target, Place wanted, const IsWanted& is_wanted) const {
+    SUPERFACETS_ASSERT(is_wanted(wanted));
     double least = squared_norm(positions[wanted] - target);
     Place nearest = wanted;
     // A box just as far away may still hold a lower cell.

@@ -58,6 +58,18 @@ class Surface {
   // or more than one.
   virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
 
+  // Whether the arcs of each cell are sorted by side. Walks all: for assertions.
+  bool are_sides_sorted() const {
+    for (Cell cell = 0; cell < n_cells(); ++cell) {
+      int last = 0;
+      for (const auto [arc, neighbor] : arcs_.steps(cell)) {
+        if (side(cell, arc) < last) return false;
+        last = side(cell, arc);
+      }
+    }
+    return true;
+  }
+
  private:
   const Arcs arcs_;
 };

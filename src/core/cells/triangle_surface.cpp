@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "base/arctangent.hpp"
 
@@ -35,6 +36,14 @@ double TriangleSurface::angle(Cell from, std::int64_t arc) const {
   const Fold fold = fold_of(normal_from, normal_to, position(to) - position(from));
   const double theta = arctangent(fold.sine, fold.cosine);
   return fold.is_concave == inside_out_ ? -theta : theta;
+}
+
+// Whether arrays agree, and hold what they should.
+bool TriangleSurface::is_valid() const {
+  const std::size_t n_arcs = arcs().targets.size();
+  const bool has_turns = same_turn_.empty() || same_turn_.size() == n_arcs;
+  return arcs().are_valid() && std::cmp_equal(faces_.size(), n_cells()) && has_turns &&
+         sides_.size() == n_arcs && all_below(sides_, 3) && are_sides_sorted();
 }
 
 double TriangleSurface::step_length(Cell from, std::int64_t arc) const {

@@ -1,6 +1,7 @@
 // Triangles as cells: the measures of arcs between faces that share an edge.
 #pragma once
 
+#include "base/assert.hpp"
 #include "cells/surface.hpp"
 #include "mesh/geometry.hpp"
 
@@ -51,7 +52,9 @@ class TriangleSurface final : public Surface {
         faces_(faces),
         sides_(sides),
         same_turn_(same_turn),
-        inside_out_(inside_out) {}
+        inside_out_(inside_out) {
+    SUPERFACETS_ASSERT(is_valid());
+  }
 
   std::span<const Point> vertices() const { return vertices_; }
   std::span<const Triangle> faces() const { return faces_; }
@@ -82,6 +85,7 @@ class TriangleSurface final : public Surface {
     const auto& corners = faces_[face].corners;
     return {vertices_[corners[side]], vertices_[corners[side == 2 ? 0 : side + 1]]};
   }
+  bool is_valid() const;
   int corner_at(Face face, Vertex vertex) const;
   bool is_same_place(Vertex a, Vertex b) const;
 

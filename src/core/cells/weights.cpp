@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/arctangent.hpp"
+#include "base/assert.hpp"
 #include "base/buffer.hpp"
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
@@ -120,7 +121,8 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     prefetch(&geometry.faces.centroids[step.to]);
     prefetch(&geometry.normals[step.to]);
   }
-  for (const RisingArc& step : rising) prefetch(&arcs.targets[arcs.offsets[step.to]]);
+  // Where a list is empty, maybe behind the last arc: asked for by address, not by index.
+  for (const RisingArc& step : rising) prefetch(arcs.targets.data() + arcs.offsets[step.to]);
 }
 
 // Weighs some arcs, kArcsPerBlock at most, and the arcs back where there is one each way. The
@@ -192,6 +194,9 @@ double round_to_whole(double x) {
 
 void superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                         const WeightOptions& options, ThreadTeam& team, std::span<double> weights) {
+  SUPERFACETS_ASSERT(std::cmp_equal(faces.centroids.size(), surface.n_cells()) &&
+                     faces.areas.size() == faces.centroids.size());
+  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
   const Buffer<Point> normals = unit_normals(surface, team);
   const Geometry geometry{surface, faces, normals.span()};
   team.fill(weights, kNotYetWeighed);
@@ -205,6 +210,8 @@ void superfacet_weights(const TriangleSurface& surface, const FaceMeasures& face
 
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
                    ThreadTeam& team, std::span<double> weights) {
+  SUPERFACETS_ASSERT(std::cmp_equal(centroids.size(), surface.n_cells()));
+  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs());
   const Buffer<Point> normals = unit_normals(surface, team);
   const auto has_normal = [&](Face face) { return squared_norm(normals[face]) > 0.0; };
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
@@ -225,6 +232,7 @@ double quantize_weights(std::span<const double> weights, ThreadTeam& team,
                         std::span<float> lengths) {
   // A power of two: rounding then only cuts the last bits of a weight, and a sum that differs in
   // its last bits, because arcs come in another order, gives the same unit.
+  SUPERFACETS_ASSERT(lengths.size() == weights.size());
   const double total = sum_of(weights, team);
   const double unit = total > 0.0 ? std::ldexp(1.0, std::ilogb(total) + 1 - kTotalBits) : 1.0;
   const auto n_arcs = static_cast<std::int64_t>(weights.size());

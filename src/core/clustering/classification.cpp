@@ -5,6 +5,8 @@
 #include <mutex>
 #include <utility>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 
 Classification::Classification(const OrderedGraph& graph, double reach, Islands islands,
@@ -14,6 +16,7 @@ Classification::Classification(const OrderedGraph& graph, double reach, Islands 
 }
 
 void Classification::classify(std::span<const Place> centers) {
+  SUPERFACETS_ASSERT(!centers.empty() && all_below(centers, graph_.n_cells()));
   centers_.assign(centers.begin(), centers.end());
   // Along arcs that lead one way, or are longer one way, it is not known how much farther cells are
   // from where their center moved to.
@@ -30,6 +33,18 @@ void Classification::classify(std::span<const Place> centers) {
   } else if (islands_ == Islands::kKeep && may_have_orphans_) {
     adopt_orphans();
   }
+  SUPERFACETS_ASSERT(is_complete());
+}
+
+// Whether each place has a label, and each center its own or that of one at its place.
+bool Classification::is_complete() const {
+  for (Place place = 0; place < graph_.n_cells(); ++place) {
+    const Label label = path(place).label;
+    if (label < 0 || label >= std::ssize(centers_)) return false;
+  }
+  return std::all_of(centers_.begin(), centers_.end(), [&](Place center) {
+    return path(center).length == 0 && centers_[path(center).label] == center;
+  });
 }
 
 void Classification::start_all() {

@@ -46,6 +46,7 @@ class Classification {
   }
 
  private:
+  bool is_complete() const;
   void start_all();
   void start_moved();
   void adopt_orphans();

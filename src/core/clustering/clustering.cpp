@@ -1,5 +1,6 @@
 #include "clustering/clustering.hpp"
 
+#include "base/assert.hpp"
 #include "base/threads.hpp"
 
 namespace superfacets {
@@ -14,6 +15,7 @@ Clustering::Clustering(const OrderedGraph& graph, std::span<const Cell> centers,
 }
 
 void Clustering::classify(std::span<const Cell> centers) {
+  SUPERFACETS_ASSERT(all_below(centers, graph_.n_cells()));
   classification_.classify(graph_.places_of(centers));
 }
 

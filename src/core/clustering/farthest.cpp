@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -33,6 +35,12 @@ void FarthestPoints::summarize_all() {
     };
     team_.for_each_block(static_cast<std::int64_t>(summaries_[level].size()), summarize_range);
   }
+}
+
+Place FarthestPoints::farthest() const {
+  const Summary& all = summaries_.back().front();
+  SUPERFACETS_ASSERT(all.farthest_squared > kIsCenter);
+  return all.farthest;
 }
 
 void FarthestPoints::place(Place center) {

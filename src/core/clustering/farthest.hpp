@@ -24,7 +24,7 @@ class FarthestPoints {
   void place(Place center);
 
   // The farthest from all centers, the lowest cell among equals. There must be one left.
-  Place farthest() const { return summaries_.back().front().farthest; }
+  Place farthest() const;
 
  private:
   // Below every squared distance, so that a center is never the farthest cell again.

@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 namespace {
 
 constexpr double kLowerScale = 0x1p31;
+
+// Sums of all cells stay below.
+constexpr double kLargest = 0x1p62;
 
 // Totals below have no scale that is a finite number. Areas and extents that small are refused, but
 // for extents of centroids that all but coincide; where they are in it does not matter then.
@@ -33,6 +38,7 @@ FixedSum FixedPoint::of(const OrderedGraph& graph, Place place) const {
                                      position_scale_ * moment.z, measure_scale_ * measure};
   FixedSum sum;
   for (int i = 0; i < 4; ++i) {
+    SUPERFACETS_ASSERT(scaled[i] >= 0.0 && scaled[i] < kLargest);
     sum.upper[i] = std::llrint(scaled[i]);
     sum.lower[i] = std::llrint((scaled[i] - static_cast<double>(sum.upper[i])) * kLowerScale);
   }

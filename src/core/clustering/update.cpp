@@ -4,8 +4,12 @@
 #include <mutex>
 #include <utility>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 namespace {
+
+constexpr Place kNowhere = -1;
 
 // Sums in floating point, for regions too small for fixed-point numbers.
 struct Sums {
@@ -67,6 +71,7 @@ void RegionMeans::apply(const Change& change, std::int64_t sign) {
 }
 
 const std::vector<Place>& RegionMeans::nearest(std::span<const Place> members) {
+  SUPERFACETS_ASSERT(members.size() == nearest_.size());
   std::vector<Label> changed;
   for (std::size_t label = 0; label < has_changed_.size(); ++label) {
     if (std::exchange(has_changed_[label], 0) != 0) changed.push_back(static_cast<Label>(label));
@@ -122,6 +127,8 @@ Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team) {
 
 std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Label> labels,
                                   Label n_regions, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), graph.n_cells()));
+  SUPERFACETS_ASSERT(all_below(labels, n_regions));
   RegionMeans means(graph, team);
   means.resize(n_regions);
   auto take_over = [&](std::int64_t begin, std::int64_t end) {
@@ -129,8 +136,9 @@ std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Lab
                     [&](Place place) { return labels[place]; });
   };
   team.for_each_block(graph.n_cells(), take_over);
-  std::vector<Place> members(n_regions);
+  std::vector<Place> members(n_regions, kNowhere);
   for (Place place = 0; place < graph.n_cells(); ++place) members[labels[place]] = place;
+  SUPERFACETS_ASSERT(all_below(members, graph.n_cells()));  // no region is empty
   return means.nearest(members);
 }
 

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <mutex>
 
+#include "base/assert.hpp"
 #include "base/box.hpp"
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
@@ -64,6 +65,7 @@ MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Triangl
 
 void narrow_indices(std::span<const std::int64_t> indices, ThreadTeam& team,
                     std::span<std::int32_t> narrow) {
+  SUPERFACETS_ASSERT(narrow.size() == indices.size());
   const auto n = static_cast<std::int64_t>(indices.size());
   team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {

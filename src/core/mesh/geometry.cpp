@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/assert.hpp"
 #include "base/threads.hpp"
 
 namespace superfacets {
@@ -16,6 +17,7 @@ constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 
 void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
                    ThreadTeam& team, std::span<Point> centroids, std::span<double> areas) {
+  SUPERFACETS_ASSERT(centroids.size() == faces.size() && areas.size() == faces.size());
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {
@@ -46,6 +48,7 @@ double sliver_area(std::span<const Point> vertices, std::span<const Triangle> fa
 
 void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
                   ThreadTeam& team, std::span<Point> vectors) {
+  SUPERFACETS_ASSERT(vectors.size() == faces.size());
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t face = begin; face < end; ++face) {

@@ -17,6 +17,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -372,6 +374,7 @@ Buffer<Vertex> place_inner_points(std::span<const Point> vertices, std::span<con
 
 Subdivision subdivide(std::span<const Point> vertices, std::span<const Triangle> faces,
                       double max_edge, std::int64_t max_faces, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(max_edge > 0.0);
   const Limit limit(max_edge);
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   const Buffer<std::int64_t> starts = place_parts(vertices, faces, limit, max_faces, team);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/assert.hpp"
 #include "base/threads.hpp"
 
 namespace superfacets {
@@ -70,6 +71,7 @@ void measure_edges(std::span<const Point> vertices, ThreadTeam& team, VertexGrap
 VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
                                std::span<const Vertex> representative, ThreadTeam& team) {
   const std::size_t n_vertices = representative.size();
+  SUPERFACETS_ASSERT(vertices.size() == n_vertices);
   VertexGraph graph{Buffer<std::int64_t>(n_vertices + 1), {}, {}};
   std::fill(graph.offsets.begin(), graph.offsets.end(), 0);
   for_each_side(faces, representative, [&](Vertex a, Vertex b) {

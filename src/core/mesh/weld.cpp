@@ -3,7 +3,10 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <cmath>
+#include <limits>
 
+#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
 
@@ -26,6 +29,7 @@ std::uint64_t mix(std::uint64_t bits) {
 
 std::uint64_t hash(Point p) {
   // Adding 0.0 turns -0.0 into 0.0, which compares equal to it and so must hash alike.
+  SUPERFACETS_ASSERT(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
   std::uint64_t h = mix(std::bit_cast<std::uint64_t>(p.x + 0.0));
   h = mix(h + std::bit_cast<std::uint64_t>(p.y + 0.0));
   return mix(h + std::bit_cast<std::uint64_t>(p.z + 0.0));
@@ -94,6 +98,7 @@ void insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
 
 Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team) {
   const auto n_vertices = static_cast<std::int64_t>(vertices.size());
+  SUPERFACETS_ASSERT(n_vertices <= std::numeric_limits<Vertex>::max());
   PositionTable table(vertices, team);
   Buffer<PositionTable::Slot> slots(vertices.size());  // of each vertex's position
   team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {

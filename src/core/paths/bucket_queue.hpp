@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/assert.hpp"
 #include "base/types.hpp"
 #include "cells/weights.hpp"
 
@@ -27,6 +28,7 @@ class BucketQueue {
 
   // Begins anew, with the bucket of the lowest length that will come. The queue must be empty.
   void restart(PathLength lowest) {
+    SUPERFACETS_ASSERT(empty());
     current_ = lowest >> width_bits_;
     n_handled_ = 0;
   }
@@ -36,6 +38,7 @@ class BucketQueue {
   // No length may be below those of the bucket that was taken last.
   void push(PathLength length, Place place) {
     const std::uint64_t bucket = length >> width_bits_;
+    SUPERFACETS_ASSERT(bucket >= current_);
     if (bucket - current_ < kRingSize) {
       ring_[bucket % kRingSize].push_back(place);
       ++n_near_;
@@ -48,6 +51,7 @@ class BucketQueue {
   // that bucket, and may have a shorter path by now. Valid until the next call. The queue must not
   // be empty.
   const std::vector<Place>& take() {
+    SUPERFACETS_ASSERT(!empty());
     if (n_near_ == 0) bring_near();
     while (ring_[current_ % kRingSize].empty()) ++current_;
     taken_.clear();

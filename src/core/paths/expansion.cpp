@@ -4,6 +4,7 @@
 #include <bit>
 #include <utility>
 
+#include "base/assert.hpp"
 #include "base/prefetch.hpp"
 
 namespace superfacets {
@@ -30,7 +31,12 @@ int chunk_bits_for(std::int64_t n_cells, int n_threads) {
   return std::clamp(static_cast<int>(std::bit_width(wanted)), kMinChunkBits, kMaxChunkBits);
 }
 
+// No shortest path is as long (see kTotalBits), nor is one made longer by a detour. Expansions may
+// begin with the latter, so what is compared is shorter than four of the former.
+constexpr PathLength kLongest = PathLength{4} << kTotalBits;
+
 PathLength longer_by(PathLength length, const Arc& arc) {
+  SUPERFACETS_ASSERT(length < kLongest);
   // By way of a signed number, which processors convert to in one step.
   return length + static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
 }
@@ -66,6 +72,7 @@ void Expansion::clear() {
 }
 
 void Expansion::lengthen(std::span<const PathLength> by_label) {
+  SUPERFACETS_ASSERT(graph_.is_symmetric && active_.empty());
   team_.for_each(n_chunks(), [&](std::int64_t chunk, int) { lengthen_chunk(chunk, by_label); });
   team_.for_each(n_chunks(), [&](std::int64_t chunk, int thread) {
     if (chunks_[chunk].has_changed) compare_labels(chunk, by_label, workers_[thread]);
@@ -113,6 +120,7 @@ bool Expansion::improve(Place place, const Path& path) {
 
 void Expansion::propose(const Proposal& proposal) {
   if (!improve(proposal.place, proposal.path)) return;
+  SUPERFACETS_ASSERT(proposal.path.label >= 0);
   const std::int64_t chunk = proposal.place >> chunk_bits_;
   if (chunks_[chunk].waiting.empty()) active_.push_back(chunk);
   chunks_[chunk].waiting.push_back(proposal.place);
@@ -136,6 +144,7 @@ void Expansion::run() {
 }
 
 void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
+  SUPERFACETS_ASSERT(worker.queue.empty() && worker.heap.empty());
   chunks_[chunk].has_changed = true;
   auto& waiting = chunks_[chunk].waiting;
   PathLength lowest = kUnreached;

@@ -5,6 +5,8 @@
 #include <mutex>
 #include <utility>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -36,6 +38,7 @@ bool HaltedPaths::is_within_reach(Place center, Place place) const {
 }
 
 void HaltedPaths::add_doubt(Place place, const Path& path) {
+  SUPERFACETS_ASSERT(doubt_of_[place] == kNoDoubt);
   doubt_of_[place] = static_cast<std::int32_t>(doubts_.size());
   doubts_.push_back({place, path});
 }
@@ -49,6 +52,7 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
     std::vector<Place> found;
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
       const Label label = exact.path(place).label;
+      SUPERFACETS_ASSERT(label < std::ssize(centers));
       const bool is_known = label != kNoLabel && graph_.is_symmetric;
       if (!is_known || !is_within_reach(centers[label], place)) found.push_back(place);
     }

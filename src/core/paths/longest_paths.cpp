@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -49,6 +51,7 @@ Place LongestPaths::farthest() {
     bounds_.push_back(bound);
     std::push_heap(bounds_.begin(), bounds_.end());
   }
+  SUPERFACETS_ASSERT(farthest.length > 0);  // arcs are 1 or longer: it is no center
   return farthest.place;
 }
 

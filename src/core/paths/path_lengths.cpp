@@ -5,6 +5,7 @@
 #include <memory>
 #include <numeric>
 
+#include "base/assert.hpp"
 #include "paths/source_paths.hpp"
 
 namespace superfacets {
@@ -73,6 +74,7 @@ void append_row(const OrderedGraph& graph, Cell source, double squared_reach, do
 Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
                            ThreadTeam& team) {
   const std::size_t n_cells = graph.n_cells();
+  SUPERFACETS_ASSERT(all_below(sources, graph.n_cells()));
   Buffer<float> matrix(sources.size() * n_cells);
   auto fill_rows = [&](std::int64_t first, std::int64_t last, SourcePaths& paths) {
     for (std::int64_t source = first; source < last; ++source) {
@@ -90,6 +92,7 @@ Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sour
 
 SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double unit,
                                ThreadTeam& team) {
+  SUPERFACETS_ASSERT(reach >= 0.0);
   const std::int64_t n_cells = graph.n_cells();
   std::vector<Block> blocks((n_cells + kBlock - 1) / kBlock);
   auto append_rows = [&](std::int64_t first, std::int64_t last, SourcePaths& paths) {

@@ -7,6 +7,7 @@
 #include <bit>
 #include <vector>
 
+#include "base/assert.hpp"
 #include "base/types.hpp"
 
 namespace superfacets {
@@ -21,15 +22,20 @@ class RadixHeap {
   bool empty() const { return size_ == 0; }
 
   // Restarts the order at key 0. The heap must be empty.
-  void restart() { last_ = 0; }
+  void restart() {
+    SUPERFACETS_ASSERT(empty());
+    last_ = 0;
+  }
 
   void push(PathLength key, Place place) {
+    SUPERFACETS_ASSERT(key >= last_);
     buckets_[bucket_of(key)].push_back({key, place});
     ++size_;
   }
 
   // Removes and returns an entry with the lowest key. The heap must not be empty.
   Entry pop() {
+    SUPERFACETS_ASSERT(!empty());
     if (buckets_[0].empty()) refill();
     const Entry entry = buckets_[0].back();
     buckets_[0].pop_back();

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/assert.hpp"
 #include "base/buffer.hpp"
 #include "cells/ordered_graph.hpp"
 #include "paths/bucket_queue.hpp"
@@ -28,6 +29,7 @@ class SourcePaths {
   // may be left from the source before.
   template <typename IsFollowed>
   void expand(Place source, const IsFollowed& is_followed) {
+    SUPERFACETS_ASSERT(reached_.empty() && heap_.empty());
     queue_.restart(0);
     relax(source, 0, queue_);
     while (!queue_.empty()) {

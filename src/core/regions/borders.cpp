@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <mutex>
 #include <tuple>
+#include <utility>
 
+#include "base/assert.hpp"
 #include "base/exponential.hpp"
 
 namespace superfacets {
@@ -66,6 +68,9 @@ double BorderCost::operator()(const Surface& surface, Cell from, std::int64_t ar
 
 std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
                                          std::span<const Label> labels, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
+  SUPERFACETS_ASSERT(std::ssize(cost.weights) == surface.arcs().n_arcs() &&
+                     cost.crease_scale > 0.0);
   std::vector<Crossing> crossings;
   std::mutex mutex;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
@@ -96,6 +101,8 @@ std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCos
 
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
+  SUPERFACETS_ASSERT(all_below(labels, n_regions));
   const std::int64_t n_blocks = (std::int64_t{surface.n_cells()} + kBlock - 1) / kBlock;
   std::vector<std::vector<RegionLength>> found(n_blocks);
   const auto collect = [&](std::int64_t begin, std::int64_t end) {

@@ -8,6 +8,8 @@
 #include <set>
 #include <utility>
 
+#include "base/assert.hpp"
+
 namespace superfacets {
 namespace {
 
@@ -132,10 +134,23 @@ class Groups {
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
 };
 
+bool are_valid(std::span<const RegionBorder> borders, Label n_regions) {
+  const auto is_valid = [&](const RegionBorder& border) {
+    return border.low >= 0 && border.low < border.high && border.high < n_regions;
+  };
+  const auto is_before = [](const RegionBorder& a, const RegionBorder& b) {
+    return std::pair(a.low, a.high) < std::pair(b.low, b.high);
+  };
+  return std::all_of(borders.begin(), borders.end(), is_valid) &&
+         std::is_sorted(borders.begin(), borders.end(), is_before);
+}
+
 }  // namespace
 
 std::vector<Label> join_regions(std::span<const double> areas,
                                 std::span<const RegionBorder> borders, const JoinRule& rule) {
+  SUPERFACETS_ASSERT(rule.stays.empty() || rule.stays.size() == areas.size());
+  SUPERFACETS_ASSERT(are_valid(borders, static_cast<Label>(areas.size())));
   Groups groups(areas, borders, rule);
   groups.join_all();
   return groups.roots();
@@ -143,6 +158,7 @@ std::vector<Label> join_regions(std::span<const double> areas,
 
 std::vector<Cell> nearest_wanted(const OrderedGraph& graph, std::span<const Cell> cells,
                                  std::span<const std::uint8_t> is_wanted) {
+  SUPERFACETS_ASSERT(std::cmp_equal(is_wanted.size(), graph.n_cells()));
   const auto any = std::find(is_wanted.begin(), is_wanted.end(), 1) - is_wanted.begin();
   std::vector<Place> found;
   found.reserve(cells.size());

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <utility>
 
+#include "base/assert.hpp"
 #include "base/threads.hpp"
 #include "regions/local_connectivity.hpp"
 
@@ -259,6 +260,10 @@ class Smoother {
 Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
+  SUPERFACETS_ASSERT(std::ssize(cost.weights) == surface.arcs().n_arcs() &&
+                     cost.crease_scale > 0.0);
+  SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.max_distance >= 0.0);
   return Smoother(surface, cost, labels, fixed, options, team).run(team);
 }
 

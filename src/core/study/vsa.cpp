@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
 #include <utility>
 
+#include "base/assert.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {
@@ -141,6 +143,7 @@ struct RegionSums {
 
 std::vector<RegionSums> sum_regions(const ProxySurface& surface, std::span<const Label> labels,
                                     Label n_regions) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_faces()));
   std::vector<RegionSums> sums(n_regions);
   for (Face face = 0; face < surface.n_faces(); ++face) {
     RegionSums& region = sums[labels[face]];
@@ -184,6 +187,8 @@ ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const
                        {areas.begin(), areas.end()},
                        {offsets.begin(), offsets.end()},
                        {neighbors.begin(), neighbors.end()}};
+  SUPERFACETS_ASSERT(surface.arcs().are_valid() && areas.size() == faces.size() &&
+                     offsets.size() == faces.size() + 1);
   for (std::size_t face = 0; face < faces.size(); ++face) {
     const auto& [a, b, c] = faces[face].corners;
     surface.corners[face] = {vertices[a], vertices[b], vertices[c]};
@@ -202,6 +207,7 @@ std::vector<Proxy> fit_proxies(const ProxySurface& surface, ProxyMetric metric,
   std::vector<Proxy> proxies;
   proxies.reserve(n_regions);
   for (const RegionSums& region : sum_regions(surface, labels, n_regions)) {
+    SUPERFACETS_ASSERT(region.n_faces > 0.0);
     proxies.push_back({region.center(), region.mean_normal()});
   }
   if (metric == ProxyMetric::kL2) fit_planes(surface, labels, proxies);
@@ -213,6 +219,8 @@ ProxyRegions::ProxyRegions(ProxySurface&& surface, ProxyMetric metric, std::span
       metric_(metric),
       labels_(surface_.n_faces()),
       least_offer_(surface_.n_faces()) {
+  SUPERFACETS_ASSERT(!seeds.empty() && all_below(seeds, surface_.n_faces()));
+  SUPERFACETS_ASSERT(std::set<Face>(seeds.begin(), seeds.end()).size() == seeds.size());
   for (const Face seed : seeds) plant(seed);
   flood();
 }
@@ -229,6 +237,7 @@ std::int64_t ProxyRegions::relax() {
 }
 
 void ProxyRegions::insert() {
+  SUPERFACETS_ASSERT(n_regions() < surface_.n_faces());
   plant(worst_face(fit()));
   flood();
 }
@@ -303,8 +312,7 @@ void ProxyRegions::take(Face face, Label label) {
 // or less is left out: that candidate would come first, and the face be taken when this one comes.
 void ProxyRegions::offer_neighbors(Face face) {
   const Label label = labels_[face];
-  for (std::int64_t arc = surface_.offsets[face]; arc < surface_.offsets[face + 1]; ++arc) {
-    const Face neighbor = surface_.neighbors[arc];
+  for (const Face neighbor : surface_.arcs().neighbors(face)) {
     if (labels_[neighbor] != kNoLabel) continue;
     const double error = proxy_error(surface_, metric_, neighbor, proxies_[label]);
     if (error >= least_offer_[neighbor]) continue;

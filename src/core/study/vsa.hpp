@@ -6,6 +6,7 @@
 
 #include "base/buffer.hpp"
 #include "base/types.hpp"
+#include "cells/arcs.hpp"
 
 namespace superfacets {
 
@@ -33,6 +34,7 @@ struct ProxySurface {
   std::vector<Face> neighbors;        // (M,)
 
   Face n_faces() const { return static_cast<Face>(areas.size()); }
+  Arcs arcs() const { return {offsets, neighbors}; }
 };
 
 ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const Triangle> faces,

@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "base/assert.hpp"
 #include "base/threads.hpp"
 
 namespace superfacets {
@@ -24,6 +25,7 @@ void copy_any(const RowPlaces& rows, std::int64_t begin, std::int64_t end, std::
 }  // namespace
 
 void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy) {
+  SUPERFACETS_ASSERT(n_rows >= 0 && rows.size > 0);
   team.for_each_block(n_rows, [&](std::int64_t begin, std::int64_t end) {
     switch (rows.size) {
       case 4:

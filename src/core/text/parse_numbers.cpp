@@ -5,6 +5,7 @@
 #include <numeric>
 #include <system_error>
 
+#include "base/assert.hpp"
 #include "base/threads.hpp"
 #include "text/scan_lines.hpp"
 
@@ -116,6 +117,8 @@ bool parse_line(const char* place, const char* end, std::span<Value> values,
 template <typename Value, typename ParseToken>
 ParsedLines<Value> parse_lines(const LineSpans& lines, ThreadTeam& team,
                                const ParseToken& parse_token) {
+  SUPERFACETS_ASSERT(lines.starts.size() == lines.counts.size());
+  SUPERFACETS_ASSERT(lines.ends.size() == lines.counts.size());
   const auto n_lines = static_cast<std::int64_t>(lines.counts.size());
   const std::int64_t n_chunks = (n_lines + kLinesAtOnce - 1) / kLinesAtOnce;
   std::vector<std::int64_t> firsts(n_chunks + 1, 0);  // values before each chunk

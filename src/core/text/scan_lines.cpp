@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <utility>
 
+#include "base/assert.hpp"
 #include "base/threads.hpp"
 
 namespace superfacets {
@@ -66,6 +68,7 @@ bool begins_with(std::string_view line, std::string_view keyword, bool any_case)
 
 TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end, char comment,
                      ThreadTeam& team) {
+  SUPERFACETS_ASSERT(begin >= 0 && begin <= end && std::cmp_less_equal(end, text.size()));
   const std::int64_t n_chunks = (end - begin + kChunk - 1) / kChunk;
   auto lines_of_chunk = [&](std::int64_t chunk, const auto& visit) {
     const std::int64_t to = std::min(end, begin + (chunk + 1) * kChunk);
@@ -103,6 +106,8 @@ TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end
 void match_keywords(std::string_view text, std::span<const std::int64_t> starts,
                     std::span<const std::int64_t> ends, const std::vector<std::string>& keywords,
                     bool any_case, ThreadTeam& team, std::span<std::int8_t> found) {
+  SUPERFACETS_ASSERT(starts.size() == ends.size() && starts.size() == found.size());
+  SUPERFACETS_ASSERT(keywords.size() <= std::numeric_limits<std::int8_t>::max());
   auto match = [&](std::int64_t first_line, std::int64_t last_line) {
     for (std::int64_t i = first_line; i < last_line; ++i) {
       const std::string_view line = text.substr(starts[i], ends[i] - starts[i]);

@@ -1,0 +1,39 @@
+// Assertions: what a kernel demands of whoever calls it, and of itself. Tests and sanitizers run a
+// core that has them (CMake option SUPERFACETS_ASSERT); in wheels they cost nothing.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+
+namespace superfacets {
+
+#if defined(SUPERFACETS_ASSERTIONS)
+inline constexpr bool kHasAssertions = true;
+#else
+inline constexpr bool kHasAssertions = false;
+#endif
+
+// An assertion is a fault of ours, which no caller can handle: the process ends.
+[[noreturn]] inline void fail_assertion(const char* file, int line, const char* condition) {
+  std::fprintf(stderr, "superfacets: %s:%d: assertion failed: %s\n", file, line, condition);
+  std::fflush(stderr);
+  std::abort();
+}
+
+// Whether all indices are 0..n-1.
+template <typename Indices>
+bool all_below(const Indices& indices, std::int64_t n) {
+  return std::all_of(indices.begin(), indices.end(),
+                     [n](std::int64_t index) { return index >= 0 && index < n; });
+}
+
+}  // namespace superfacets
+
+// A condition is compiled in every build, so that it stays valid, and evaluated only where there
+// are assertions.
+#define SUPERFACETS_ASSERT(...)                    \
+  (!::superfacets::kHasAssertions || (__VA_ARGS__) \
+       ? static_cast<void>(0)                      \
+       : ::superfacets::fail_assertion(__FILE__, __LINE__, #__VA_ARGS__))
