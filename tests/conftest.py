@@ -1,7 +1,8 @@
-"""Real meshes for the tests that want them, found as the README says."""
+"""Real meshes for the tests that want them; and what was not tested, in one line."""
 
 import os
 import signal
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -23,14 +24,30 @@ def data_dir() -> Path:
     """The folder with `meshes` and `psb`; the test is skipped where there is none."""
     folder = _find_data()
     if folder is None:
-        pytest.skip("no real meshes: set SUPERFACETS_DATA, or put them in ../shared/data")
+        pytest.skip("no real meshes: set SUPERFACETS_DATA to the folder that has them")
     assert folder.is_dir(), f"SUPERFACETS_DATA is {folder}, which is not a folder"
     return folder
 
 
 @pytest.fixture(scope="session")
 def benchmark_paths(data_dir: Path) -> list[Path]:
-    """The models of the Princeton Segmentation Benchmark that are there, smallest file first."""
-    return sorted(
-        (data_dir / "psb" / "off").glob("*.off"), key=lambda p: (p.stat().st_size, p.name)
-    )
+    """The models of the Princeton Segmentation Benchmark that are there, smallest file first.
+
+    One at least: tests that loop over some of them look at something.
+    """
+    folder = data_dir / "psb" / "off"
+    paths = sorted(folder.glob("*.off"), key=lambda p: (p.stat().st_size, p.name))
+    if not paths:
+        pytest.skip(f"no models of the benchmark in {folder}")
+    return paths
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say in one line what was skipped, and why; `pytest -rs` lists it."""
+    reasons = Counter()
+    for report in terminalreporter.getreports("skipped"):
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr
+        reasons[" ".join(str(reason).removeprefix("Skipped: ").split())] += 1
+    if reasons:
+        parts = [f"{n} test{'s' * (n > 1)} ({why})" for why, n in reasons.most_common()]
+        terminalreporter.write_line(f"not tested: {', '.join(parts)}")

@@ -25,7 +25,7 @@ BROKEN_CALLS = {
         "src/core/cells/ordered_graph.cpp",
         "std::ssize(input.lengths) == n_arcs && are_quantized(input.lengths)",
     ),
-    "_core.OrderedGraph(_core.PlacedCells(np.eye(3), np.ones(3), 1), offsets, neighbors, ones, 1)": (
+    "_core.OrderedGraph(three_cells, offsets, neighbors, ones, 1)": (
         "src/core/cells/ordered_graph.cpp",
         "input.arcs.are_valid() && input.arcs.n_cells() == n_cells()",
     ),
@@ -45,6 +45,7 @@ from superfacets import _core
 offsets, neighbors = np.array([0, 1, 2]), np.array([1, 0], np.int32)
 ones, halves = np.ones(2, np.float32), np.full(2, 0.5, np.float32)
 cells, more_cells = (_core.PlacedCells(np.eye(2, 3), np.ones(2), 1) for _ in range(2))
+three_cells = _core.PlacedCells(np.eye(3), np.ones(3), 1)
 ordered = _core.OrderedGraph(more_cells, offsets, neighbors, ones, 1)
 print("so far all is well", flush=True)
 """
@@ -72,4 +73,3 @@ def test_what_is_as_demanded_goes_through():
     done = call("print(_core.farthest_seeds(ordered, 0, 2, 1))")
     assert done.stdout.splitlines()[-1] == "[0 1]"
     assert done.returncode == 0
-

@@ -129,6 +129,16 @@ def test_an_import_against_the_order_is_found(tmp_path, monkeypatch):
         test_imports_point_down(tmp_path / "mesh" / "wrong.py")
 
 
+def test_an_include_against_the_order_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr("test_layering.CORE", tmp_path)
+    for folder in ("mesh", "cells"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "mesh" / "wrong.cpp").write_text('#include "cells/arcs.hpp"\n')
+    (tmp_path / "cells" / "arcs.hpp").write_text("")
+    with pytest.raises(AssertionError, match=r"cells/arcs\.hpp"):
+        test_includes_point_down(tmp_path / "mesh" / "wrong.cpp")
+
+
 def test_no_module_imports_itself_in_a_circle():
     graph = {
         name_of(path): {m for m in imported_modules(path) if m != "__init__"} for path in MODULES

@@ -1,10 +1,16 @@
 """What importing costs, and that the examples in the docstrings are true."""
 
+import ast
+import dataclasses
 import doctest
 import importlib
+import inspect
 import pkgutil
+import re
 import subprocess
 import sys
+import textwrap
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -23,6 +29,56 @@ def test_examples_in_docstrings_are_true(name):
     importlib.import_module(name)
     module = sys.modules[name]  # some functions have the name of their module
     assert doctest.testmod(module).failed == 0
+
+
+def names_in_section(docstring: str, section: str) -> set[str]:
+    """What a section of a numpydoc docstring describes."""
+    found = re.search(
+        rf"^{section}\n-+\n(.*?)(?=^\S[^\n]*\n---|\Z)", docstring, re.MULTILINE | re.DOTALL
+    )
+    headings = re.findall(r"^\S.*$", found[1], re.MULTILINE) if found else []
+    return {
+        name.strip().lstrip("*") for line in headings for name in line.split(" : ")[0].split(",")
+    }
+
+
+PUBLIC = [getattr(superfacets, name) for name in superfacets.__all__ if name != "PAPER"]
+FUNCTIONS = [value for value in PUBLIC if inspect.isfunction(value)]
+RESULTS = [
+    value for value in PUBLIC if dataclasses.is_dataclass(value) or hasattr(value, "_fields")
+]
+
+
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda function: function.__name__)
+def test_the_documented_parameters_are_those_there_are(function):
+    documented = names_in_section(inspect.getdoc(function), "Parameters")
+    assert documented == set(inspect.signature(function).parameters)
+
+
+@pytest.mark.parametrize("kind", RESULTS, ids=lambda kind: kind.__name__)
+def test_the_documented_fields_are_those_there_are(kind):
+    """A field is described in the docstring of its class or, in a string, below it."""
+    fields = set(getattr(kind, "_fields", ())) or {
+        field.name for field in dataclasses.fields(kind) if not field.name.startswith("_")
+    }
+    properties = {
+        name
+        for name, value in vars(kind).items()
+        if isinstance(value, property) and inspect.getdoc(value)
+    }
+    docstring = inspect.getdoc(kind)
+    documented = names_in_section(docstring, "Attributes")
+    documented |= names_in_section(docstring, "Parameters")
+    assert documented <= fields | properties
+    body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0].body
+    below = {
+        one.target.id
+        for one, other in pairwise(body)
+        if isinstance(one, ast.AnnAssign)
+        and isinstance(getattr(other, "value", 0), ast.Constant)
+        and isinstance(other, ast.Expr)
+    }
+    assert fields <= documented | below
 
 
 LAZY = ("baselines", "metrics", "princeton", "reference")

@@ -2,6 +2,8 @@
 
 import copy
 import json
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -67,3 +69,34 @@ def test_one_file_alone_proves_nothing(compare):
     status, printed = compare()
     assert status == 2
     assert "nothing was compared" in printed
+
+
+def test_what_was_not_tested_is_said_in_one_line_with_the_reasons(tmp_path):
+    """In a folder beside which there are no real meshes."""
+    folder = tmp_path / "checkout" / "tests"
+    folder.mkdir(parents=True)
+    shutil.copy(Path(__file__).with_name("conftest.py"), folder)
+    (folder / "test_some.py").write_text(
+        "import pytest\n"
+        "def test_one(data_dir): ...\n"
+        "def test_two(benchmark_paths): ...\n"
+        "def test_three(): pytest.skip('no OpenGL:\\n  install Mesa')\n"
+        "def test_four(): ...\n"
+    )
+    environment = {name: os.environ[name] for name in os.environ if name != "SUPERFACETS_DATA"}
+
+    def last_lines(**more):
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", folder]
+        done = subprocess.run(
+            command, capture_output=True, text=True, env=environment | more, cwd=folder, check=True
+        )
+        return done.stdout.splitlines()[-2:]
+
+    assert last_lines()[0] == (
+        "not tested: 2 tests (no real meshes: set SUPERFACETS_DATA to the folder that has them), "
+        "1 test (no OpenGL: install Mesa)"
+    )
+    # A folder without models skips what would loop over them, and says so.
+    assert last_lines(SUPERFACETS_DATA=str(tmp_path))[0].startswith(
+        f"not tested: 1 test (no models of the benchmark in {tmp_path / 'psb' / 'off'})"
+    )

@@ -185,8 +185,12 @@ def test_a_link_that_looks_like_a_leftover_stays(tmp_path):
 
 
 def test_a_leftover_that_another_writer_removes_first_is_no_error(tmp_path, leftovers, monkeypatch):
+    tried = []
+
     def gone(path):
+        tried.append(path)
         raise FileNotFoundError(path)
 
     monkeypatch.setattr(Path, "unlink", gone)
     remove_leftovers([tmp_path / "a.seg"], older_than=0.0)
+    assert sorted(tried) == sorted(leftovers)

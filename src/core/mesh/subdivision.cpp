@@ -309,7 +309,9 @@ class Cutter {
 
   // Adds an edge from a midpoint to the corner opposite to it.
   std::int32_t add_inner_edge(Vertex middle, Vertex opposite) {
-    write_points(point(middle), point(opposite), limit_, &parts_.vertices[next_point_]);
+    // Where the edge is short, nothing is written, maybe behind the last vertex.
+    Point* place = parts_.vertices.data() + next_point_;
+    write_points(point(middle), point(opposite), limit_, place);
     return add_edge(middle, opposite, next_point_);
   }
 
