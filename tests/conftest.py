@@ -42,6 +42,13 @@ def benchmark_paths(data_dir: Path) -> list[Path]:
     return paths
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark tests on real meshes, which `-m "not real_meshes"` leaves out."""
+    for item in items:
+        if "data_dir" in getattr(item, "fixturenames", ()):
+            item.add_marker("real_meshes")
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say in one line what was skipped, and why; `pytest -rs` lists it."""
     reasons = Counter()

@@ -19,7 +19,10 @@ from superfacets.cells.surface import is_inside_out
 MODES = [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}]
 
 
-@pytest.fixture(scope="module", params=["sheet", "sample", "bunny", "model"])
+REAL = [pytest.param(name, marks=pytest.mark.real_meshes) for name in ("bunny", "model")]
+
+
+@pytest.fixture(scope="module", params=["sheet", "sample", *REAL])
 def mesh(request):
     """Meshes without ties: two made here, two scanned. Nor do they have orphans at k = 90: which of
     these becomes a center goes by the index too."""

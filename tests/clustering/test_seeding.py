@@ -52,6 +52,30 @@ def test_farthest_equals_the_naive_way_on_thousands_of_cells():
     assert seeds.tolist() == expected
 
 
+def test_geodesic_equals_the_naive_way_on_a_grid_of_thousands_of_cells():
+    """Steps of 1 along the axes: paths are as long as |dx| + |dy|, and ties are everywhere."""
+    n_rows, n_columns = 90, 70
+    order = np.random.default_rng(2).permutation(n_rows * n_columns)  # cells by place in the grid
+    cells = order.reshape(n_rows, n_columns)
+    pairs = np.concatenate([
+        np.stack([cells[:-1].ravel(), cells[1:].ravel()], axis=1),
+        np.stack([cells[:, :-1].ravel(), cells[:, 1:].ravel()], axis=1),
+    ])  # fmt: skip
+    arcs = np.concatenate([pairs, pairs[:, ::-1]])
+    arcs = arcs[np.lexsort((arcs[:, 1], arcs[:, 0]))]
+    xy = np.empty((cells.size, 3))
+    xy[order] = np.stack(np.divmod(np.arange(cells.size), n_columns), axis=1) @ np.eye(2, 3)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(arcs[:, 0]))])
+    graph = CellGraph(xy, np.ones(cells.size), offsets, arcs[:, 1], np.ones(len(arcs)))
+    seeds = place_seeds(graph, 300, init="geodesic").tolist()
+    lengths = np.full(cells.size, np.inf)
+    expected = seeds[:1]
+    while len(expected) < 300:
+        lengths = np.minimum(lengths, np.abs(xy - xy[expected[-1]]).sum(axis=1))
+        expected.append(int(np.argmax(lengths)))
+    assert seeds == expected
+
+
 def test_the_first_seed_is_nearest_to_the_centroid_by_area():
     line = shapes.line_graph([1.0] * 4, measures=[1, 0, 0, 0, 9])
     assert place_seeds(line, 1).tolist() == [4]  # the centroid is at 3.6

@@ -194,6 +194,7 @@ MESHES = {
     "soup": lambda: shapes.soup(shapes.bumpy_sheet(9)),
     "sample": lambda: sample_mesh(3000),
     "two sheets as one": lambda: doubled(shapes.bumpy_sheet(8)),
+    "squares": lambda: sheet("\n".join(["00 " * 9] * 9))[0],  # many moves win the same
 }
 
 
@@ -222,6 +223,23 @@ def test_the_kernel_equals_its_twin(name):
             max_chain=MAX_CHAIN, max_sweeps=MAX_SWEEPS,
         )  # fmt: skip
         assert smooth_borders(mesh, labels, centers=sorted(fixed)).tolist() == expected
+
+
+@pytest.mark.parametrize(("max_chain", "max_sweeps"), [(1, 9), (2, 1), (3, 2)])
+def test_no_more_cells_move_at_once_and_no_more_often_than_allowed(max_chain, max_sweeps):
+    mesh = shapes.bumpy_sheet(12)
+    for labels in labelings(mesh):
+        costs, array, _ = read_regions(mesh, labels, None, True, 1)
+        expected = reference.smooth_borders(
+            build_face_graph(mesh), mesh, costs.weights, array.tolist(), set(),
+            max_distance=costs.radius, crease_scale=CREASE_SCALE * costs.radius,
+            max_chain=max_chain, max_sweeps=max_sweeps,
+        )  # fmt: skip
+        none = np.zeros(0, np.int32)
+        smoothed = _core.smooth_borders(
+            *costs.args, array, none, costs.radius, max_chain, max_sweeps, 1
+        )
+        assert smoothed.tolist() == expected
 
 
 @pytest.mark.parametrize("name", MESHES)
