@@ -8,7 +8,7 @@ import pytest
 
 from superfacets import _core
 
-WITHOUT = "the core was built without assertions (make test builds it with them)"
+WITHOUT = "the core was built without assertions (make lowest, newest and sanitize have them)"
 
 # Calls that no checked function of the package makes, and what each breaks: of find_components, of
 # the arcs of a surface, of the standard library's span.
