@@ -36,11 +36,12 @@ void Classification::classify(std::span<const Place> centers) {
   SUPERFACETS_ASSERT(is_complete());
 }
 
-// Whether each place has a label, and each center its own or that of one at its place.
+// Whether each place has a label, where islands are kept, and each center its own.
 bool Classification::is_complete() const {
   for (Place place = 0; place < graph_.n_cells(); ++place) {
     const Label label = path(place).label;
-    if (label < 0 || label >= std::ssize(centers_)) return false;
+    const bool is_missing = label == kNoLabel && islands_ == Islands::kKeep;
+    if (is_missing || label < kNoLabel || label >= std::ssize(centers_)) return false;
   }
   return std::all_of(centers_.begin(), centers_.end(), [&](Place center) {
     return path(center).length == 0 && centers_[path(center).label] == center;
