@@ -1,4 +1,7 @@
-"""Run the commands of gallery.md and keep their pictures: ``python docs/make_gallery.py [NAME...]``."""
+"""Run the commands of gallery.md and the Python of tutorial.md, and keep their pictures.
+
+``python docs/make_gallery.py`` draws all; ``python docs/make_gallery.py ant room`` these two.
+"""
 
 import re
 import shlex
@@ -7,10 +10,11 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-DOCS = Path(__file__).parent
-PICTURES = DOCS / "images" / "gallery"
+from shrink_images import IMAGES, read, save_small
+
+DOCS = Path(__file__).resolve().parent
+PICTURES = IMAGES / "gallery"
 SIZE = (720, 540)
-N_COLORS = 96
 
 
 def main() -> None:
@@ -18,15 +22,16 @@ def main() -> None:
     PICTURES.mkdir(parents=True, exist_ok=True)
     wanted = sys.argv[1:]
     with TemporaryDirectory() as folder:
-        subprocess.run(
-            [sys.executable, DOCS / "gallery_meshes.py", "gallery"], cwd=folder, check=True
-        )
+        run([DOCS / "gallery_meshes.py", "gallery"], folder)
         for name, commands in read_entries((DOCS / "gallery.md").read_text(encoding="utf-8")):
             if not wanted or name in wanted:
                 print(name, flush=True)
                 for command in commands:
-                    run(command, folder)
-                shrink(Path(folder, f"{name}.png"), PICTURES / f"{name}.png")
+                    run(["-m", *shlex.split(command)], folder)
+                save_small(read(Path(folder, f"{name}.png"), SIZE), PICTURES / f"{name}.png")
+        if not wanted or "tutorial" in wanted:
+            run(["-c", read_python((DOCS / "tutorial.md").read_text(encoding="utf-8"))], folder)
+            save_small(read(Path(folder, "part.png"), SIZE), IMAGES / "tutorial-part.png")
 
 
 def read_entries(page: str) -> list[tuple[str, list[str]]]:
@@ -35,19 +40,14 @@ def read_entries(page: str) -> list[tuple[str, list[str]]]:
     return [(name, block.splitlines()) for name, block in re.findall(pattern, page, re.DOTALL)]
 
 
-def run(command: str, folder: str) -> None:
-    """Run a command ``superfacets ...`` of the page."""
-    _, *arguments = shlex.split(command)
-    subprocess.run([sys.executable, "-m", "superfacets", *arguments], cwd=folder, check=True)
+def read_python(page: str) -> str:
+    """All Python of a page."""
+    return "\n".join(re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE))
 
 
-def shrink(source: Path, target: Path) -> None:
-    """Copy a picture, smaller and with few colors."""
-    from PIL import Image
-
-    with Image.open(source) as picture:
-        small = picture.convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
-    small.quantize(N_COLORS, dither=Image.Dither.NONE).save(target, optimize=True)
+def run(arguments: list[str | Path], folder: str) -> None:
+    """Run Python in the folder."""
+    subprocess.run([sys.executable, *arguments], cwd=folder, check=True)
 
 
 if __name__ == "__main__":

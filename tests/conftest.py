@@ -11,7 +11,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def find_data() -> Path | None:
+def _find_data() -> Path | None:
     if "SUPERFACETS_DATA" in os.environ:
         return Path(os.environ["SUPERFACETS_DATA"])
     beside = Path(__file__).resolve().parents[2] / "shared" / "data"
@@ -19,9 +19,15 @@ def find_data() -> Path | None:
 
 
 @pytest.fixture(scope="session")
-def data_dir() -> Path:
+def real_data() -> Path | None:
+    """The folder with `meshes` and `psb`, or None."""
+    return _find_data()
+
+
+@pytest.fixture(scope="session")
+def data_dir(real_data: Path | None) -> Path:
     """The folder with `meshes` and `psb`; the test is skipped where there is none."""
-    folder = find_data()
+    folder = real_data
     if folder is None:
         pytest.skip("no real meshes: set SUPERFACETS_DATA, or put them in ../shared/data")
     assert folder.is_dir(), f"SUPERFACETS_DATA is {folder}, which is not a folder"
