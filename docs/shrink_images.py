@@ -1,6 +1,6 @@
 """Keep the pictures of the documentation small: ``python docs/shrink_images.py``.
 
-Pictures of more than 150 KB get a palette of 128 colors; if that is not enough, they are halved.
+Pictures of more than 150 KB get a palette of 256 colors; if that is not enough, they are halved.
 """
 
 from pathlib import Path
@@ -9,7 +9,7 @@ from PIL import Image
 
 IMAGES = Path(__file__).resolve().parent / "images"
 MAX_BYTES = 150_000
-N_COLORS = 128
+N_COLORS = 256
 
 
 def main() -> None:
@@ -30,8 +30,9 @@ def read(path: Path, size: tuple[int, int] | None = None) -> Image.Image:
 
 
 def save_small(picture: Image.Image, path: Path) -> None:
-    """Write a picture with few colors."""
-    few = picture.quantize(N_COLORS, dither=Image.Dither.NONE)
+    """Write a picture with few colors, dithered."""
+    palette = picture.quantize(N_COLORS)
+    few = picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
     few.save(path, optimize=True)
 
 
