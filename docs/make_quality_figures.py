@@ -3,8 +3,6 @@
 import sys
 from pathlib import Path
 
-from superfacets.study.quality.variants import DEFAULT, PLAIN, VARIANTS
-
 import superfacets as sf
 from superfacets.study.princeton import Benchmark
 from superfacets.study.quality.variants import DEFAULT, PLAIN, VARIANTS

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 import shrink_images
 from click.testing import CliRunner
+from tools.sample_bear import parts_of
 
 import superfacets as sf
 from superfacets.cli.main import commands
-from superfacets.sample import sample_parts
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -64,7 +64,7 @@ def files(tmp_path, monkeypatch, real_data):
     monkeypatch.chdir(tmp_path)
     bear = sf.sample_mesh(5_000)
     sf.write_mesh("scan.ply", bear)
-    sf.write_labels("truth.seg", sample_parts(bear))
+    sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
     sf.write_mesh("assembly.ply", with_specks(bear))
     write_stl("part.stl", gallery_meshes.flange(48))
     if real_data is not None:
