@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -type f ! -name "*.pyc")
 
-.PHONY: help demo test lowest newest lint workflows docs stub figures bench timings fuzz sanitize compilers dist clean
+.PHONY: help demo test lowest newest lint workflows docs stub figures gallery bench timings fuzz sanitize compilers dist clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -45,6 +45,12 @@ stub: $(VENV)/group-test ## write the types of the core anew, from the core itse
 figures: $(BIN)/superfacets ## draw the pictures of the README and the documentation anew
 	@tools/ensure-gl $(BIN)/python
 	$(BIN)/python docs/make_figures.py
+	$(BIN)/python docs/shrink_images.py
+
+gallery: $(BIN)/superfacets ## draw the pictures of the gallery and of the tutorial anew
+	@tools/ensure-gl $(BIN)/python
+	$(BIN)/python -m pip install --quiet --no-deps nilearn gymnasium-robotics
+	$(BIN)/python docs/make_gallery.py
 
 bench: $(VENV)/group-bench ## time everything, side by side with rivals; BENCH="all --quick" for less
 	$(BIN)/python -m benchmarks $(or $(BENCH),all) --json bench.json

@@ -1,5 +1,10 @@
 """Settings of the documentation."""
 
+from typing import Any
+
+from sphinx.application import Sphinx
+from sphinx.pycode import ModuleAnalyzer
+
 import superfacets
 
 project = "superfacets"
@@ -16,6 +21,7 @@ extensions = [
     "sphinx.ext.mathjax",
 ]
 exclude_patterns = ["_build"]
+templates_path = ["_templates"]
 nitpicky = True
 # Types of other projects and words of numpydoc's type descriptions, which have no page here.
 nitpick_ignore_regex = [
@@ -33,3 +39,16 @@ numpydoc_show_class_members = False
 
 html_theme = "furo"
 html_title = "superfacets"
+
+
+def add_docstring_of_data(
+    app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]
+) -> None:
+    """Take the docstring of PAPER from the module that defines it, as data has none at run time."""
+    if name == "superfacets.PAPER":
+        documented = ModuleAnalyzer.for_module("superfacets.pipeline").find_attr_docs()
+        lines[:] = documented["", "PAPER"]
+
+
+def setup(app: Sphinx) -> None:
+    app.connect("autodoc-process-docstring", add_docstring_of_data, priority=100)

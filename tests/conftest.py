@@ -20,9 +20,15 @@ def _find_data() -> Path | None:
 
 
 @pytest.fixture(scope="session")
-def data_dir() -> Path:
+def real_data() -> Path | None:
+    """The folder with `meshes` and `psb`, or None."""
+    return _find_data()
+
+
+@pytest.fixture(scope="session")
+def data_dir(real_data: Path | None) -> Path:
     """The folder with `meshes` and `psb`; the test is skipped where there is none."""
-    folder = _find_data()
+    folder = real_data
     if folder is None:
         pytest.skip("no real meshes: set SUPERFACETS_DATA to the folder that has them")
     assert folder.is_dir(), f"SUPERFACETS_DATA is {folder}, which is not a folder"

@@ -1,4 +1,4 @@
-// Memory for large arrays: left unwritten, and in huge pages where the system has them.
+// Memory for large arrays: uninitialized, and in huge pages where the system has them.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +17,9 @@
 
 namespace superfacets {
 
-// An array of n values that nobody has written yet. A vector would write zeros first, on one
-// thread, and touch each page of 4 KiB for it: on meshes of millions of faces that takes longer
-// than most stages. Here the threads that fill a part touch it first.
+// An array of n uninitialized values. A vector would write zeros first, on one thread, and fault in
+// each page of 4 KiB: on meshes of millions of faces that takes longer than most stages. Here each
+// thread faults in the pages that it fills.
 template <typename T>
 class Buffer {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
@@ -66,8 +66,8 @@ class Buffer {
   }
 
 #if defined(__linux__)
-  // Straight from the system, and back to it: freed memory that malloc keeps, because something
-  // small lies behind it, is a sixth of the peak on a million faces.
+  // Allocated by mmap and returned by munmap. With malloc, freed memory that cannot be returned
+  // because of a small allocation behind it is a sixth of the peak on a million faces.
   static T* allocate(std::size_t size) {
     const std::size_t n_bytes = bytes(size);
     if (n_bytes < kWorthHugePages) return allocate_small(n_bytes);

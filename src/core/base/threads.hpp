@@ -15,7 +15,7 @@
 
 namespace superfacets {
 
-// Work below this size is done before a second thread would have started.
+// Below this size, starting a second thread takes longer than the work.
 inline constexpr std::int64_t kMinPerThread = 1 << 14;
 
 // The number of threads, n_threads at most, that are worth starting for n elements.
@@ -47,9 +47,9 @@ class ThreadTeam {
 
   int size() const { return static_cast<int>(helpers_.size()) + 1; }
 
-  // Calls work(task, thread) for each task 0..n_tasks-1, with thread in 0..size()-1. Which thread
-  // takes which task is left to chance, so results must not depend on it. The first exception that
-  // was thrown is thrown again when all threads are done.
+  // Calls work(task, thread) for each task 0..n_tasks-1, with thread in 0..size()-1. The assignment
+  // of tasks to threads varies between runs, so results must not depend on it. The first exception
+  // is rethrown when all threads are done.
   template <typename Work>
   void for_each(std::int64_t n_tasks, const Work& work) {
     if (helpers_.empty() || n_tasks <= 1) {
@@ -70,8 +70,8 @@ class ThreadTeam {
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   }
 
-  // Calls work(begin, end) for blocks of 0..n-1, each on some thread. The blocks do not depend on
-  // the number of threads.
+  // Calls work(begin, end) for blocks of 0..n-1, on any thread. The blocks do not depend on the
+  // number of threads.
   template <typename Work>
   void for_each_block(std::int64_t n, const Work& work, std::int64_t block = kBlock) {
     for_each((n + block - 1) / block,
@@ -88,11 +88,11 @@ class ThreadTeam {
   }
 
  private:
-  // Elements that are worth taking as one task: some ten microseconds of simple work.
+  // Elements per task: about ten microseconds of simple work.
   static constexpr std::int64_t kBlock = 1 << 14;
 
-  // Loops follow each other within microseconds, and waking a thread that sleeps takes some fifty:
-  // looking again so often takes about as long.
+  // How often a helper polls before it sleeps. Loops follow each other within microseconds, and
+  // waking a sleeping thread takes about fifty, as long as polling this often.
   static constexpr int kLooksBeforeSleep = 20'000;
 
   template <typename Value, typename Condition>

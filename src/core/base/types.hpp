@@ -1,5 +1,5 @@
-// The words that all stages share. Kernels take arrays in and give arrays out; they check nothing
-// (superfacets/_validate.py does), print nothing and know nothing of Python.
+// The types that all stages share. Kernels take arrays and return arrays; they check nothing
+// (superfacets/_validate.py does), print nothing and do not depend on Python.
 #pragma once
 
 #include <cmath>

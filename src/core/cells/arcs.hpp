@@ -8,7 +8,7 @@
 
 namespace superfacets {
 
-// An arc that leaves a cell: its place among all arcs, and the cell it leads to.
+// An arc that leaves a cell: its index among all arcs, and the cell it leads to.
 struct Step {
   std::int64_t arc;
   Cell to;

@@ -1,4 +1,4 @@
-// Boxes around groups of cells, groups of groups, and so on up to all.
+// A tree of bounding boxes over the cells in their order on the space-filling curve.
 #pragma once
 
 #include <vector>
@@ -35,8 +35,8 @@ class BoxTree {
     return {leaf * kLeaf, std::min((leaf + 1) * kLeaf, n_cells_)};
   }
 
-  // Calls visit(begin, end) for the places of each leaf that is_wanted(level, index) holds for, as
-  // it does for all nodes above. What is wanted may change with each visit.
+  // Calls visit(begin, end) for the places of each leaf for which is_wanted(level, index) holds,
+  // and holds for all of its ancestors. The condition may change with each visit.
   template <typename IsWanted, typename Visit>
   void visit_leaves(const IsWanted& is_wanted, const Visit& visit) const {
     visit_below(n_levels() - 1, 0, is_wanted, visit);

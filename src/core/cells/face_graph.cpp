@@ -13,18 +13,18 @@
 namespace superfacets {
 namespace {
 
-// Faces between the one whose corners are asked for and the one that is worked on.
+// Prefetch distance, in faces, for corners.
 constexpr std::size_t kAhead = 16;
 
-// The vertices are cut into parts of 2^kMinPartBits or more, so that the edges of a part are
-// matched within a near cache, but into no more parts than streams that a core writes well at once.
+// Vertices are split into parts of at least 2^kMinPartBits, so that the edges of a part are matched
+// within a near cache, and into no more parts than a core can write to efficiently at once.
 constexpr int kMinPartBits = 12;
 constexpr std::int64_t kMaxParts = 1024;
 
-// Faces whose arcs are counted, and then written, as one task.
+// Number of faces per task of counting, and of writing, arcs.
 constexpr std::int64_t kBlock = 1 << 14;
 
-// Corners as vertices after welding.
+// The corners of faces, with welded vertices replaced by their representative.
 class Corners {
  public:
   Corners(std::span<const Triangle> faces, std::span<const Vertex> representative, ThreadTeam& team)
@@ -52,7 +52,7 @@ class Corners {
     return true;
   }
 
-  // Most meshes are welded already, and a look into memory per corner is then saved.
+  // Most meshes are welded already, which saves a memory access per corner.
   static bool is_identity(std::span<const Vertex> representative, ThreadTeam& team) {
     std::atomic<bool> is_same = true;
     const auto n = static_cast<std::int64_t>(representative.size());
@@ -68,7 +68,7 @@ class Corners {
   std::span<const Vertex> representative_;  // empty: each vertex stands for itself
 };
 
-// One side of one face, where its lower vertex is known from its place.
+// One side of one face. Its lower vertex is implied by its position in the list.
 struct HalfEdge {
   Vertex high;  // the other vertex
   Face face;
@@ -76,7 +76,7 @@ struct HalfEdge {
   bool ascending;  // the face runs from the lower to the higher vertex
 };
 
-// Calls visit(side, from, to) for the sides of a face that are edges.
+// Calls visit(side, from, to) for the sides of a face that join two different vertices.
 template <typename Visit>
 void for_each_side(const Corners& corners, Face face, const Visit& visit) {
   const Vertex ends[] = {corners(face, 0), corners(face, 1), corners(face, 2)};
@@ -87,17 +87,17 @@ void for_each_side(const Corners& corners, Face face, const Visit& visit) {
   }
 }
 
-// Faces filed by the parts of the vertices in which the lower ends of their sides lie. That is two
-// parts at most, since the highest vertex of a face is no lower end; and mostly one.
+// Faces grouped by the parts that hold the lower vertices of their sides: two parts at most, since
+// the highest vertex of a face is never the lower one, and usually one.
 struct Files {
-  int part_bits;                     // a vertex, less this many bits, is the part it lies in
-  std::vector<std::int64_t> starts;  // (parts + 1,) of part p: faces[starts[p] .. starts[p+1]-1]
+  int part_bits;                     // a vertex shifted right by this is its part
+  std::vector<std::int64_t> starts;  // (parts + 1,) part p is faces[starts[p] .. starts[p+1]-1]
   Buffer<Face> faces;
 
   std::int64_t n_parts() const { return static_cast<std::int64_t>(starts.size()) - 1; }
 };
 
-// The parts of faces begin .. end-1, as visit(face, part).
+// Calls visit(face, part) for the parts of faces begin .. end-1.
 template <typename Visit>
 void for_each_filing(const Corners& corners, std::int64_t begin, std::int64_t end, int part_bits,
                      const Visit& visit) {
@@ -113,8 +113,8 @@ void for_each_filing(const Corners& corners, std::int64_t begin, std::int64_t en
   }
 }
 
-// Turns counts[block][part] into the place where that block of faces begins to write in that part,
-// and returns where the parts start.
+// Replaces counts[block][part] by their prefix sums, the write cursor of that block of faces in
+// that part, and returns where the parts start.
 std::vector<std::int64_t> place_blocks(std::vector<std::vector<std::int64_t>>& counts,
                                        std::int64_t n_parts) {
   std::vector<std::int64_t> starts(n_parts + 1);
@@ -129,15 +129,15 @@ std::vector<std::int64_t> place_blocks(std::vector<std::vector<std::int64_t>>& c
   return starts;
 }
 
-// A counting sort, in blocks of faces that know their places beforehand.
+// A parallel counting sort: blocks of faces have write cursors of their own.
 Files file_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team) {
   int bits = kMinPartBits;
   while ((n_vertices >> bits) >= kMaxParts) ++bits;
   const std::int64_t n_parts = (n_vertices >> bits) + 1;
-  const std::int64_t n_blocks = 4 * std::int64_t{team.size()};  // so that a slow thread does fewer
+  const std::int64_t n_blocks = 4 * std::int64_t{team.size()};  // to balance the load
   const auto start_of = [&](std::int64_t block) { return corners.n_faces() * block / n_blocks; };
 
-  std::vector<std::vector<std::int64_t>> next(n_blocks);  // counts, then free places, of each part
+  std::vector<std::vector<std::int64_t>> next(n_blocks);  // counts, then write cursors
   team.for_each(n_blocks, [&](std::int64_t block, int) {
     std::vector<std::int64_t> counts(n_parts, 0);
     for_each_filing(corners, start_of(block), start_of(block + 1), bits,
@@ -162,8 +162,8 @@ enum class Link : std::uint8_t {
   kRing,     // two other faces or more
 };
 
-// The faces on each edge as a ring, in rising order: next[3 * face + side] is the face that follows
-// around the edge. Of rings of one only the link is set, to kNone.
+// The faces on each edge as a ring, in ascending order: next[3 * face + side] is the face that
+// follows around the edge. For an edge of one face only the link is set, to kNone.
 struct Rings {
   Buffer<Face> next;
   Buffer<Link> links;
@@ -171,7 +171,7 @@ struct Rings {
 
 struct Tally {
   EdgeCounts edges;
-  std::uint64_t arcs = 0;       // n (n - 1) for each edge of n faces; fits, for n < 2^31
+  std::uint64_t arcs = 0;       // n (n - 1) for each edge of n faces; no overflow, as n < 2^31
   std::int64_t most_faces = 0;  // on one edge
 
   void add(const Tally& other) {
@@ -184,7 +184,7 @@ struct Tally {
   }
 };
 
-// Links the sides on one edge, which are of different faces in rising order.
+// Links the sides on one edge, which are of different faces in ascending order.
 void link_edge(std::span<const HalfEdge* const> sides, Rings& rings, Tally& tally) {
   const std::size_t n = sides.size();
   ++tally.edges.edges;
@@ -206,17 +206,17 @@ void link_edge(std::span<const HalfEdge* const> sides, Rings& rings, Tally& tall
   }
 }
 
-// What a thread needs to sort the sides of one part by vertex, and those of a vertex by edge.
+// Buffers of a thread to sort the sides of a part by vertex, and those of a vertex by edge.
 struct Desk {
   std::vector<std::int64_t> starts;  // by vertex of the part, in `sides`
   std::vector<HalfEdge> sides;       // of a vertex: in the order of faces and sides
-  std::vector<std::uint64_t> order;  // of a vertex: higher vertex and place, 31 and 33 bits
+  std::vector<std::uint64_t> order;  // of a vertex: higher vertex and index, 31 and 33 bits
   std::vector<const HalfEdge*> edge;
-  Tally tally;  // of all parts that lay on this desk
+  Tally tally;  // of all parts sorted with these buffers
 };
 
 void sort(std::span<std::uint64_t> values) {
-  constexpr std::size_t kFew = 24;  // around most vertices there are about six: quicker without
+  constexpr std::size_t kFew = 24;  // most vertices have about six: faster without
   if (values.size() > kFew) {       // the overhead of std::sort
     std::sort(values.begin(), values.end());
     return;
@@ -229,9 +229,9 @@ void sort(std::span<std::uint64_t> values) {
   }
 }
 
-// Links all edges whose lower end is one vertex, from the sides that have it there.
+// Links all edges that have one vertex as their lower end, given the sides on them.
 void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& desk, Tally& tally) {
-  constexpr int kPlaceBits = 33;  // for three sides of 2^31 faces
+  constexpr int kPlaceBits = 33;  // enough for three sides of 2^31 faces
   desk.order.resize(sides.size());
   for (std::size_t i = 0; i < sides.size(); ++i) {
     desk.order[i] = static_cast<std::uint64_t>(sides[i].high) << kPlaceBits | i;
@@ -242,8 +242,8 @@ void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& d
     desk.edge.clear();
     for (; i < sides.size() && desk.order[i] >> kPlaceBits == high; ++i) {
       const HalfEdge* side = &sides[desk.order[i] & ((std::uint64_t{1} << kPlaceBits) - 1)];
-      // A degenerate face may run through one edge twice: its second side goes, so that no face
-      // meets itself.
+      // A degenerate face may have two sides on one edge. The second is dropped, so that no face is
+      // its own neighbor.
       const bool is_second = !desk.edge.empty() && desk.edge.back()->face == side->face;
       if (!is_second) desk.edge.push_back(side);
     }
@@ -251,7 +251,7 @@ void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& d
   }
 }
 
-// Fills a desk with the sides whose lower end lies in a part.
+// Fills the buffers with the sides whose lower vertex is in a part.
 void sort_by_vertex(const Corners& corners, const Files& files, std::int64_t part, Desk& desk) {
   const int bits = files.part_bits;
   const auto filed =
@@ -265,8 +265,8 @@ void sort_by_vertex(const Corners& corners, const Files& files, std::int64_t par
       });
     }
   };
-  // Counts stand two places on, so that they become the free places of each vertex one place on,
-  // and these, when all are taken, starts.
+  // The sides of vertex v are counted in starts[v + 2]. After the prefix sum, starts[v + 1] is the
+  // write cursor of v; when its sides are written, it is the start of v + 1.
   desk.starts.assign((std::size_t{1} << bits) + 2, 0);
   for_each_lower_end([&](Vertex v, Face, int, Vertex, Vertex) { ++desk.starts[v + 2]; });
   for (std::size_t v = 1; v < desk.starts.size(); ++v) desk.starts[v] += desk.starts[v - 1];
@@ -312,7 +312,7 @@ struct Arc {
   bool same_turn;
 };
 
-// Reads the rings as arcs.
+// Converts the rings to arcs.
 class ArcReader {
  public:
   ArcReader(const Corners& corners, const Rings& rings) : corners_(corners), rings_(rings) {}
@@ -327,7 +327,7 @@ class ArcReader {
     return n_others;
   }
 
-  // The other faces around an edge of three or more, in rising order.
+  // The other faces on an edge of three or more, in ascending order.
   void collect_ring(Face face, int side, std::vector<Arc>& arcs) const {
     arcs.clear();
     walk_ring(face, side, [&](Arc arc) { arcs.push_back(arc); });
@@ -349,7 +349,7 @@ class ArcReader {
     }
   }
 
-  // The first side that joins the two vertices: the one that was kept where there are two.
+  // The first side that joins the two vertices, which is the one kept if there are two.
   int side_along(Face face, Vertex a, Vertex b) const {
     for (int side = 0; side < 2; ++side) {
       const Vertex from = corners_(face, side);
@@ -363,7 +363,7 @@ class ArcReader {
   const Rings& rings_;
 };
 
-// Writes the arcs of faces begin .. end-1, the first of them at offsets[begin].
+// Writes the arcs of faces begin .. end-1, beginning at offsets[begin].
 void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end, FaceGraph& graph) {
   std::int64_t place = graph.offsets[begin];
   const auto write = [&](Face neighbor, int side, bool same_turn) {

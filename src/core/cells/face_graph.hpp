@@ -7,8 +7,8 @@
 
 namespace superfacets {
 
-// The largest number of arcs that is built: more than 2^24 arcs (half a gigabyte) are accepted only
-// on meshes that need them by their size, not for one edge with five thousand faces on it.
+// The largest number of arcs that is built. More than 2^24 arcs (half a gigabyte) are accepted only
+// on meshes with as many faces, and not because of one edge with five thousand faces.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 
@@ -17,7 +17,7 @@ struct EdgeCounts {
   std::int64_t edges = 0;
   std::int64_t boundary = 0;      // one face
   std::int64_t non_manifold = 0;  // three faces or more
-  std::int64_t inconsistent = 0;  // two faces that run through the edge in the same direction
+  std::int64_t inconsistent = 0;  // two faces that traverse the edge in the same direction
 };
 
 struct FaceGraph {

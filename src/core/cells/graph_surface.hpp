@@ -1,4 +1,4 @@
-// Cells of one's own: the measures of arcs as they are given.
+// Cells of a graph that the caller made: the measures of arcs are given.
 #pragma once
 
 #include "base/assert.hpp"
@@ -6,7 +6,7 @@
 
 namespace superfacets {
 
-// What is given of the cells of a graph. Arrays that are empty stand for what is said beside them.
+// The arrays given for the cells of a graph. An empty array stands for the default beside it.
 struct GivenMeasures {
   std::span<const Point> positions;        // (N,)
   std::span<const double> measures;        // (N,)
@@ -17,7 +17,7 @@ struct GivenMeasures {
   std::span<const double> open_lengths;    // (N,) or 0
 };
 
-// There are no corners: what hangs together around one is not known.
+// There are no corners: the order of cells around a corner is not known.
 class GraphSurface final : public Surface {
  public:
   GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {

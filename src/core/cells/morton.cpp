@@ -52,13 +52,13 @@ Buffer<Entry> code_cells(std::span<const Point> positions, const Box& bounds, Th
 }
 
 // One pass of a radix sort, on the digit that starts at bit `shift`. Each thread counts and moves
-// one part of the entries; places are given out by digit, then by part, so that the pass is stable
-// and the result does not depend on the number of parts.
+// one part of the entries. The write cursors are ordered by digit, then by part, so that the pass
+// is stable and the result does not depend on the number of parts.
 void sort_by_digit(const Buffer<Entry>& entries, int shift, Buffer<Entry>& sorted,
                    ThreadTeam& team) {
   const auto n = static_cast<std::int64_t>(entries.size());
   const std::int64_t n_parts = team.size();
-  std::vector<std::array<std::int64_t, kDigits>> next(n_parts);  // free place of each digit
+  std::vector<std::array<std::int64_t, kDigits>> next(n_parts);  // write cursor of each digit
   auto digit_of = [&](const Entry& entry) { return entry.code >> shift & (kDigits - 1); };
   auto count_part = [&](std::int64_t part, int) {
     next[part].fill(0);

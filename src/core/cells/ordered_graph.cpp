@@ -14,7 +14,7 @@
 namespace superfacets {
 namespace {
 
-// Cells whose boxes are put together before those of other blocks are.
+// Cells per block of the reduction of bounding boxes.
 constexpr std::int64_t kBlock = 1 << 14;
 
 Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
@@ -31,7 +31,7 @@ Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
   return bounds;
 }
 
-// The order of arcs in a list, so that one can be found among thousands.
+// The order of arcs in a list, for binary search.
 bool is_before(const Arc& a, const Arc& b) {
   return std::tie(a.to, a.length) < std::tie(b.to, b.length);
 }
@@ -128,7 +128,7 @@ void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
   team.for_each_block(n_cells(), copy_range);
 }
 
-// Copies the arcs of the cell at a place to `first` and on; returns how many there are.
+// Copies the arcs of the cell at a place, beginning at `first`; returns their number.
 std::size_t OrderedGraph::copy_arcs(const WeightedArcs& input, Place place, std::size_t first) {
   std::size_t next = first;
   for (const auto [arc, neighbor] : input.arcs.steps(cells[place])) {

@@ -12,21 +12,22 @@
 
 namespace superfacets {
 
-// An arc as it is relaxed: where it leads and how long it is stand side by side.
+// An arc as it is relaxed: its target and its length are adjacent in memory.
 struct Arc {
   Place to;
   float length;  // whole units >= 1
 };
 
-// Arcs as they come.
+// Arcs of the input.
 struct WeightedArcs {
   Arcs arcs;
   std::span<const float> lengths;  // (M,) whole units >= 1, from quantize_weights
 };
 
-// Cells along a space-filling curve: cells that touch mostly stand on the same few pages of memory,
-// in whatever order the input had them. All arrays are by place on the curve. Made before the
-// graph, so that the positions and measures of the input need not be held while arcs are copied.
+// Cells sorted along a space-filling curve, so that neighbors are mostly on the same few pages of
+// memory, whatever their order in the input. All arrays are indexed by place, the position on the
+// curve. This is made before the graph, so that the positions and measures of the input can be
+// freed before arcs are copied.
 struct PlacedCells {
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
@@ -56,8 +57,8 @@ class OrderedGraph : public PlacedCells {
     return arcs.span().subspan(offsets[place], offsets[place + 1] - offsets[place]);
   }
 
-  // The nearest place to a point, the lowest cell among equals, of those that `is_wanted`. One that
-  // is wanted has to be given; the nearer it is, the less is looked at.
+  // Among the places for which `is_wanted` holds, the nearest to a point, the lowest cell among
+  // equals. The search begins with a given wanted place; the nearer that is, the shorter it is.
   template <typename IsWanted>
   Place nearest(Point target, Place wanted, const IsWanted& is_wanted) const {
     SUPERFACETS_ASSERT(is_wanted(wanted));
@@ -84,8 +85,8 @@ class OrderedGraph : public PlacedCells {
 
   Buffer<std::int64_t> offsets;  // (N + 1,) into arcs; empty where there are rows
   Buffer<Arc> arcs;
-  std::int64_t n_arcs = 0;    // without those that fill up
-  bool is_symmetric = false;  // each arc has one that leads back and is as long
+  std::int64_t n_arcs = 0;    // without padding
+  bool is_symmetric = false;  // each arc has one back of the same length
 
  private:
   void copy_rows(const WeightedArcs& input, ThreadTeam& team);

@@ -1,4 +1,4 @@
-// What stages 5 to 7 know of cells of any kind: their arcs, and measures of what these cross.
+// The interface of cells for stages 5 to 7: their arcs, and measures of the borders these cross.
 #pragma once
 
 #include "base/types.hpp"
@@ -6,14 +6,14 @@
 
 namespace superfacets {
 
-// A point where borders of cells meet, numbered as the builder likes: the vertex, on a mesh.
+// A point where borders of cells meet; the builder chooses the numbering. On a mesh: a vertex.
 using Corner = std::int64_t;
 
 inline constexpr Corner kNoCorner = -1;
 inline constexpr Cell kNoCell = -1;
 
-// Builders of cells hand this over. Measures are worked out when asked for: few arcs are ever near
-// a border between regions, and the arrays of all would be larger than the rest. Lengths are in the
+// Each kind of cell implements this. Measures are computed on request, because few arcs are near a
+// border between regions, and arrays for all arcs would be larger than the rest. Lengths are in the
 // unit of the positions.
 class Surface {
  public:
@@ -28,7 +28,7 @@ class Surface {
   virtual Point position(Cell cell) const = 0;
   virtual double measure(Cell cell) const = 0;
 
-  // Length of the way from cell to cell across the border (eq. 1 of the paper).
+  // Length of the step from cell to cell across the border (eq. 1 of the paper).
   virtual double step_length(Cell from, std::int64_t arc) const = 0;
 
   // Length of the border that an arc crosses: an edge, between faces.
@@ -42,10 +42,10 @@ class Surface {
   // several cells meet at one border, the arcs to all of them leave by the same side.
   virtual int side(Cell from, std::int64_t arc) const = 0;
 
-  // Length of what no arc crosses of the border of a cell: the boundary of an open mesh.
+  // Length of the border of a cell that no arc crosses: the boundary of an open mesh.
   virtual double open_length(Cell cell) const = 0;
 
-  // Whether the three functions below mean anything.
+  // Whether corners are known; the three functions below may be called only then.
   virtual bool has_corners() const { return false; }
   virtual int n_sides(Cell) const { return 0; }
 

@@ -10,8 +10,8 @@
 namespace superfacets {
 namespace {
 
-// Areas that differ by less than this part count as equal: rounding must not tell mirror images
-// apart.
+// Areas with a smaller relative difference count as equal, so that rounding does not distinguish
+// mirror images.
 constexpr double kAreaNoise = 1e-9;
 
 }  // namespace

@@ -15,7 +15,7 @@ struct Edge {
   double length() const { return norm(end - start); }
 };
 
-// |c_i - m| + |m - c_j| (eq. 1): the way from centroid to centroid over the middle of an edge.
+// |c_i - m| + |m - c_j| (eq. 1): the path from centroid to centroid over the midpoint of an edge.
 inline double way_over(const Edge& edge, const Point& from, const Point& to) {
   const Point middle = edge.middle();
   return norm(from - middle) + norm(middle - to);
@@ -35,8 +35,8 @@ inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Poin
           dot(normal_from - normal_to, step) > 0.0};
 }
 
-// Where two neighbors run through their edge alike, one normal is turned, and both arcs of the pair
-// turn the same one: that of the smaller face, or of the higher index where areas are equal.
+// If two neighbors traverse their edge in the same direction, one normal is flipped, the same for
+// both arcs of the pair: that of the smaller face, or of the higher index if areas are equal.
 bool turns_second(Face first, Face second, double first_area, double second_area);
 
 // A mesh and the arcs of its face graph; see build_face_graph for sides. Memory: none of its own.

@@ -15,14 +15,14 @@
 namespace superfacets {
 namespace {
 
-// Between faces with more arcs than this, as around a crowded edge, looking for the arc back would
-// cost more than the weight does.
+// For faces with more arcs than this, as around an edge of many faces, searching the reverse arc
+// would cost more than computing the weight twice.
 constexpr std::int64_t kFewArcs = 8;
 
-// What is needed of so many faces and their neighbors fits into the nearest cache.
+// Faces per block: their data and that of their neighbors fit into the nearest cache.
 constexpr std::int64_t kFacesPerList = 64;
 
-// Angles are taken of so many arcs at once: those of a list on most meshes.
+// Arcs whose angles are computed at once: all of a list on most meshes.
 constexpr std::size_t kArcsPerBlock = 128;
 
 constexpr double kNotYetWeighed = -1.0;
@@ -37,7 +37,7 @@ Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
   return normals;
 }
 
-// What eq. 1-3 need of a mesh.
+// The data of a mesh for eq. 1-3.
 struct Geometry {
   const TriangleSurface& surface;
   const FaceMeasures& faces;
@@ -46,8 +46,8 @@ struct Geometry {
   const Arcs& arcs() const { return surface.arcs(); }
 };
 
-// What of eq. 1-3 is known of an arc before the angle theta is. Each number is symmetric in the two
-// faces, bit for bit.
+// The terms of eq. 1-3 that do not depend on the angle theta. Each is symmetric in the two faces,
+// bit for bit.
 struct ArcTerms {
   double geodesic;  // eq. 1
   double price;     // alpha eta |e|, of eq. 2
@@ -66,7 +66,7 @@ ArcTerms arc_terms(const Geometry& geometry, Face from, std::int64_t arc,
     turned = -1.0 * turned;
   }
   const Fold fold = fold_of(normal_from, normal_to, centroids[to] - centroids[from]);
-  // No branch: on most meshes it is a toss-up which way an edge is bent.
+  // No branch, because the sign is hard to predict.
   const double etas[] = {options.eta_convex, 1.0};
   const double eta = etas[static_cast<int>(fold.is_concave != geometry.surface.is_inside_out())];
   const double length = options.crease_length > 0.0 ? options.crease_length : edge.length();
@@ -79,14 +79,14 @@ double arc_weight(double geodesic, double price, double theta, const WeightOptio
   return (geodesic + angular) / options.diagonal;           // eq. 3
 }
 
-// The only arc from one face to another, or -1 where there are several, or too many to look.
+// The only arc from one face to another; -1 if there are several, or too many arcs to search.
 std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
   if (std::cmp_greater(neighbors.size(), kFewArcs)) return -1;
   std::int64_t n_found = 0;
   std::int64_t sum = 0;
   for (const auto [arc, neighbor] : arcs.steps(from)) {
-    // No branch: where in the list an arc stands is not to be foretold.
+    // No branch, because the position in the list is hard to predict.
     const std::int64_t is_found = neighbor == to;
     n_found += is_found;
     sum += is_found * arc;
@@ -100,8 +100,8 @@ struct RisingArc {
   std::int64_t arc;
 };
 
-// Lists the arcs that lead from a range of faces to higher ones, and asks for what is needed there:
-// neighbors are anywhere in memory, and the way to it would take longer than the arithmetic.
+// Lists the arcs from a range of faces to higher ones, and prefetches the data of those: neighbors
+// are anywhere in memory, and waiting for it would take longer than the arithmetic.
 void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t end,
                       std::vector<RisingArc>& rising) {
   const Arcs& arcs = geometry.arcs();
@@ -125,8 +125,8 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
   for (const RisingArc& step : rising) prefetch(arcs.targets.data() + arcs.offsets[step.to]);
 }
 
-// Weighs some arcs, kArcsPerBlock at most, and the arcs back where there is one each way. The
-// angles are taken all at once.
+// Computes the weights of up to kArcsPerBlock arcs, and of their reverse arcs if there is one arc
+// each way. The angles are computed in one call.
 void weigh_block(const Geometry& geometry, const WeightOptions& options,
                  std::span<const RisingArc> rising, std::span<double> weights) {
   using Block = std::array<double, kArcsPerBlock>;
@@ -154,8 +154,8 @@ void weigh_block(const Geometry& geometry, const WeightOptions& options,
   }
 }
 
-// Weighs the arcs that lead from a range of faces to higher ones, and the arcs back where there is
-// one each way.
+// Computes the weights of the arcs from a range of faces to higher ones, and of their reverse arcs
+// if there is one arc each way.
 void weigh_rising_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
                        std::int64_t end, std::span<double> weights) {
   std::vector<RisingArc> listed;
@@ -169,7 +169,7 @@ void weigh_rising_arcs(const Geometry& geometry, const WeightOptions& options, s
   }
 }
 
-// Weighs what is left: arcs to lower faces that are not the only ones, or have no arc back.
+// Computes the remaining weights: arcs to lower faces that are not unique, or have no reverse arc.
 void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
                       std::int64_t end, std::span<double> weights) {
   for (auto face = static_cast<Face>(begin); face < end; ++face) {

@@ -7,9 +7,9 @@
 
 namespace superfacets {
 
-// All weights together are less than 2 to this power of units. So is then any path: it fits into 64
-// bits by far, and a double holds it exactly. On meshes of millions of faces a mean arc is still
-// 2^23 units long, and a typical arc keeps enough of them when a few arcs are 2^20 times as long.
+// The sum of all weights is less than 2 to this power, in units, and so is any path: it fits into
+// 64 bits, and a double holds it exactly. On meshes of millions of faces a mean arc still has 2^23
+// units, and a typical arc has enough of them even if a few arcs are 2^20 times as long.
 inline constexpr int kTotalBits = 48;
 
 struct WeightOptions {
@@ -19,7 +19,7 @@ struct WeightOptions {
   double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
 };
 
-// Centroids and areas of faces, which would take too long to work out anew for each arc.
+// Centroids and areas of faces, computed once because each arc needs them.
 struct FaceMeasures {
   std::span<const Point> centroids;
   std::span<const double> areas;

@@ -18,8 +18,8 @@ Classification::Classification(const OrderedGraph& graph, double reach, Islands 
 void Classification::classify(std::span<const Place> centers) {
   SUPERFACETS_ASSERT(!centers.empty() && all_below(centers, graph_.n_cells()));
   centers_.assign(centers.begin(), centers.end());
-  // Along arcs that lead one way, or are longer one way, it is not known how much farther cells are
-  // from where their center moved to.
+  // If arcs lead one way, or are longer one way, the path from the new center to the old one does
+  // not bound how much longer paths become.
   if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
     start_all();
   } else {
@@ -56,9 +56,10 @@ void Classification::start_all() {
   }
 }
 
-// Every path stays one when its center moves: it gets longer by the way from the new place to the
-// old one. So no path is forgotten; those from the new places take over where they are better,
-// which is nearly everywhere in their own region, but hardly beyond it.
+// When a center moves, the paths of its region are lengthened by the detour from the new center to
+// the old one, so they remain valid upper bounds and none has to be forgotten. Paths from the new
+// center then replace them where they are shorter: nearly everywhere in its own region, and hardly
+// beyond.
 void Classification::start_moved() {
   std::vector<PathLength> detours(started_.size(), 0);
   for (std::size_t label = 0; label < started_.size(); ++label) {

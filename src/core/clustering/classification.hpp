@@ -10,34 +10,34 @@
 
 namespace superfacets {
 
-// The classification of all places by centers, and by others after that: what it costs then depends
-// on what changes. Memory: 12 bytes a cell; where expansions are halted 4 more, and 8 for each of
-// up to four threads.
+// The classification of all places by centers. Classifying again by other centers costs time in
+// proportion to what changes. Memory: 12 bytes per cell; with halted expansions 4 more, and 8 for
+// each of up to four threads.
 class Classification {
  public:
-  // An infinite `reach` means exactly: the true nearest center, the lower label among equals;
-  // regions are connected. A finite one halts expansions (see HaltedPaths). Where islands are kept,
-  // the lowest cell that no center reaches becomes one, until all are reached; where not, such
-  // cells have kNoLabel.
+  // With an infinite `reach` the classification is exact: each place gets the nearest center, the
+  // lowest label among equals, and regions are connected. A finite reach halts expansions (see
+  // HaltedPaths). If islands are kept, the lowest unreached cell becomes a center until all cells
+  // are reached; if not, unreached cells get kNoLabel.
   Classification(const OrderedGraph& graph, double reach, Islands islands, ThreadTeam& team);
 
   // Classifies by these centers.
   void classify(std::span<const Place> centers);
 
-  // The centers given last, then those made of cells that none of them reached.
+  // The centers of the last call, followed by those made of unreached cells.
   std::span<const Place> centers() const { return centers_; }
 
-  // The label of a place, which is the place in `centers` of its center, and the path from there.
+  // The label of a place, which is the index of its center in `centers`, and the path from there.
   Path path(Place place) const {
     return halted_ ? halted_->path(exact_, place) : exact_.path(place);
   }
 
-  // Calls take(begin, end) for ranges of places, on several threads; paths of all others are as
-  // they were when this was called last.
+  // Calls take(begin, end), on several threads, for ranges of places whose paths may have changed
+  // since the last call. All other paths are unchanged.
   template <typename Take>
   void take_changes(const Take& take) {
     team_.for_each(exact_.n_chunks(), [&](std::int64_t chunk, int) {
-      // Which of the corrections are new is not known.
+      // It is not known which corrections are new, so all places are passed on.
       if (!halted_ && !exact_.has_changed(chunk)) return;
       const auto [begin, end] = exact_.places(chunk);
       take(begin, end);
@@ -57,7 +57,7 @@ class Classification {
   Expansion exact_;
   std::optional<HaltedPaths> halted_;
   std::vector<Place> centers_;
-  std::vector<Place> started_;  // centers that exact paths lead from
+  std::vector<Place> started_;  // centers of the exact paths
   bool may_have_orphans_ = true;
 };
 

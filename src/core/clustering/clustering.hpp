@@ -9,26 +9,26 @@
 
 namespace superfacets {
 
-// The regions of one graph, classified (4a) and updated (4b) in turn. It keeps what both know of
-// the last iteration, so that one that changes little costs little. Cells are numbered as in the
-// input. Memory: 18 bytes a cell beside the graph, more where expansions are halted.
+// The regions of one graph, classified (4a) and updated (4b) alternately. Both keep the state of
+// the last iteration, so an iteration that changes little costs little. Cells are numbered as in
+// the input. Memory: 18 bytes per cell beside the graph, more with halted expansions.
 class Clustering {
  public:
   // Classifies all cells by these centers; for `reach` and `islands` see Classification.
   Clustering(const OrderedGraph& graph, std::span<const Cell> centers, double reach,
              Islands islands, int n_threads);
 
-  // Classifies them by these instead: as many as centers(), in the same order.
+  // Replaces the centers by as many others, in the same order, and classifies again.
   void classify(std::span<const Cell> centers);
 
-  // The centers given last, then those made of cells that none of them reached.
+  // The centers of the last call, followed by those made of unreached cells.
   std::vector<Cell> centers() const;
 
   // For each region the cell nearest to its mean; see update_centers.
   std::vector<Cell> update();
 
-  Buffer<Label> labels();        // (N,) the place in `centers` of each cell's center, or kNoLabel
-  Buffer<PathLength> lengths();  // (N,) of the path from there
+  Buffer<Label> labels();        // (N,) index of each cell's center in `centers`, or kNoLabel
+  Buffer<PathLength> lengths();  // (N,) of the path from that center
 
  private:
   const OrderedGraph& graph_;

@@ -7,11 +7,11 @@
 namespace superfacets {
 namespace {
 
-// Below every squared distance, and what stands for that of a center.
+// Less than every squared distance; stored for centers.
 constexpr double kBelowAll = -2.0;
 
-// Nodes of this level hold 2^11 cells, some ten microseconds of work, and are updated on several
-// threads where a new center changes that many of them.
+// Nodes of this level hold 2^11 cells, about ten microseconds of work. They are updated on several
+// threads if a new center changes enough of them.
 constexpr std::size_t kSharedLevel = 2;
 constexpr std::size_t kMinShared = 8;
 
@@ -60,7 +60,7 @@ void FarthestPoints::place(Place center) {
   }
 }
 
-// The nodes of the shared level that a new center may change, in their order.
+// The nodes of the shared level that a new center may change, in ascending order.
 void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point center,
                                    std::vector<std::size_t>& changing) const {
   if (!can_change(level, index, center)) return;
@@ -69,9 +69,10 @@ void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point c
   for (auto child = begin; child < end; ++child) find_changing(level - 1, child, center, changing);
 }
 
-// Where a box is no nearer than the farthest of its cells is already, nothing can change. A new
-// center itself is always reached: its box is at distance 0 and some cell is farther, or all are
-// centers or coincide with one, and then `>=` lets it in.
+// If a box is at least as far from the new center as the farthest of its cells is from the earlier
+// ones, nothing in it can change. The new center itself is always visited: its box is at distance
+// 0, and either some cell is farther than that, or all cells coincide with centers, which `>=`
+// admits.
 bool FarthestPoints::can_change(std::size_t level, std::size_t index, Point center) const {
   return summaries_[level][index].farthest_squared >=
          graph_.tree.level(level)[index].squared_distance(center);

@@ -11,7 +11,7 @@ class FarthestPoints {
   // No center is placed yet.
   FarthestPoints(const OrderedGraph& graph, ThreadTeam& team);
 
-  // Leaves out places that is_left_out(place) holds for: they are never the farthest.
+  // Excludes the places for which is_left_out(place) holds: they are never the farthest.
   template <typename IsLeftOut>
   void leave_out(const IsLeftOut& is_left_out) {
     for (Place place = 0; place < graph_.n_cells(); ++place) {
@@ -23,16 +23,16 @@ class FarthestPoints {
   // Places a center: its cell is never the farthest again.
   void place(Place center);
 
-  // The farthest from all centers, the lowest cell among equals. There must be one left.
+  // The cell farthest from all centers, the lowest among equals. At least one must be left.
   Place farthest() const;
 
  private:
-  // Below every squared distance, so that a center is never the farthest cell again.
+  // Less than every squared distance, so that a center is never the farthest cell again.
   static constexpr double kIsCenter = -1.0;
 
   struct Summary {
     double farthest_squared;  // the largest squared distance among the cells of a node
-    Place farthest;           // the place that has it, lowest cell among equals
+    Place farthest;           // the place at that distance, lowest cell among equals
   };
 
   bool can_change(std::size_t level, std::size_t index, Point center) const;
@@ -48,7 +48,7 @@ class FarthestPoints {
   const OrderedGraph& graph_;
   ThreadTeam& team_;
   Buffer<double> squared_distance_;              // (N,) infinite before any center
-  std::vector<std::vector<Summary>> summaries_;  // of each node, as in the tree
+  std::vector<std::vector<Summary>> summaries_;  // of each node, indexed as in the tree
 };
 
 }  // namespace superfacets

@@ -10,15 +10,15 @@ namespace {
 
 constexpr double kLowerScale = 0x1p31;
 
-// Sums of all cells stay below.
+// Sums of all cells are less than this.
 constexpr double kLargest = 0x1p62;
 
-// Totals below have no scale that is a finite number. Areas and extents that small are refused, but
-// for extents of centroids that all but coincide; where they are in it does not matter then.
+// Totals below this have no finite scale. Areas and extents that small are refused, except for
+// extents of centroids that nearly coincide, where the choice among them does not matter.
 constexpr double kSmallestTotal = 0x1p-900;
 
-// The power of two that brings numbers whose sum is `total` below 2^62 in all. A sum of rounded
-// numbers is off by far less than the factor of two that is left.
+// The power of two that scales numbers of sum `total` so that their sum is below 2^62. The error of
+// a sum of rounded numbers is far less than the remaining factor of two.
 double scale_for(double total) {
   return total > kSmallestTotal ? std::ldexp(1.0, 60 - std::ilogb(total)) : 1.0;
 }

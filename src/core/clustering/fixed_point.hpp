@@ -1,4 +1,4 @@
-// Measure-weighted sums over cells, exact in whatever order cells come and go.
+// Measure-weighted sums over cells, exact in any order of additions and subtractions.
 #pragma once
 
 #include <array>
@@ -8,9 +8,9 @@
 
 namespace superfacets {
 
-// What one cell, or some cells, add to a sum: fixed-point numbers in two parts, the lower of which
-// counts 2^-31 of what the upper counts. Sums of integers do not depend on their order, so cells
-// can be added by several threads, and taken away again, without a trace.
+// The contribution of one or more cells to a sum: fixed-point numbers in two parts, where a unit of
+// the lower part is 2^-31 of a unit of the upper part. Sums of integers do not depend on their
+// order, so several threads can add cells and subtract them again without rounding errors.
 struct FixedSum {
   // Measure times x, y and z from the low corner of the bounds, and the measure itself.
   std::array<std::int64_t, 4> upper{};
@@ -24,16 +24,16 @@ struct FixedSum {
   }
 };
 
-// Turns cells into fixed-point numbers and sums of them into means. All cells together are some
-// 2^60 to 2^61 in the upper part; what rounding takes from a cell is below 2^-92 of all.
+// Converts cells to fixed-point numbers, and sums of them to means. The upper part of the sum of
+// all cells is about 2^60 to 2^61; the rounding error per cell is below 2^-92 of that sum.
 class FixedPoint {
  public:
   explicit FixedPoint(const OrderedGraph& graph);
 
   FixedSum of(const OrderedGraph& graph, Place place) const;
 
-  // Whether a region has too little of the total measure for a mean of double precision (2^-40 or
-  // less): only then must its cells be summed in another way.
+  // Whether the share of a region in the total measure is too small (2^-40 or less) for a mean of
+  // double precision. Only then must its cells be summed in another way.
   static bool is_too_small(const FixedSum& sum) { return sum.upper[3] < (std::int64_t{1} << 20); }
 
   Point mean(const FixedSum& sum) const;

@@ -12,10 +12,10 @@
 namespace superfacets {
 namespace {
 
-// Islands that one thread looks around from at a time.
+// Number of islands that one task searches from.
 constexpr std::int64_t kBlock = 1 << 10;
 
-// A labeled cell and how far away it is.
+// A labeled cell and its distance.
 struct Candidate {
   double squared_distance = kInfinity;
   Cell cell = 0;
@@ -26,8 +26,8 @@ struct Candidate {
   }
 };
 
-// The labeled cells in boxes of their own: a search among all cells would look at whatever lies
-// between an island and the nearest of them, which may be thousands of other islands.
+// A tree of boxes of the labeled cells alone. A search in the tree of all cells would visit
+// everything between an island and the nearest labeled cell, possibly thousands of other islands.
 class LabeledCells {
  public:
   LabeledCells(const OrderedGraph& graph, std::span<const Label> labels, ThreadTeam& team) {
@@ -42,9 +42,9 @@ class LabeledCells {
     find_lowest();
   }
 
-  // Improves on what was found from other cells of the same island.
+  // Updates the best candidate found from other cells of the same island.
   void search(Point target, Place place, Candidate& best) const {
-    // The nearest along the curve is near in space as a rule: boxes beyond it are left out.
+    // The nearest cell along the curve is usually near in space; boxes farther away are skipped.
     const auto next = std::lower_bound(places_.begin(), places_.end(), place) - places_.begin();
     const auto n = static_cast<std::int64_t>(places_.size());
     compare(target, std::min<std::int64_t>(next, n - 1), best);
@@ -77,7 +77,7 @@ class LabeledCells {
     }
   }
 
-  std::vector<Place> places_;  // rising
+  std::vector<Place> places_;  // ascending
   std::vector<Point> positions_;
   std::vector<Cell> cells_;
   std::vector<Label> labels_;
@@ -85,7 +85,7 @@ class LabeledCells {
   std::vector<std::vector<Cell>> lowest_;  // of each node, as in the tree
 };
 
-// The cells without a label, those of one island after the other.
+// The cells without a label, grouped by island.
 std::vector<Place> unlabeled_places(std::span<const Label> labels, const Components& pieces) {
   std::vector<Place> places;
   for (Place place = 0; std::cmp_less(place, labels.size()); ++place) {
@@ -105,7 +105,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
   auto search_range = [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end;) {
       const Cell piece = pieces.of[places[i]];
-      Candidate best;  // of what this block holds of the island
+      Candidate best;  // from the cells of the island in this block
       for (; i < end && pieces.of[places[i]] == piece; ++i) {
         labeled.search(graph.positions[places[i]], places[i], best);
       }

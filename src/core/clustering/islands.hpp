@@ -8,10 +8,10 @@
 
 namespace superfacets {
 
-// What becomes of them.
+// How they are labeled.
 enum class Islands : std::uint8_t {
   kKeep,     // they become regions of their own
-  kNearest,  // they have no label in the loop, and join the nearest region after it
+  kNearest,  // they get no label in the loop, and join the nearest region after it
 };
 
 struct JoinedIslands {
@@ -19,9 +19,9 @@ struct JoinedIslands {
   Cell n_islands = 0;
 };
 
-// Gives each island, a connected piece of cells with kNoLabel, the label of the cell nearest
-// (Euclidean) to any of its own, of those that have one, the lowest among equals. Labels are by
-// cell; not all may be kNoLabel. Time O(N log N) in practice.
+// Labels each island, a connected piece of cells with kNoLabel, like the labeled cell nearest
+// (Euclidean) to any cell of the island, the lowest among equals. Labels are indexed by cell; at
+// least one must not be kNoLabel. Time O(N log N) in practice.
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            ThreadTeam& team);
 

@@ -18,7 +18,7 @@
 namespace superfacets {
 namespace {
 
-// Which places some region has reached, and the expansion of one more region.
+// The places that regions have reached so far, and the expansion of one more region.
 class Flood {
  public:
   Flood(const OrderedGraph& graph, double reach)
@@ -29,8 +29,8 @@ class Flood {
 
   bool is_reached(Place place) const { return is_reached_[place]; }
 
-  // Which places are reached does not depend on the order in which they are, so a stack does where
-  // the classification needs Dijkstra's algorithm.
+  // The set of places reached does not depend on their order, so a stack suffices where the
+  // classification needs Dijkstra's algorithm.
   void expand(Place seed, Label label) {
     reach_place(seed, label);
     while (!stack_.empty()) {
@@ -54,8 +54,8 @@ class Flood {
   const OrderedGraph& graph_;
   const double squared_reach_;
   std::vector<bool> is_reached_;   // (N,) by any region
-  std::vector<Label> visited_by_;  // (N,) the last region that came by
-  std::vector<Place> stack_;       // places of the present region still to be expanded
+  std::vector<Label> visited_by_;  // (N,) the last region that visited the place
+  std::vector<Place> stack_;       // places of the current region to be expanded
 };
 
 Components find_components_of(const OrderedGraph& graph, ThreadTeam& team) {
@@ -80,8 +80,8 @@ class SeededComponents {
   Cell component(Place place) const { return components_.of[place]; }
   Cell n_components() const { return components_.n_components; }
 
-  // The cell nearest to the mean of each that is, in their order; `first` where there is only one
-  // component.
+  // The cell nearest to the mean of each large component, in their order; `first` if there is only
+  // one component.
   std::vector<Place> central_places() const {
     if (n_components() == 1) return {first_};
     const auto central = update_centers(graph_, components_.of.span(), n_components(), team_);
@@ -99,7 +99,7 @@ class SeededComponents {
 
   std::vector<Size> sizes() const {
     std::vector<Size> sizes(n_components());
-    for (const Place place : graph_.place_of) {  // in the order of cells, whatever their places
+    for (const Place place : graph_.place_of) {  // in the order of cells
       sizes[component(place)].measure += graph_.measures[place];
       ++sizes[component(place)].n_cells;
     }
@@ -140,7 +140,7 @@ class SeededComponents {
   std::vector<Cell> seeded_;     // components, the largest first
 };
 
-// The place where each component is flooded from; that of `first` comes first.
+// The place from which each component is flooded. The component of `first` comes first.
 std::vector<Place> flood_starts(const OrderedGraph& graph, const SeededComponents& components,
                                 Place first) {
   std::vector<Place> starts{first};
@@ -173,8 +173,8 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   return order;
 }
 
-// Seeds where arcs lead one way: the lowest cell that no seed reaches, as long as there is one in a
-// component large enough.
+// Seeds where arcs lead one way: the lowest cell that no seed reaches, until all cells of large
+// components are reached.
 void place_unreached(const OrderedGraph& graph, const SeededComponents& components, Cell n_seeds,
                      LongestPaths& paths, std::vector<Place>& seeds) {
   if (graph.is_symmetric) return;
@@ -186,7 +186,8 @@ void place_unreached(const OrderedGraph& graph, const SeededComponents& componen
   }
 }
 
-// A cube of the grid by its numbers along the axes: whole, and as doubles free of overflow.
+// A cube of the grid: its indices along the axes, as doubles that hold integers, which do not
+// overflow.
 struct Cube {
   double x, y, z;
   bool operator==(const Cube&) const = default;
@@ -194,7 +195,7 @@ struct Cube {
 
 struct CubeHash {
   std::size_t operator()(const Cube& cube) const {
-    // Odd multipliers near 2^64 / golden ratio; neighbors in space land far apart.
+    // Odd multipliers near 2^64 / golden ratio, which spread neighbors in space.
     std::uint64_t h = std::bit_cast<std::uint64_t>(cube.x) * 0x9e3779b97f4a7c15ULL;
     h = (h ^ h >> 32 ^ std::bit_cast<std::uint64_t>(cube.y)) * 0xbf58476d1ce4e5b9ULL;
     h = (h ^ h >> 32 ^ std::bit_cast<std::uint64_t>(cube.z)) * 0x94d049bb133111ebULL;
@@ -232,7 +233,7 @@ std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_s
   std::optional<LongestPaths> paths(std::in_place, graph, team);
   paths->place(seeds.front());
   if (!paths->reach_all()) {
-    paths.reset();  // memory for what follows
+    paths.reset();  // frees its memory
     const SeededComponents components(graph, seeds.front(), n_seeds, team);
     seeds = components.central_places();
     paths.emplace(graph, team);
@@ -268,7 +269,7 @@ std::vector<Cell> grid_seeds(const OrderedGraph& graph, Point corner, double sid
   Buffer<Label> labels(graph.n_cells());
   for (const Place place : graph.place_of) {
     const Point offset = graph.positions[place] - corner;
-    // Adding 0.0 turns a -0.0 that floor keeps into 0.0, which must hash alike.
+    // floor keeps -0.0. Adding 0.0 makes it 0.0, so that both have the same hash.
     const Cube cube{std::floor(offset.x / side) + 0.0, std::floor(offset.y / side) + 0.0,
                     std::floor(offset.z / side) + 0.0};
     const auto next = static_cast<Label>(label_of.size());

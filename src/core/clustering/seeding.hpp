@@ -8,47 +8,49 @@
 
 namespace superfacets {
 
-// A component is large enough for seeds of its own if it has half of the measure expected of a
-// region, or all that are larger have fewer cells than seeds are wanted; n_seeds components at
-// most, the largest first, among equals that of the first cell, then that with the lowest cell. The
-// others are islands. (Arcs that lead one way connect as all others do.)
+// A component is large enough for seeds if it has at least half of the measure expected of a
+// region, or if all larger components together have fewer than n_seeds cells. At most the n_seeds
+// largest are; among equals that of `first` precedes, then that with the lowest cell. The others
+// are islands. (For components the direction of arcs does not matter.)
 
 // The cell nearest to the measure-weighted mean of all positions, lowest index among equals.
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);
 
 // `first`, then again and again the cell farthest (Euclidean) from all cells chosen so far, lowest
 // index among equals, until there are n_seeds <= N of them. Time O(N log N + k log N) in practice:
-// a tree of bounding boxes skips whole groups that a new center cannot bring nearer. Memory: 9
-// bytes a cell.
+// a tree of bounding boxes skips groups of cells to which a new center cannot be nearer. Memory: 9
+// bytes per cell.
 //
-// Where islands are not kept, they get no seeds, and the other components begin with the cells
-// that geodesic_seeds begins with.
+// If islands are not kept, they get no seeds, and the other components begin with the same cells as
+// in geodesic_seeds.
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  Islands islands, ThreadTeam& team);
 
 // `first`, then again and again the cell with the longest path to the nearest cell chosen so far,
 // lowest index among equals, until there are n_seeds <= N of them.
 //
-// A graph of several components begins with the cell nearest to the mean of each that is large
-// enough, as update_centers finds it, in their order. Islands get no seed. Cells of the others that
-// no seed reaches, against the direction of arcs, are farther than all: the lowest is next.
+// In a graph of several components the first seeds are the cells nearest to the mean of each large
+// component, as update_centers finds them, in the order of the components. Islands get no seed.
+// Cells of large components that no seed reaches, because of the direction of arcs, count as
+// farthest: the lowest of them is next.
 //
-// Time: each seed expands to where paths from it are the shortest; on meshes that adds up to some
-// log k passes. Memory: 12 bytes a cell; 16 more where there are several components.
+// Time: each seed expands to the cells that it becomes the nearest to; on meshes that takes about
+// log k passes in total. Memory: 12 bytes per cell; 16 more if there are several components.
 std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  ThreadTeam& team);
 
 // Visits cells in the order of their path length from `first` (lowest index among equals); a
-// visited cell that no region has reached starts one, which expands through cells within `reach`
-// of its position and labels, without expanding them, the cells around these. The component of
-// `first` is flooded first, then the others in the order of their lowest cells, each from there;
-// but for islands among n_seeds regions, where they are not kept. Cells that no path from there
-// leads to, against the direction of arcs, are visited after all others of their component.
+// visited cell that no region has reached starts a region, which expands through cells within
+// `reach` of its position and labels the cells around these without expanding them. The component
+// of `first` is flooded first, then the others in the order of their lowest cells, each from that
+// cell. If islands are not kept, those (with n_seeds regions expected) are left out. Cells without
+// a path from the start, because of the direction of arcs, are visited last in their component.
 std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, double reach,
                               Islands islands, ThreadTeam& team);
 
-// The centers, by an update, of the regions that the occupied cubes of edge `side` make which tile
-// space from `corner`; the order is that of the lowest cell in each.
+// Space is tiled from `corner` by cubes of edge `side`. Each occupied cube is a region, in the
+// order of the lowest cells in them; the seeds are the centers of these regions, as an update finds
+// them.
 std::vector<Cell> grid_seeds(const OrderedGraph& graph, Point corner, double side,
                              ThreadTeam& team);
 

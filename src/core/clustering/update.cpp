@@ -51,7 +51,8 @@ void RegionMeans::resize(std::size_t n_regions) {
   nearest_.resize(n_regions, 0);
 }
 
-// Neighbors on the curve mostly change alike: what they add up to is shared out once for all.
+// Neighbors on the curve mostly change in the same way: their contributions are summed first and
+// applied once.
 void RegionMeans::collect(Change& change, Label label, const FixedSum& sum, std::int64_t sign) {
   if (label != change.label) {
     apply(change, sign);

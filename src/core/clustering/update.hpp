@@ -18,9 +18,10 @@ Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team);
 std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Label> labels,
                                   Label n_regions, ThreadTeam& team);
 
-// The same for labels that change little from time to time: only the cells that change hands are
-// summed, and only where there were any is the nearest looked for. Regions with next to no measure
-// are summed anew each time, at the cost of a look at all cells. Memory: 4 bytes a cell.
+// The same, incrementally, for labels of which few change between calls: only cells with a new
+// label are added and subtracted, and the nearest place is searched only in regions that changed.
+// Regions of nearly no measure are summed again each time, which takes a pass over all cells.
+// Memory: 4 bytes per cell.
 class RegionMeans {
  public:
   // No cell has a label.
@@ -28,7 +29,7 @@ class RegionMeans {
 
   void resize(std::size_t n_regions);
 
-  // Takes over label_of(place) for places begin to end - 1. Several threads may do so at once.
+  // Sets the labels of places begin to end - 1 to label_of(place). Safe on several threads at once.
   template <typename LabelOf>
   void take_over(Place begin, Place end, const LabelOf& label_of) {
     Change gained, lost;
@@ -44,11 +45,11 @@ class RegionMeans {
     apply(gained, 1);
   }
 
-  // The places nearest to the means. `members` holds some place of each region.
+  // The places nearest to the means. `members` holds one place, any, of each region.
   const std::vector<Place>& nearest(std::span<const Place> members);
 
  private:
-  // Cells that stand one after the other and change to or from one label.
+  // Consecutive cells that change to or from the same label.
   struct Change {
     Label label = kNoLabel;
     FixedSum sum;
@@ -63,7 +64,7 @@ class RegionMeans {
   const FixedPoint fixed_;
   Buffer<Label> labels_;                   // (N,)
   std::vector<FixedSum> sums_;             // (K,)
-  std::vector<std::uint8_t> has_changed_;  // (K,) cells, since the nearest place was found
+  std::vector<std::uint8_t> has_changed_;  // (K,) since the nearest place was found
   std::vector<Place> nearest_;             // (K,)
 };
 

@@ -14,7 +14,7 @@ struct MeshFindings {
   Point high{};
 };
 
-// Looks for what the other kernels take for granted. Time O(F + V), memory V bytes.
+// Checks the preconditions of the other kernels. Time O(F + V), memory V bytes.
 MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Triangle> faces,
                         ThreadTeam& team);
 

@@ -1,4 +1,4 @@
-// Stage 0: what the corners of faces tell: centroids, areas, normals, and the volume they enclose.
+// Stage 0: centroids, areas and normals of faces, and the volume they enclose.
 #pragma once
 
 #include "base/threads.hpp"
@@ -43,7 +43,7 @@ Point unit_normal(std::span<const Point> vertices, const Triangle& face);
 // Faces that have no normal.
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces);
 
-// Volume enclosed by the faces, negative if they are turned inwards. Means something on closed
+// Volume enclosed by the faces, negative if their normals point inwards. Meaningful on closed
 // meshes only. `origin` should be near the mesh. The same bits on any number of threads.
 double signed_volume(std::span<const Point> vertices, std::span<const Triangle> faces, Point origin,
                      ThreadTeam& team);

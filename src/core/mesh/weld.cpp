@@ -15,8 +15,8 @@ namespace {
 
 constexpr Vertex kEmptySlot = -1;
 
-// Vertices whose slots are asked for before the first of them is needed: enough to hide the way to
-// memory, few enough to stay in the nearest cache.
+// Prefetch distance, in vertices: enough to hide the latency of memory, few enough for the nearest
+// cache.
 constexpr std::int64_t kBatch = 32;
 
 // The finalizer of splitmix64: every input bit reaches every output bit, so that regular grids of
@@ -40,8 +40,8 @@ bool same_position(Point a, Point b) {
 }
 
 // The lowest vertex of each position, by open addressing with linear probing in a table at most
-// half full. A slot once taken keeps its position for ever, and all threads probe in the same
-// order: so they agree on one slot per position, whoever comes first, without a lock.
+// half full. A slot keeps its position once taken, and all threads probe in the same order, so they
+// agree on one slot per position without a lock.
 class PositionTable {
  public:
   using Slot = std::uint32_t;  // 2^31 - 1 vertices make a table of 2^32

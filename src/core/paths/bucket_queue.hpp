@@ -1,8 +1,8 @@
-// A queue of places by path length, in buckets: near enough to sorted for label correction to do
-// little work twice, and far cheaper than a heap. It keeps no order within a bucket, so a place
-// whose path gets shorter after it was expanded has to be expanded again. Where most arcs are much
-// shorter than the mean, one bucket holds whole neighborhoods and that has no good bound; whoever
-// uses it must watch n_handled, and go on with a RadixHeap.
+// A queue of places ordered by path length, in buckets, for label-correcting shortest paths. It is
+// nearly sorted, so few places are expanded twice, and far cheaper than a heap. Within a bucket
+// there is no order: a place whose path becomes shorter after its expansion must be expanded again.
+// If most arcs are much shorter than the mean, a bucket holds whole neighborhoods and the number of
+// repeated expansions has no good bound. Callers must watch n_handled and switch to a RadixHeap.
 #pragma once
 
 #include <algorithm>
@@ -19,14 +19,14 @@ namespace superfacets {
 
 class BucketQueue {
  public:
-  // For a graph with so many arcs, whose lengths add up to kTotalBits bits: a bucket is half a mean
-  // arc to two wide.
+  // For a graph of n_arcs arcs whose lengths add up to a number of kTotalBits bits. The width of a
+  // bucket is between half and twice the mean length of an arc.
   explicit BucketQueue(std::int64_t n_arcs)
       : width_bits_(std::max(
             0, kTotalBits - static_cast<int>(std::bit_width(static_cast<std::uint64_t>(n_arcs))))),
         ring_(kRingSize) {}
 
-  // Begins anew, with the bucket of the lowest length that will come. The queue must be empty.
+  // Restarts at the bucket of the lowest length that will be pushed. The queue must be empty.
   void restart(PathLength lowest) {
     SUPERFACETS_ASSERT(empty());
     current_ = lowest >> width_bits_;
@@ -35,7 +35,7 @@ class BucketQueue {
 
   bool empty() const { return n_near_ == 0 && far_.empty(); }
 
-  // No length may be below those of the bucket that was taken last.
+  // The length must not be below the range of the bucket taken last.
   void push(PathLength length, Place place) {
     const std::uint64_t bucket = length >> width_bits_;
     SUPERFACETS_ASSERT(bucket >= current_);
@@ -47,9 +47,9 @@ class BucketQueue {
     }
   }
 
-  // Removes the first bucket that has any places and returns it: they were pushed with a length of
-  // that bucket, and may have a shorter path by now. Valid until the next call. The queue must not
-  // be empty.
+  // Removes and returns the first bucket that is not empty. Its places were pushed with a length in
+  // the range of that bucket; their paths may be shorter by now. The result is valid until the next
+  // call. The queue must not be empty.
   const std::vector<Place>& take() {
     SUPERFACETS_ASSERT(!empty());
     if (n_near_ == 0) bring_near();
@@ -73,11 +73,10 @@ class BucketQueue {
     n_near_ = 0;
   }
 
-  // Whether a place that was just taken has got a shorter path since it was pushed, by which it was
-  // pushed again.
+  // Whether an entry just taken is stale: its place has a shorter path since, and was pushed again.
   bool is_stale(PathLength length) const { return length >> width_bits_ != current_; }
 
-  // Places taken, and places looked at for it, since the restart.
+  // Number of places taken, and of places inspected to find them, since the restart.
   std::size_t n_handled() const { return n_handled_; }
 
  private:
@@ -86,10 +85,10 @@ class BucketQueue {
     Place place;
   };
 
-  // Room for arcs some 500 times the mean.
+  // The ring spans arcs of up to about 500 times the mean length.
   static constexpr std::uint64_t kRingSize = 512;
 
-  // Continues with the nearest of the entries that wait, once the ring is empty.
+  // Refills the empty ring from the far entries, beginning with the lowest length among them.
   void bring_near() {
     auto by_length = [](const FarEntry& a, const FarEntry& b) { return a.length < b.length; };
     std::vector<FarEntry> waiting;
@@ -100,7 +99,7 @@ class BucketQueue {
   }
 
   int width_bits_;                        // a bucket is 2^width_bits_ units wide
-  std::vector<std::vector<Place>> ring_;  // bucket b stands at b % kRingSize
+  std::vector<std::vector<Place>> ring_;  // bucket b is at b % kRingSize
   std::vector<FarEntry> far_;             // entries that were beyond the ring
   std::vector<Place> taken_;              // the bucket being worked on
   std::uint64_t current_ = 0;             // the first bucket that may have entries

@@ -10,18 +10,18 @@
 namespace superfacets {
 namespace {
 
-// Places of a chunk: with arcs and paths a few megabytes at most, of which what is being worked on
-// fits into a second-level cache. Fewer on small graphs, so that each thread has some chunks to
-// choose from, but not so few that most paths leave theirs.
+// Number of places in a chunk. With arcs and paths a chunk takes a few megabytes at most, of which
+// the active part fits into a second-level cache. On small graphs chunks are smaller, so that there
+// are several per thread, but not so small that most paths leave their chunk.
 constexpr int kMaxChunkBits = 17;
 constexpr int kMinChunkBits = 13;
 constexpr std::int64_t kChunksPerThread = 4;
 
-// Places handled per place of a chunk, beyond which buckets are given up for a heap. On meshes it
-// takes one to two.
+// If more places than this are handled per place of a chunk, the chunk switches from buckets to a
+// heap. On meshes one to two are handled.
 constexpr std::size_t kMaxHandled = 4;
 
-// How far ahead of the work arcs, and then paths, are brought into the nearest cache.
+// Prefetch distances, in places, for arcs and for paths.
 constexpr std::size_t kArcsAhead = 16;
 constexpr std::size_t kPathsAhead = 6;
 
@@ -37,7 +37,7 @@ constexpr PathLength kLongest = PathLength{4} << kTotalBits;
 
 PathLength longer_by(PathLength length, const Arc& arc) {
   SUPERFACETS_ASSERT(length < kLongest);
-  // By way of a signed number, which processors convert to in one step.
+  // Converted through a signed integer, for which processors have an instruction.
   return length + static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
 }
 
@@ -95,8 +95,9 @@ void Expansion::lengthen_chunk(std::int64_t chunk, std::span<const PathLength> b
   }
 }
 
-// Proposes what arcs from other labels improve. Within a label nothing can: all its paths were
-// made longer alike. Only proposes, since other threads read here what would be written.
+// Posts proposals for arcs between labels that improve a path. Arcs within a label cannot: all its
+// paths were lengthened by the same amount. Nothing is written here, because other threads read the
+// same paths at the same time.
 void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> by_label,
                                Worker& worker) {
   const auto [begin, end] = places(chunk);
@@ -176,7 +177,7 @@ void Expansion::expand_chunk(std::int64_t chunk, Worker& worker) {
   }
 }
 
-// Dijkstra's algorithm from all places in the queue, each of which comes up in order.
+// Dijkstra's algorithm, from all places in the queue.
 void Expansion::expand_in_order(std::int64_t chunk, Worker& worker) {
   worker.heap.restart();
   worker.queue.drain([&](Place place) { worker.heap.push(lengths_[place], place); });
@@ -186,7 +187,7 @@ void Expansion::expand_in_order(std::int64_t chunk, Worker& worker) {
   }
 }
 
-// Follows the arcs of a place.
+// Relaxes the arcs of a place.
 template <typename Queue>
 void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
   const Path path = this->path(place);
@@ -198,8 +199,8 @@ void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& q
   }
 }
 
-// The same for a row of arcs. Whether an arc improves anything is hard to predict, so all are
-// compared before the first branch.
+// The same for a row of arcs. Branches on single arcs are hard to predict, so all arcs of the row
+// are compared before the first branch.
 template <typename Queue>
 void Expansion::expand_row(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
   const Path path = this->path(place);

@@ -14,8 +14,8 @@ namespace superfacets {
 
 inline constexpr PathLength kUnreached = std::numeric_limits<PathLength>::max();
 
-// The best path to a place: the shorter is better, the lower label among equals. The minimum over
-// all paths does not depend on the order in which they are compared.
+// The best path to a place: the shortest, and the lowest label among equals. This minimum over all
+// paths does not depend on the order in which they are compared.
 struct Path {
   PathLength length = kUnreached;
   Label label = kNoLabel;
@@ -25,14 +25,14 @@ struct Path {
   }
 };
 
-// The best path to every place from the centers started so far, once run. Places are worked on in
-// chunks, consecutive places on the curve that fit into a cache: a thread takes a chunk, follows
-// all paths that stay in it, and sends word of those that leave it to the chunks they lead to. It
-// is over when no word is left; then no arc can improve a path, and each place has the best over
-// all paths, in whatever order chunks were worked on.
+// After a run, the best path to every place from the centers started so far. The places are split
+// into chunks: consecutive places on the space-filling curve that fit into a cache. A thread takes
+// a chunk, follows all paths within it, and posts proposals to other chunks for paths that leave
+// it. The run is done when no proposals remain. Then no arc can improve a path, so each place has
+// the best of all paths, in whatever order the chunks were processed.
 class Expansion {
  public:
-  // Nothing is reached.
+  // At first no place is reached.
   Expansion(const OrderedGraph& graph, ThreadTeam& team);
 
   Path path(Place place) const { return {lengths_[place], labels_[place]}; }
@@ -40,9 +40,9 @@ class Expansion {
   // Forgets all paths.
   void clear();
 
-  // Makes every path of a label longer: what it is when its center is that much farther away.
-  // kUnreached forgets them. Between labels that differ arcs may then improve paths; the next run
-  // sees to it. The graph must be symmetric.
+  // Lengthens all paths of a label by the length of the detour from its new center to its old one,
+  // so that they remain valid upper bounds; kUnreached forgets them. Arcs between different labels
+  // may improve paths after that, which the next run does. The graph must be symmetric.
   void lengthen(std::span<const PathLength> by_label);
 
   // A path of length 0.
@@ -50,7 +50,7 @@ class Expansion {
 
   void run();
 
-  // Chunks, and whether paths in them have changed since they were last settled.
+  // The state of the chunks: whether paths in them changed since they were last processed.
   std::int64_t n_chunks() const { return static_cast<std::int64_t>(chunks_.size()); }
   std::pair<Place, Place> places(std::int64_t chunk) const;
   bool has_changed(std::int64_t chunk) const { return chunks_[chunk].has_changed; }
@@ -62,7 +62,7 @@ class Expansion {
     Path path;
   };
   struct Chunk {
-    std::vector<Place> waiting;  // places whose path has improved and was not followed yet
+    std::vector<Place> waiting;  // places with an improved path, not expanded yet
     bool has_changed = false;
   };
   struct Worker {
@@ -72,8 +72,8 @@ class Expansion {
     std::vector<Proposal> proposals;  // for other chunks
   };
 
-  // Several threads read lengths while the one that owns a chunk writes them; that never reads a
-  // length too short, and whoever acts on one too long is corrected later.
+  // Threads read lengths of other chunks while their owner writes them. A length read is never too
+  // short. Where it is too long, a later proposal corrects what was derived from it.
   PathLength length(Place place) const {
     return std::atomic_ref(const_cast<PathLength&>(lengths_[place]))
         .load(std::memory_order_relaxed);
@@ -99,7 +99,7 @@ class Expansion {
   Buffer<PathLength> lengths_;  // (N,)
   Buffer<Label> labels_;        // (N,)
   std::vector<Chunk> chunks_;
-  std::vector<std::int64_t> active_;  // chunks in which places wait
+  std::vector<std::int64_t> active_;  // chunks with places to expand
   std::vector<Worker> workers_;       // one per thread
 };
 

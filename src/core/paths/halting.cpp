@@ -10,7 +10,7 @@
 namespace superfacets {
 namespace {
 
-// Every thread keeps 8 bytes a cell of its own; more would cost memory, not save time.
+// Each thread needs 8 bytes per cell; more threads would cost memory and save no time.
 constexpr std::int64_t kMaxWorkers = 4;
 
 }  // namespace
@@ -43,8 +43,8 @@ void HaltedPaths::add_doubt(Place place, const Path& path) {
   doubts_.push_back({place, path});
 }
 
-// In doubt are the places behind one that is out of reach of its center: those to which some exact
-// path runs through it. (Another of the same length may not; they are then in doubt for nothing.)
+// A place is uncertain if some shortest path to it leaves the reach of its center. (If another path
+// of the same length does not, the place is checked without need.)
 void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> centers) {
   std::mutex mutex;
   std::vector<Place> halted;
@@ -63,7 +63,7 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
   for (const Place place : halted) {
     if (exact.path(place).label == kNoLabel || !graph_.is_symmetric) add_doubt(place, {});
   }
-  // The list grows by the doubts that are found on the way.
+  // The list grows while it is traversed.
   for (std::size_t i = 0; i < halted.size(); ++i) {
     const Path path = exact.path(halted[i]);
     if (path.label == kNoLabel) continue;
@@ -78,8 +78,8 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
   }
 }
 
-// The centers whose expansion may reach a place in doubt: those within reach of a place that has an
-// arc to one. On a graph that is not symmetric, all.
+// The centers whose expansion may reach an uncertain place: those within reach of a place with an
+// arc to an uncertain place. On a graph that is not symmetric, all centers.
 std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers) const {
   std::vector<std::vector<char>> is_source;  // of each node of the tree: it holds such a place
   is_source.reserve(graph_.tree.n_levels());

@@ -10,24 +10,24 @@
 namespace superfacets {
 
 // In the halted mode each center expands on its own: a place farther than `reach` (Euclidean) from
-// it is labeled but not expanded, and where expansions overlap the better path wins. That costs
-// some five expansions a place, most of which only confirm the exact classification: a place whose
-// exact path runs within reach of its center gets the same path here, since no other center, halted
-// or not, has a better one. So only the other places are in doubt. Their paths are found as the
-// paper finds them, by expanding, each on its own, the centers that may reach one of them.
+// it is labeled but not expanded, and where expansions overlap the better path wins. That takes
+// about five expansions per place, most of which confirm the exact classification: a place whose
+// exact path stays within reach of its center gets the same path here, since no other center has a
+// better one, halted or not. Only the other places are uncertain. Their paths are found as in the
+// paper, by separate expansions from the centers that may reach an uncertain place.
 class HaltedPaths {
  public:
   HaltedPaths(const OrderedGraph& graph, double reach, ThreadTeam& team);
 
-  // Finds the paths that differ from the exact ones. `exact` holds the classification by the
-  // centers, with cells unreached where no center is in their component.
+  // Finds the paths that differ from the exact ones. `exact` holds the exact classification by the
+  // centers; cells in components without a center are unreached.
   void correct(const Expansion& exact, std::span<const Place> centers);
 
-  // After that: makes centers, appended to `centers`, of the lowest cell that none reaches, until
-  // all are reached.
+  // To be called next. As long as a cell is unreached, makes the lowest such cell a center, which
+  // is appended to `centers`.
   void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
 
-  // After that.
+  // The path to a place, once all corrections are made.
   Path path(const Expansion& exact, Place place) const {
     return doubt_of_[place] == kNoDoubt ? exact.path(place) : doubts_[doubt_of_[place]].path;
   }
@@ -54,7 +54,7 @@ class HaltedPaths {
   const OrderedGraph& graph_;
   const double squared_reach_;
   ThreadTeam& team_;
-  Buffer<std::int32_t> doubt_of_;  // (N,) the number of a place among the doubts
+  Buffer<std::int32_t> doubt_of_;  // (N,) index of a place among the uncertain ones
   std::vector<Doubt> doubts_;
   std::vector<std::unique_ptr<SourcePaths>> workers_;  // made when first needed
 };

@@ -7,7 +7,7 @@
 namespace superfacets {
 namespace {
 
-// Some microseconds of work: small against the expansion from a new center.
+// A block takes a few microseconds, little compared with the expansion from a new center.
 constexpr std::int64_t kBlock = 1 << 11;
 
 }  // namespace
@@ -31,8 +31,8 @@ bool LongestPaths::reach_all() const {
   return true;
 }
 
-// Paths only get shorter, so what was once the longest of a block bounds it for ever: only blocks
-// whose bound is no less than the longest path found have to be looked at again.
+// Paths only become shorter, so an earlier maximum of a block remains an upper bound. Only blocks
+// whose bound is at least the longest path found so far have to be searched again.
 Place LongestPaths::farthest() {
   Farthest farthest{0, 0};
   std::vector<Bound> looked_at;

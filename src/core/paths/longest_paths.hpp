@@ -8,7 +8,7 @@
 
 namespace superfacets {
 
-// The best path of every place from the centers placed so far, and the place with the longest.
+// The best path to every place from the centers placed so far, and the place with the longest one.
 class LongestPaths {
  public:
   // No center is placed yet.
@@ -20,8 +20,8 @@ class LongestPaths {
   bool reaches(Place place) const { return paths_.path(place).label != kNoLabel; }
   bool reach_all() const;
 
-  // The place with the longest path, the lowest cell among equals, of those that there is a path
-  // to. There must be one that is no center. Centers placed later must be among those, too.
+  // The reached place with the longest path, the lowest cell among equals. At least one reached
+  // place must not be a center. Centers placed after this call must be reached places, too.
   Place farthest();
 
  private:
@@ -41,7 +41,7 @@ class LongestPaths {
   const OrderedGraph& graph_;
   Expansion paths_;
   Label n_placed_ = 0;
-  std::vector<Bound> bounds_;  // a heap, the highest first: of every block of places
+  std::vector<Bound> bounds_;  // one per block of places; a heap, the highest first
 };
 
 }  // namespace superfacets

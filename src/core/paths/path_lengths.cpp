@@ -11,16 +11,16 @@
 namespace superfacets {
 namespace {
 
-// Sources that are worth taking as one task, so that few lists wait to be put together.
+// Number of sources per task: large enough that few lists have to be concatenated.
 constexpr std::int64_t kBlock = 64;
 
-// One expansion per thread of a team at a time.
+// A pool of expansions, one per thread of a team.
 class SourceTeam {
  public:
   SourceTeam(const OrderedGraph& graph, ThreadTeam& team)
       : graph_(graph), team_(team), workers_(team.size()) {}
 
-  // Calls work(first, last, paths) for blocks of 0..n_sources-1, each on some thread.
+  // Calls work(first, last, paths) for blocks of 0..n_sources-1, on any thread.
   template <typename Work>
   void for_each_block(std::int64_t n_sources, const Work& work) {
     team_.for_each((n_sources + kBlock - 1) / kBlock, [&](std::int64_t block, int thread) {
@@ -44,7 +44,7 @@ struct Entry {
   float value;
 };
 
-// The rows of some cells, one after the other.
+// The rows of consecutive cells.
 struct Block {
   std::vector<std::int64_t> ends;  // of each row, in entries
   std::vector<Entry> entries;
@@ -111,7 +111,7 @@ SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double u
                   Buffer<float>(begins.back())};
   rows.offsets[0] = 0;
   team.for_each(static_cast<std::int64_t>(blocks.size()), [&](std::int64_t index, int) {
-    const Block block = std::move(blocks[index]);  // makes room as it goes
+    const Block block = std::move(blocks[index]);  // frees its memory after use
     for (std::size_t row = 0; row < block.ends.size(); ++row) {
       rows.offsets[index * kBlock + row + 1] = begins[index] + block.ends[row];
     }

@@ -1,5 +1,5 @@
 // Lengths of shortest paths between cells: from some of them to all, or between those near each
-// other. What normalized cuts ask for; nothing else here grows with the square of the cells.
+// other. Used by normalized cuts. Only these functions need memory quadratic in the cells.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -11,7 +11,7 @@ namespace superfacets {
 // Rows of a sparse matrix, in CSR form.
 struct SparseRows {
   Buffer<std::int64_t> offsets;  // (N + 1,)
-  Buffer<Cell> columns;          // (E,) rising within a row
+  Buffer<Cell> columns;          // (E,) ascending within a row
   Buffer<float> values;          // (E,)
 };
 
@@ -20,10 +20,10 @@ struct SparseRows {
 Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
                            ThreadTeam& team);
 
-// The same from each cell to those within `reach` of it (Euclidean, 0 to itself), by the shortest
-// path whose places but the last are all within reach. A cell on whose paths that bound falls
-// differently from its other end has a longer path one way, or none. 8 bytes for each pair, twice
-// that while rows are put together.
+// The same from each cell to those within `reach` of it (Euclidean; 0 to itself), by the shortest
+// path of which all places but the last are within reach. As the bound is around the source, the
+// paths of a pair of cells may differ in the two directions, or exist in one only. Memory: 8 bytes
+// for each pair, twice that while the rows are concatenated.
 SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double unit,
                                ThreadTeam& team);
 

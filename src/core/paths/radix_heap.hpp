@@ -1,5 +1,5 @@
-// A monotone priority queue for integer keys (Ahuja, Mehlhorn, Orlin and Tarjan 1990): a key that
-// is pushed is never below the last key popped, as in Dijkstra's algorithm.
+// A monotone priority queue for integer keys (Ahuja, Mehlhorn, Orlin and Tarjan 1990): no key
+// pushed may be below the last key popped, which holds in Dijkstra's algorithm.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Shortest paths from one place, as far as they are wanted.
+// Shortest paths from one place, up to a bound that the caller sets.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace superfacets {
 
-// Expands one source after the other, by label correction, and by Dijkstra's algorithm where that
-// does not work. 8 bytes a cell.
+// Expands one source after another by label correction, and by Dijkstra's algorithm where label
+// correction takes too many steps. Memory: 8 bytes per cell.
 class SourcePaths {
  public:
   explicit SourcePaths(const OrderedGraph& graph)
@@ -24,9 +24,9 @@ class SourcePaths {
   }
 
   // Finds the shortest paths from a place along which is_followed(place, length) holds for every
-  // place but the last, each with the length of its shortest such path. It may be asked with longer
-  // paths before, and must not hold for a longer path where it does not for a shorter one. No paths
-  // may be left from the source before.
+  // place but the last, where `length` is that of the shortest such path to it. is_followed may
+  // also be called with longer paths; if it holds for a path, it must hold for any shorter one. The
+  // paths of the previous source must have been taken.
   template <typename IsFollowed>
   void expand(Place source, const IsFollowed& is_followed) {
     SUPERFACETS_ASSERT(reached_.empty() && heap_.empty());
@@ -43,7 +43,7 @@ class SourcePaths {
     }
   }
 
-  // Calls take(place, length) for each place that was reached, in any order, and forgets its path.
+  // Calls take(place, length) for each place reached, in any order, and clears its path.
   template <typename Take>
   void take(const Take& take_one) {
     for (const Place place : reached_) take_one(place, std::exchange(lengths_[place], kUnreached));
@@ -51,8 +51,8 @@ class SourcePaths {
   }
 
  private:
-  // Places handled, in all and per place reached, beyond which buckets are given up for a heap. On
-  // meshes it takes one to two for each.
+  // If more places than this are handled, in total and per place reached, the search switches from
+  // buckets to a heap. On meshes one to two are handled per place reached.
   static constexpr std::size_t kAlwaysHandled = 1000;
   static constexpr std::size_t kMaxHandled = 4;
 
@@ -86,8 +86,8 @@ class SourcePaths {
   const OrderedGraph& graph_;
   BucketQueue queue_;  // both empty between expansions
   RadixHeap heap_;
-  Buffer<PathLength> lengths_;  // (N,) path from the present source; unreached between
-  std::vector<Place> reached_;  // by the present source
+  Buffer<PathLength> lengths_;  // (N,) from the current source; kUnreached between searches
+  std::vector<Place> reached_;  // by the current source
 };
 
 }  // namespace superfacets

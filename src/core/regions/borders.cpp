@@ -26,8 +26,8 @@ struct RegionLength {
   double length;
 };
 
-// Whether a side of a cell is border of the cell's region and not counted yet: some cell on it is
-// in another region, and none of the lower ones is in this.
+// Whether a side of a cell is on the border of its region and is to be counted from this cell: some
+// cell on it is in another region, and no lower one is in this region.
 struct SideState {
   bool is_border = false;
   bool is_counted = false;
@@ -85,7 +85,7 @@ std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCos
     const std::scoped_lock lock(mutex);
     crossings.insert(crossings.end(), part.begin(), part.end());
   });
-  // By arc as well: sums are then added in the same order, however the cells were shared out.
+  // Sorted by arc as well, so that the order of the sums does not depend on the number of threads.
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
     return std::tie(a.low, a.high, a.arc) < std::tie(b.low, b.high, b.arc);
   });

@@ -1,4 +1,4 @@
-// Stage 5: which regions touch, for how long, and how long the way around each is.
+// Stage 5: which regions touch, the lengths of their borders, and the perimeter of each region.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,9 @@
 
 namespace superfacets {
 
-// What a border through an arc costs: its length times exp(-excess / crease_scale), where excess is
-// by how much the weight of the arc is more than the length of the step (eq. 1): what the crease
-// adds to it. In the unit of the positions.
+// The cost of a border across an arc: its length times exp(-excess / crease_scale). The excess is
+// the weight of the arc minus the length of the step (eq. 1), which is what a crease adds, in the
+// unit of the positions.
 struct BorderCost {
   std::span<const double> weights;  // (M,) of the arcs
   double weight_unit = 1.0;         // of the weights, in the unit of the positions; d for faces
@@ -31,8 +31,8 @@ struct RegionBorder {
 std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
                                          std::span<const Label> labels, ThreadTeam& team);
 
-// The length of the border of each region 0..n_regions-1. A side counts once for each region on it
-// that has not all of its cells; what no arc crosses (the boundary of an open mesh) counts too.
+// The perimeter of each region 0..n_regions-1. A side counts once for each region on it that does
+// not hold all of its cells. Border that no arc crosses (the boundary of an open mesh) counts too.
 // Time O(N + M); the same bits on any number of threads.
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team);

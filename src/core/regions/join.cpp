@@ -13,15 +13,14 @@
 namespace superfacets {
 namespace {
 
-// The neighbors of a group of joined regions, by group, and in the order in which they would be
-// joined.
+// The neighbors of a group of joined regions, indexed by group and sorted by priority for joining.
 class Neighbors {
  public:
   bool empty() const { return costs_.empty(); }
   std::size_t size() const { return costs_.size(); }
   const std::map<Label, double>& costs() const { return costs_; }
 
-  // Of the border that costs most, the lowest group of equals.
+  // The neighbor with the most costly border, the lowest group among equals.
   Label preferred() const { return ranking_.begin()->second; }
 
   void add(Label group, double cost) {
@@ -48,8 +47,8 @@ class Neighbors {
   std::set<std::pair<double, Label>> ranking_;
 };
 
-// Groups of joined regions. A group has a number, by which neighbors know it, and goes by the label
-// of the region that the others joined: these differ where that one had fewer neighbors.
+// Groups of joined regions. Neighbors refer to a group by its number. Its label is that of the
+// region that the others joined, which differs from the number if that region had fewer neighbors.
 class Groups {
  public:
   Groups(std::span<const double> areas, std::span<const RegionBorder> borders, const JoinRule& rule)
@@ -83,7 +82,7 @@ class Groups {
     for (Label label = 0; std::cmp_less(label, joined_to_.size()); ++label) {
       Label root = label;
       while (joined_to_[root] != root) root = joined_to_[root];
-      // All on the way lead straight to the root from now on, so that chains are walked once.
+      // Path compression: everything on the way points to the root from now on.
       for (Label next = label; next != root;) next = std::exchange(joined_to_[next], root);
     }
     return std::move(joined_to_);
@@ -128,7 +127,7 @@ class Groups {
   const JoinRule rule_;
   std::vector<double> areas_;           // of each group
   std::vector<Label> labels_;           // of each group: the region that the others joined
-  std::vector<Label> joined_to_;        // of each region: itself, as long as it has joined none
+  std::vector<Label> joined_to_;        // of each region: itself until it joins another
   std::vector<std::uint8_t> is_alive_;  // of each group
   std::vector<Neighbors> neighbors_;
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;

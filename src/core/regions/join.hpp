@@ -8,25 +8,25 @@
 
 namespace superfacets {
 
-// Which regions have to join another.
+// The regions that have to join another.
 struct JoinRule {
   std::span<const std::uint8_t> stays;  // (K,) 1: never; empty: none of them
-  double least_area = 0.0;              // else those with less area than this, at the time
+  double least_area = 0.0;              // the others join while their area is less
 };
 
-// Joins regions to neighbors, the smallest first (the lowest label of equals), each to the one it
-// shares most border with, and returns the region that each ends in, (K,). Areas and borders of
-// what has been joined add up. Of borders that cost the same, the one to the lowest label counts
-// (where regions have been joined, to that of the one with most neighbors). A region without a
-// neighbor stays. `borders` as from region_borders.
+// Joins regions to neighbors, the smallest region first (the lowest label among equals), each to
+// the neighbor with the most costly common border, and returns the final region of each, (K,).
+// Areas and borders of joined regions are added. Among equal costs the lowest label is taken (for
+// joined regions that of the one with most neighbors). A region without a neighbor stays. `borders`
+// are those of region_borders.
 //
-// Time O((K + B) log^2 B) for B borders: of two regions that join, the borders of the one with
-// fewer neighbors are handed over.
+// Time O((K + B) log^2 B) for B borders: when two regions join, the borders of the one with fewer
+// neighbors are moved to the other.
 std::vector<Label> join_regions(std::span<const double> areas,
                                 std::span<const RegionBorder> borders, const JoinRule& rule);
 
-// The nearest cell (Euclidean, the lowest of equals) to each of some cells, of those wanted. At
-// least one has to be.
+// For each of some cells, the nearest (Euclidean) of the wanted cells, the lowest among equals. At
+// least one cell must be wanted.
 std::vector<Cell> nearest_wanted(const OrderedGraph& graph, std::span<const Cell> cells,
                                  std::span<const std::uint8_t> is_wanted);
 

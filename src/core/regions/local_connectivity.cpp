@@ -7,19 +7,18 @@
 namespace superfacets {
 namespace {
 
-// Neighbors in the region that are looked at: a cell with more is left where it is.
+// The most neighbors in the region that are examined; a cell with more is not moved.
 constexpr int kMostNeighbors = 16;
 
-// A way around a corner that is longer than this is not looked for: on real meshes 6 faces meet at
-// a corner.
+// The longest walk around a corner. On real meshes about 6 faces meet at a corner.
 constexpr int kLongestFan = 64;
 
 class Neighborhood {
  public:
   Neighborhood(const Surface& surface, std::span<const Label> labels, Cell cell)
       : surface_(surface), labels_(labels), cell_(cell) {
-    // With neighbors in the region across all sides a cell is not at a border; where several cells
-    // meet at one of its sides, it is not worth the look.
+    // A cell with neighbors of the region across all of its sides is not at a border, or several
+    // cells meet at one of its sides, which is too rare to examine.
     limit_ = surface.has_corners() ? std::min(surface.n_sides(cell) - 1, kMostNeighbors)
                                    : kMostNeighbors;
     for (const Step step : surface.arcs().steps(cell)) {
@@ -29,7 +28,7 @@ class Neighborhood {
 
   bool is_joined() const {
     if (n_steps_ == 0 || n_steps_ > limit_) return false;
-    // Grows what is joined with the first neighbor until nothing more is.
+    // Grows the set of neighbors joined with the first one until it does not change.
     std::array<bool, kMostNeighbors> is_reached{true};
     int n_reached = 1;
     for (bool has_grown = true; has_grown && n_reached < n_steps_;) {
@@ -66,9 +65,9 @@ class Neighborhood {
     return std::find(neighbors.begin(), neighbors.end(), second.to) != neighbors.end();
   }
 
-  // Whether two neighbors are joined by cells of the region, other than this one, around the corner
-  // that their sides share. Walks from one to the other; where a border has several ways on, it
-  // gives up.
+  // Whether two neighbors are joined around the corner that their sides share, by cells of the
+  // region other than this one. Walks from one to the other, and gives up where the next cell is
+  // ambiguous.
   bool joins_around_corner(const Step& first, const Step& second) const {
     const Corner corner = surface_.corner_between(cell_, surface_.side(cell_, first.arc),
                                                   surface_.side(cell_, second.arc));
@@ -88,7 +87,7 @@ class Neighborhood {
   const std::span<const Label> labels_;
   const Cell cell_;
   int limit_ = 0;
-  int n_steps_ = 0;  // to different neighbors in the region; of more than the limit, not all
+  int n_steps_ = 0;  // to different neighbors in the region, up to the limit
   std::array<Step, kMostNeighbors> steps_{};
 };
 

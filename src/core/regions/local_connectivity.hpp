@@ -1,5 +1,4 @@
-// Stage 5: whether a region stays in one piece when it loses a cell, from what lies around the
-// cell.
+// Stage 5: whether a region stays connected when it loses a cell, by a local test.
 #pragma once
 
 #include <span>
@@ -9,10 +8,10 @@
 
 namespace superfacets {
 
-// Whether the region of a cell surely stays connected, and keeps some cell, without this one: the
-// neighbors in the region are joined around the corners of the cell, or, where corners are not
-// known, by arcs among themselves. May be false where a longer way joins them, and where there is
-// more to look at than on any ordinary surface: to leave a cell where it is never breaks a region.
+// A sufficient condition for the region of a cell to stay connected, and not empty, without the
+// cell: its neighbors in the region are joined around the corners of the cell or, if corners are
+// not known, by arcs among themselves. The result may be false although a longer path joins them,
+// or if there are more neighbors than on ordinary surfaces. Not moving a cell is always safe.
 bool stays_connected_without(const Surface& surface, std::span<const Label> labels, Cell cell);
 
 }  // namespace superfacets

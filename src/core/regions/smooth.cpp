@@ -12,21 +12,22 @@
 namespace superfacets {
 namespace {
 
-// Of what a cell's sides cost together, the part that a move must win: less may be rounding, and
-// two moves that undo each other would go on for ever.
+// The least gain of a move, as a fraction of the cost of all sides of the cell. A smaller gain may
+// be a rounding error, and two moves that undo each other would alternate forever.
 constexpr double kLeastGain = 1e-9;
 
 constexpr float kNotYetKnown = -1.0F;
 
-// A chain is given up when it has lost this part of what the sides of its first cell cost. Without
-// the limit compactness would be 0.007 less on the benchmark models, and time half as much again.
+// A chain ends when its loss exceeds this fraction of the cost of the sides of its first cell.
+// Without the limit compactness would be lower (better) by 0.007 on the benchmark models, at 1.5
+// times the run time.
 constexpr double kDeepest = 0.5;
 
-// A cell that may be next in a chain.
+// A candidate for the next move of a chain.
 struct Candidate {
   Cell cell = kNoCell;
   double gain = 0.0;
-  float travel = 0.0F;  // known when it is its turn
+  float travel = 0.0F;  // computed when it is examined
 };
 
 struct Move {
@@ -94,11 +95,11 @@ class Smoother {
     return false;
   }
 
-  // Moves a cell, and what is won by moving it as well, to the first neighboring region where that
-  // pays.
+  // Tries chains that begin with a cell, one for each neighboring region, and keeps the first that
+  // makes borders cheaper.
   void try_moves(Cell cell) {
-    // A chain begins with this cell, whatever region it is for. Where hundreds of cells are
-    // neighbors of each other, to find out for each of their regions would take most of all time.
+    // Every chain begins by moving this cell, so that is tested once. To test it for each of the
+    // regions would take most of the time where hundreds of cells are neighbors of each other.
     if (!may_leave(cell)) return;
     const Label from = labels_[cell];
     Label tried = from;
@@ -110,10 +111,10 @@ class Smoother {
     }
   }
 
-  // Moves cells one after the other, each the best that is next to those moved, and takes back what
-  // comes after the best state. That a step on the way may lose is what gets a border over a row of
-  // triangles (Kernighan and Lin 1970 do so with pairs); as each step keeps regions connected, so
-  // does every state. Returns whether something has moved.
+  // Moves one cell at a time, each the best candidate next to those moved, and undoes the moves
+  // after the best state. Single moves may lose, which lets a border cross a row of triangles
+  // (Kernighan and Lin 1970 do so with pairs). Each move keeps regions connected, so every state
+  // is. Returns whether a cell has moved.
   bool move_chain(Cell first, Label to) {
     const Label from = labels_[first];
     const std::size_t best_size = grow_chain(first, from, to);
@@ -125,7 +126,7 @@ class Smoother {
     return best_size > 0;
   }
 
-  // Returns how many of the moves of the chain make borders cheapest; 0 if none do.
+  // Returns the number of moves after which borders are cheapest; 0 if no state is cheaper.
   std::size_t grow_chain(Cell first, Label from, Label to) {
     const double cost = cost_of_sides(first);
     double gain = 0.0;
@@ -149,7 +150,7 @@ class Smoother {
     return best_size;
   }
 
-  // The best candidate that may move, out of the list; kNoCell if none wins as much as it has to.
+  // Removes and returns the best candidate that may move; kNoCell if no gain is large enough.
   Candidate take_candidate(Label to, double least_gain) {
     while (!candidates_.empty()) {
       const auto best = std::max_element(
@@ -167,7 +168,7 @@ class Smoother {
     return {};
   }
 
-  // Neighbors of a cell that has just moved: what they win is now more than it was.
+  // Updates the neighbors of a cell that has just moved, whose gain is larger now.
   void add_candidates(Cell moved, Label from, Label to) {
     for (const Cell cell : surface_.arcs().neighbors(moved)) {
       if (labels_[cell] != from) continue;
@@ -182,7 +183,7 @@ class Smoother {
     }
   }
 
-  // How much cheaper borders get if a cell moves.
+  // By how much a move of a cell reduces the cost of borders.
   double gain_of(Cell cell, Label from, Label to) {
     double gain = 0.0;
     for (const auto [arc, neighbor] : surface_.arcs().steps(cell)) {
@@ -201,7 +202,7 @@ class Smoother {
     return sum;
   }
 
-  // Costs are found when first asked for: few arcs are near a border.
+  // Costs are computed on first use, because few arcs are near a border.
   double cost_of(Cell cell, std::int64_t arc) {
     float& cost = costs_[arc];
     if (cost == kNotYetKnown) {
@@ -214,15 +215,15 @@ class Smoother {
     return !is_fixed_[cell] && stays_connected_without(surface_, labels_.span(), cell);
   }
 
-  // How far a cell would be from the border that a region had at first, on a path along cells that
-  // have moved to it.
+  // The distance that a cell would have from the first border of a region, on a path along cells
+  // that have moved to the region.
   double travel_of(Cell cell, Label to) const {
     if (first_labels_[cell] == to) return 0.0;
     double shortest = std::numeric_limits<double>::infinity();
     for (const auto [arc, neighbor] : surface_.arcs().steps(cell)) {
       if (labels_[neighbor] != to) continue;
       const double step = border_cost_.weights[arc] * border_cost_.weight_unit;
-      const bool is_at_border = first_labels_[neighbor] == to;  // which is half way
+      const bool is_at_border = first_labels_[neighbor] == to;  // the border is half way
       shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);
     }
     return shortest;
@@ -246,12 +247,12 @@ class Smoother {
   const std::span<const Label> first_labels_;
   const SmoothOptions options_;
   Buffer<Label> labels_;
-  Buffer<float> travels_;            // of cells that are not in their first region: travel_of
+  Buffer<float> travels_;            // travel_of, of cells not in their first region
   Buffer<std::uint8_t> is_waiting_;  // for the next sweep
   Buffer<std::uint8_t> is_fixed_;
   Buffer<float> costs_;      // of arcs, kNotYetKnown at first
-  std::vector<Cell> next_;   // cells to look at in the next sweep
-  std::vector<Move> chain_;  // moved, in this order, and their travel before
+  std::vector<Cell> next_;   // cells to examine in the next sweep
+  std::vector<Move> chain_;  // moves in this order, with the travel before each
   std::vector<Candidate> candidates_;
 };
 

@@ -10,17 +10,17 @@
 namespace superfacets {
 
 struct SmoothOptions {
-  double max_distance = 0.0;  // how far borders may go, as a path length, in the positions' unit
-  std::size_t max_chain = 1;  // at most so many cells move at once
-  int max_sweeps = 1;         // at most so often a border is gone over
+  double max_distance = 0.0;  // that borders may move: a path length, in the positions' unit
+  std::size_t max_chain = 1;  // the most cells that move at once
+  int max_sweeps = 1;         // the most passes over the borders
 };
 
-// Moves cells at borders between regions, each time a chain of neighbors from one region to
-// another, as long as that makes the borders cheaper.
+// Moves cells at borders between regions, as chains of neighbors from one region to another, as
+// long as that makes the borders cheaper.
 //
-// Kept at every step: cells that hung together in a region still do, no region loses its last cell,
-// cells in `fixed` stay, and a cell moves only to a region whose first border is within
-// max_distance, on a path along the cells that moved before it.
+// Invariants: connected cells of a region stay connected, no region loses its last cell, cells in
+// `fixed` stay, and a cell moves only to a region whose first border is within max_distance, on a
+// path along the cells that moved before it.
 //
 // Time O(N + M) and, for each sweep, O(max_chain^2) per cell at a border or next to what has just
 // moved; memory about 10 bytes per cell and 4 per arc. Borders are found on several threads and

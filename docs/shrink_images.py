@@ -1,0 +1,40 @@
+"""Keep the pictures of the documentation small: ``python docs/shrink_images.py``.
+
+Pictures of more than 150 KB get a palette of 256 colors; if that is not enough, they are halved.
+"""
+
+from pathlib import Path
+
+from PIL import Image
+
+IMAGES = Path(__file__).resolve().parent / "images"
+MAX_BYTES = 150_000
+N_COLORS = 256
+
+
+def main() -> None:
+    for path in sorted(IMAGES.rglob("*.png")):
+        if path.stat().st_size > MAX_BYTES:
+            save_small(read(path), path)
+            if path.stat().st_size > MAX_BYTES:
+                picture = read(path)
+                save_small(picture.reduce(2), path)
+            print(f"{path.relative_to(IMAGES)}: {path.stat().st_size:,} bytes")
+
+
+def read(path: Path, size: tuple[int, int] | None = None) -> Image.Image:
+    """Return a picture, scaled down to a size if one is given."""
+    with Image.open(path) as opened:
+        picture = opened.convert("RGB")
+    return picture if size is None else picture.resize(size, Image.Resampling.LANCZOS)
+
+
+def save_small(picture: Image.Image, path: Path) -> None:
+    """Write a picture with few colors, dithered."""
+    palette = picture.quantize(N_COLORS)
+    few = picture.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+    few.save(path, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,189 @@
+"""What the documentation shows is run: its Python, its commands, its list of public names."""
+
+import contextlib
+import io
+import re
+import shlex
+import warnings
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
+
+import gallery_meshes
+import make_gallery
+import numpy as np
+import pytest
+import shrink_images
+from click.testing import CliRunner
+from tools.sample_bear import parts_of
+
+import superfacets as sf
+from superfacets.cli.main import commands
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *(DOCS / f"{name}.md" for name in ("index", "pipeline", "metrics"))]
+PAGES += [DOCS / "tutorial.md", *sorted((DOCS / "howto").glob("*.md"))]
+
+FENCE = re.compile(r"(?:<!-- needs: (\w+) -->\n)?^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+
+
+class Block(NamedTuple):
+    """A fenced block of a page."""
+
+    needs: str | None
+    language: str
+    code: str
+    line: int
+    printed: str  # a block of plain text right below it
+
+
+def read_blocks(path):
+    """The blocks of a page, the first of which begins at line 1 or later."""
+    text = path.read_text(encoding="utf-8")
+    found = list(FENCE.finditer(text))
+    blocks = []
+    for block, after in zip(found, [*found[1:], None], strict=True):
+        is_output = (
+            after is not None
+            and after[2] == "text"
+            and not text[block.end() : after.start()].strip()
+        )
+        line = text.count("\n", 0, block.start(3)) + 1
+        blocks.append(Block(*block.group(1, 2, 3), line, after[3] if is_output else ""))
+    return blocks
+
+
+def python_blocks(path):
+    return [block for block in read_blocks(path) if block.language == "python"]
+
+
+@pytest.fixture
+def files(tmp_path, monkeypatch, real_data):
+    """The files that pages speak of, in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    bear = sf.sample_mesh(5_000)
+    sf.write_mesh("scan.ply", bear)
+    sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
+    sf.write_mesh("assembly.ply", with_specks(bear))
+    write_stl("part.stl", gallery_meshes.flange(48))
+    if real_data is not None:
+        Path("psb").symlink_to(real_data / "psb")
+    return tmp_path
+
+
+def with_specks(mesh):
+    """The mesh with 30 small boxes above it."""
+    specks = [gallery_meshes.box(0.05 * i, 2, 0, 0.02, 0.02, 0.02) for i in range(30)]
+    return gallery_meshes.merged([mesh, *specks])
+
+
+def write_stl(path, mesh):
+    records = np.zeros(mesh.n_faces, [("numbers", "<f4", 12), ("bytes", "<u2")])
+    records["numbers"][:, 3:] = mesh.vertices[mesh.faces].reshape(-1, 9)
+    count = np.uint32(mesh.n_faces).tobytes()
+    Path(path).write_bytes(bytes(80) + count + records.tobytes())
+
+
+def run_page(path):
+    """Run the blocks of a page in a row, as a reader would."""
+    names = {}
+    for block in python_blocks(path):
+        if block.needs is None or find_spec(block.needs) or Path(block.needs).is_dir():
+            code = compile("\n" * (block.line - 1) + block.code, str(path), "exec")
+            printed = io.StringIO()
+            with contextlib.redirect_stdout(printed):
+                exec(code, names)
+            assert printed.getvalue() == block.printed, f"{path.name}, line {block.line}"
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_the_python_of_a_page_runs_and_prints_what_it_says(path, files):
+    if path.stem == "scans":
+        sf.write_mesh("scan.ply", gallery_meshes.scan(5_000))
+    with warnings.catch_warnings():
+        warnings.simplefilter(
+            "ignore", UserWarning
+        )  # of slivers and components: pages explain them
+        run_page(path)
+
+
+def test_blocks_are_run_in_a_row_and_what_they_print_is_compared(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```python\nx = 1\n```\n\n```python\nprint(x)\n```\n\n```text\n1\n```\n")
+    run_page(page)
+    page.write_text("```python\nprint(2)\n```\n\n```text\n1\n```\n")
+    with pytest.raises(AssertionError, match=r"page.md, line 2"):
+        run_page(page)
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
+    needs = {block.needs for block in read_blocks(path)} - {None}
+    assert needs <= {"trimesh", "pyvista", "open3d", "psb"}
+    assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
+
+
+def public_names():
+    """The full name of everything public, as the API reference lists it."""
+    modules = [sf, sf.metrics, sf.baselines, sf.princeton]
+    return [f"{module.__name__}.{name}" for module in modules for name in module.__all__]
+
+
+def listed_names(page):
+    """The names in the autosummary tables of a page."""
+    names, module = [], ""
+    for line in page.splitlines():
+        if line.startswith(".. currentmodule:: "):
+            module = line.split()[-1]
+        elif re.fullmatch(r"   \w+", line):
+            names.append(f"{module}.{line.strip()}")
+    return names
+
+
+def test_every_public_name_has_a_page():
+    listed = listed_names((DOCS / "api.md").read_text(encoding="utf-8"))
+    assert sorted(listed) == sorted(public_names())
+
+
+GALLERY = make_gallery.read_entries((DOCS / "gallery.md").read_text(encoding="utf-8"))
+
+
+def test_each_mesh_of_the_gallery_has_a_picture_and_commands():
+    assert sorted(name for name, _ in GALLERY) == sorted(gallery_meshes.MESHES)
+    pictures = {path.stem for path in make_gallery.PICTURES.glob("*.png")}
+    assert pictures == set(gallery_meshes.MESHES)
+
+
+def test_pictures_are_small():
+    """`python docs/shrink_images.py` makes them so."""
+    sizes = {path.name: path.stat().st_size for path in (DOCS / "images").rglob("*.png")}
+    assert {name for name, size in sizes.items() if size > shrink_images.MAX_BYTES} == set()
+
+
+def test_links_of_the_readme_lead_to_files():
+    links = re.findall(r"\]\(([^)#:]+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert "docs/tutorial.md" in links
+    assert [link for link in links if not (ROOT / link).is_file()] == []
+
+
+@pytest.mark.parametrize(("name", "lines"), GALLERY, ids=[name for name, _ in GALLERY])
+def test_commands_of_the_gallery_run(name, lines, tmp_path, monkeypatch):
+    """They run on a coarse bear in the place of the mesh; pictures are drawn elsewhere."""
+    monkeypatch.chdir(tmp_path)
+    Path("gallery").mkdir()
+    sf.write_mesh(f"gallery/{name}.ply", sf.sample_mesh(3_000))
+    segment, render = (shlex.split(line)[1:] for line in lines)
+    result = CliRunner().invoke(commands, segment)
+    assert result.exit_code == 0, result.output
+    assert render[:2] == ["render", f"{name}.ply"]
+    assert render[2:4] == ["-o", f"{name}.png"]
+    assert sf.read_labels(f"{name}.ply").max() > 0
+
+
+@pytest.mark.parametrize("name", ["flange", "gears", "terrain", "scan", "room"])
+def test_generated_meshes_of_the_gallery_are_sound(name):
+    info = sf.mesh_info(gallery_meshes.MESHES[name]())
+    assert info.n_faces < 300_000
+    assert info.n_inconsistent_edges == 0
+    assert (info.n_components == 1) == (name in ("flange", "terrain"))
