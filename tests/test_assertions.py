@@ -33,7 +33,7 @@ BROKEN_CALLS = {
         "src/core/clustering/update.cpp",
         "all_below(labels, n_regions)",
     ),
-    "_core.farthest_seeds(ordered, 0, 3, 1)": (
+    "_core.farthest_seeds(ordered, 0, 3, keep, 1)": (
         "src/core/clustering/farthest.cpp",
         "all.farthest_squared > kIsCenter",
     ),
@@ -47,6 +47,7 @@ ones, halves = np.ones(2, np.float32), np.full(2, 0.5, np.float32)
 cells, more_cells = (_core.PlacedCells(np.eye(2, 3), np.ones(2), 1) for _ in range(2))
 three_cells = _core.PlacedCells(np.eye(3), np.ones(3), 1)
 ordered = _core.OrderedGraph(more_cells, offsets, neighbors, ones, 1)
+keep = next(iter(_core.Islands))
 print("so far all is well", flush=True)
 """
 
@@ -70,6 +71,6 @@ def test_a_broken_assertion_ends_the_process_and_says_where(code):
 
 
 def test_what_is_as_demanded_goes_through():
-    done = call("print(_core.farthest_seeds(ordered, 0, 2, 1))")
+    done = call("print(_core.farthest_seeds(ordered, 0, 2, keep, 1))")
     assert done.stdout.splitlines()[-1] == "[0 1]"
     assert done.returncode == 0
