@@ -148,6 +148,13 @@ def test_borders_on_a_plane_are_as_long_as_their_edges():
     assert lengths == pytest.approx([1.0, 1.0])
 
 
+def test_of_regions_of_one_size_the_lowest_label_joins_first():
+    """Each face of a strip joins the one across its longest side: 0 joins 1, 2 joins 3, ..."""
+    edit = merge_small_regions(shapes.strip(6), list(range(6)), 1.5)
+    assert edit.labels.tolist() == [0, 0, 1, 1, 2, 2]
+    assert edit.sources.tolist() == [1, 3, 5]
+
+
 def test_random_labels_of_real_meshes_end_up_in_one_piece_each(benchmark_paths):
     for path in benchmark_paths[::24]:
         mesh = read_off(path)
