@@ -72,7 +72,7 @@ __all__ = ["segment_command"]
     "--eta",
     "eta_convex",
     type=NOT_NEGATIVE,
-    help="What a convex crease counts against a concave one.  [default: by weights: 0, 0.2]",
+    help="Weight of convex creases relative to concave ones.  [default: by weights: 0, 0.2]",
 )
 @click.option(
     "--weights",
@@ -85,14 +85,14 @@ __all__ = ["segment_command"]
     type=click.Choice(INITS),
     help="How the first centers are placed.  [default: geodesic]",
 )
-@click.option("--paper", is_flag=True, help="The algorithm of the paper, to the letter.")
+@click.option("--paper", is_flag=True, help="The algorithm of the paper, exactly as published.")
 @click.option(
     "--max-iter",
     "max_num_iter",
     type=click.IntRange(min=1),
     default=50,
     show_default=True,
-    help="At most so many iterations.",
+    help="Maximum number of iterations.",
 )
 @click.option(
     "--tol",
@@ -102,13 +102,13 @@ __all__ = ["segment_command"]
 @click.option(
     "--smooth/--no-smooth",
     default=None,
-    help="Make borders straight where the surface is smooth.  [default: yes, but with --paper]",
+    help="Make borders straight where the surface is smooth.  [default: yes; no with --paper]",
 )
 @click.option(
     "--connect",
     "enforce_connectivity",
     is_flag=True,
-    help="Regions that have fallen apart, with --paper, keep one piece.",
+    help="Disconnected regions, which --paper may give, keep one piece.",
 )
 @click.option(
     "--min-size",
@@ -118,7 +118,7 @@ __all__ = ["segment_command"]
 @click.option(
     "--islands",
     type=click.Choice(ISLANDS),
-    help="Components without a seed, and small regions that touch no other, are regions of their"
+    help="Components without a seed, and small regions without a neighbor, are regions of their"
     " own, or join the nearest region, which makes -n exact.  [default: keep]",
 )
 @click.option(
