@@ -8,7 +8,7 @@ class MeshError(ValueError):
 
 
 class MissingExtraError(ImportError):
-    """A feature needs an optional dependency; the message holds the install line."""
+    """A feature needs an optional dependency; the message says how to install it."""
 
     def __init__(self, task: str, extra: str) -> None:
         super().__init__(f"{task} needs an extra: pip install 'superfacets[{extra}]'")

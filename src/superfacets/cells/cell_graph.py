@@ -117,7 +117,7 @@ class CellGraph:
         box of the positions if not given.
     weight_unit : float, default 1.0
         Length of one unit of weight, in the unit of the positions. The graph of a mesh has the
-        diagonal of its bounding box. Only the clean-up of regions goes by it.
+        diagonal of its bounding box. Only the clean-up of regions uses it.
     arc_measures : ArcMeasures, optional
         What arcs cross; needed for the clean-up of regions and for `metrics.compactness`.
 

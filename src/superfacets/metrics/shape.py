@@ -134,6 +134,6 @@ def _squares_over(vectors: npt.NDArray[np.float64], areas: npt.NDArray[np.float6
 
 
 def extra_pieces_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> int:
-    """Return how many connected pieces there are more than regions."""
+    """Return the number of connected pieces beyond one per region."""
     _, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     return n_pieces - n_regions
