@@ -1,4 +1,4 @@
-"""What `segment` is asked for, checked: each stage takes its options in one object.
+"""The checked arguments of `segment`: the options of each stage are in one object.
 
 All follow one pattern: ``checked`` takes arguments as `segment` does and raises what is wrong with
 them before any work is done; ``params`` is what is reported in the result.
@@ -49,14 +49,14 @@ WEIGHTS: dict[str, dict[str, float]] = {
     "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
     "stk02": {"alpha": 0.5},
 }
-"""Names of the arc weights that `segment` knows, and what their parameters are if not given."""
+"""Names of the arc weights that `segment` knows, with the defaults of their parameters."""
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
-"""What may become of cells that no center reaches, and of small regions that touch no other."""
+"""What to do with cells that no center reaches, and with small regions that have no neighbor."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
-"""Faces that are to be the first centers. Not `ArrayLike`, which a misspelled name would be."""
+"""Faces that are the first centers. Not `ArrayLike`, which would accept a misspelled name."""
 
 Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
 """One weight per arc."""
@@ -66,7 +66,7 @@ Progress = Callable[[int, int], object]
 
 @dataclass(frozen=True)
 class SizeOptions:
-    """How many regions there are to be, or how large."""
+    """The number or the size of regions."""
 
     n_segments: int | None
     radius: float | None  # as a fraction of the diagonal
@@ -76,7 +76,7 @@ class SizeOptions:
     def checked(
         cls, n_segments: int | None, radius: float | None, init: Init | Seeds
     ) -> SizeOptions:
-        """Raise an error where arguments do not go together, or one is wrong on any mesh."""
+        """Raise an error if arguments contradict each other, or one is wrong for every mesh."""
         if n_segments is not None and radius is not None:
             raise ValueError("give n_segments or radius, not both")
         if n_segments is not None:
@@ -88,7 +88,7 @@ class SizeOptions:
 
 @dataclass(frozen=True)
 class WeightOptions:
-    """Choice of arc weights: by name with their parameters, or one per arc as given."""
+    """The arc weights: a name with parameters, or one given weight per arc."""
 
     params: dict[str, Any]
     given: npt.ArrayLike | None
@@ -97,7 +97,7 @@ class WeightOptions:
     def checked(
         cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None
     ) -> WeightOptions:
-        """Keep the parameters that count."""
+        """Keep the parameters that the weights use."""
         given = {"alpha": alpha, "eta_convex": eta_convex}
         checked = {
             name: checked_number(value, name, zero=True)
@@ -115,7 +115,7 @@ class WeightOptions:
 
 @dataclass(frozen=True)
 class LoopOptions:
-    """When the loop ends, and how expansions do."""
+    """When the loop ends, and where expansions halt."""
 
     max_num_iter: int
     tol: float  # in radii
@@ -156,7 +156,7 @@ class LoopOptions:
 
 @dataclass(frozen=True)
 class CleanupOptions:
-    """What is done to regions as the loop left them."""
+    """The clean-up of regions after the loop."""
 
     smooth: bool
     enforce_connectivity: bool

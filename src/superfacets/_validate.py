@@ -33,8 +33,8 @@ VALUE_RANGE = (1e-150, 1e150)
 """Largest areas and weights whose sums, and products with positions, stay normal."""
 
 MAX_THREADS_PER_CORE = 4
-"""More threads than that only take turns, and wait for each other: 1,024 on two cores take four
-times as long as two."""
+"""Upper bound of the number of threads. More only wait for each other: on two cores, 1,024 threads
+take four times as long as two."""
 
 
 def exact_array(array: Any, dtype: Any) -> npt.NDArray[Any]:
@@ -57,7 +57,7 @@ def exact_doubles(array: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
 
 
 def _is_mapped(array: npt.NDArray[Any]) -> bool:
-    """Whether the memory of an array is that of a file, as far as its owner tells."""
+    """Whether the memory of an array is mapped from a file, if its owner shows that."""
     owner: Any = array
     while isinstance(owner, np.ndarray):
         owner = owner.base
@@ -65,7 +65,7 @@ def _is_mapped(array: npt.NDArray[Any]) -> bool:
 
 
 def owned(array: npt.NDArray[Any], dtype: Any) -> npt.NDArray[Any]:
-    """A copy of an array, to be checked: nobody else can write it."""
+    """A copy of an array, which no one else can change after it was checked."""
     return np.array(array, dtype=dtype, order="C")
 
 
@@ -80,7 +80,7 @@ def owned_indices(array: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
 
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
-    """Raise an error where entries are masked: numpy would take what is under the mask."""
+    """Raise an error if entries are masked: numpy would use the values under the mask."""
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise error(f"{name} has masked entries: fill them, or leave them out")
 
@@ -127,7 +127,7 @@ def checked_mesh(
 
 
 def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
-    """Vertex positions as a contiguous (V, 3) float64 array; a MeshError if they are none."""
+    """Vertex positions as a contiguous (V, 3) float64 array; a MeshError if they are not valid."""
     array = _numeric_array(vertices, "vertices")
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"vertices must have shape (V, 3), got {array.shape}")
@@ -137,7 +137,7 @@ def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
 
 
 def _corner_array(faces: Any) -> npt.NDArray[Any]:
-    """Triangles as an (F, 3) array of integers of any type, as they come."""
+    """Triangles as an (F, 3) array of integers, in the type given."""
     array = _numeric_array(faces, "faces")
     if array.size == 0:
         raise MeshError("the mesh has no faces")
@@ -166,7 +166,7 @@ def _raise_index_error(
 
 
 def _check_extent(low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
-    """Raise a MeshError where the used vertices coincide, or span an absurd range."""
+    """Raise a MeshError if the used vertices coincide, or their range is too small or too large."""
     if np.array_equal(low, high):
         raise MeshError("all faces lie at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
@@ -269,7 +269,7 @@ def checked_angles(angles: Any, n_arcs: int) -> npt.NDArray[np.float64]:
 
 
 def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
-    """One side >= 0 per arc, (M,) int32, rising for the arcs of each cell."""
+    """One side >= 0 per arc, (M,) int32, ascending for the arcs of each cell."""
     array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
         raise ValueError(f"sides must have shape ({offsets[-1]},), got {array.shape}")
@@ -334,7 +334,7 @@ def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
 
 
 def checked_count(value: Any, name: str, high: int | None = None, of: str = "") -> int:
-    """An integer >= 1, at most `high`, which is the number of `of`."""
+    """An integer from 1 to `high`, the number of things named `of`."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
@@ -418,7 +418,7 @@ def usable_cores() -> int:
 
 
 def _integer_array(value: Any, name: str) -> npt.NDArray[Any]:
-    """A one-dimensional array of integers of any type, as it comes."""
+    """A one-dimensional array of integers, in the type given."""
     refuse_mask(value, name)
     array = np.asarray(value)
     if array.ndim != 1:

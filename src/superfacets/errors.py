@@ -1,4 +1,4 @@
-"""The errors that superfacets raises for a user's fault, and for a missing extra; its warnings."""
+"""The errors that superfacets raises for wrong input and missing extras, and its warnings."""
 
 __all__ = ["IslandWarning", "MeshError", "MissingExtraError", "RenderError", "SliverWarning"]
 
@@ -8,7 +8,7 @@ class MeshError(ValueError):
 
 
 class MissingExtraError(ImportError):
-    """A feature needs an optional dependency; the message holds the install line."""
+    """A feature needs an optional dependency; the message says how to install it."""
 
     def __init__(self, task: str, extra: str) -> None:
         super().__init__(f"{task} needs an extra: pip install 'superfacets[{extra}]'")
@@ -24,4 +24,4 @@ class IslandWarning(UserWarning):
 
 
 class SliverWarning(UserWarning):
-    """Regions become stripes, because the faces are long and thin; the message says what to do."""
+    """Regions become stripes because faces are long and thin; the message says what to do."""

@@ -49,10 +49,10 @@ PAPER: Mapping[str, Any] = MappingProxyType(
         "smooth": False,
     }
 )
-"""Keywords that give the paper's algorithm to the letter: ``segment(mesh, 150, **PAPER)``.
+"""Keywords for the paper's algorithm exactly as published: ``segment(mesh, 150, **PAPER)``.
 
-Expansions are halted at 2 r and the loop ends when no center changes, with the weights of eq. 1-3
-and seeds that are the farthest from each other in space; borders are left as they are.
+Weights are those of eq. 1-3, seeds are the farthest from each other in space, expansions halt at
+2 r, the loop ends when no center changes, and borders are not smoothed.
 """
 
 
@@ -86,68 +86,69 @@ def segment(
         components, or soup.
     n_segments : int, optional
         Number of regions k, 1 to the number of faces. 150 (or the number of faces, if that is
-        less) if neither this nor `radius` is given. Exactly so many come out with `islands`
-        "nearest"; otherwise one more for each component that gets no seed, and, with
+        less) if neither this nor `radius` is given. The result has exactly k regions with
+        ``islands="nearest"``; otherwise one more for each component that gets no seed and, with
         `radius_factor`, for faces that no center reaches.
     radius : float, optional
         Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
     alpha : float, optional
-        How much borders follow creases. 0: regions as compact as they get. If not given, 20 with
-        ``"creases"``, 200 with ``"superfacets"``, and any number >= 0; 0.5 with ``"stk02"``, and 0
-        to 1.
+        How much borders follow creases; 0 gives the most compact regions. >= 0, by default 20 with
+        ``weights="creases"`` and 200 with ``"superfacets"``; 0 to 1, by default 0.5, with
+        ``"stk02"``.
     eta_convex : float, optional
-        How much a convex crease counts against a concave one, >= 0. If not given, 0 with
-        ``"creases"``, 0.2 with ``"superfacets"``; not used with ``"stk02"``.
+        Weight of convex creases (ridges) relative to concave ones (grooves), >= 0. By default 0
+        with ``"creases"``, 0.2 with ``"superfacets"``; not used with ``"stk02"``.
     weights : {"creases", "superfacets", "stk02"} or array_like, shape (M,)
         Arc weights by name. ``"creases"`` (`crease_weights`): a crease costs the same to cross at
         every resolution of the mesh. ``"superfacets"`` (`superfacet_weights`): those of the paper.
-        ``"stk02"`` (`stk02_weights`): those that the paper compares with. Or one per arc of
-        ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the bounding box as
-        these: `alpha` and `eta_convex` are then not used.
+        ``"stk02"`` (`stk02_weights`): those that the paper compares with. Or one weight per arc of
+        ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the bounding box;
+        `alpha` and `eta_convex` are then not used.
     init : {"geodesic", "farthest", "flood", "grid"} or array_like of int
-        How seeds are placed, or the faces that are the seeds; see `place_seeds`. By default the
-        farthest from each other by path length. ``"flood"`` and ``"grid"`` do not keep to k
-        exactly.
+        How seeds are placed, or the faces that are the seeds; see `place_seeds`. By default they
+        are the farthest from each other by path length. ``"flood"`` and ``"grid"`` give k regions
+        only approximately.
     radius_factor : float, optional
-        Not given: each face belongs to the center with the shortest path to it, and regions are
-        connected. Given, the paper's way: an expansion halts at so many r from its center (2 in
-        the paper); regions may fall apart.
+        If not given, each face belongs to the center with the shortest path to it, and regions
+        are connected. If given, expansions halt at this many r from their center (2 in the paper),
+        and regions may be disconnected.
     max_num_iter : int, default 50
-        At most so many times all faces are labeled.
+        Maximum number of iterations. Each labels all faces once.
     tol : float, default 0.02
-        Stop when the root mean square of the centers' moves is at most this fraction of r. 0:
-        when no center changes, as in the paper.
+        Stop when the root mean square of the centers' moves is at most this fraction of r. With 0,
+        stop when no center changes, as in the paper.
     enforce_connectivity : bool, default False
-        Where regions have fallen apart (with `radius_factor`), each keeps the piece that its center
-        is in, and the others join a neighbor; see `enforce_connectivity`.
+        If regions are disconnected (with `radius_factor`), each keeps the piece with its center,
+        and its other pieces join a neighbor; see `enforce_connectivity`.
     min_size : float, default 0.0
         Regions smaller than this fraction of the mean region area join a neighbor, after which
         there are fewer than k; see `merge_small_regions`.
     islands : {"keep", "nearest"}
-        What becomes of components without a seed, of faces that no center reaches, and, with
-        `min_size`, of small regions that touch no other. ``"keep"``: they are regions of their own,
-        in addition to the k asked for. ``"nearest"``: each joins the region that has the face
-        nearest (Euclidean, by centroids, the lowest index among equals) to any of its own; there
-        are then exactly k regions, which may be in several components. A component gets a seed if
-        it has half of the area expected of a region, A / k, or all that are larger have fewer than
-        k faces; the k largest at most. (``"farthest"`` and ``"flood"`` seed islands, too, where
-        they are kept; a grid, and seeds of one's own, go by no such rule.)
+        What to do with components without a seed, with faces that no center reaches and, with
+        `min_size`, with small regions that have no neighbor. ``"keep"``: they are regions of their
+        own, in addition to the k asked for. ``"nearest"``: each joins the region with the face
+        nearest (Euclidean, by centroids, the lowest index among equals) to any of its faces; there
+        are then exactly k regions, which may extend over several components. A component gets a
+        seed if it has at least half of the area expected of a region, A / k, or if all larger
+        components together have fewer than k faces; at most the k largest do. (With ``"keep"``,
+        ``"farthest"`` and ``"flood"`` place seeds in islands, too. ``"grid"`` and given seeds do
+        not follow this rule.)
     smooth : bool, default True
         Make borders straight where the surface is smooth; see `smooth_borders`. Centers stay in
-        their regions, and regions in one piece.
+        their regions, and connected regions stay connected.
     weld : bool, default True
-        Count vertices at exactly the same position as one.
+        Treat vertices at exactly the same position as one.
     n_threads : int, optional
-        Threads to use: the environment variable ``SUPERFACETS_NUM_THREADS``, or one per core, if
-        not given. The labels do not depend on it. (To check the arrays of a new mesh or graph, the
-        variable counts, or all cores, in any case.)
+        Number of threads. By default the environment variable ``SUPERFACETS_NUM_THREADS``, or one
+        per core. The labels do not depend on it. (The checks of a new mesh or graph use the default
+        in any case.)
     progress : callable, optional
         Called after each iteration with its number (from 1) and how many centers it moved;
-        returning False ends the loop with ``stop_reason="cancelled"``.
+        if it returns False, the loop ends with ``stop_reason="cancelled"``.
     on_stage : callable, optional
         Called with the name of each stage when it begins: ``"mesh"``, ``"face_graph"``,
         ``"weights"``, ``"order"``, ``"seeding"``, ``"classify"`` (once, for the whole loop), and
-        ``"regions"`` where regions are cleaned up. An error that it raises ends the run.
+        ``"regions"`` if regions are cleaned up. An exception that it raises ends the run.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What the sample mesh that comes along is made with: a plush bear, as a union of ellipsoids.
+"""The generator of the sample mesh: a plush bear, as a union of ellipsoids.
 
 ``python -m tools.sample_bear`` writes the files that `superfacets.sample_mesh` reads. A grid is
 filled with the ellipsoids, its border becomes a surface net (Gibson, "Constrained elastic surface

@@ -1,4 +1,4 @@
-"""``python -m tools.sample_bear``: write the bears that come along with the package."""
+"""``python -m tools.sample_bear``: write the sample meshes of the package."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-// Bindings of what lies below the stages, for tests: what the build has, and the arithmetic, whose
-// errors are measured.
+// Bindings of the base layer, for tests: features of the build, and arithmetic whose errors are
+// measured.
 #include "base/arctangent.hpp"
 #include "base/assert.hpp"
 #include "base/exponential.hpp"

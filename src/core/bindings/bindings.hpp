@@ -1,5 +1,4 @@
-// What the bindings of all stages share: views of arrays that come in, arrays that own what goes
-// out.
+// Shared by all bindings: views of input arrays, and arrays that own the results.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -95,7 +94,7 @@ auto without_gil(const Kernel& kernel) {
   return kernel();
 }
 
-// The same, with a team of as many threads as are worth starting for n elements.
+// The same, with a team of a number of threads that suits n elements.
 template <typename Kernel>
 auto on_team(std::size_t n, int n_threads, const Kernel& kernel,
              std::int64_t min_per_thread = kMinPerThread) {

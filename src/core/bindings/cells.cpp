@@ -1,5 +1,5 @@
-// Bindings of stages 1 and 2. What each function does stands in the header of its stage; what it
-// may assume, in superfacets/_validate.py.
+// Bindings of stages 1 and 2. The headers of the stages describe the functions;
+// superfacets/_validate.py ensures their preconditions.
 #include <new>
 
 #include "bindings/bindings.hpp"

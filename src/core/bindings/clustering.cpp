@@ -1,5 +1,5 @@
-// Bindings of stages 3 and 4. What each function does stands in the header of its stage; what it
-// may assume, in superfacets/_validate.py.
+// Bindings of stages 3 and 4. The headers of the stages describe the functions;
+// superfacets/_validate.py ensures their preconditions.
 #include "clustering/clustering.hpp"
 
 #include <new>

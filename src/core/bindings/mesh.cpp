@@ -1,5 +1,5 @@
-// Bindings of stage 0. What each function does stands in the header of its stage; what it may
-// assume, in superfacets/_validate.py.
+// Bindings of stage 0. The headers of the stage describe the functions; superfacets/_validate.py
+// ensures their preconditions.
 #include "bindings/bindings.hpp"
 #include "mesh/checks.hpp"
 #include "mesh/geometry.hpp"

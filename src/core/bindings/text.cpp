@@ -1,5 +1,5 @@
-// Bindings of the kernels that read files. What each function does stands in its header; what it
-// may assume, in superfacets/io/text.py and superfacets/io/guards.py.
+// Bindings of the kernels that read files. Their headers describe the functions;
+// superfacets/io/text.py and superfacets/io/guards.py ensure their preconditions.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -11,7 +11,7 @@
 namespace superfacets {
 namespace {
 
-// Text takes longer than other elements: less of it is worth starting a thread.
+// Text takes longer per byte than other elements, so threads are started for less of it.
 constexpr std::int64_t kBytesPerThread = 1 << 16;
 constexpr std::int64_t kLinesPerThread = 1 << 12;
 

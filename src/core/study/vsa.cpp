@@ -13,12 +13,12 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Unit normals whose area-weighted sum is shorter than this part of the area cancel out: what is
-// left of the sum is rounding, as on any closed surface.
+// Unit normals cancel out if their area-weighted sum is shorter than this fraction of the area: the
+// rest of the sum is rounding, as on any closed surface.
 constexpr double kCanceled = 1e-9;
 
-// Jacobi's method has converged when what is off the diagonal is this part of the trace. A sweep
-// about squares it: it is far below rounding after 4 to 6.
+// Jacobi's method has converged when the off-diagonal norm is this fraction of the trace. A sweep
+// about squares it, so 4 to 6 sweeps suffice.
 constexpr double kOffDiagonal = 1e-20;
 constexpr int kMaxSweeps = 16;
 
@@ -120,7 +120,7 @@ Point least_axis(SymmetricMatrix matrix) {
   return {axes[0][least], axes[1][least], axes[2][least]};
 }
 
-// What the faces of a region add up to, in their order.
+// Sums over the faces of a region, in their order.
 struct RegionSums {
   double area = 0.0;
   double n_faces = 0.0;
@@ -242,8 +242,8 @@ void ProxyRegions::insert() {
   flood();
 }
 
-// Proxies and seeds from labels. A face without a normal makes a poor seed: its error is next to
-// nothing wherever it lies, in the middle of other regions too.
+// Proxies and seeds from labels. A face without a normal is a poor seed: its error is nearly 0
+// anywhere, also in the middle of other regions.
 std::vector<ProxyRegions::RegionErrors> ProxyRegions::fit() {
   proxies_ = fit_proxies(surface_, metric_, labels_, n_regions());
   std::vector<RegionErrors> regions(n_regions());
@@ -308,8 +308,8 @@ void ProxyRegions::take(Face face, Label label) {
   offer_neighbors(face);
 }
 
-// Queues the neighbors of a face for its region. A face that is queued already with as little error
-// or less is left out: that candidate would come first, and the face be taken when this one comes.
+// Queues the neighbors of a face for its region, except faces that are queued already with at most
+// the same error: those candidates come first.
 void ProxyRegions::offer_neighbors(Face face) {
   const Label label = labels_[face];
   for (const Face neighbor : surface_.arcs().neighbors(face)) {

@@ -1,5 +1,6 @@
-// Variational Shape Approximation (Cohen-Steiner, Alliez and Desbrun 2004): a rival of stages 3 and
-// 4. Regions stand for planes, their proxies; k-means on planes, with labels by flooding.
+// Variational Shape Approximation (Cohen-Steiner, Alliez and Desbrun 2004): an alternative to
+// stages 3 and 4. Regions stand for planes, their proxies; k-means on planes, with labels by
+// flooding.
 #pragma once
 
 #include <vector>
@@ -25,7 +26,7 @@ struct Corners {
   Point a, b, c;
 };
 
-// Faces with what the metrics need of them, and their arcs in CSR form.
+// Faces with the data that the metrics need, and their arcs in CSR form.
 struct ProxySurface {
   Buffer<Corners> corners;            // (F,)
   Buffer<Point> normals;              // (F,) of length 1, or zero where a face has none
@@ -42,7 +43,7 @@ ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const
                                 std::span<const std::int64_t> offsets,
                                 std::span<const Face> neighbors);
 
-// What a face adds to the error if a proxy stands for it, >= 0.
+// The error of a face with respect to a proxy, >= 0.
 //
 // L2: against a proxy without a normal, the squared distance to its point, integrated.
 // L21: 0 for a face without a normal. A proxy without a normal counts as at right angles to all
@@ -94,7 +95,7 @@ class ProxyRegions {
     Label label;
   };
 
-  // What the faces of a region add to the error.
+  // The errors of the faces of a region.
   struct RegionErrors {
     Face n_faces = 0;
     double total = 0.0;

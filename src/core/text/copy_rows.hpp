@@ -1,4 +1,4 @@
-// Rows of bytes that lie apart, as the fields of records in a binary file do.
+// Strided rows of bytes, as the fields of records in a binary file are.
 #pragma once
 
 #include <cstdint>

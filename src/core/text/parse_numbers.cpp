@@ -31,7 +31,7 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-// A plus that a digit or a point follows: from_chars does not take it.
+// Skips a plus before a digit or a point, which from_chars does not accept.
 const char* skip_plus(const char* begin, const char* end) {
   const bool is_plus = end - begin >= 2 && *begin == '+' && (is_digit(begin[1]) || begin[1] == '.');
   return is_plus ? begin + 1 : begin;
@@ -73,8 +73,8 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// Each of these reads the token that begins at `begin`, where a byte is. It returns the end of what
-// it took, or null.
+// Each of these reads the token at `begin`, of at least one byte. It returns the end of what it
+// read, or null.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
   begin = skip_plus(begin, end);

@@ -23,8 +23,8 @@ struct LineSpans {
 template <typename Value>
 struct ParsedLines {
   Buffer<Value> values;
-  // Lines with a token that is not what was looked for, or that is not handled here. Their values
-  // are zeros, which the caller has to replace.
+  // Lines with a token of another kind, or one that is not handled here. Their values are zeros,
+  // which the caller has to replace.
   std::vector<std::int64_t> left_out;
 };
 

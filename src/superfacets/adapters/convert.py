@@ -61,7 +61,7 @@ MeshLike: TypeAlias = (
     | _Tensors
     | _PolyData
 )
-"""What functions that take a mesh take: a `Mesh`, a path, a (vertices, faces) pair, or a mesh of
+"""What functions accept as a mesh: a `Mesh`, a path, a (vertices, faces) pair, or a mesh of
 trimesh, PyVista or Open3D."""
 
 

@@ -30,7 +30,7 @@ __all__ = ["ArcMeasures", "CellGraph", "box_diagonal", "checked_graph", "owned_w
 
 @dataclass(frozen=True, eq=False)
 class ArcMeasures:
-    """What arcs cross: the clean-up and the metrics of regions need it of cells of one's own.
+    """Measures of the arcs of a `CellGraph`, which the clean-up and the metrics of regions need.
 
     Lengths are in the unit of the positions of the graph, finite and >= 0.
 
@@ -39,17 +39,17 @@ class ArcMeasures:
     border_lengths : array_like, shape (M,)
         Length of the border between the two cells of each arc.
     step_lengths : array_like, shape (M,), optional
-        Length of the way from cell to cell, without what the weight adds for a crease; the distance
-        between their positions if not given.
+        Length of the step from cell to cell, without what the weight adds for a crease. By default
+        the distance between their positions.
     angles : array_like, shape (M,), optional
-        Angle that the surface turns by from cell to cell, radians from -pi to pi, positive where
-        the border is concave; 0 if not given.
+        Angle by which the surface turns from cell to cell, in radians, -pi to pi, positive where
+        the border is concave. By default 0.
     sides : array_like of integers, shape (M,), optional
-        The side that each arc leaves its cell by, 0 or more, rising for each cell: where several
-        cells meet at one border, the arcs to all of them leave by the same side. Each arc has a
-        side of its own if not given.
+        Number of the side by which each arc leaves its cell, >= 0, ascending for the arcs of a
+        cell. If several cells meet at one border, the arcs to all of them leave by the same side.
+        By default each arc has a side of its own.
     open_lengths : array_like, shape (N,), optional
-        Length of what no arc crosses of the border of each cell; 0 if not given.
+        Length of the border of each cell that no arc crosses. By default 0.
 
     Raises
     ------
@@ -117,7 +117,7 @@ class CellGraph:
         box of the positions if not given.
     weight_unit : float, default 1.0
         Length of one unit of weight, in the unit of the positions. The graph of a mesh has the
-        diagonal of its bounding box. Only the clean-up of regions goes by it.
+        diagonal of its bounding box. Only the clean-up of regions uses it.
     arc_measures : ArcMeasures, optional
         What arcs cross; needed for the clean-up of regions and for `metrics.compactness`.
 

@@ -56,7 +56,7 @@ class FaceGraph:
     sides : ndarray of uint8, shape (M,)
         The side of the face that the arc leaves by: side s joins corners s and s + 1 (mod 3).
     same_turn : ndarray of uint8, shape (M,)
-        1 where both faces run through their edge in the same direction, that is, where they are
+        1 where both faces traverse their edge in the same direction, that is, where they are
         inconsistently oriented; else 0.
     bounds : ndarray of float64, shape (2, 3)
         Low and high corner of the bounding box of the vertices that faces use.
@@ -163,7 +163,7 @@ def build_face_graph(
     mesh : Mesh or mesh-like
         As for `segment`.
     weld : bool, default True
-        Count vertices at exactly the same position as one, so that triangle soup and meshes with
+        Treat vertices at exactly the same position as one, so that triangle soup and meshes with
         seams are connected. If False, only faces that name the same vertices are neighbors.
     n_threads : int, optional
         As for `segment`.

@@ -1,4 +1,4 @@
-"""How many regions are expected, and how large: worked out once, after stage 1."""
+"""The expected number and radius of regions, computed once after stage 1."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .._validate import checked_count, checked_seeds
 __all__ = ["DEFAULT_N_SEGMENTS", "RegionSize", "checked_n_segments", "radius_of", "region_size"]
 
 DEFAULT_N_SEGMENTS = 150
-"""The paper's k, where neither a number of regions nor a radius is asked for."""
+"""The paper's k, used if neither a number of regions nor a radius is given."""
 
 
 class RegionSize(NamedTuple):
-    """How many regions are expected, and how large."""
+    """The expected number and radius of regions."""
 
     n_segments: int
-    """k: asked for, or as many disks of the radius as have the area of all cells."""
+    """k: as given, or the number of disks of the radius that have the area of all cells."""
     radius: float
-    """r in the unit of the positions: asked for, or sqrt(A / (pi k))."""
+    """r in the unit of the positions: as given, or sqrt(A / (pi k))."""
 
 
 def region_size(
@@ -45,12 +45,12 @@ def region_size(
 
 
 def checked_n_segments(n_segments: int | None, n_cells: int) -> int:
-    """The number of regions asked for; if none is, the paper's, or that of the cells if less."""
+    """The number of regions given, or the paper's, or the number of cells if that is less."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
     return checked_count(n_segments, "n_segments", n_cells, "faces")
 
 
 def radius_of(measures: npt.NDArray[np.float64], n_regions: int, n_threads: int) -> float:
-    """Return the radius of a disk with the mean area of so many regions, sqrt(A / (pi k))."""
+    """Return the radius of a disk with the mean area of k regions, sqrt(A / (pi k))."""
     return math.sqrt(_core.sum_of(measures, n_threads) / (math.pi * n_regions))

@@ -1,4 +1,4 @@
-"""Faces that are long and thin beside the regions asked for: these become stripes."""
+"""Faces that are long and thin compared with the regions asked for, which become stripes."""
 
 from __future__ import annotations
 

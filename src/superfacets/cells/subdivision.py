@@ -1,4 +1,4 @@
-"""Stage 0, where it is asked for: bisect the faces of a mesh until no edge is too long."""
+"""Stage 0, optional: bisect the faces of a mesh until no edge is too long."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from ..mesh.triangle_mesh import Mesh
 __all__ = ["Subdivision", "subdivide"]
 
 MAX_FACES = 10_000_000
-"""Faces that are made without being asked for: some 600 MB."""
+"""Default limit of the number of new faces, which take about 600 MB."""
 
 MAX_GROWTH = 4
-"""Unless the mesh has so many itself: then as many times what it has."""
+"""For larger meshes the limit is this many times their number of faces."""
 
 RESOLUTION = 1e-12
 """Shortest `max_edge`, as a fraction of the largest coordinate: 4,500 steps of float64. Midpoints
@@ -114,8 +114,8 @@ def subdivide(
 ) -> Subdivision:
     """Bisect faces by their longest edge until no edge is longer than `max_edge`.
 
-    For meshes of long thin triangles, as CAD programs make them of flat faces and cylinders: a
-    region cannot be rounder than the faces that it is made of.
+    This is for meshes of long thin triangles, as CAD programs make them for flat faces and
+    cylinders: a region cannot be rounder than the faces that it consists of.
 
     An edge that is too long is bisected at its midpoint in all faces on it, and no other edge is:
     a mesh without T-junctions stays without, closed meshes stay closed, and non-manifold edges keep

@@ -41,9 +41,9 @@ def superfacet_weights(
     lies above the plane of the other face, in the sum over both. The weights do not change under
     rigid motion and uniform scaling. Time is linear in the arcs.
 
-    Where two neighbors are inconsistently oriented, the normal of the smaller one (of the one with
-    the higher index, if they are as large) is turned for their arc. On a closed mesh that is inside
-    out, concave and convex swap. Where a face has no normal, theta is 0.
+    If two neighbors are inconsistently oriented, the normal of the smaller one (of the one with the
+    higher index, if the areas are equal) is flipped for their arc. On a closed mesh whose normals
+    point inwards, concave and convex swap. If a face has no normal, theta is 0.
 
     Parameters
     ----------
@@ -52,14 +52,14 @@ def superfacet_weights(
     graph : FaceGraph
         Of the same mesh, from `build_face_graph`.
     alpha : float, default 200.0
-        Weight of the angular term, >= 0. 0: distance alone.
+        Weight of the angular term, >= 0. With 0, weights are distances.
     eta_convex : float, default 0.2
-        What a convex edge counts against a concave one, >= 0.
+        Weight of convex edges relative to concave ones, >= 0.
     crease_length : float, optional
-        What stands for \|e\|, > 0, in the unit of the vertices. Not given: the length of each edge,
-        as in the paper. A crease then costs less to cross the finer the mesh is, while the distance
-        term of a path stays what it is. With one length for all edges, of the size of a region, it
-        costs the same at any resolution, and a smaller `alpha` does.
+        Replaces \|e\|, > 0, in the unit of the vertices. By default the length of each edge, as in
+        the paper: the finer the mesh, the less it costs to cross a crease, while the distance term
+        of a path does not change. With one length for all edges, of the size of a region, the cost
+        is the same at every resolution, and `alpha` can be smaller.
     n_threads : int, optional
         As for `segment`.
 
@@ -117,26 +117,26 @@ def crease_weights(
     eta_convex: float = 0.0,
     n_threads: int | None = None,
 ) -> npt.NDArray[np.float64]:
-    r"""Return the weight of each arc, with a price for creases that no resolution changes.
+    r"""Return the weight of each arc, with a cost of creases that does not depend on resolution.
 
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}
 
-    with the expected radius r of a region in the place of the length of the edge in eq. 2: that
-    shrinks as a mesh is refined, and creases with it, while the distance term of a path stays what
-    it is. Here a path that turns by theta in all costs the same on fine and on coarse meshes. The
-    rest is as for `superfacet_weights`.
+    The expected radius r of a region replaces the length of the edge in eq. 2. Edges become shorter
+    as a mesh is refined, and with them the cost of creases, while the distance term of a path does
+    not change. With r, a path that turns by theta in total costs the same on fine and on coarse
+    meshes. The rest is as for `superfacet_weights`.
 
     Parameters
     ----------
     mesh, graph, n_threads
         As for `superfacet_weights`.
     expected_radius : float
-        r = sqrt(A / (pi k)), >= 0, in the unit of the vertices: what a segmentation has as
-        ``params["expected_radius"]``. 0 (no face has an area): distance alone.
+        r = sqrt(A / (pi k)), >= 0, in the unit of the vertices: ``params["expected_radius"]`` of a
+        `Segmentation`. With 0 (no face has an area), weights are distances.
     alpha : float, default 20.0
-        How many radii it costs to turn by pi in a concave edge, >= 0.
+        Cost, in radii, of a turn by pi at a concave edge, >= 0.
     eta_convex : float, default 0.0
-        What a convex edge counts against a concave one, >= 0.
+        Weight of convex edges relative to concave ones, >= 0.
 
     Returns
     -------
@@ -171,15 +171,15 @@ def crease_weights(
 def stk02_weights(
     mesh: MeshLike, graph: FaceGraph, *, alpha: float = 0.5, n_threads: int | None = None
 ) -> npt.NDArray[np.float64]:
-    r"""Return the weight of each arc after Shlafman, Tal and Katz, as the paper compares with it.
+    r"""Return the weight of each arc by the formula of Shlafman, Tal and Katz (2002).
 
     For faces i and j with centroids c and unit normals n, across an edge with midpoint m,
 
     .. math:: w_{ij} = (1 - \alpha) (|c_i - m| + |m - c_j|) + \alpha (1 - (n_i \cdot n_j)^2)
 
-    Lengths count as they are, in the unit of the vertices: segments change when the mesh is scaled
-    or refined, and concave and convex edges weigh the same. That is what the paper's own weights
-    are there to mend. Time is linear in the arcs.
+    Lengths are in the unit of the vertices, so regions change when the mesh is scaled or refined,
+    and concave and convex edges weigh the same. The paper's own weights avoid both; it compares
+    with these. Time is linear in the arcs.
 
     Parameters
     ----------

@@ -48,5 +48,5 @@ def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None =
 
 
 def is_busy() -> bool:
-    """Whether work goes on that no one waits for any more."""
+    """Whether abandoned work is still running."""
     return any(thread.name == _NAME for thread in threading.enumerate())

@@ -27,7 +27,7 @@ __all__ = ["demo_command"]
     help="Folder for the results.",
 )
 def demo_command(output: Path) -> None:
-    """Segment a sample mesh that comes along, and write a labeled mesh and a picture of it."""
+    """Segment the sample mesh of the package, and write a labeled mesh and a picture of it."""
     from ..sample import sample_mesh
     from ..view.rendering import check_rendering, render
 

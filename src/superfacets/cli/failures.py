@@ -1,4 +1,4 @@
-"""What can go wrong with a file or the machine, as one line and an exit status."""
+"""Failures of files and of the machine, as one line and an exit status."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = [
 EXIT_DATA, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
 
 FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
-"""Faults of files and machines. Any other ValueError is one of a parameter."""
+"""Errors of files and of the machine. Any other ValueError is about a parameter."""
 
 
 def message_of(error: BaseException) -> str:
@@ -37,7 +37,7 @@ def print_error(message: str) -> None:
 
 
 def print_note(message: str) -> None:
-    """Print what may come as a surprise as one line on stderr."""
+    """Print a note as one line on stderr."""
     _print("note", message)
 
 

@@ -19,7 +19,7 @@ __all__ = ["check_inputs", "load_mesh", "load_mesh_and_attributes", "name_of"]
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
-    """Raise a usage error where inputs do not go together, or one cannot be a file."""
+    """Raise a usage error if inputs cannot be combined, or one is not a file name."""
     for text in inputs:
         if text != STANDARD_STREAM and not Path(text).name:
             raise click.UsageError(f"{text or repr(text)} is not a file")

@@ -21,7 +21,7 @@ COMMANDS = {
     "info": "Print counts and sizes of the meshes in the files IN.",
     "render": "Draw a shaded picture of the mesh in the file IN.",
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",
-    "demo": "Segment a sample mesh that comes along.",
+    "demo": "Segment the sample mesh of the package.",
     "reproduce": "Repeat the paper's comparison on the benchmark in the folder BENCHMARK.",
     "quality": "Compare variants of the method on the benchmark in the folder BENCHMARK.",
 }
@@ -29,7 +29,7 @@ COMMANDS = {
 
 
 def main() -> NoReturn:
-    """Run the command. A fault of the user's is one line on stderr and an exit status."""
+    """Run the command. Wrong input gives one line on stderr and an exit status."""
     signal.signal(signal.SIGTERM, _terminate)
     try:
         status = commands.main(standalone_mode=False)
@@ -96,7 +96,7 @@ def _fail(message: str, status: int) -> NoReturn:
 def _interrupted() -> NoReturn:
     print_error("interrupted")
     if background.is_busy():
-        # The interpreter must not end beneath a thread that is in the core.
+        # The interpreter must not exit while a thread is in the core.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(EXIT_INTERRUPTED)

@@ -24,7 +24,7 @@ POSITIVE = click.FloatRange(min=0, min_open=True)
 NOT_NEGATIVE = click.FloatRange(min=0)
 
 STANDARD_STREAM = "-"
-"""In the place of a file: standard input or standard output."""
+"""Stands for standard input or standard output."""
 
 INPUT_FORMATS = ("ply", "obj", "off", "stl", "glb", "gltf", "tri")
 

@@ -53,7 +53,7 @@ class Job:
 def plan_jobs(
     inputs: Sequence[str], outputs: Sequence[str], formats: Sequence[str], *, ascii: bool
 ) -> list[Job]:
-    """What becomes of each input; a usage error where the command line can be read in two ways.
+    """The job for each input; a usage error if the command line is ambiguous.
 
     Parameters
     ----------

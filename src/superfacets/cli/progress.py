@@ -1,4 +1,4 @@
-"""How far a run is: an estimate over all of its stages, and the bar that shows it."""
+"""The progress of a run over all of its stages, and the bar that shows it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ NAMES = {
     "classify": "iterations",
     "export": "writing",
 }
-"""What the bar calls the stages whose names say little to whoever waits."""
+"""Names that the bar shows for stages."""
 
 ITERATIONS = 8.0
 """The loop is taken for 1 - exp(-n / 8) done after n iterations. They get shorter, and their number
@@ -37,7 +37,7 @@ is not known before: on the same meshes 13 to 18 iterations gave 0.8 to 0.9, and
 was spent after 6 to 8 of them."""
 
 NEARLY = 0.95
-"""A stage that takes longer than expected waits here for its end."""
+"""Share at which a stage stops that takes longer than expected."""
 
 
 class Estimate:
@@ -60,14 +60,14 @@ class Estimate:
         self._n_iterations = 0
 
     def begin(self, stage: str, now: float) -> None:
-        """A stage begins; one that lies before the present one says nothing new."""
+        """A stage begins; stages before the current one are ignored."""
         stages = list(SHARES)
         if stages.index(stage) > stages.index(self.stage):
             self.stage = stage
             self._begin_of_stage = now
 
     def iterate(self, n_iterations: int) -> None:
-        """So many iterations of the loop are done."""
+        """Set the number of iterations done."""
         self._n_iterations = n_iterations
 
     def fraction(self, now: float) -> float:
@@ -129,7 +129,7 @@ class Bar:
         self._estimate.iterate(n_iterations)
 
     def draw(self) -> None:
-        """Show how far the run is by now."""
+        """Show the current progress."""
         if self._bar is None:
             return
         stage = self._estimate.stage

@@ -1,4 +1,4 @@
-"""What a run of `segment` says about itself: notes, a line, or a JSON object."""
+"""The report of a run of `segment`: notes, a line, or a JSON object."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __all__ = [
 
 
 def notes_on_regions(result: Segmentation, asked: int | None) -> list[str]:
-    """What may come as a surprise about the regions; `asked` is k, None with a radius."""
+    """Notes on unexpected results; `asked` is k, None with a radius."""
     notes = []
     keeps_k = result.params["init"] in ("geodesic", "farthest")
     n_more = result.n_segments + result.n_merged - asked if asked is not None and keeps_k else 0
@@ -51,7 +51,7 @@ def notes_on_regions(result: Segmentation, asked: int | None) -> list[str]:
 
 
 def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
-    """What labels of the faces of an input that was subdivided lack."""
+    """Notes on labels that are missing in files for the faces of a subdivided input."""
     n_lost = result.n_segments - len(np.unique(listed))
     if not n_lost:
         return []
@@ -69,7 +69,7 @@ def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshA
 
 
 def notes_on_attributes(attributes: MeshAttributes) -> list[str]:
-    """What of the input a labeled PLY does not hold."""
+    """Notes on data of the input that the labeled PLY does not hold."""
     notes = []
     if attributes.left_out:
         notes.append(f"not kept of the input: {', '.join(attributes.left_out)}")

@@ -90,7 +90,7 @@ def _names(text: str | None, known: tuple[str, ...], what: str) -> tuple[str, ..
 
 
 def _tell(report: Report) -> None:
-    """Print what is not there on stderr, and what is on stdout."""
+    """Print problems on stderr and results on stdout."""
     results: Any = report.results
     for problem in results.plan.problems:
         _note(problem)

@@ -72,7 +72,7 @@ __all__ = ["segment_command"]
     "--eta",
     "eta_convex",
     type=NOT_NEGATIVE,
-    help="What a convex crease counts against a concave one.  [default: by weights: 0, 0.2]",
+    help="Weight of convex creases relative to concave ones.  [default: by weights: 0, 0.2]",
 )
 @click.option(
     "--weights",
@@ -85,14 +85,14 @@ __all__ = ["segment_command"]
     type=click.Choice(INITS),
     help="How the first centers are placed.  [default: geodesic]",
 )
-@click.option("--paper", is_flag=True, help="The algorithm of the paper, to the letter.")
+@click.option("--paper", is_flag=True, help="The algorithm of the paper, exactly as published.")
 @click.option(
     "--max-iter",
     "max_num_iter",
     type=click.IntRange(min=1),
     default=50,
     show_default=True,
-    help="At most so many iterations.",
+    help="Maximum number of iterations.",
 )
 @click.option(
     "--tol",
@@ -102,13 +102,13 @@ __all__ = ["segment_command"]
 @click.option(
     "--smooth/--no-smooth",
     default=None,
-    help="Make borders straight where the surface is smooth.  [default: yes, but with --paper]",
+    help="Make borders straight where the surface is smooth.  [default: yes; no with --paper]",
 )
 @click.option(
     "--connect",
     "enforce_connectivity",
     is_flag=True,
-    help="Regions that have fallen apart, with --paper, keep one piece.",
+    help="Disconnected regions, which --paper may give, keep one piece.",
 )
 @click.option(
     "--min-size",
@@ -118,7 +118,7 @@ __all__ = ["segment_command"]
 @click.option(
     "--islands",
     type=click.Choice(ISLANDS),
-    help="Components without a seed, and small regions that touch no other, are regions of their"
+    help="Components without a seed, and small regions without a neighbor, are regions of their"
     " own, or join the nearest region, which makes -n exact.  [default: keep]",
 )
 @click.option(
@@ -213,7 +213,7 @@ def segment_command(
 
 @dataclass(frozen=True)
 class _Outcome:
-    """What there is to write for one input."""
+    """The data to write for one input."""
 
     mesh: Mesh
     attributes: MeshAttributes | None
@@ -235,7 +235,7 @@ class _Run:
     as_json: bool
 
     def try_job(self, job: Job, *, is_one_of_many: bool) -> bool:
-        """Do one job; where it fails, say why and return False."""
+        """Do one job; if it fails, print why and return False."""
         name = name_of(job.input)
         try:
             self._do(job)
@@ -275,7 +275,7 @@ class _Run:
             self._print(job, summary_of(name, result, timings, job.names))
 
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float], notes: list[str]) -> _Outcome:
-        """All that writes no file."""
+        """Read, subdivide and segment; write nothing."""
         keeps = self.keeps_attributes and job.holds_mesh
         with timed(timings, "mesh", bar.on_stage):
             mesh, attributes = load_mesh_and_attributes(job.input, self.format, keep=keeps)
@@ -295,7 +295,7 @@ class _Run:
         return _Outcome(mesh, attributes, result, listed)
 
     def _subdivide(self, mesh: Mesh) -> Subdivision:
-        """Subdivide for the regions that are asked for, where no longest edge is given."""
+        """Subdivide; without a given edge length, to suit the size of the regions."""
         get = self.keywords.get
         max_edge = self.max_edge
         if max_edge is None:
@@ -348,7 +348,7 @@ def _keywords(*, paper: bool, **options: Any) -> dict[str, Any]:
 
 
 def _check_keywords(keywords: dict[str, Any]) -> None:
-    """Raise a ValueError where they are wrong for any mesh, before one is read."""
+    """Raise a ValueError if they are wrong for every mesh, before one is read."""
     get = keywords.get
     SizeOptions.checked(get("n_segments"), get("radius"), "geodesic")
     islands = get("islands", "keep")

@@ -21,7 +21,7 @@ class Classification(NamedTuple):
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        Place in ``centers`` of the center of each cell, 0..K-1.
+        Index in ``centers`` of the center of each cell, 0..K-1.
     centers : ndarray of int32, shape (K,)
         The centers given, then the orphans that became centers.
     distances : ndarray of float64, shape (N,)
@@ -48,20 +48,20 @@ def classify(
     centers : array_like of int, shape (K,)
         Distinct cells.
     reach : float, optional
-        Not given: *exact*, the true nearest center, by one expansion from all centers at once.
-        Regions are connected. O((N + M) log N) at worst.
-        Given: *halted*, as in the paper. Every center expands on its own by Dijkstra's algorithm;
-        a cell farther (Euclidean, in the unit of the positions) than `reach` from the center is
-        labeled but not expanded. Regions may fall apart.
+        If not given, the classification is *exact*: the true nearest center, by one expansion from
+        all centers at once. Regions are connected. O((N + M) log N) at worst.
+        If given, it is *halted*, as in the paper: every center expands on its own by Dijkstra's
+        algorithm, and a cell farther (Euclidean, in the unit of the positions) than `reach` from
+        the center is labeled but not expanded. Regions may be disconnected.
     n_threads : int, optional
         As for `segment`.
 
     Returns
     -------
     Classification
-        Equal distances go to the lower label. Where no center reaches a cell (another component,
-        or out of reach), the orphan with the lowest index becomes a center and expands likewise,
-        until there are none.
+        Equal distances go to the lower label. As long as there are cells that no center reaches
+        (in another component, or out of reach), the one with the lowest index becomes a center and
+        expands likewise.
 
     Raises
     ------

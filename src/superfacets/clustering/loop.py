@@ -24,7 +24,7 @@ StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
 
 @dataclass(frozen=True, eq=False)
 class Segmentation:
-    """Superfacets: a label for every face, and how they came about.
+    """The result of `segment`: a label for every face, and facts about the run.
 
     ``np.asarray(segmentation)`` is ``labels``.
 
@@ -33,16 +33,16 @@ class Segmentation:
     labels : ndarray of int32, shape (N,)
         Region of each face, 0..K-1, in the order of the input.
     centers : ndarray of int32, shape (K,)
-        The face that stands for each region, and belongs to it. The labels are the classification
-        of these; where regions were cleaned up after that, as `segment` does by default, they
-        begin from it.
+        The face that represents each region, and belongs to it. The labels are the classification
+        by these centers, followed by the clean-up of regions, if there is one (as there is in
+        `segment` by default).
     n_segments : int
         Number of regions, K.
     n_iter : int
-        How many times all faces were labeled.
+        Number of iterations.
     stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
-        The centers moved less than `tol`; a set of centers came back; as many iterations as
-        allowed; `progress` returned False.
+        Why the loop ended: the centers moved less than `tol`; a set of centers occurred again; the
+        maximum number of iterations; `progress` returned False.
     n_unreached : int
         Islands that no center reached: components that got no seed and, with `radius_factor`, faces
         out of reach. With ``islands="keep"`` each made one more region, which K counts; with
@@ -52,7 +52,7 @@ class Segmentation:
     n_merged : int
         Small regions that were merged into another, with ``min_size``: K was larger by as many.
     n_islands : int
-        Small regions that touch no other, and stayed.
+        Small regions that have no neighbor, and were kept.
     sliver_share : float or None
         Share of the area, 0 to 1, in faces longer than 3 r and thinner than r, with the expected
         radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of a graph
@@ -106,10 +106,10 @@ def segment_graph(
     n_threads: int | None = None,
     progress: Progress | None = None,
 ) -> Segmentation:
-    """Label every cell of a graph of one's own with one of k compact regions.
+    """Label every cell of a graph with one of k compact regions.
 
-    The clustering behind `segment`, for cells of any kind: it knows positions, measures and
-    weighted arcs, and no mesh.
+    This is the clustering of `segment` for cells of any kind, given by positions, measures and
+    weighted arcs, without a mesh.
 
     Parameters
     ----------

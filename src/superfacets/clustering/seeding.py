@@ -40,7 +40,7 @@ def place_seeds(
     radius : float, optional
         r as a fraction of the diagonal of the graph's bounds, > 0; k is then A / (pi r^2), rounded.
     init : {"farthest", "geodesic", "flood", "grid"} or array_like of int
-        ``"farthest"``: the cell nearest to the centroid of all, then again and again the cell
+        ``"farthest"``: the cell nearest to the centroid of all, then repeatedly the cell
         farthest (Euclidean) from all seeds so far; exactly k seeds, in O((N + k) log N) in
         practice. ``"geodesic"``: likewise the cell with the longest path to all seeds so far, so
         that seeds are denser where creases are; exactly k, in O(N log N log k) in practice. Several

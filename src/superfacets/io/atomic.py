@@ -47,7 +47,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     """
     targets = checked_targets(paths)
     remove_leftovers(targets)
-    # Named before any is made, so that an interrupt at any moment finds what to remove.
+    # Named before any file is made, so that an interrupt at any time finds the files to remove.
     temporaries = [
         target.with_name(f".{target.name[:STEM_SIZE]}.{secrets.token_hex(6)}.tmp")
         for target in targets

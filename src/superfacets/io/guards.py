@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any]]
-"""Vertices (V, 3) and faces (F, 3) as the file has them; `Mesh` checks indices and coordinates."""
+"""Vertices (V, 3) and faces (F, 3) as in the file; `Mesh` checks indices and coordinates."""
 
 Content = bytes | mmap.mmap
 """Bytes of a file: slices are bytes, and numpy makes arrays of both without a copy."""
@@ -45,7 +45,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Content of a regular file, as a pipe would hang us; an OSError or a MeshError without one.
+    """Content of a regular file (a pipe would block); an OSError or a MeshError if it is none.
 
     It is a copy in memory: a file that shrinks while it is mapped would end the process.
     """
@@ -80,7 +80,7 @@ def _new_memory(size: int) -> mmap.mmap:
 
 
 def _fill(memory: mmap.mmap, file: io.FileIO) -> None:
-    """Read as much as there is room for; a system reads at most some GB at a time."""
+    """Read until the buffer is full; systems read at most about 2 GB per call."""
     view = memoryview(memory)
     while view:
         n_bytes = file.readinto(view)

@@ -37,7 +37,7 @@ class BoundaryAgreement(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """The borders of labels, and the way to them from everywhere."""
+    """The borders of labels, and the distance of each vertex from them."""
 
     borders: Borders
     distances: npt.NDArray[np.float64]  # (V,) along edges to the nearest border; inf if no way
@@ -59,7 +59,7 @@ def boundary_agreement(
 ) -> BoundaryAgreement:
     """Return how much of the true borders is found, and how much of the borders is true.
 
-    An oversegmentation has many borders that are not true: a low precision is its nature.
+    The precision of an oversegmentation is low by design: most of its borders are not true ones.
 
     Parameters
     ----------
@@ -68,9 +68,9 @@ def boundary_agreement(
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, any numbers.
     tolerance : float, default 0.01
-        How far apart borders may be to count as one, >= 0, as a fraction of the diagonal of the
-        bounding box. Distances are geodesic, measured along edges from vertex to vertex, which is
-        never too short; each border edge is measured at its two ends.
+        Maximum distance of borders that count as the same, >= 0, as a fraction of the diagonal of
+        the bounding box. Distances are geodesic and measured along edges from vertex to vertex,
+        which overestimates them; each border edge is measured at its two ends.
     weld : bool, default True
         Count vertices at exactly the same position as one.
 

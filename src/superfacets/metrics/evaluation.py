@@ -38,7 +38,7 @@ class _Truth:
 
 
 class GroundTruths:
-    """Ground truths of one mesh, with what is the same for all labels that are held against them.
+    """Ground truths of one mesh, prepared for the comparison with many labels.
 
     Parameters
     ----------
@@ -98,9 +98,9 @@ def evaluate(
     labels : array_like of integers, shape (F,)
         Region of each face, any numbers.
     ground_truths : sequence of array_like of integers, or GroundTruths
-        True segments of each face. `GroundTruths` saves time where many labels of one mesh are held
-        against the same ones; it must have been made of the same mesh, and `weld` and `n_threads`
-        are then those it was made with.
+        True segments of each face. `GroundTruths` saves time if many labels of one mesh are
+        compared with the same ones. It must have been made for the same mesh; its `weld` and
+        `n_threads` are then used.
     tolerance : float, default 0.01
         Of `boundary_agreement`, as a fraction of the diagonal.
     weld : bool, default True

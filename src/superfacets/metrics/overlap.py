@@ -137,9 +137,10 @@ def undersegmentation_error(
 ) -> float:
     """Return how much area leaks out of the segments that regions overlap; 0 is best.
 
-    For each segment, the areas of all regions that overlap it by more than `tolerance` of their
-    own area, as far as they are outside of it, are added up; all in all divided by the area of the
-    surface. A region cut in two equal halves by a true border counts with all of its area.
+    For each segment, the regions that overlap it by more than `tolerance` of their own area are
+    taken, and their areas outside of the segment are added. The sum over all segments is divided by
+    the area of the surface. A region that a true border cuts into equal halves counts with all of
+    its area.
 
     Parameters
     ----------

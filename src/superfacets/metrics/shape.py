@@ -24,13 +24,13 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     """Return the mean over regions of perimeter / sqrt(area); lower is rounder.
 
     A disk has 3.54, a hexagon 3.72, a square 4. The boundary of an open mesh counts as perimeter. A
-    region that surrounds a limb like a sleeve has two borders, one that covers a tip a short one.
-    Regions without area are left out.
+    region that surrounds a limb has two borders, and one that covers a tip has a short one.
+    Regions without area are ignored.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`; or cells of one's own.
+        As for `segment`, or a graph of any cells.
     labels : array_like of integers, shape (F,)
         Region of each face, any numbers.
     weld : bool, default True
@@ -134,6 +134,6 @@ def _squares_over(vectors: npt.NDArray[np.float64], areas: npt.NDArray[np.float6
 
 
 def extra_pieces_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> int:
-    """Return how many connected pieces there are more than regions."""
+    """Return the number of connected pieces beyond one per region."""
     _, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     return n_pieces - n_regions

@@ -39,7 +39,7 @@ def classify_exact(
 def classify_halted(
     graph: CellGraph, centers: list[int], reach: float, *, islands: str = "keep"
 ) -> tuple[list[int], list[int]]:
-    """Labels by one expansion of each center, as the paper tells it, and all centers.
+    """Labels by one expansion of each center, as in the paper, and all centers.
 
     For islands see `classify_exact`.
     """
@@ -57,7 +57,7 @@ def classify_halted(
 
 
 def join_islands(graph: CellGraph, labels: list[int]) -> tuple[list[int], int]:
-    """Labels without -1, and how many connected pieces had it.
+    """Labels without -1, and the number of connected pieces that had it.
 
     Each takes the label of the nearest cell, the lowest of equals, to any of its own.
     """

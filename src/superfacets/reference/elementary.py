@@ -1,4 +1,4 @@
-"""Arctangent and exponential as the core computes them, bit for bit, whatever the C library."""
+"""Arctangent and exponential as in the core, bit for bit, independent of the C library."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["arctangent", "exponential"]
 
 Floats = npt.NDArray[np.float64]
 
-# atan(q) = q + q z P(z), z = q^2: the coefficients of P in rising order.
+# atan(q) = q + q z P(z), z = q^2: the coefficients of P in ascending order.
 _ARCTANGENT_SERIES = (
     -0.33333333333333315, 0.19999999999993445, -0.14285714284977744, 0.11111111069363067,
     -0.09090907692059402, 0.07692277476441967, -0.06666223702917291, 0.05877809365040213,

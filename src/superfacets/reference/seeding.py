@@ -32,7 +32,7 @@ def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[npt.NDArray[Any]
 
 
 def farthest_seeds(graph: CellGraph, n_seeds: int, *, islands: str = "keep") -> list[int]:
-    """Iterative farthest points, by looking at all cells for every seed."""
+    """Iterative farthest points, by a search over all cells for every seed."""
     seeds = [first_cell(graph)]
     squared_distance = np.full(graph.n_cells, np.inf)
     if islands == "nearest":

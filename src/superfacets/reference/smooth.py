@@ -45,7 +45,7 @@ def smooth_borders(
 
 
 class _MovingRegions:
-    """Labels that change, with what it takes to judge a change."""
+    """Labels that change, and the gain of each change."""
 
     def __init__(
         self,
@@ -79,7 +79,7 @@ class _MovingRegions:
         return [label for label in dict.fromkeys(around) if label != self.labels[face]]
 
     def gain(self, face: int, label: int) -> float:
-        """How much cheaper borders get if a face takes a label."""
+        """By how much the cost of borders falls if a face takes a label."""
         gain = 0.0
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == label:
@@ -89,7 +89,7 @@ class _MovingRegions:
         return gain
 
     def travel(self, face: int, label: int) -> float:
-        """How far a face would be from where the region of a label began."""
+        """Distance of a face from the first border of the region of a label."""
         if self.first[face] == label:
             return 0.0
         ways = [math.inf]
@@ -101,7 +101,7 @@ class _MovingRegions:
         return min(ways)
 
     def may_leave(self, face: int) -> bool:
-        """Whether its region hangs together without a face, around the corner next to it."""
+        """Whether the region of a face stays connected without it, by faces around its corners."""
         ways: dict[int, int] = {}  # the side that leads to each neighbor in the region
         for number, neighbor in self.arcs(face):
             if self.labels[neighbor] == self.labels[face]:
@@ -125,7 +125,7 @@ class _MovingRegions:
         return False
 
     def around(self, vertex: int, before: int, here: int) -> int | None:
-        """The face that follows around a vertex, if there is just one."""
+        """The next face around a vertex, if there is exactly one."""
         corners = self.mesh.faces[here].tolist()
         places = [tuple(p) for p in self.mesh.vertices[[*corners, vertex]].tolist()]
         if vertex in corners:
@@ -142,7 +142,7 @@ class _MovingRegions:
         return onward[0] if len(onward) == 1 else None
 
     def move_chain(self, first: int, label: int, max_chain: int) -> list[int]:
-        """Move faces to a region, the best first, up to where it pays most; return them."""
+        """Move faces to a region, the best first, up to the largest total gain; return them."""
         before = self.labels[first]
         limit = sum(self.costs[number] for number, _ in self.arcs(first))
         gain, best_gain, best_size = 0.0, 1e-9 * limit, 0
@@ -171,7 +171,7 @@ class _MovingRegions:
 def _border_costs(
     graph: FaceGraph, mesh: Mesh, weights: Floats, crease_scale: float
 ) -> list[float]:
-    """What a border through each arc costs: the length of its edge, less in a crease."""
+    """Cost of a border across each arc: the length of its edge, less in a crease."""
     lengths, excesses = [], []
     for face in range(graph.n_cells):
         for arc in range(graph.offsets[face], graph.offsets[face + 1]):

@@ -15,7 +15,7 @@ Floats = npt.NDArray[np.float64]
 
 
 class _Edge(NamedTuple):
-    """A side of a face, or an edge within it, and what it is bisected into."""
+    """A side of a face, or an edge within it, and its two halves once bisected."""
 
     start: int
     end: int
@@ -27,7 +27,7 @@ class _Edge(NamedTuple):
 
 
 class Part(NamedTuple):
-    """What a face is after it was bisected `depth` times."""
+    """A part of a face after `depth` bisections."""
 
     corners: tuple[int, ...]
     depth: int

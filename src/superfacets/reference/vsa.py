@@ -81,7 +81,7 @@ def approximate(
 
 
 def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
-    """Regions grown face by face, least error first, then first come, first served."""
+    """Regions grown face by face, in the order of error, then of insertion."""
     seeds, proxies = list(seeds), list(proxies)
     labels = [-1] * len(surface.areas)
     queue: list[tuple[float, int, int, int]] = []  # error, place in line, face, label
@@ -113,7 +113,7 @@ def flood(surface: Surface, seeds: list[int], proxies: list[Proxy]) -> State:
 
 
 def _insert(surface: Surface, state: State) -> State:
-    """One region more: at the worst face of the worst region that can spare one."""
+    """Add a region at the worst face of the worst region with faces to spare."""
     proxies = fit(surface, state.labels)
     seeds = _least_faces(surface, state.labels, proxies)
     errors = _errors(surface, state.labels, proxies)
@@ -146,7 +146,7 @@ def _least_faces(surface: Surface, labels: list[int], proxies: list[Proxy]) -> l
 
 
 def error_of(surface: Surface, face: int, proxy: Proxy) -> float:
-    """What a face adds to the error if the proxy stands for it."""
+    """The error of a face with respect to a proxy."""
     area, normal = surface.areas[face], surface.normals[face]
     if surface.metric == "l21":
         if not any(normal):

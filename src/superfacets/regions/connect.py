@@ -26,16 +26,17 @@ def enforce_connectivity(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> RegionEdit:
-    """Return labels whose regions are in one piece each.
+    """Return labels whose regions are connected.
 
-    A region keeps the piece that its center is in, or its largest. Each other piece, the smallest
-    first, joins the neighbor that it shares most border with, where a border in a crease counts
-    less, as in `smooth_borders`. A piece that touches nothing becomes a region of its own.
+    A region keeps the piece with its center or, if no centers are given, its largest piece. Each
+    other piece, the smallest first, joins the neighbor with the longest common border, where a
+    border in a crease counts less, as in `smooth_borders`. A piece without a neighbor becomes a
+    region of its own.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`; or cells of one's own.
+        As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         0..K-1, each at least once.
     centers : array_like of int, shape (K,), optional

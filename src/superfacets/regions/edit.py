@@ -29,7 +29,7 @@ Ints = npt.NDArray[np.int32]
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """What borders between regions cost: their length, and less where they are in a crease."""
+    """The cost of borders between regions: their length, and less in a crease."""
 
     surface: Surface
     weights: npt.NDArray[np.float64]  # of the arcs, in units of surface.weight_unit
@@ -37,24 +37,24 @@ class BorderCosts:
 
     @property
     def args(self) -> tuple[_core.Surface, npt.NDArray[np.float64], float, float]:
-        """The arguments that kernels take borders by, in order."""
+        """The arguments for kernels, in order."""
         surface = self.surface
         return surface.handle, self.weights, surface.weight_unit, CREASE_SCALE * self.radius
 
 
 class RegionEdit(NamedTuple):
-    """Labels after regions were joined, and what became of them.
+    """Labels after regions were joined, and where the new regions come from.
 
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
         0..K'-1, each at least once.
     sources : ndarray of int32, shape (K',)
-        The region, before, that each region is or was a piece of.
+        For each new region, the old region that it is, or that it was a piece of.
     n_joined : int
-        How many pieces or regions joined another one.
+        Number of pieces or regions that joined another one.
     n_islands : int
-        How many of those that had to join one touch none, and stayed.
+        Number of pieces or regions that had to join another but have no neighbor, and were kept.
     """
 
     labels: Ints

@@ -31,22 +31,22 @@ def merge_small_regions(
 ) -> RegionEdit:
     """Return labels without small regions.
 
-    The smallest region, as long as it is too small, joins the neighbor that it shares most border
-    with, where a border in a crease counts less, as in `smooth_borders`. The mean area is that of
-    the regions given.
+    As long as the smallest region is too small, it joins the neighbor with the longest common
+    border, where a border in a crease counts less, as in `smooth_borders`. The mean area is that
+    of the given regions.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`; or cells of one's own.
+        As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
         0..K-1, each at least once.
     min_size : float
         The least area of a region, >= 0, as a fraction of the mean area of regions.
     islands : {"keep", "nearest"}
-        Small regions that touch no other stay, or join the region that has the face nearest
-        (Euclidean) to their center, and then are not in one piece with it. Where there are only
-        small islands, they stay.
+        What to do with small regions that have no neighbor. ``"keep"``: they stay. ``"nearest"``:
+        they join the region with the face nearest (Euclidean) to their center, which is then
+        disconnected. If all regions are small islands, they stay.
     weights : array_like, shape (M,), optional
         As for `smooth_borders`.
     weld, n_threads
@@ -55,9 +55,9 @@ def merge_small_regions(
     Returns
     -------
     RegionEdit
-        Regions are in the order of their labels before. ``sources`` holds the label, before, of
-        the one that others joined: with the centers of a segmentation,
-        ``centers[edit.sources]`` are faces of their regions.
+        Regions keep the order of their old labels. ``sources`` holds the old label of the region
+        that others joined, so for the centers of a segmentation, ``centers[edit.sources]`` are
+        faces of the new regions.
 
     Raises
     ------

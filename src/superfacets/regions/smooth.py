@@ -44,27 +44,27 @@ def smooth_borders(
     .. math:: |e| \exp\left(-\frac{w - g}{6 r}\right)
 
     with w the weight of the arc across the edge, g the distance between the two centroids over its
-    midpoint (eq. 1) and r the expected radius of a region: what a crease adds to the way across it
-    makes a border in it cheap.
+    midpoint (eq. 1) and r the expected radius of a region. The difference w - g is the cost of
+    crossing the crease, so borders in creases are cheap.
 
-    Faces that hung together in a region still do, and no region vanishes. Where an edge has three
-    faces or more, regions keep the faces they need for that even if there is another way around.
+    Connected faces of a region stay connected, and no region vanishes. The test for that is local:
+    at edges of three faces or more, some moves are not made although they would be possible.
 
     Parameters
     ----------
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
-        As for `segment`; or cells of one's own, of which one moves at a time only where the others
-        of its region touch each other.
+        As for `segment`, or a graph of any cells. A cell of a graph moves only if its neighbors in
+        its region are connected among themselves.
     labels : array_like of int, shape (N,)
         0..K-1, each at least once.
     weights : array_like, shape (M,), optional
         Arc weights of ``build_face_graph(mesh, weld=weld)`` in units of d; `crease_weights`
         for r = sqrt(A / (pi K)) if not given.
     centers : array_like of int, optional
-        Distinct faces that stay in their regions.
+        Distinct faces that keep their labels.
     max_distance : float, default 1.0
-        How far, in r and as a path length in the given weights, a face may be from the border of
-        the region that it moves to, >= 0. As creases make paths long, borders do not leave them.
+        Maximum distance, in r and as a path length in the given weights, of a face from the border
+        of the region that it moves to, >= 0. Creases make paths long, so borders stay in them.
     weld, n_threads
         As for `segment`. The labels do not depend on the number of threads.
 

@@ -1,1 +1,1 @@
-"""What compares and reproduces: rivals, the Princeton benchmark, the figures of the paper."""
+"""Comparison and reproduction: other methods, the Princeton benchmark, the figures of the paper."""

@@ -55,7 +55,7 @@ def category_of(number: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A model with what people made of it.
+    """A model with the segmentations that people made.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ class Benchmark:
         return self.root / "seg" / "Benchmark" / str(number)
 
     def _truth_files(self, number: int) -> list[Path]:
-        """From N_0.seg to the last that is there, so that one that is missing is found out."""
+        """N_0.seg to the last one found, so that missing ones between are noticed."""
         pattern = re.compile(rf"{number}_(\d+)\.seg")
         folder = self._truth_folder(number)
         names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))

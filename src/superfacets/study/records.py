@@ -1,4 +1,4 @@
-"""Records: a JSON file each, whole or not there, and read back only if it is what was written."""
+"""Records: JSON files that are written atomically and verified when read."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Record = dict[str, Any]
 
 
 def write_record(path: Path, key: Key, record: Record) -> None:
-    """Write a record such that it is whole, or not there, whenever the process ends.
+    """Write a record atomically: whenever the process ends, it is complete or absent.
 
     Raises
     ------

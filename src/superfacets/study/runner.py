@@ -29,7 +29,7 @@ _MEMORY_UNKNOWN = 4 << 30
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A piece of work, and its record."""
+    """A unit of work, and its record."""
 
     subject: Any
     """What it is about: for the task to know."""
@@ -38,7 +38,7 @@ class Piece:
 
 
 class Task(Protocol):
-    """Pieces that one worker does one after the other. It travels there, pickled."""
+    """Pieces that one worker does in sequence. It is pickled for that."""
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
@@ -123,7 +123,7 @@ class _Recording:
 
 
 def _forget_failure(piece: Piece) -> None:
-    """Remove the record of an earlier failure: if the worker dies now, that is the reason."""
+    """Remove the record of an earlier failure, which would hide the death of the worker."""
     record = read_piece(piece)
     if record is not None and "reason" in record:
         with contextlib.suppress(OSError):
@@ -140,7 +140,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Death) -> dict[Path, str]:
-    """Give the pieces that a worker did not come to a record of why."""
+    """Record why the remaining pieces of a worker were not done."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -171,7 +171,7 @@ def run_shown(
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Make the folder, and keep other starts out of it, where the system can.
+    """Make the folder and lock it against other starts, if the system can.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Tables of the studies and of the benchmark: CSV files, Markdown, and HTML."""
+"""Tables of the studies and of the benchmark: CSV files, Markdown and HTML."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def html_table(
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows under all names that any of them has; what a row has not stays empty.
+    """Write rows with the columns of all of them; missing values are empty.
 
     Raises
     ------

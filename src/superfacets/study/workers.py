@@ -1,4 +1,4 @@
-"""Worker processes that do jobs one by one and end with their parent, however that ends."""
+"""Worker processes that do one job at a time and end with their parent, even if it is killed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM
 
 
 class Job(Protocol):
-    """What a worker can do: it travels there and its result comes back, both pickled."""
+    """A job for a worker. The job and its result are pickled."""
 
     @property
     def memory(self) -> int:
@@ -33,7 +33,7 @@ class Job(Protocol):
 
 @dataclass(frozen=True)
 class Death:
-    """What comes instead of a result where the worker ended in the middle of a job."""
+    """Stands for the result if the worker ended during a job."""
 
     exit_code: int | None
 
@@ -94,7 +94,7 @@ def _hand_out(pending: list[Job], team: list[_Worker], memory: int) -> None:
 
 
 def _first_that_fits(pending: list[Job], at_work: list[Job], memory: int) -> int | None:
-    """Where in the list the job is that can begin now: any can, if there is no other at work."""
+    """Index of the first job that can begin now; any can if no other is running."""
     room = memory - sum(job.memory for job in at_work)
     fits = (not at_work or job.memory == 0 or job.memory <= room for job in pending)
     return next((place for place, does in enumerate(fits) if does), None)
@@ -133,7 +133,7 @@ class _Worker:
 
 @contextlib.contextmanager
 def _settings_of_workers() -> Iterator[None]:
-    """One thread per process, and deaf to Ctrl-C, which a terminal sends to the parent as well."""
+    """One thread per process, ignoring Ctrl-C, which a terminal also sends to the parent."""
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)
     is_main = threading.current_thread() is threading.main_thread()

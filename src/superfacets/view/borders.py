@@ -34,7 +34,7 @@ def border_edges(
 
 
 def default_border_width(mean_area: float, camera: Camera, height: int) -> float:
-    """Width in pixels, >= 0.6, in proportion to regions of this mean area on a picture so high.
+    """Width in pixels, >= 0.6, for regions of this mean area on a picture of this height.
 
     The diameter is that of a disk of the area, seen face on at the middle of the mesh.
     """

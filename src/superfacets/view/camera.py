@@ -30,7 +30,7 @@ _FRAMES = {
 
 Up = Literal["auto", "x", "y", "z"]
 UP_CHOICES: tuple[str, ...] = get_args(Up)
-"""What `View.up` may be."""
+"""The choices of `View.up`."""
 
 
 @dataclass(frozen=True, kw_only=True)

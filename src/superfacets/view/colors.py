@@ -32,13 +32,13 @@ PALETTE = np.array(
 MIN_COLOR_DISTANCE = 0.117
 """Least distance in OKLab between two colors of the palette; 0.02 is just noticeable."""
 
-# Where there is a choice, neighbors get colors this far from each other (OKLab). More would leave
+# If possible, neighbors get colors at least this far apart (OKLab). A larger distance would leave
 # too little choice: from most of its colors, half of the palette or more is this far.
 _CLEAR_DISTANCE = 0.16
 
 
 class _Arcs(Protocol):
-    """What a graph needs for `region_colors`: arcs in CSR form."""
+    """The part of a graph that `region_colors` uses: arcs in CSR form."""
 
     @property
     def offsets(self) -> npt.NDArray[np.int64]: ...

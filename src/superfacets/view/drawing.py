@@ -166,7 +166,7 @@ def _poly_data(
 
 
 def _actor(vtk: Any, data: Any) -> Any:
-    """Actor of the data, its faces in the colors they have."""
+    """Actor of the data, with the colors of its faces."""
     mapper, actor = vtk.vtkPolyDataMapper(), vtk.vtkActor()
     mapper.SetInputData(data)
     mapper.SetScalarModeToUseCellData()
@@ -199,7 +199,7 @@ def _aim(renderer: Any, camera: Camera) -> None:
 
 
 def _leave_shadows_only(stage: _Stage) -> None:
-    """Make all white, but for the shadows in creases."""
+    """Make everything white except the shadows in creases."""
     stage.renderer.SetBackground(1, 1, 1)
     stage.surface.GetMapper().ScalarVisibilityOff()
     look = stage.surface.GetProperty()

@@ -1,4 +1,4 @@
-"""What it takes to draw without a display: finding OpenGL before VTK does, and keeping it quiet."""
+"""Drawing without a display: find OpenGL before VTK does, and suppress its messages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
 
 @contextlib.contextmanager
 def quiet_vtk() -> Iterator[None]:
-    """Let VTK draw off screen, in silence; its and the process's settings come back afterward."""
+    """Let VTK draw off screen without messages; restore its and the process's settings."""
     window = ensure_gl()
     wanted = dict(_QUIET_EGL)
     if window is not None:

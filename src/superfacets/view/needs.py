@@ -26,7 +26,7 @@ _VTK_MODULES = (
 
 
 def import_vtk() -> Any:
-    """Return what is used of VTK, as one namespace. OpenGL is not touched yet.
+    """Return the parts of VTK that are used, as one namespace, without loading OpenGL.
 
     Raises
     ------

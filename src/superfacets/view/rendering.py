@@ -99,7 +99,7 @@ def render(
 
 
 def check_rendering() -> None:
-    """Raise what `render` would raise here for want of VTK, Pillow or OpenGL."""
+    """Raise the error that `render` would raise if VTK, Pillow or OpenGL is missing."""
     import_vtk()
     import_pillow("Image")
     ensure_gl()
@@ -122,7 +122,7 @@ def _checked_side(size: tuple[int, int], side: int) -> int:
 
 
 def _checked_path(output: str | os.PathLike[str]) -> Path:
-    """Path of a PNG in a folder that exists: better known before the picture is made than after."""
+    """Path of a PNG in an existing folder, checked before the picture is drawn."""
     path = Path(output)
     if path.suffix.lower() != ".png":
         raise ValueError(f"output must end in .png, got {path.name!r}")

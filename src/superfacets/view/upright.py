@@ -1,4 +1,4 @@
-"""Which axis of a mesh points up: a guess for pictures."""
+"""A guess at the axis of a mesh that points up, for pictures."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _N_DIRECTIONS = 32
 
 
 def guess_up(scene: Scene) -> Literal["y", "z"]:
-    """Return "z" if the mesh stands much more firmly with z up than with y up, otherwise "y".
+    """Return "z" if the mesh stands much more stably with z up than with y up, otherwise "y".
 
     It stands if its center of mass, taken as that of its surface, is above the convex hull of the
     points that touch the ground, and the more firmly the farther it is from the hull's border.

@@ -62,7 +62,7 @@ def _mesh_size(gltf: Gltf, index: int) -> tuple[int, int]:
 
 
 def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
-    """Raise a MeshError where the meshes that nodes show are none, or too many for their files.
+    """Raise a MeshError if nodes show no meshes, or more than the size of the files allows.
 
     A node, or a primitive, takes a few bytes of a file and repeats a mesh of any size.
     """

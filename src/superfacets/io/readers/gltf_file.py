@@ -41,7 +41,7 @@ UNSUPPORTED = (
     "KHR_meshopt_compression",
     "EXT_mesh_gpu_instancing",
 )
-"""Extensions that put faces where only they know."""
+"""Extensions that store faces in formats of their own."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
 
 _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
-"""A line, without a comment, that goes on in the next one."""
+"""A line without a comment that is continued in the next one."""
 
 
 def read_obj(data: Content) -> Arrays:

@@ -57,7 +57,7 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
     if not 2 <= len(tokens) <= 3 or not all(token.isdigit() for token in tokens):
         shown = reprlib.repr(counts.decode("latin-1").strip())
         raise MeshError(f"expected the counts of vertices, faces and edges, got {shown}")
-    # Longer than any count: int() refuses thousands of digits with an error of its own.
+    # Longer than any count. For thousands of digits int() raises an error of its own.
     n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
     return n_vertices, n_faces, n_header
 

@@ -1,4 +1,4 @@
-"""What methods on the weighted graph of faces begin with: its cells, component by component."""
+"""The input of methods on the weighted graph of faces: its cells by component."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Ints = npt.NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Component:
-    """Faces that paths lead between, and no other."""
+    """A connected component of the faces."""
 
     faces: npt.NDArray[np.int64]  # (n,) rising
     arcs: npt.NDArray[np.int64]  # (m,) those that leave these faces, in their order
@@ -40,7 +40,7 @@ class Component:
 
 @dataclass(frozen=True)
 class FaceCells:
-    """The cell graph of a mesh, and how it came about."""
+    """The cell graph of a mesh, with the time and the parameters of its stages."""
 
     mesh: Mesh
     faces: FaceGraph

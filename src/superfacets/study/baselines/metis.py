@@ -1,4 +1,4 @@
-"""METIS: parts of about the same area, with borders as short and as creased as may be."""
+"""METIS: parts of about the same area, with borders that are short or in creases."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def _partition(metis: Any, cells: FaceCells) -> npt.NDArray[np.int64]:
 
 
 def _cutting_costs(cells: FaceCells) -> Floats:
-    """What it costs, in edge length, that the two faces of an arc are in different parts."""
+    """The cost, in edge length, of a cut between the two faces of an arc."""
     corners = cells.mesh.vertices[cells.mesh.faces]
     face_of_arc = np.repeat(np.arange(cells.graph.n_cells), np.diff(cells.graph.offsets))
     sides = cells.faces.sides.astype(np.int64)
@@ -155,7 +155,7 @@ def _cutting_costs(cells: FaceCells) -> Floats:
 
 
 def _share_out(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
-    """Parts of each component: one each, the next to that of most area per part; as many as faces.
+    """Number of parts of each component: one, then one more where the area per part is largest.
 
     The lowest component among equals.
     """
@@ -209,7 +209,7 @@ def _cap(areas: Floats, n_parts: int) -> Floats:
 
 
 class _Pairs(NamedTuple):
-    """Neighbors of each face, each once, in CSR form, and what it costs to part from them."""
+    """Neighbors of each face, each once, in CSR form, and the cost of a cut to each."""
 
     offsets: npt.NDArray[Any]
     neighbors: npt.NDArray[Any]
@@ -227,7 +227,7 @@ def _merge_pairs(component: Component, costs: npt.NDArray[np.int64]) -> _Pairs:
 
 
 def _whole_numbers(values: Floats) -> npt.NDArray[np.int64]:
-    """Values as integers of about the same ratios, >= 1; all 1 where all values are 0."""
+    """Values as integers >= 1 of about the same ratios; all 1 if all values are 0."""
     total = values.sum()
     if total == 0:
         return np.ones(len(values), np.int64)

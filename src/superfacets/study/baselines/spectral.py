@@ -85,7 +85,7 @@ class SpectralEmbedding:
 
     @property
     def n_vectors(self) -> int:
-        """The largest number of regions that there are vectors for."""
+        """The largest number of regions for which there are vectors."""
         return self._cells.n_segments
 
     @property
@@ -100,7 +100,7 @@ class SpectralEmbedding:
 
     @property
     def eigenvalues(self) -> Singles:
-        """The leading eigenvalues, falling."""
+        """The leading eigenvalues, descending."""
         values = np.concatenate([component.eigenvalues for component in self._components])
         return np.sort(values)[::-1][: max(self.n_vectors, len(self._components))]
 
@@ -306,7 +306,7 @@ def spectral_embedding(
 
 @dataclass(frozen=True)
 class _Affinity:
-    """How affinities come from paths."""
+    """Affinities as functions of path lengths."""
 
     width: float  # s, in the unit of the arc weights
     reach: float | None  # in the unit of the vertices
@@ -377,7 +377,7 @@ def _mean_path_length(graph: CellGraph, n_threads: int) -> float:
 
 
 def _embed(cells: FaceCells, component: Component, affinity: _Affinity) -> _EmbeddedComponent:
-    """Eigenvectors of one component, as many as there may be regions."""
+    """Eigenvectors of one component, at most one per region."""
     n_faces = len(component.faces)
     if n_faces == 1:
         return _EmbeddedComponent(component.faces, np.ones(1, np.float32), np.ones((1, 1), "f4"))
@@ -413,7 +413,7 @@ def _krylov_size(n_vectors: int) -> int:
 
 
 def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles]:
-    """The highest eigenvalues of a symmetric matrix, falling, and their vectors, (n, n_vectors).
+    """The highest eigenvalues of a symmetric matrix, descending, and their vectors, (n, n_vectors).
 
     From the space that the powers of the matrix make of a random block: unlike Lanczos' method,
     which begins with one vector, it finds all eigenvectors of an eigenvalue that several share,
@@ -442,7 +442,7 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
 
 
 def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]:
-    """The last n of rising eigenvalues, falling, and their vectors."""
+    """The last n of ascending eigenvalues, in descending order, and their vectors."""
     return values[: -n - 1 : -1].astype(np.float32), vectors[:, : -n - 1 : -1].astype(np.float32)
 
 

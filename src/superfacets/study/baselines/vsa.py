@@ -1,4 +1,4 @@
-"""Variational Shape Approximation: regions that are as flat as k regions can be."""
+"""Variational Shape Approximation: k regions that are as flat as possible."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def variational_shape_approximation(
     n_threads: int | None = None,
     progress: Progress | None = None,
 ) -> Segmentation:
-    """Label every face of a mesh with one of k connected regions, each as flat as may be.
+    """Label every face of a mesh with one of k connected regions that are as flat as possible.
 
     A region stands for a plane, its proxy: a center and a unit normal. In turn the proxies are
     fitted to the regions, and the regions flooded anew. A flood begins with the face of least
@@ -194,5 +194,5 @@ def _relax(
 
 
 def _fingerprint(labels: npt.NDArray[np.int32]) -> bytes:
-    """128 bits that tell labels apart; from the labels follow all later ones."""
+    """A hash of 128 bits of the labels, which determine all later ones."""
     return hashlib.blake2b(labels.tobytes(), digest_size=16).digest()

@@ -1,4 +1,4 @@
-"""The whole study: which runs it takes, and what came of them."""
+"""The whole study: its runs and their results."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def _is_done(piece: Piece) -> bool:
 
 
 def _collect(tasks: Sequence[Task], lost: dict[Path, str]) -> tuple[list[Row], list[str]]:
-    """Return the rows of the tasks that are done, and why pieces of the others failed."""
+    """Return the rows of finished tasks, and the reasons of failures."""
     rows: list[Row] = []
     failures: list[str] = []
     for task in tasks:

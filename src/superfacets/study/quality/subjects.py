@@ -21,7 +21,7 @@ SHARP = math.radians(45)
 
 
 class Subject(NamedTuple):
-    """A mesh, and the true segment of each face as several people see it."""
+    """A mesh, and the true segments of its faces according to several people."""
 
     mesh: Mesh
     truths: tuple[npt.NDArray[np.int32], ...]
@@ -42,7 +42,7 @@ class Creases(NamedTuple):
 
 
 def refined(subject: Subject, levels: int = 1) -> Subject:
-    """Split each face into four, so many times; the four are in the segment of the one."""
+    """Split each face into four, repeatedly; the parts keep the segment of the face."""
     vertices, faces = subject.mesh.vertices, subject.mesh.faces
     for _ in range(levels):
         vertices, faces = split_in_four(vertices, faces)

@@ -1,4 +1,4 @@
-"""What the rows say: means, which variants dominate, and tables in Markdown."""
+"""Evaluation of the rows: means, dominating variants, and tables in Markdown."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def pictures_of(
 
 
 def view_of(mesh: Mesh) -> View:
-    """Return where the picture of a mesh is taken from: its broad side, for they lie in all ways.
+    """Return the view of a mesh: its broad side, as the orientation of models varies.
 
     The models of the benchmark have no common axis that points up.
     """

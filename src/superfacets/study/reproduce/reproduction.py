@@ -1,4 +1,4 @@
-"""The whole of it, stage by stage: plan, measure, draw, write."""
+"""The reproduction, stage by stage: plan, measure, draw, write."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def _plan(options: Options) -> Plan:
 
 
 def _check_needs(plan: Plan) -> None:
-    """Find out what is not installed before hours of work."""
+    """Check that everything needed is installed, before hours of work."""
     packages = [*_PAGE_PACKAGES]
     packages += [name for run in plan.runs for name in METHODS[run.method].packages]
     if any(figure not in GALLERY for figure in plan.choice.figures):

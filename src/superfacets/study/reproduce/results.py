@@ -1,4 +1,4 @@
-"""What the records say of the runs of a plan, and means over meshes."""
+"""Results of the runs of a plan, and means over meshes."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Results:
         }
 
     def mean(self, curve: Curve, k: int, quantity: str, models: Iterable[Source]) -> float:
-        """Return the mean over models of what is a mean over the ground truths of each."""
+        """Return the mean over models of the means over the ground truths of each."""
         values = [
             self.value(Run(model, curve.method, curve.alpha, k), quantity) for model in models
         ]

@@ -35,7 +35,7 @@ class Run:
         )
 
     def key(self, most_segments: int) -> dict[str, Any]:
-        """Return all that the labels and numbers depend on: a record with another is stale."""
+        """Return everything that the result depends on; a record with another key is stale."""
         method = METHODS[self.method]
         setting = self.setting(most_segments, max_memory=0)
         return {
