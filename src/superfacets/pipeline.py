@@ -203,12 +203,8 @@ def segment(
     del ordered  # makes room
     if cleanup.is_needed:
         with timed(timings, "regions", on_stage):
-            if weight_options.params["weights"] in ("creases", "given"):
-                prices = np.multiply(lengths, unit, dtype=np.float64)
-            else:  # other units, or other prices at other resolutions
-                prices = creases_of(surface, size.radius)
-            del lengths
-            costs = BorderCosts(surface, prices, size.radius or surface.diagonal)
+            costs = _border_costs(surface, size.radius, weight_options, lengths, unit)
+            del lengths  # makes room
             result = clean(costs, result, cleanup)
     params = {"weld": weld, **weight_options.params, **result.params, **cleanup.params}
     timings = _in_order(timings | result.timings)
@@ -248,6 +244,21 @@ def _build_cells(
         arcs = (faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for
         return surface, size, share, _core.OrderedGraph(placed, *arcs, n_threads), lengths, unit
+
+
+def _border_costs(
+    surface: Surface,
+    radius: float,
+    options: WeightOptions,
+    lengths: npt.NDArray[np.float32],
+    unit: float,
+) -> BorderCosts:
+    """What borders cost: by the weights that paths were measured by, if these are of that kind."""
+    if options.params["weights"] in ("creases", "given"):
+        prices = np.multiply(lengths, unit, dtype=np.float64)
+    else:  # other units, or other prices at other resolutions
+        prices = creases_of(surface, radius)
+    return BorderCosts(surface, prices, radius or surface.diagonal)
 
 
 def _warn_of_islands(result: Segmentation, asked: int | None) -> None:
