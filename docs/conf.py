@@ -50,5 +50,13 @@ def add_docstring_of_data(
         lines[:] = documented["", "PAPER"]
 
 
+def skip_fields_of_tuples(
+    app: Sphinx, what: str, name: str, obj: Any, skip: bool, options: Any
+) -> bool | None:
+    """Leave out "Alias for field number 0": the class describes its fields."""
+    return True if type(obj).__name__ == "_tuplegetter" else None
+
+
 def setup(app: Sphinx) -> None:
+    app.connect("autodoc-skip-member", skip_fields_of_tuples)
     app.connect("autodoc-process-docstring", add_docstring_of_data, priority=100)
