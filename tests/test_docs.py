@@ -25,6 +25,8 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *(DOCS / f"{name}.md" for name in ("index", "pipeline", "metrics"))]
 PAGES += [DOCS / "tutorial.md", *sorted((DOCS / "howto").glob("*.md"))]
 
+CHANNELS = ("red", "green", "blue")
+
 FENCE = re.compile(r"(?:<!-- needs: (\w+) -->\n)?^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -63,7 +65,8 @@ def files(tmp_path, monkeypatch, real_data):
     """The files that pages speak of, in the current folder."""
     monkeypatch.chdir(tmp_path)
     bear = sf.sample_mesh(5_000)
-    sf.write_mesh("scan.ply", bear)
+    color = sf.MeshAttributes(vertex=dict.fromkeys(CHANNELS, np.full(bear.n_vertices, 9, np.uint8)))
+    sf.write_mesh("scan.ply", bear, attributes=color)
     sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
     sf.write_mesh("assembly.ply", with_specks(bear))
     write_stl("part.stl", gallery_meshes.flange(48))

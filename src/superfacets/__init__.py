@@ -116,4 +116,4 @@ if not TYPE_CHECKING:  # type checkers see the imports above, and names that are
         return value
 
     def __dir__() -> list[str]:
-        return sorted({*globals(), *_LAZY_MODULES, *_LAZY_NAMES})
+        return sorted({*__all__, *_LAZY_MODULES, "__version__"})

@@ -54,7 +54,7 @@ def read_content(path: Path) -> mmap.mmap:
     except FileNotFoundError:
         raise FileNotFoundError(f"{path}: no such file") from None
     if stat.S_ISDIR(mode):
-        raise IsADirectoryError(f"{path}: is a folder, not a file")
+        raise IsADirectoryError(f"{path}: is a folder, not a file: name the files in it")
     if not stat.S_ISREG(mode):
         raise OSError(f"{path}: is not a regular file")
     if not os.access(path, os.R_OK):
