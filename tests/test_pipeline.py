@@ -96,6 +96,13 @@ def test_a_component_without_a_seed_adds_a_region_and_a_warning():
     assert result.labels.tolist() == [0] * 4 + [1] * 4
 
 
+def test_more_regions_than_the_default_number_are_a_surprise_too():
+    soup = shapes.soup(shapes.bumpy_sheet(12))
+    with pytest.warns(IslandWarning, match=r"^288 regions in place of 150: 138 components"):
+        assert segment(soup, weld=False).n_segments == 288
+    segment(soup, radius=0.05, weld=False)  # no number was asked for
+
+
 def test_as_many_regions_as_faces_leaves_each_alone():
     mesh = shapes.bumpy_sheet(6)
     result = segment(mesh, mesh.n_faces)

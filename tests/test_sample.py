@@ -1,4 +1,4 @@
-"""The bear that comes along: whole, in the sizes it is said to have, and made by the generator."""
+"""The bear that is included: whole, in the sizes it is said to have, and made by the generator."""
 
 import numpy as np
 import pytest

@@ -256,7 +256,7 @@ def checked_arcs(
 
 def checked_angles(angles: Any, n_arcs: int) -> npt.NDArray[np.float64]:
     """One angle per arc, (M,) float64, from -pi to pi."""
-    array = exact_array(_numeric_array(angles, "angles"), np.float64)
+    array = owned(_numeric_array(angles, "angles"), np.float64)
     if array.shape != (n_arcs,):
         raise ValueError(
             f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"

@@ -87,7 +87,8 @@ def segment(
     n_segments : int, optional
         Number of regions k, 1 to the number of faces. 150 (or the number of faces, if that is
         less) if neither this nor `radius` is given. The result has exactly k regions with
-        ``islands="nearest"``; otherwise one more for each component that gets no seed and, with
+        ``islands="nearest"`` (about as many with ``init="flood"`` and ``"grid"``); otherwise one
+        more for each component that gets no seed and, with
         `radius_factor`, for faces that no center reaches.
     radius : float, optional
         Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
@@ -199,7 +200,7 @@ def segment(
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=2)
     result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
-    _warn_of_islands(result, n_segments)
+    _warn_of_islands(result)
     del ordered  # makes room
     if cleanup.is_needed:
         with timed(timings, "regions", on_stage):
@@ -261,10 +262,12 @@ def _border_costs(
     return BorderCosts(surface, prices, radius or surface.diagonal)
 
 
-def _warn_of_islands(result: Segmentation, asked: int | None) -> None:
+def _warn_of_islands(result: Segmentation) -> None:
     """Say where there are more regions than asked for; in the halted mode that is usual."""
-    is_kept = result.params["islands"] == "keep" and result.params["radius_factor"] is None
-    if asked is None or not is_kept or not result.n_unreached:
+    params = result.params
+    asked = params["n_segments"]  # None: a radius was asked for
+    is_kept = params["islands"] == "keep" and params["radius_factor"] is None
+    if asked is None or params["init"] == "given" or not is_kept or not result.n_unreached:
         return
     warnings.warn(
         f"{result.n_segments} regions in place of {asked}: {result.n_unreached} components of the"

@@ -1,11 +1,13 @@
 """Where results go, and command lines that can be read in two ways."""
 
+import shlex
+import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 import shapes
-from command_line import files_in
+from command_line import COMMAND, files_in
 
 from superfacets import read_labels, write_mesh
 from superfacets.cli.outputs import plan_jobs
@@ -117,3 +119,22 @@ def test_files_of_all_inputs_go_to_a_folder(run, folder):
         f"wrote {Path('results/b.superfacets.npy')}", "b.ply",
     ]  # fmt: skip
     assert read_labels("results/b.superfacets.npy").max() == 2
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("segment - <&-", "standard input is closed"),
+        ("segment {sheet} -o - --to txt >&-", "standard output is closed"),
+        ("segment {sheet} -o - --to txt >/dev/full", "standard output: No space left on device"),
+        ("info {sheet} >/dev/full", "standard output: No space left on device"),
+    ],
+)
+def test_streams_that_cannot_be_used_are_one_line(sheet, line, message):
+    if "/dev/full" in line and not Path("/dev/full").exists():
+        pytest.skip("there is no /dev/full here")
+    command = shlex.join(COMMAND) + " " + line.format(sheet=shlex.quote(str(sheet)))
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == f"superfacets: error: {message}"
+    assert "Traceback" not in done.stderr

@@ -1,5 +1,7 @@
 """What a PLY file stores besides positions and corners, carried from one file to the next."""
 
+import copy
+import pickle
 import tracemalloc
 
 import numpy as np
@@ -347,3 +349,27 @@ def test_lagrange_reads_what_was_carried_over(rich, tmp_path):
                          ("height", VERTEX["height"]), ("material", FACE["material"]),
                          ("texcoord", FACE["uv"])]:  # fmt: skip
         assert_array_equal(loaded.attribute(names[name]).data, values, err_msg=name)
+
+
+def test_attributes_are_copies_that_cannot_be_written():
+    heat = np.arange(3.0)
+    attributes = MeshAttributes(vertex={"heat": heat})
+    heat[0] = 9.0
+    assert attributes.vertex["heat"][0] == 0.0
+    for again in (copy.deepcopy(attributes), pickle.loads(pickle.dumps(attributes))):
+        assert again.vertex["heat"].tolist() == [0.0, 1.0, 2.0]
+        with pytest.raises(ValueError, match="read-only"):
+            again.vertex["heat"][0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "message"),
+    [
+        ({"vertex": [1]}, TypeError, "vertex must be a mapping of names to arrays"),
+        ({"face": {"a": np.ma.masked_equal([1, 2], 2)}}, ValueError, "has masked entries"),
+        ({"comments": ["comment \ud800"]}, ValueError, "expected one line that begins with"),
+    ],
+)
+def test_attributes_of_wrong_types_are_refused(given, error, message):
+    with pytest.raises(error, match=message):
+        MeshAttributes(**given)

@@ -124,6 +124,7 @@ def test_regions_of_hexagons_that_touch_have_different_colors():
     graph = honeycomb(SHEET)
     labels = sf.segment_graph(graph, 5).labels
     colors = region_colors(graph, labels)
+    assert np.array_equal(sf.face_colors(graph, labels), colors[labels])
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     across = labels[sources] != labels[graph.neighbors]
     pairs = zip(labels[sources][across], labels[graph.neighbors][across], strict=True)
@@ -214,3 +215,15 @@ def test_many_pieces_without_area_are_joined_in_next_to_no_time():
     assert time.process_time() - begin < 5.0
     assert edit.n_joined == n - 1
     assert shapes.count_pieces(graph, edit.labels) == 3
+
+
+def test_measures_of_arcs_are_copied_and_of_their_own_type():
+    lengths = np.ones(2)
+    graph = CellGraph(
+        [[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1, 1],
+        arc_measures=ArcMeasures(lengths),
+    )  # fmt: skip
+    lengths[:] = np.nan
+    assert graph.arc_measures.border_lengths.tolist() == [1.0, 1.0]
+    with pytest.raises(TypeError, match="arc_measures must be ArcMeasures, got dict"):
+        CellGraph([[0, 0, 0]], [1], [0, 0], [], [], arc_measures={})

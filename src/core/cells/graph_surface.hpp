@@ -52,7 +52,8 @@ class GraphSurface final : public Surface {
     };
     return arcs().are_valid() && given_.positions.size() == n && given_.measures.size() == n &&
            given_.border_lengths.size() == n_arcs && fits(given_.step_lengths, n_arcs) &&
-           fits(given_.sides, n_arcs) && fits(given_.open_lengths, n) && are_sides_sorted();
+           fits(given_.angles, n_arcs) && fits(given_.sides, n_arcs) &&
+           fits(given_.open_lengths, n) && are_sides_sorted();
   }
 
   const GivenMeasures given_;

@@ -77,7 +77,7 @@ class ArcMeasures:
                 object.__setattr__(checked, name, None)
             else:
                 array = checked_nonnegative_array(given, n, name, per, n_threads)
-                freeze(checked, **{name: array})
+                freeze(checked, **{name: owned(array, np.float64)})
         object.__setattr__(checked, "angles", None)
         if self.angles is not None:
             freeze(checked, angles=checked_angles(self.angles, n_arcs))
@@ -165,6 +165,9 @@ class CellGraph:
         object.__setattr__(self, "weight_unit", unit)
         self._check_and_quantize(checked_threads(None))
         if self.arc_measures is not None:
+            if not isinstance(self.arc_measures, ArcMeasures):
+                kind = type(self.arc_measures).__name__
+                raise TypeError(f"arc_measures must be ArcMeasures, got {kind}")
             checked = self.arc_measures.checked(offsets, self.n_arcs, checked_threads(None))
             object.__setattr__(self, "arc_measures", checked)
 

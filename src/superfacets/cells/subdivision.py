@@ -185,8 +185,8 @@ def subdivide(
         )
     except ValueError:  # std::length_error
         raise ValueError(
-            f"max_edge={length:g} would make more than {most} faces: give a longer one, or raise"
-            " max_faces"
+            f"max_edge={length:g} would make more than {most} faces: give a longer one (in Python,"
+            " max_faces allows more)"
         ) from None
     return Subdivision(Mesh(vertices, faces), sources, depths)
 

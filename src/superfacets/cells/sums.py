@@ -12,7 +12,7 @@ def positive_total(areas: npt.NDArray[np.float64]) -> float:
     """Sum of areas; a ValueError if it is 0."""
     total = float(areas.sum())
     if not total > 0:
-        raise ValueError("the faces have no area to measure by")
+        raise ValueError("there is no area to measure by")
     return total
 
 

@@ -26,8 +26,8 @@ def message_of(error: BaseException) -> str:
     """What went wrong, with the name of the file where the system tells it."""
     if isinstance(error, MemoryError):
         return "not enough memory"
-    if isinstance(error, OSError) and None not in (error.filename, error.strerror):
-        return f"{error.filename}: {error.strerror}"
+    if isinstance(error, OSError) and error.strerror is not None:
+        return f"{error.filename or 'standard output'}: {error.strerror}"
     return str(error)
 
 

@@ -58,6 +58,8 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     if text != STANDARD_STREAM:
         path = Path(text)
         return read_content(path), ending or known_ending(path, MESH_ENDINGS), path.parent
+    if sys.stdin is None:
+        raise OSError("standard input is closed")
     data = sys.stdin.buffer.read()
     if not data:
         raise MeshError("standard input is empty")

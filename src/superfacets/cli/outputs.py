@@ -134,6 +134,8 @@ def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -
 
 
 def _check_terminal(stream: str, ascii: bool) -> None:
+    if sys.stdout is None:
+        raise OSError("standard output is closed")
     is_binary = stream == ".npy" or (stream == ".ply" and not ascii)
     if is_binary and sys.stdout.isatty():
         raise click.UsageError(

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import exact_array
+from .._validate import owned, refuse_mask
 
 __all__ = ["PLY_TYPES", "MeshAttributes", "is_word"]
 
@@ -39,7 +39,7 @@ class MeshAttributes:
     ----------
     vertex : mapping of str to array_like, shape (V,) or (V, n), optional
         Properties of the vertices besides x, y and z, by name: a number per vertex, or a list of n
-        numbers (n the same for all vertices). Kept as contiguous arrays of a type that PLY has;
+        numbers (n the same for all vertices). Copied, as read-only arrays of a type that PLY has;
         bool becomes uint8, and int64 int32.
     face : mapping of str to array_like, shape (F,) or (F, n), optional
         Properties of the faces besides their corners.
@@ -74,10 +74,16 @@ class MeshAttributes:
     def __post_init__(self) -> None:
         for owner in ("vertex", "face"):
             given: Mapping[str, Any] = getattr(self, owner)
+            if not isinstance(given, Mapping):
+                raise TypeError(f"{owner} must be a mapping of names to arrays, got {type(given)}")
             checked = {name: _checked(values, name, owner) for name, values in given.items()}
             object.__setattr__(self, owner, MappingProxyType(checked))
         object.__setattr__(self, "comments", tuple(map(_checked_comment, self.comments)))
         object.__setattr__(self, "left_out", tuple(self.left_out))
+
+    def __reduce__(self) -> tuple[type[MeshAttributes], tuple[Any, ...]]:
+        """Copies and pickles are made, and checked, as new ones."""
+        return MeshAttributes, (dict(self.vertex), dict(self.face), self.comments, self.left_out)
 
     def __repr__(self) -> str:
         vertex, face = (", ".join(names) or "none" for names in (self.vertex, self.face))
@@ -89,12 +95,15 @@ def _checked(values: Any, name: str, owner: str) -> npt.NDArray[Any]:
     what = f"{owner} property {reprlib.repr(name)}"
     if not is_word(name):
         raise ValueError(f"{what}: a name must be one word of printable ASCII")
+    refuse_mask(values, what)
     array = np.asarray(values)
     if array.dtype.kind not in "biuf":
         raise TypeError(f"{what} must be real numbers, got {array.dtype}")
     if array.ndim not in (1, 2):
         raise ValueError(f"{what} must have one or two dimensions, got shape {array.shape}")
-    return exact_array(array, _stored_type(array, what))
+    stored = owned(array, _stored_type(array, what))
+    stored.flags.writeable = False
+    return stored
 
 
 def _stored_type(array: npt.NDArray[Any], what: str) -> npt.DTypeLike:
@@ -120,9 +129,17 @@ def is_word(name: object) -> bool:
 
 
 def _checked_comment(line: object) -> str:
-    is_line = isinstance(line, str) and not {"\n", "\r"} & set(line)
+    is_line = isinstance(line, str) and not {"\n", "\r"} & set(line) and _is_encodable(line)
     if not is_line or str(line).split(" ")[0] not in ("comment", "obj_info"):
         raise ValueError(
             f"expected one line that begins with comment or obj_info, got {reprlib.repr(line)}"
         )
     return str(line)
+
+
+def _is_encodable(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:  # half of a surrogate pair
+        return False
+    return True

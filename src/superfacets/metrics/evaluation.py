@@ -44,7 +44,7 @@ class GroundTruths:
     ----------
     mesh : Mesh or mesh-like
         As for `segment`.
-    truths : sequence of array_like of integers, shape (F,)
+    truths : array of integers, shape (F,), or sequence of such array_like
         True segment of each face, any numbers; none, one or several of these.
     weld : bool, default True
         Count vertices at exactly the same position as one.
@@ -62,7 +62,7 @@ class GroundTruths:
     def __init__(
         self,
         mesh: MeshLike,
-        truths: Sequence[npt.ArrayLike],
+        truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
         *,
         weld: bool = True,
         n_threads: int | None = None,
@@ -83,7 +83,7 @@ class GroundTruths:
 def evaluate(
     mesh: MeshLike,
     labels: npt.ArrayLike,
-    ground_truths: GroundTruths | Sequence[npt.ArrayLike] = (),
+    ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
     *,
     tolerance: float = DEFAULT_TOLERANCE,
     weld: bool = True,
@@ -97,10 +97,10 @@ def evaluate(
         As for `segment`.
     labels : array_like of integers, shape (F,)
         Region of each face, any numbers.
-    ground_truths : sequence of array_like of integers, or GroundTruths
-        True segments of each face. `GroundTruths` saves time if many labels of one mesh are
-        compared with the same ones. It must have been made for the same mesh; its `weld` and
-        `n_threads` are then used.
+    ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
+        True segments of each face: one ground truth, or several. `GroundTruths` saves time if many
+        labels of one mesh are compared with the same ones. It must have been made for the same
+        mesh; its `weld` and `n_threads` are then used.
     tolerance : float, default 0.01
         Of `boundary_agreement`, as a fraction of the diagonal.
     weld : bool, default True
@@ -154,7 +154,11 @@ def evaluate(
     return values | {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
 
 
-def _listed(truths: Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:
+def _listed(
+    truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
+) -> list[npt.ArrayLike]:
+    if isinstance(truths, np.ndarray) and truths.ndim == 1 and truths.dtype.kind in "iu":
+        return [truths]  # one ground truth
     listed = list(truths) if hasattr(truths, "__iter__") else None
     if listed is None or any(np.ndim(truth) == 0 for truth in listed):
         raise TypeError("ground truths must be a sequence of arrays, each with a label per face")
@@ -163,7 +167,7 @@ def _listed(truths: Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:
 
 def _prepared(
     mesh: Mesh,
-    ground_truths: GroundTruths | Sequence[npt.ArrayLike],
+    ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
     weld: bool,
     n_threads: int | None,
 ) -> GroundTruths:

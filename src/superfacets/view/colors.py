@@ -11,7 +11,8 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import checked_labels, checked_threads, compact_labels
 from ..adapters.convert import MeshLike, as_mesh
-from ..errors import MeshError
+from ..cells.cell_graph import CellGraph
+from ..cells.face_graph import find_arcs
 
 __all__ = ["MIN_COLOR_DISTANCE", "PALETTE", "face_colors", "region_colors"]
 
@@ -46,13 +47,13 @@ class _Arcs(Protocol):
     def neighbors(self) -> npt.NDArray[np.int32]: ...
 
 
-def face_colors(mesh: MeshLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     """Return a color for each face, by region, clearly different where regions share an edge.
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
-        As for `segment`.
+    mesh : Mesh or mesh-like, or CellGraph
+        As for `segment`; or cells of one's own.
     labels : array_like of integers, shape (F,)
         Region of each face, any numbers.
 
@@ -73,6 +74,9 @@ def face_colors(mesh: MeshLike, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     array([[255, 155, 180],
            [ 80, 160, 220]], dtype=uint8)
     """
+    if isinstance(mesh, CellGraph):
+        compact, _ = compact_labels(labels, mesh.n_cells)
+        return region_colors(mesh, compact)[compact]
     mesh = as_mesh(mesh)
     compact, n_regions = compact_labels(labels, mesh.n_faces)
     representative = _core.weld_vertices(mesh.vertices, checked_threads(None))
@@ -147,12 +151,7 @@ def _arcs_between(
     """Arcs, in CSR form, between faces that share an edge."""
     if not len(faces):
         return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32)
-    try:
-        offsets, neighbors, *_ = _core.build_face_graph(
-            faces, representative, checked_threads(None)
-        )
-    except ValueError as error:  # too many arcs
-        raise MeshError(str(error)) from None
+    offsets, neighbors, *_ = find_arcs(faces, representative, checked_threads(None))
     return offsets, neighbors
 
 
