@@ -35,7 +35,7 @@ double TriangleSurface::angle(Cell from, std::int64_t arc) const {
   }
   const Fold fold = fold_of(normal_from, normal_to, position(to) - position(from));
   const double theta = arctangent(fold.sine, fold.cosine);
-  return fold.is_concave == inside_out_ ? -theta : theta;
+  return fold.is_concave(inside_out_) ? theta : -theta;
 }
 
 // Whether arrays agree, and hold what they should.

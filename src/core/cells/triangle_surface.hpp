@@ -25,14 +25,15 @@ inline double way_over(const Edge& edge, const Point& from, const Point& to) {
 struct Fold {
   double sine;    // |n_i x n_j|, 0 where a normal is missing
   double cosine;  // n_i . n_j
-  bool is_concave;
+  double rise;    // > 0 if each centroid lies above the plane of the other face, summed over both
+
+  bool is_concave(bool inside_out) const { return inside_out ? rise < 0.0 : rise > 0.0; }
 };
 
-// Of faces with these unit normals; `step` leads from centroid to centroid. Concave: each centroid
-// lies above the plane of the other face, summed over both.
+// Of faces with these unit normals; `step` leads from centroid to centroid.
 inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Point& step) {
   return {norm(cross(normal_from, normal_to)), dot(normal_from, normal_to),
-          dot(normal_from - normal_to, step) > 0.0};
+          dot(normal_from - normal_to, step)};
 }
 
 // If two neighbors traverse their edge in the same direction, one normal is flipped, the same for

@@ -68,7 +68,7 @@ ArcTerms arc_terms(const Geometry& geometry, Face from, std::int64_t arc,
   const Fold fold = fold_of(normal_from, normal_to, centroids[to] - centroids[from]);
   // No branch, because the sign is hard to predict.
   const double etas[] = {options.eta_convex, 1.0};
-  const double eta = etas[static_cast<int>(fold.is_concave != geometry.surface.is_inside_out())];
+  const double eta = etas[static_cast<int>(fold.is_concave(geometry.surface.is_inside_out()))];
   const double length = options.crease_length > 0.0 ? options.crease_length : edge.length();
   return {way_over(edge, centroids[from], centroids[to]), options.alpha * eta * length, fold};
 }
