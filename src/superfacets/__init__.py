@@ -9,7 +9,8 @@ from .cells.subdivision import Subdivision, subdivide
 from .cells.surface import arc_measures
 from .cells.weights import crease_weights, stk02_weights, superfacet_weights
 from .clustering.classification import Classification, classify
-from .clustering.loop import Segmentation, segment_graph
+from .clustering.loop import segment_graph
+from .clustering.segmentation import Level, Segmentation
 from .clustering.seeding import place_seeds
 from .clustering.update import update_centers
 from .errors import IslandWarning, MeshError, MissingExtraError, RenderError, SliverWarning
@@ -45,6 +46,7 @@ __all__ = [
     "EdgeCounts",
     "FaceGraph",
     "IslandWarning",
+    "Level",
     "Mesh",
     "MeshAttributes",
     "MeshError",

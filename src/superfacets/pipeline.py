@@ -33,7 +33,8 @@ from .cells.size import RegionSize, region_size
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note, sliver_share
 from .cells.surface import Surface
 from .cells.weights import arc_weights, creases_of
-from .clustering.loop import Segmentation, segment_cells
+from .clustering.loop import segment_cells
+from .clustering.segmentation import Segmentation
 from .errors import IslandWarning, SliverWarning
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts

@@ -6,6 +6,7 @@
 
 #include "base/threads.hpp"
 #include "bindings/bindings.hpp"
+#include "clustering/coarsening.hpp"
 #include "clustering/islands.hpp"
 #include "clustering/seeding.hpp"
 #include "clustering/update.hpp"
@@ -92,6 +93,26 @@ auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, 
   }));
 }
 
+void bind_coarse_graph(CoarseGraph* self, const OrderedGraph& fine, Place cell_size,
+                       int n_threads) {
+  on_team(fine.n_cells(), n_threads,
+          [&](ThreadTeam& team) { return new (self) CoarseGraph(fine, cell_size, team); });
+}
+
+auto bind_coarse_cells(const CoarseGraph& coarse, int n_threads) {
+  return to_numpy(on_team(coarse.graph().n_cells(), n_threads,
+                          [&](ThreadTeam& team) { return coarse.coarse_cells(team); }));
+}
+
+auto bind_refine(const CoarseGraph& coarse, const Array<Label>& labels, const Array<Cell>& centers,
+                 int n_threads) {
+  const auto by_cell = view(labels);
+  const auto some_cells = view(centers);
+  return to_numpy(on_team(coarse.graph().n_cells(), n_threads, [&](ThreadTeam& team) {
+    return coarse.refine(by_cell, some_cells, team);
+  }));
+}
+
 }  // namespace
 
 void bind_clustering_stages(nb::module_& module) {
@@ -114,6 +135,12 @@ void bind_clustering_stages(nb::module_& module) {
       .def("centers", &bind_centers)
       .def("labels", &bind_labels)
       .def("lengths", &bind_lengths);
+  nb::class_<CoarseGraph>(module, "CoarseGraph")
+      .def("__init__", &bind_coarse_graph, "fine"_a, "cell_size"_a, "n_threads"_a,
+           nb::keep_alive<1, 2>())
+      .def_prop_ro("graph", &CoarseGraph::graph, nb::rv_policy::reference_internal)
+      .def("coarse_cells", &bind_coarse_cells, "n_threads"_a)
+      .def("refine", &bind_refine, "labels"_a.noconvert(), "centers"_a.noconvert(), "n_threads"_a);
   module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(), "n_threads"_a);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);

@@ -77,6 +77,28 @@ PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> i
   tree = BoxTree(positions.span(), team);
 }
 
+PlacedCells::PlacedCells(Buffer<Point> input, Buffer<double> input_measures, ThreadTeam& team)
+    : bounds(bounds_of(input.span(), team)),
+      total_measure(sum_of(input_measures.span(), team)),
+      cells(input.size()),
+      place_of(input.size()),
+      positions(std::move(input)),
+      measures(std::move(input_measures)),
+      tree(positions.span(), team) {
+  std::iota(cells.begin(), cells.end(), 0);
+  std::iota(place_of.begin(), place_of.end(), 0);
+}
+
+OrderedGraph::OrderedGraph(PlacedCells&& placed, Buffer<std::int64_t> all_offsets,
+                           Buffer<Arc> all_arcs)
+    : PlacedCells(std::move(placed)),
+      offsets(std::move(all_offsets)),
+      arcs(std::move(all_arcs)),
+      n_arcs(static_cast<std::int64_t>(arcs.size())),
+      is_symmetric(true) {
+  SUPERFACETS_ASSERT(std::cmp_equal(offsets.size(), n_cells() + 1));
+}
+
 OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, ThreadTeam& team)
     : PlacedCells(std::move(placed)), n_arcs(input.arcs.n_arcs()) {
   SUPERFACETS_ASSERT(input.arcs.are_valid() && input.arcs.n_cells() == n_cells());

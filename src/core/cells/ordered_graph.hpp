@@ -29,7 +29,11 @@ struct WeightedArcs {
 // curve. This is made before the graph, so that the positions and measures of the input can be
 // freed before arcs are copied.
 struct PlacedCells {
+  PlacedCells() = default;  // of no cells
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
+
+  // Of cells that are sorted already, or nearly: the place of each cell is its number.
+  PlacedCells(Buffer<Point> positions, Buffer<double> measures, ThreadTeam& team);
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }
 
@@ -45,7 +49,11 @@ struct PlacedCells {
 // Placed cells with the arcs between them, 66 bytes a cell with three arcs.
 class OrderedGraph : public PlacedCells {
  public:
+  OrderedGraph() = default;  // of no cells
   OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
+
+  // Of arcs between places, in lists sorted by target, each with one back of the same length.
+  OrderedGraph(PlacedCells&& cells, Buffer<std::int64_t> offsets, Buffer<Arc> arcs);
 
   // The arcs that leave a place: rows of kRow where no cell has more, filled up with arcs to the
   // place itself, which never improve a path.

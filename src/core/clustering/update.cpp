@@ -5,32 +5,12 @@
 #include <utility>
 
 #include "base/assert.hpp"
+#include "clustering/weighted_sum.hpp"
 
 namespace superfacets {
 namespace {
 
 constexpr Place kNowhere = -1;
-
-// Sums in floating point, for regions too small for fixed-point numbers.
-struct Sums {
-  Point weighted{0.0, 0.0, 0.0};  // of measure times position
-  Point plain{0.0, 0.0, 0.0};     // of positions
-  double measure = 0.0;
-  double count = 0.0;
-
-  void add(Point position, double cell_measure) {
-    weighted = weighted + cell_measure * position;
-    plain = plain + position;
-    measure += cell_measure;
-    count += 1.0;
-  }
-
-  Point mean() const {
-    const Point sum = measure > 0.0 ? weighted : plain;
-    const double weight = measure > 0.0 ? measure : count;
-    return {sum.x / weight, sum.y / weight, sum.z / weight};
-  }
-};
 
 void add_shared(std::int64_t& target, std::int64_t value) {
   std::atomic_ref(target).fetch_add(value, std::memory_order_relaxed);
@@ -89,7 +69,7 @@ const std::vector<Place>& RegionMeans::nearest(std::span<const Place> members) {
 std::vector<Point> RegionMeans::means_of(std::span<const Label> regions) const {
   std::vector<Point> means;
   means.reserve(regions.size());
-  std::vector<Sums> small(sums_.size());
+  std::vector<WeightedSum> small(sums_.size());
   const bool any_small = std::any_of(regions.begin(), regions.end(), [&](Label label) {
     return FixedPoint::is_too_small(sums_[label]);
   });
@@ -121,7 +101,7 @@ Point weighted_mean(const OrderedGraph& graph, ThreadTeam& team) {
     team.for_each_block(graph.n_cells(), add_range);
     return fixed.mean(total);
   }
-  Sums sums;
+  WeightedSum sums;
   for (const Place place : graph.place_of) sums.add(graph.positions[place], 0.0);
   return sums.mean();
 }

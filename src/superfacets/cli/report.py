@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..cells.slivers import sliver_note
 from ..cells.subdivision import Subdivision
-from ..clustering.loop import Segmentation
+from ..clustering.segmentation import Segmentation
 from ..io.attributes import MeshAttributes
 from ..io.writers.ply import names_replaced
 from .options import STANDARD_STREAM

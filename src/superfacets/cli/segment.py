@@ -25,7 +25,7 @@ from .._options import (
 from .._timing import timed
 from ..cells.slivers import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
-from ..clustering.loop import Segmentation
+from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, SliverWarning
 from ..io.attributes import MeshAttributes
 from ..io.writers.write import check_outputs, write_outputs

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .._options import CleanupOptions
-from ..clustering.loop import Segmentation
+from ..clustering.segmentation import Segmentation
 from .connect import connect_regions
 from .edit import BorderCosts
 from .merge import merge_regions

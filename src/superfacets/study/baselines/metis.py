@@ -12,7 +12,7 @@ from ..._options import WeightName, WeightOptions, Weights
 from ..._timing import timed
 from ..._validate import checked_threads
 from ...adapters.convert import MeshLike
-from ...clustering.loop import Segmentation
+from ...clustering.segmentation import Segmentation
 from ...errors import MissingExtraError
 from .face_cells import Component, FaceCells, read_face_cells
 

@@ -14,7 +14,7 @@ from ..._timing import timed
 from ..._validate import checked_count, checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.cell_graph import CellGraph
-from ...clustering.loop import Segmentation
+from ...clustering.segmentation import Segmentation
 from ...errors import MissingExtraError
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import __version__
-from ...clustering.loop import Segmentation
+from ...clustering.segmentation import Segmentation
 from ...metrics import evaluate
 from ..records import Record
 from ..runner import Piece

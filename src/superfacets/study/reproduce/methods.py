@@ -11,7 +11,7 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, Literal
 
-from ...clustering.loop import Segmentation
+from ...clustering.segmentation import Segmentation
 from ...mesh.triangle_mesh import Mesh
 from ...pipeline import PAPER, segment
 

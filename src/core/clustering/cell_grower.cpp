@@ -1,0 +1,94 @@
+#include "clustering/cell_grower.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/assert.hpp"
+#include "base/prefetch.hpp"
+
+namespace superfacets {
+namespace {
+
+// Prefetch distance, in places.
+constexpr std::size_t kArcsAhead = 16;
+
+}  // namespace
+
+void CellGrower::divide(Place begin, Place end) {
+  SUPERFACETS_ASSERT(begin < end && end <= graph_.n_cells());
+  SUPERFACETS_ASSERT(end - begin <= 1 << kRangeBits);
+  begin_ = begin;
+  size_ = end - begin;
+  centers_.clear();
+  paths_.assign(size_ + 1, kNoPath);
+  paths_[size_] = 0;
+  is_waiting_.assign(size_, 0);
+  const auto spacing = static_cast<std::size_t>(spacing_);
+  for (std::size_t i = (std::min(spacing, size_) - 1) / 2; i < size_; i += spacing) {
+    start(begin + static_cast<Place>(i));
+  }
+  expand_waiting();
+  for (Place place = begin; place < end; ++place) {
+    if (paths_[index_of(place)] != kNoPath) continue;
+    start(place);
+    expand_waiting();
+  }
+}
+
+void CellGrower::start(Place center) {
+  paths_[index_of(center)] = centers_.size();
+  waiting_.push_back(index_of(center));
+  centers_.push_back(center);
+}
+
+// Label correction, one arc farther in each round: cells are a few arcs wide.
+void CellGrower::expand_waiting() {
+  std::size_t n_expanded = 0;
+  while (!waiting_.empty()) {
+    n_expanded += waiting_.size();
+    if (n_expanded > kMaxExpanded * size_) return expand_in_order();
+    for (std::size_t next = 0; next < waiting_.size(); ++next) {
+      if (next + kArcsAhead < waiting_.size()) prefetch_arcs(waiting_[next + kArcsAhead]);
+      is_waiting_[waiting_[next]] = 0;
+      expand(waiting_[next], [&](std::size_t to) {
+        if (std::exchange(is_waiting_[to], 1) == 0) next_.push_back(to);
+      });
+    }
+    waiting_.clear();
+    std::swap(waiting_, next_);
+  }
+}
+
+// Dijkstra's algorithm, from all waiting places.
+void CellGrower::expand_in_order() {
+  heap_.restart();
+  auto push = [&](std::size_t i) { heap_.push(paths_[i], static_cast<Place>(i)); };
+  for (const std::size_t i : waiting_) {
+    is_waiting_[i] = 0;
+    push(i);
+  }
+  waiting_.clear();
+  while (!heap_.empty()) {
+    const auto [path, i] = heap_.pop();
+    if (path == paths_[i]) expand(i, push);
+  }
+}
+
+void CellGrower::prefetch_arcs(std::size_t index) const {
+  prefetch(graph_.arcs_of(begin_ + static_cast<Place>(index)).data());
+}
+
+template <typename Push>
+void CellGrower::expand(std::size_t index, const Push& push) {
+  const PackedPath path = paths_[index];
+  for (const Arc& arc : graph_.arcs_of(begin_ + static_cast<Place>(index))) {
+    const auto length = static_cast<PathLength>(static_cast<std::int64_t>(arc.length));
+    const PackedPath longer = path + (length << kRangeBits);
+    const std::size_t to = index_of(arc.to);
+    if (longer >= paths_[to]) continue;
+    paths_[to] = longer;
+    push(to);
+  }
+}
+
+}  // namespace superfacets

@@ -1,0 +1,64 @@
+// Small connected cells around centers, within a range of places.
+#pragma once
+
+#include <vector>
+
+#include "cells/ordered_graph.hpp"
+#include "cells/weights.hpp"
+#include "paths/radix_heap.hpp"
+
+namespace superfacets {
+
+// Divides one range of places after another among centers, each place to the nearest one by paths
+// within the range, the first center among equals. Ranges should fit into a first-level cache.
+class CellGrower {
+ public:
+  static constexpr int kRangeBits = 12;  // a range has at most 2^kRangeBits places
+
+  // Centers are `spacing` places apart.
+  CellGrower(const OrderedGraph& graph, Place spacing) : graph_(graph), spacing_(spacing) {}
+
+  // Divides a range. A place that no path leads to becomes a center, the first of them again and
+  // again until all places are reached.
+  void divide(Place begin, Place end);
+
+  // Of the range divided last: its centers; for each place the number of its center, and the length
+  // of the path from there.
+  std::span<const Place> centers() const { return centers_; }
+  std::size_t cell(Place place) const { return paths_[place - begin_] & kCellMask; }
+  PathLength length(Place place) const { return paths_[place - begin_] >> kRangeBits; }
+
+ private:
+  // A length and the number of a center in one integer, so that the lower of two is the better one.
+  using PackedPath = std::uint64_t;
+  static_assert(kTotalBits + 1 + kRangeBits < 64);
+  static constexpr PackedPath kCellMask = (PackedPath{1} << kRangeBits) - 1;
+  static constexpr PackedPath kNoPath = ~PackedPath{0};
+
+  // If more places than this are expanded, per place of the range, the search goes on by Dijkstra's
+  // algorithm. On meshes one to two are.
+  static constexpr std::size_t kMaxExpanded = 4;
+
+  // The index of a place in the range; that of an entry which nothing improves if it is elsewhere.
+  std::size_t index_of(Place place) const {
+    return std::min(static_cast<std::size_t>(static_cast<std::uint32_t>(place - begin_)), size_);
+  }
+  void start(Place center);
+  void expand_waiting();
+  void expand_in_order();
+  void prefetch_arcs(std::size_t index) const;
+  template <typename Push>
+  void expand(std::size_t index, const Push& push);
+
+  const OrderedGraph& graph_;
+  const Place spacing_;
+  Place begin_ = 0;
+  std::size_t size_ = 0;  // of the range
+  std::vector<Place> centers_;
+  std::vector<PackedPath> paths_;            // by index, with an entry for all other places
+  std::vector<std::uint8_t> is_waiting_;     // by index
+  std::vector<std::size_t> waiting_, next_;  // indices with an improved path, not expanded yet
+  RadixHeap heap_;
+};
+
+}  // namespace superfacets

@@ -1,0 +1,59 @@
+// A smaller graph of larger cells, on which most of the loop can run.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "cells/ordered_graph.hpp"
+#include "clustering/cell_grower.hpp"
+
+namespace superfacets {
+
+// The cells of a graph (fine), grouped into coarse cells: connected, around a center each. A coarse
+// cell has the sum of their measures and the mean of their positions. An arc between two coarse
+// cells is as long as the shortest way from center to center that crosses their border once. Every
+// component of the fine graph, however small, has a coarse cell at least.
+class CoarseGraph {
+ public:
+  // Coarse cells of about `cell_size` cells. The fine graph must be symmetric, and must exist as
+  // long as this one. Memory: 2 bytes per fine cell beside the graph, 6 while it is made.
+  CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& team);
+
+  const OrderedGraph& graph() const { return graph_; }
+
+  // The coarse cell of each fine cell, by cell.
+  Buffer<Cell> coarse_cells(ThreadTeam& team) const;
+
+  // Centers among fine cells for regions of coarse cells: for each region the fine cell nearest to
+  // its mean, the lowest among equals. `labels` are by coarse cell, kNoLabel where there is none;
+  // `centers` holds a coarse cell of each region.
+  std::vector<Cell> refine(std::span<const Label> labels, std::span<const Cell> centers,
+                           ThreadTeam& team) const;
+
+ private:
+  // Coarse cells do not extend beyond ranges of places, so they can be made range by range, on any
+  // number of threads.
+  static constexpr int kRangeBits = CellGrower::kRangeBits;
+  using LocalCell = std::uint16_t;  // counted from the first of a range
+  static_assert(kRangeBits <= 16);
+
+  Cell coarse_of(Place fine_place) const {
+    return first_cells_[fine_place >> kRangeBits] + local_[fine_place];
+  }
+  std::pair<Place, Place> places(std::int64_t range) const;
+  struct Part;
+  std::vector<Part> divide(Place cell_size, Buffer<float>& lengths, ThreadTeam& team);
+  void number(std::span<const Part> parts);
+  void connect(std::int64_t range, std::span<const float> lengths, Part& part) const;
+  OrderedGraph joined(std::span<const Part> parts, ThreadTeam& team) const;
+
+  const OrderedGraph& fine_;
+  std::vector<Cell> first_cells_;  // by range: its first coarse cell
+  Buffer<LocalCell> local_;        // (N,) the coarse cell of each fine place
+  std::vector<Place> centers_;     // (C,) fine places
+  OrderedGraph graph_;             // places are cells: they are made in the order of the curve
+};
+
+}  // namespace superfacets

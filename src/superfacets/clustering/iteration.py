@@ -1,0 +1,131 @@
+"""Stages 4a and 4b in turn: label all cells, move the centers, first on coarse cells."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._options import LoopOptions
+from .._timing import timed
+from .levels import N_FINE_ITER
+from .seeding import CORE_ISLANDS
+from .segmentation import Level, StopReason
+
+__all__ = ["Iteration"]
+
+Centers = npt.NDArray[np.int32]
+
+
+@dataclass
+class Iteration:
+    """The loop, and what it did.
+
+    Attributes
+    ----------
+    radius : float
+        Expected radius of regions.
+    options : LoopOptions
+    timings : dict of str to float
+        Seconds of ``"classify"`` and ``"update"`` are added here.
+    levels : list of Level
+        What was done on each level so far.
+    is_cancelled : bool
+        Whether `progress` returned False.
+    """
+
+    radius: float
+    options: LoopOptions
+    timings: dict[str, float]
+    levels: list[Level] = field(default_factory=list)
+    is_cancelled: bool = False
+
+    @property
+    def stop_reason(self) -> StopReason:
+        """Why the loop ended: on the last level whose number of iterations was not fixed."""
+        if self.is_cancelled:
+            return "cancelled"
+        return self.levels[-1 if len(self.levels) == 1 else -2].stop_reason
+
+    def run(
+        self, coarse: list[_core.CoarseGraph], graph: _core.OrderedGraph, centers: Centers
+    ) -> _core.Clustering:
+        """Run on the coarse graphs, the last of them first, and then on all cells.
+
+        The centers are cells of the first graph on this way. What comes back is the classification
+        by its own centers: the last move is dropped, whatever ends the loop.
+        """
+        if self.options.on_stage is not None:
+            self.options.on_stage("classify")
+        for level in reversed(coarse):
+            clustering = self._run_level(level.graph, centers, self.options.max_num_iter)
+            with timed(self.timings, "update"):
+                labels, centers = clustering.labels(), clustering.centers()
+                centers = level.refine(labels, centers, self.options.n_threads)
+        n_iter = self.options.max_num_iter
+        return self._run_level(graph, centers, min(n_iter, N_FINE_ITER) if coarse else n_iter)
+
+    def _run_level(
+        self, graph: _core.OrderedGraph, centers: Centers, max_num_iter: int
+    ) -> _core.Clustering:
+        """Classify by these centers, and iterate until one of the stop rules holds."""
+        start = time.perf_counter()
+        reach = math.inf
+        if self.options.radius_factor is not None:
+            reach = self.options.radius_factor * self.radius
+        with timed(self.timings, "classify"):
+            islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
+            clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
+        n_iter, reason = self._iterate(graph, clustering, 0 if self.is_cancelled else max_num_iter)
+        self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
+        return clustering
+
+    def _iterate(
+        self, graph: _core.OrderedGraph, clustering: _core.Clustering, max_num_iter: int
+    ) -> tuple[int, StopReason]:
+        """Return the number of iterations, and which rule ended them."""
+        seen: set[bytes] = set()
+        n_before = sum(level.n_iter for level in self.levels)
+        for n_iter in range(1, max_num_iter + 1):
+            centers = clustering.centers()
+            with timed(self.timings, "update"):
+                moved_to = clustering.update()
+            seen.add(_fingerprint(centers))
+            n_moved = int(np.count_nonzero(moved_to != centers))
+            self._tell(n_before + n_iter, n_moved)
+            if n_moved == 0 or _root_mean_square_move(graph, centers, moved_to) <= self._tolerance:
+                return n_iter, "converged"
+            if self.is_cancelled:
+                return n_iter, "cancelled"
+            if _fingerprint(moved_to) in seen:
+                return n_iter, "cycle"
+            if n_iter < max_num_iter:
+                with timed(self.timings, "classify"):
+                    clustering.classify(moved_to)
+        return max_num_iter, "max_num_iter"
+
+    @property
+    def _tolerance(self) -> float:
+        return self.options.tol * self.radius
+
+    def _tell(self, n_iter: int, n_moved: int) -> None:
+        answer = None if self.options.progress is None else self.options.progress(n_iter, n_moved)
+        if isinstance(answer, (bool, np.bool_)) and not answer:
+            self.is_cancelled = True
+
+
+def _root_mean_square_move(
+    graph: _core.OrderedGraph, centers: Centers, moved_to: Centers
+) -> float:
+    moves = graph.positions_of(moved_to) - graph.positions_of(centers)
+    return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
+
+
+def _fingerprint(centers: Centers) -> bytes:
+    """128 bits that tell sets of centers apart, so that the sets need not be kept."""
+    return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()

@@ -1,0 +1,46 @@
+"""Coarse to fine: graphs of larger cells, on which most of the loop runs."""
+
+from __future__ import annotations
+
+from .. import _core
+from .._options import LoopOptions
+
+__all__ = ["N_FINE_ITER", "can_be_coarse", "coarse_graphs"]
+
+N_FINE_ITER = 2
+"""Iterations on all cells after those on coarse ones. More of them change neither the error nor the
+mean length of paths by more than different seeds do (docs/benchmarks.md)."""
+
+CELL_SIZES = (16, 8, 4)
+"""Cells per coarse cell on the first level, if that leaves regions enough coarse cells."""
+
+NEXT_CELL_SIZE = 4
+"""The same on all further levels."""
+
+CELLS_PER_REGION = 32
+"""Coarse cells that regions must have on average, so that the centers found are near the best."""
+
+
+def can_be_coarse(graph: _core.OrderedGraph, loop: LoopOptions) -> bool:
+    """Whether the loop may begin on coarse cells.
+
+    It must not in the halted mode, with ``tol=0``, for one iteration, and where arcs lead one way
+    or are longer one way.
+    """
+    is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
+    return is_exact and graph.is_symmetric
+
+
+def coarse_graphs(
+    graph: _core.OrderedGraph, n_segments: int, n_threads: int
+) -> list[_core.CoarseGraph]:
+    """Return graphs of ever larger cells, the finest first, while regions have enough of them."""
+    coarse: list[_core.CoarseGraph] = []
+    sizes = CELL_SIZES
+    while True:
+        fits = [size for size in sizes if graph.n_cells >= size * CELLS_PER_REGION * n_segments]
+        if not fits:
+            return coarse
+        coarse.append(_core.CoarseGraph(graph, fits[0], n_threads))
+        graph = coarse[-1].graph
+        sizes = (NEXT_CELL_SIZE,)

@@ -1,0 +1,112 @@
+"""The result of a segmentation: labels, centers, and facts about the run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Level", "Segmentation", "StopReason"]
+
+StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
+
+
+@dataclass(frozen=True)
+class Level:
+    """What the loop did on one graph: that of all cells, or one of coarser cells.
+
+    Attributes
+    ----------
+    n_cells : int
+        Number of its cells.
+    n_iter : int
+        Number of iterations on it; 0 if the run was cancelled before.
+    stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
+        Why they ended, as for `Segmentation`. All faces after coarser cells get two iterations at
+        most.
+    seconds : float
+        Wall time of these iterations.
+    """
+
+    n_cells: int
+    n_iter: int
+    stop_reason: StopReason
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """The result of `segment`: a label for every face, and facts about the run.
+
+    ``np.asarray(segmentation)`` is ``labels``.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (N,)
+        Region of each face, 0..K-1, in the order of the input.
+    centers : ndarray of int32, shape (K,)
+        The face that represents each region, and belongs to it. The labels are the classification
+        by these centers, followed by the clean-up of regions, if there is one (as there is in
+        `segment` by default).
+    n_segments : int
+        Number of regions, K.
+    n_iter : int
+        Number of iterations on all faces. Where regions have many, most of the loop runs on coarser
+        cells; see `levels`.
+    stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
+        Why the loop ended: the centers moved less than `tol`; a set of centers occurred again; the
+        maximum number of iterations; `progress` returned False. With several levels, why it ended
+        on the finest coarse one.
+    n_unreached : int
+        Islands that no center reached: components that got no seed and, with `radius_factor`, faces
+        out of reach. With ``islands="keep"`` each made one more region, which K counts; with
+        ``"nearest"`` they joined the nearest region.
+    n_joined : int
+        Pieces of regions that joined a neighbor, with ``enforce_connectivity``.
+    n_merged : int
+        Small regions that were merged into another, with ``min_size``: K was larger by as many.
+    n_islands : int
+        Small regions that have no neighbor, and were kept.
+    sliver_share : float or None
+        Share of the area, 0 to 1, in faces longer than 3 r and thinner than r, with the expected
+        radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of a graph
+        of one's own, which have no length.
+    levels : tuple of Level
+        What the loop did on each level, the coarsest first, that of all faces last.
+    timings : dict of str to float
+        Seconds of wall time in each stage.
+    params : dict
+        The parameters as used. ``expected_radius`` is r in the unit of the vertices, where
+        ``radius`` is the fraction of the diagonal that was asked for, or None.
+    """
+
+    labels: npt.NDArray[np.int32]
+    centers: npt.NDArray[np.int32]
+    n_iter: int
+    stop_reason: StopReason
+    timings: dict[str, float] = field(repr=False)
+    params: dict[str, Any] = field(repr=False)
+    n_unreached: int = 0
+    n_joined: int = 0
+    n_merged: int = 0
+    n_islands: int = 0
+    sliver_share: float | None = None
+    levels: tuple[Level, ...] = field(default=(), repr=False)
+
+    @property
+    def n_segments(self) -> int:
+        """Number of regions, K."""
+        return len(self.centers)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        if copy is None:  # which `array` of numpy 1 does not take
+            return np.asarray(self.labels, dtype=dtype)
+        return np.array(self.labels, dtype=dtype, copy=copy)
+
+    def __repr__(self) -> str:
+        return (
+            f"Segmentation({len(self.labels)} cells, {self.n_segments} regions, "
+            f"{self.n_iter} iterations, {self.stop_reason})"
+        )
