@@ -251,7 +251,7 @@ def test_the_result_is_its_labels_to_numpy(sheet):
 
 def test_the_result_says_what_was_done_and_how_long_it_took(sheet):
     result = segment(sheet, 20, alpha=100)
-    stages = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update"]
+    stages = ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify", "update"]
     assert list(result.timings) == [*stages, "regions"]
     assert list(segment(sheet, 20, smooth=False).timings) == stages
     assert result.params["alpha"] == 100
@@ -423,7 +423,7 @@ def test_stages_are_told_when_they_begin():
     told = []
     mesh = shapes.bumpy_sheet(8)
     result = segment(mesh, 10, on_stage=told.append, smooth=False)
-    assert told == ["mesh", "face_graph", "weights", "order", "seeding", "classify"]
+    assert told == ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify"]
     assert set(told) | {"update"} == set(result.timings)
     told.clear()
     segment(mesh, 10, on_stage=told.append)

@@ -10,8 +10,8 @@ from .cells.surface import arc_measures
 from .cells.weights import crease_weights, stk02_weights, superfacet_weights
 from .clustering.classification import Classification, classify
 from .clustering.loop import segment_graph
-from .clustering.segmentation import Level, Segmentation
 from .clustering.seeding import place_seeds
+from .clustering.segmentation import Level, Segmentation
 from .clustering.update import update_centers
 from .errors import IslandWarning, MeshError, MissingExtraError, RenderError, SliverWarning
 from .mesh.triangle_mesh import Mesh

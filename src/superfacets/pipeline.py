@@ -115,10 +115,14 @@ def segment(
         are connected. If given, expansions halt at this many r from their center (2 in the paper),
         and regions may be disconnected.
     max_num_iter : int, default 50
-        Maximum number of iterations. Each labels all faces once.
+        Maximum number of iterations. Each labels all faces once, or all coarse cells: where regions
+        have more than about a hundred faces, the loop runs on connected groups of 4 to 16 faces (on
+        groups of those where they have thousands), and two iterations on all faces follow. It does
+        not with given seeds, `radius_factor`, ``tol=0``, ``max_num_iter=1``, and weights that are
+        not the same both ways.
     tol : float, default 0.02
         Stop when the root mean square of the centers' moves is at most this fraction of r. With 0,
-        stop when no center changes, as in the paper.
+        stop when no center changes, as in the paper; all iterations are then on all faces.
     enforce_connectivity : bool, default False
         If regions are disconnected (with `radius_factor`), each keeps the piece with its center,
         and its other pieces join a neighbor; see `enforce_connectivity`.
@@ -145,12 +149,14 @@ def segment(
         per core. The labels do not depend on it. (The checks of a new mesh or graph use the default
         in any case.)
     progress : callable, optional
-        Called after each iteration with its number (from 1) and how many centers it moved;
+        Called after each iteration, on coarse cells or on faces, with its number (from 1) and how
+        many centers it moved;
         if it returns False, the loop ends with ``stop_reason="cancelled"``.
     on_stage : callable, optional
         Called with the name of each stage when it begins: ``"mesh"``, ``"face_graph"``,
-        ``"weights"``, ``"order"``, ``"seeding"``, ``"classify"`` (once, for the whole loop), and
-        ``"regions"`` if regions are cleaned up. An exception that it raises ends the run.
+        ``"weights"``, ``"order"``, ``"coarsen"`` (unless all iterations are to be on all faces),
+        ``"seeding"``, ``"classify"`` (once, for the whole loop), and ``"regions"`` if regions are
+        cleaned up. An exception that it raises ends the run.
 
     Returns
     -------

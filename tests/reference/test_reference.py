@@ -91,7 +91,7 @@ def check_loop(graph, k, **options):
         assert labels.tolist() == expected_labels
         assert centers.tolist() == expected_centers
         centers = update_centers(graph, labels)
-    result = segment_graph(graph, k, **options)
+    result = segment_graph(graph, init=seeds, **options)  # so that no level is coarse
     assert (result.n_iter, result.stop_reason) == (len(history), stop_reason)
     assert result.labels.tolist() == history[-1][0]
     assert result.centers.tolist() == history[-1][1]

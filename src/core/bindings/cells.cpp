@@ -180,6 +180,10 @@ void bind_cells(nb::module_& module) {
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
+      .def("order",
+           [](const OrderedGraph& graph) {
+             return to_numpy(std::vector<Cell>(graph.cells.begin(), graph.cells.end()));
+           })
       .def("positions_of", &bind_positions_of, "cells"_a.noconvert());
   module.def("build_face_graph", &bind_build_face_graph, "faces"_a.noconvert(),
              "representative"_a.noconvert(), "n_threads"_a);

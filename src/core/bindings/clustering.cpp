@@ -104,6 +104,24 @@ auto bind_coarse_cells(const CoarseGraph& coarse, int n_threads) {
                           [&](ThreadTeam& team) { return coarse.coarse_cells(team); }));
 }
 
+auto bind_coarse_centers(const CoarseGraph& coarse) {
+  return to_numpy(coarse.centers());
+}
+
+// For tests.
+auto bind_coarse_arcs(const CoarseGraph& coarse) {
+  const OrderedGraph& graph = coarse.graph();
+  std::vector<std::int64_t> offsets(graph.offsets.begin(), graph.offsets.end());
+  std::vector<Cell> neighbors;
+  std::vector<float> lengths;
+  for (const Arc& arc : graph.arcs.span()) {
+    neighbors.push_back(arc.to);
+    lengths.push_back(arc.length);
+  }
+  return std::tuple(to_numpy(std::move(offsets)), to_numpy(std::move(neighbors)),
+                    to_numpy(std::move(lengths)));
+}
+
 auto bind_refine(const CoarseGraph& coarse, const Array<Label>& labels, const Array<Cell>& centers,
                  int n_threads) {
   const auto by_cell = view(labels);
@@ -140,6 +158,8 @@ void bind_clustering_stages(nb::module_& module) {
            nb::keep_alive<1, 2>())
       .def_prop_ro("graph", &CoarseGraph::graph, nb::rv_policy::reference_internal)
       .def("coarse_cells", &bind_coarse_cells, "n_threads"_a)
+      .def("centers", &bind_coarse_centers)
+      .def("arcs", &bind_coarse_arcs)
       .def("refine", &bind_refine, "labels"_a.noconvert(), "centers"_a.noconvert(), "n_threads"_a);
   module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(), "n_threads"_a);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),

@@ -60,9 +60,8 @@ CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& 
   Buffer<float> lengths(fine.n_cells());  // of the path from the center
   std::vector<Part> parts = divide(cell_size, lengths, team);
   number(parts);
-  team.for_each(std::ssize(parts), [&](std::int64_t range, int) {
-    connect(range, lengths.span(), parts[range]);
-  });
+  team.for_each(std::ssize(parts),
+                [&](std::int64_t range, int) { connect(range, lengths.span(), parts[range]); });
   graph_ = joined(parts, team);
 }
 

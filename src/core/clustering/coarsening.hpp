@@ -26,6 +26,9 @@ class CoarseGraph {
   // The coarse cell of each fine cell, by cell.
   Buffer<Cell> coarse_cells(ThreadTeam& team) const;
 
+  // The fine cell in the middle of each coarse cell.
+  std::vector<Cell> centers() const { return fine_.cells_at(centers_); }
+
   // Centers among fine cells for regions of coarse cells: for each region the fine cell nearest to
   // its mean, the lowest among equals. `labels` are by coarse cell, kNoLabel where there is none;
   // `centers` holds a coarse cell of each region.

@@ -119,9 +119,7 @@ class Iteration:
             self.is_cancelled = True
 
 
-def _root_mean_square_move(
-    graph: _core.OrderedGraph, centers: Centers, moved_to: Centers
-) -> float:
+def _root_mean_square_move(graph: _core.OrderedGraph, centers: Centers, moved_to: Centers) -> float:
     moves = graph.positions_of(moved_to) - graph.positions_of(centers)
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 

@@ -20,6 +20,9 @@ NEXT_CELL_SIZE = 4
 CELLS_PER_REGION = 32
 """Coarse cells that regions must have on average, so that the centers found are near the best."""
 
+MIN_REDUCTION = 2
+"""How many times fewer cells a level must have."""
+
 
 def can_be_coarse(graph: _core.OrderedGraph, loop: LoopOptions) -> bool:
     """Whether the loop may begin on coarse cells.
@@ -36,11 +39,13 @@ def coarse_graphs(
 ) -> list[_core.CoarseGraph]:
     """Return graphs of ever larger cells, the finest first, while regions have enough of them."""
     coarse: list[_core.CoarseGraph] = []
-    sizes = CELL_SIZES
-    while True:
-        fits = [size for size in sizes if graph.n_cells >= size * CELLS_PER_REGION * n_segments]
-        if not fits:
-            return coarse
-        coarse.append(_core.CoarseGraph(graph, fits[0], n_threads))
-        graph = coarse[-1].graph
+    sizes: tuple[int, ...] = CELL_SIZES
+    n_enough = CELLS_PER_REGION * n_segments
+    while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
+        larger = _core.CoarseGraph(graph, fitting[0], n_threads)
+        if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
+            break  # nearly all cells are alone
+        coarse.append(larger)
+        graph = larger.graph
         sizes = (NEXT_CELL_SIZE,)
+    return coarse

@@ -6,6 +6,7 @@ the order is that of the kernels and part of the contract. Nothing here is meant
 """
 
 from .classification import classify_exact, classify_halted, join_islands
+from .coarsening import coarse_arcs, coarse_cells
 from .face_graph import Arc, build_face_graph, measure_faces
 from .graphs import find_components
 from .loop import iterate
@@ -21,6 +22,8 @@ __all__ = [
     "build_face_graph",
     "classify_exact",
     "classify_halted",
+    "coarse_arcs",
+    "coarse_cells",
     "farthest_seeds",
     "find_components",
     "flood_seeds",

@@ -21,7 +21,7 @@ from ..._validate import (
 from ...adapters.convert import MeshLike, as_mesh
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.size import checked_n_segments
-from ...clustering.loop import Segmentation, StopReason
+from ...clustering.segmentation import Segmentation, StopReason
 from ...mesh.triangle_mesh import Mesh
 
 __all__ = ["variational_shape_approximation"]
