@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -89,6 +90,7 @@ def facts_of(
         "n_segments": result.n_segments,
         "n_iter": result.n_iter,
         "stop_reason": result.stop_reason,
+        "levels": [asdict(level) for level in result.levels],
         "seconds": dict(timings),
         "n_unreached": result.n_unreached,
         "sliver_share": result.sliver_share,

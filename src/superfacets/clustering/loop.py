@@ -105,7 +105,6 @@ def segment_cells(
         "init": init if isinstance(init, str) else "given",
         **loop.params,
     }
-    n_iter, levels = run.levels[-1].n_iter, tuple(run.levels)
-    return Segmentation(
-        labels, centers, n_iter, run.stop_reason, timings, params, n_unreached, levels=levels
-    )
+    n_iter = sum(level.n_iter for level in run.levels)
+    facts = (n_iter, run.stop_reason, timings, params, n_unreached)
+    return Segmentation(labels, centers, *facts, levels=tuple(run.levels))
