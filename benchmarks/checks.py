@@ -160,9 +160,13 @@ def check_against_reference(n_segments: int = 20) -> None:
     seeds = reference.farthest_seeds(graph, n_segments)
     for tol in (0.02, 0.0):
         history, stop_reason = reference.iterate(graph, seeds, radius, tol=tol)
-        result = sf.segment(mesh, n_segments, tol=tol, **PLAIN)
+        result = sf.segment(mesh, n_segments, tol=tol, **PLAIN | {"init": seeds})
         require(result.labels.tolist() == history[-1][0], f"tol={tol}: not the reference's labels")
         require(result.stop_reason == stop_reason, f"tol={tol}: not the reference's stop reason")
+    result = sf.segment(mesh, n_segments, **PLAIN)
+    labels, _ = reference.classify_exact(graph, result.centers.tolist())
+    is_right = len(result.levels) > 1 and result.labels.tolist() == labels
+    require(is_right, "coarse to fine: not the reference's classification by these centers")
 
 
 def hash_labels(labels: npt.NDArray[np.int32]) -> str:

@@ -26,6 +26,12 @@ RACES = (("bunny", 150), ("bear60k", 150), ("sphere-x65536", 2_000), ("hand-x16"
 HALTED = ("bunny", "hand-x4", "hand-x16")
 """The meshes on which the paper's halted expansions are compared with exact ones."""
 
+RACED = ("defaults", "plain", "10 iterations")
+"""Settings that rivals are compared with."""
+
+MANY = ("hand-x16", 100_000)
+"""A mesh, and a number of regions as networks on superpoints ask for."""
+
 N_SEGMENTS = (150, 2_000)
 K_SERIES = (50, 150, 500, 2_000, 8_000)
 LARGE = 1_000_000
@@ -65,28 +71,25 @@ class Plan:
         """Return number of regions and settings of all runs of a mesh, whose labels are hashed."""
         cases = self.cases(mesh, frozenset({"stages", "scaling"}))
         runs = [(case.n_segments, case.settings) for case in cases]
-        runs += [
-            (k, settings)
-            for raced, k in self.races
-            for settings in ("plain", "10 iterations")
-            if raced == mesh
-        ]
+        runs += [(k, settings) for raced, k in self.races for settings in RACED if raced == mesh]
         return list(dict.fromkeys(runs))
 
     def _stage_cases(self, mesh: str) -> list[Case]:
         threads = thread_counts()
-        cases = [Case(mesh, k, "plain", n) for k in N_SEGMENTS for n in threads]
-        cases += [Case(mesh, k, "defaults", threads[-1]) for k in N_SEGMENTS]
+        cases = [Case(mesh, k, "defaults", n) for k in N_SEGMENTS for n in threads]
+        cases += [Case(mesh, k, "plain", threads[-1]) for k in N_SEGMENTS]
+        if mesh == MANY[0]:
+            cases += [Case(*MANY, "defaults", n) for n in threads]
         return [*cases, Case(mesh, N_SEGMENTS[0], "tol=0", threads[-1])]
 
     def _scaling_cases(self, mesh: str) -> list[Case]:
         threads = thread_counts()
-        names = ("plain", "10 iterations")
+        names = ("defaults", "10 iterations")
         cases = [Case(mesh, 150, name, threads[-1]) for name in names]
         if mesh in HALTED:
             cases.append(Case(mesh, 150, "halted, 10 iterations", threads[-1]))
         if self.meshes[mesh] >= LARGE:
-            cases += [Case(mesh, k, "plain", n) for k in N_SEGMENTS for n in threads]
+            cases += [Case(mesh, k, "defaults", n) for k in N_SEGMENTS for n in threads]
         if mesh == self._mesh_of_k_series():
             cases += [Case(mesh, k, name, threads[-1]) for k in K_SERIES for name in names]
         return cases

@@ -15,6 +15,7 @@ from .checks import Expected, check_labels, require
 from .clock import Sample, interleaved, median, summary
 from .machine import usable_cores
 from .meshes import Arrays
+from .plan import RACED
 from .rivals import RIVALS, Outcome, ScipyOutcome, is_installed, run_scipy
 from .runs import SETTINGS, run_name
 
@@ -27,10 +28,10 @@ Key = tuple[str, str]  # name, settings
 def race_for_labels(
     mesh: str, arrays: Arrays, n_segments: int, repeats: int, expected: Expected
 ) -> list[dict[str, Any]]:
-    """Return a row for superfacets on two settings and for each rival that is installed.
+    """Return a row for superfacets on some settings and for each rival that is installed.
 
     Each starts from arrays and ends with labels; an image is made beforehand. ``ratio`` is its
-    time against that of plain superfacets, or, for SLIC, with 10 iterations as well.
+    time against that of superfacets with the defaults, or, for SLIC, with 10 iterations as well.
     """
     checked: dict[Key, npt.NDArray[np.int32]] = {}
 
@@ -48,14 +49,14 @@ def race_for_labels(
     rows = [_row(mesh, arrays, n_segments, key, samples[key]) for key in jobs]
     ours = {row["settings"]: row["seconds"] for row in rows if row["who"] == OURS}
     for row in rows:
-        same = "10 iterations" if row["settings"].startswith("10 iterations") else "plain"
+        same = "10 iterations" if row["settings"].startswith("10 iterations") else "defaults"
         row["ratio"] = row["seconds"] / ours[same]
     return rows
 
 
 def _our_jobs(arrays: Arrays, n_segments: int) -> dict[Key, Callable[[], Any]]:
     job = partial(sf.segment, arrays, n_segments, n_threads=usable_cores())
-    return {(OURS, name): partial(job, **SETTINGS[name]) for name in ("plain", "10 iterations")}
+    return {(OURS, name): partial(job, **SETTINGS[name]) for name in RACED}
 
 
 def _rival_jobs(arrays: Arrays, n_segments: int) -> dict[Key, Callable[[], Any]]:

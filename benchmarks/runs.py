@@ -71,7 +71,6 @@ def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
     n_faces = len(arrays.faces)
     timings = [sample.fact[0].timings for sample in samples]
     stages = {stage: median([seconds[stage] for seconds in timings]) for stage in result.timings}
-    per_pass = stages["classify"] / result.n_iter
     return {
         "mesh": case.mesh,
         "faces": n_faces,
@@ -80,11 +79,10 @@ def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
         "threads": case.n_threads,
         "regions": result.n_segments,
         "iterations": result.n_iter,
+        "levels": [(level.n_cells, level.n_iter) for level in result.levels],
         "stop_reason": result.stop_reason,
         "checked": verdict,
         "stages": stages,
-        "seconds_per_pass": per_pass,
-        "ns_per_pass_and_face": 1e9 * per_pass / n_faces,
     } | summary([sample.seconds for sample in samples])
 
 

@@ -109,11 +109,11 @@ def test_a_refused_result_ends_the_run():
 # rows of runs
 
 
-def run_row(mesh, faces, seconds, k=150, threads=2, settings="plain"):
+def run_row(mesh, faces, seconds, k=150, threads=2, settings="defaults"):
     return {
         "mesh": mesh, "faces": faces, "k": k, "settings": settings, "threads": threads,
         "iterations": 10, "seconds": seconds, "fastest": seconds, "slowest": seconds,
-        "seconds_per_pass": seconds / 20, "ns_per_pass_and_face": 1e9 * seconds / 20 / faces,
+        "levels": [(faces // 16, 8), (faces, 2)],
         "stages": {"classify": seconds / 2, "mesh": 0.0}, "checked": "stored hash",
     }  # fmt: skip
 
@@ -218,7 +218,8 @@ def test_runs_have_a_row_for_each_case_with_all_stages(bear):
     for row in rows:
         assert {"face_graph", "weights", "seeding", "classify", "update"} <= row["stages"].keys()
         assert row["fastest"] <= row["seconds"] <= row["slowest"]
-        assert row["seconds_per_pass"] == row["stages"]["classify"] / row["iterations"]
+        assert row["levels"][-1][0] == len(bear.faces)
+        assert sum(n_iter for _, n_iter in row["levels"]) == row["iterations"]
 
 
 def test_labels_that_depend_on_threads_end_the_benchmark(bear, monkeypatch):
@@ -296,9 +297,10 @@ def test_scipy_finds_the_same_distances(bear):
 def test_a_race_has_ours_first_and_all_rivals_that_are_installed(bear):
     rows = races.race_for_labels(BEAR, bear, 50, 1, NOTHING_STORED)
     n_rivals = sum(rivals.is_installed(rival.module) for rival in rivals.RIVALS)
-    assert [row["who"] for row in rows[:2]] == ["superfacets", "superfacets"]
-    assert len(rows) == 2 + n_rivals
-    assert rows[0]["ratio"] == rows[1]["ratio"] == 1.0
+    ours = {row["settings"]: row["ratio"] for row in rows if row["who"] == "superfacets"}
+    assert list(ours) == ["defaults", "plain", "10 iterations"]
+    assert len(rows) == 3 + n_rivals
+    assert ours["defaults"] == ours["10 iterations"] == 1.0
 
 
 # reports
@@ -316,10 +318,12 @@ def results_of(**changes):
 def test_tables_hold_times_and_documents_ratios():
     row = run_row("bunny", 69_451, 0.06) | {"stages": {"classify": 0.03}}
     text = report.render(results_of(runs=[row]))
-    assert re.search(r"\| bunny +\| +69,451 \| +150 \| plain +\| +2 \| +10 \| +0.06 \|", text)
+    assert re.search(
+        r"\| bunny +\| +69,451 \| +150 \| defaults +\| +2 \| 8 \+ 2 +\| +0.06 \|", text
+    )
     document = "before\n<!-- table: shares -->\nold\n<!-- end -->\nafter\n"
     filled = report.fill(document, results_of(runs=[row]))
-    assert re.search(r"\| bunny +\| +69,451 \| +150 \| +10 \| 50% +\|", filled)
+    assert re.search(r"\| bunny +\| +69,451 \| +150 \| 8 \+ 2 +\| 50% +\|", filled)
     assert filled.startswith("before\n<!-- table: shares -->\n\n| mesh ")
     assert filled.endswith("\n<!-- end -->\nafter\n")
     assert "old" not in filled
