@@ -27,8 +27,8 @@ from superfacets import (
     write_mesh,
 )  # fmt: skip
 
-STAGES = ["mesh", "face_graph", "weights", "order", "seeding", "classify", "update", "regions",
-          "export"]  # fmt: skip
+STAGES = ["mesh", "face_graph", "weights", "order", "coarsen", "seeding", "classify", "update",
+          "regions", "export"]  # fmt: skip
 
 
 def test_segment_writes_a_labeled_mesh_beside_the_input(run, sheet):
