@@ -262,11 +262,11 @@ def _border_costs(
     unit: float,
 ) -> BorderCosts:
     """What borders cost: by the weights that paths were measured by, if these are of that kind."""
+    scale = radius or surface.diagonal
     if options.params["weights"] in ("creases", "given"):
-        prices = np.multiply(lengths, unit, dtype=np.float64)
-    else:  # other units, or other prices at other resolutions
-        prices = creases_of(surface, radius)
-    return BorderCosts(surface, prices, radius or surface.diagonal)
+        return BorderCosts(surface, lengths, unit, scale)
+    # Others have other units, or other prices at other resolutions.
+    return BorderCosts.of_weights(surface, creases_of(surface, radius), scale)
 
 
 def _warn_of_islands(result: Segmentation) -> None:

@@ -8,6 +8,8 @@ import shapes
 from models import read_off
 
 from superfacets import (
+    ArcMeasures,
+    CellGraph,
     Mesh,
     _core,
     build_face_graph,
@@ -186,6 +188,12 @@ def test_soup_is_smoothed_where_it_is_welded(weld):
     assert smoothed.tolist() == expected
 
 
+def steps_of(costs):
+    """Lengths of arcs, in the unit of the vertices."""
+    _, lengths, unit, _ = costs.args
+    return lengths.astype(float) * unit
+
+
 MESHES = {
     "sheet": lambda: shapes.bumpy_sheet(16),
     "moebius": lambda: shapes.moebius(40),
@@ -217,7 +225,7 @@ def test_the_kernel_equals_its_twin(name):
         costs, array, _ = read_regions(mesh, labels, None, True, 1)
         fixed = {int(np.argmax(array == 0))}
         expected = reference.smooth_borders(
-            build_face_graph(mesh), mesh, costs.weights, array.tolist(), fixed,
+            build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), fixed,
             max_distance=1.0 * costs.radius, crease_scale=CREASE_SCALE * costs.radius,
             max_chain=MAX_CHAIN, max_sweeps=MAX_SWEEPS,
         )  # fmt: skip
@@ -227,7 +235,7 @@ def test_the_kernel_equals_its_twin(name):
 def check_twin(mesh, labels, max_chain, max_sweeps):
     costs, array, _ = read_regions(mesh, labels, None, True, 1)
     expected = reference.smooth_borders(
-        build_face_graph(mesh), mesh, costs.weights, array.tolist(), set(),
+        build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), set(),
         max_distance=costs.radius, crease_scale=CREASE_SCALE * costs.radius,
         max_chain=max_chain, max_sweeps=max_sweeps,
     )  # fmt: skip
@@ -261,14 +269,79 @@ def test_no_region_vanishes_or_falls_apart(name):
         assert shapes.count_pieces(graph, smoothed) <= shapes.count_pieces(graph, labels)
 
 
-def test_labels_do_not_depend_on_threads_place_or_size():
+def test_labels_do_not_depend_on_place_or_size():
     mesh = shapes.bumpy_sheet(128)
     labels = segment(mesh, 60, alpha=0, smooth=False).labels
-    smoothed = smooth_borders(mesh, labels, n_threads=1)
+    smoothed = smooth_borders(mesh, labels)
     assert (smoothed != labels).any()
-    assert np.array_equal(smooth_borders(mesh, labels, n_threads=4), smoothed)
     moved = Mesh(2.0 * mesh.vertices[:, [1, 2, 0]] + [4.0, -8.0, 2.0], mesh.faces)
     assert np.mean(smooth_borders(moved, labels) == smoothed) > 0.999
+
+
+@pytest.mark.parametrize("k", [2, 60, 3000])
+def test_labels_do_not_depend_on_threads(k):
+    """Of 80,000 faces: enough for four threads."""
+    mesh = shapes.bumpy_sheet(200)
+    labels = segment(mesh, k, alpha=0, smooth=False).labels
+    expected = smooth_borders(mesh, labels, n_threads=1)
+    assert (expected != labels).any()
+    for n_threads in (2, 3, 8):
+        assert np.array_equal(smooth_borders(mesh, labels, n_threads=n_threads), expected)
+
+
+def stripes(first):
+    """A sheet of regions side by side, from region `first` to 9, of which 8 is one square wide.
+
+    Holes at the left of region 7 and at one end of region 8 make the borders of region 7 shortest.
+    """
+    left = 4 * first
+    squares = [(y, x) for y in range(40) for x in range(left, 37)]
+    squares = [s for s in squares if not ((s[1] == 27 and s[0] < 10) or (s[1] == 32 and s[0] > 34))]
+    points = [(x, y, 0.0) for y in range(41) for x in range(38)]
+    corners = [38 * y + x for y, x in squares]
+    faces = [t for a in corners for t in ([a, a + 1, a + 39], [a, a + 39, a + 38])]
+    labels = [8 if x == 32 else 9 if x > 32 else x // 4 for _, x in squares]
+    return Mesh(points, faces), np.repeat(labels, 2) - first
+
+
+def test_patches_of_one_color_never_touch():
+    """Region 9 is the first to share a color, that of region 7, so region 8 stays between them."""
+
+    def do_touch(labels, graph):
+        sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+        pairs = np.c_[labels[sources], labels[graph.neighbors]]
+        return (np.sort(pairs) == np.array([n - 3, n - 1])).all(axis=1).any()
+
+    for first, is_expected in ((0, False), (4, True)):
+        mesh, labels = stripes(first)
+        n = 10 - first
+        smoothed = smooth_borders(mesh, labels)
+        assert (smoothed != labels).any() == is_expected
+        assert do_touch(smoothed, build_face_graph(mesh)) == is_expected
+        check_twin(mesh, labels, MAX_CHAIN, MAX_SWEEPS)
+
+
+def test_arcs_that_lead_one_way_only_are_followed_in_turn():
+    """Cells of a grid, of which some do not know their neighbor to the left."""
+    side = 200
+    cells = np.arange(side * side)
+    row, column = np.divmod(cells, side)
+    rng = np.random.default_rng(1)
+    knows_left = (column > 0) & (rng.random(len(cells)) < 0.9)
+    steps = [(knows_left, -1), (column < side - 1, 1), (row > 0, -side), (row < side - 1, side)]
+    arcs = np.concatenate([np.c_[cells[has], cells[has] + step] for has, step in steps])
+    arcs = arcs[np.argsort(arcs[:, 0], kind="stable")]
+    offsets = np.searchsorted(arcs[:, 0], np.arange(len(cells) + 1))
+    ones = np.ones(len(arcs))
+    graph = CellGraph(
+        np.c_[column, row, 0 * row].astype(float), np.ones(len(cells)), offsets, arcs[:, 1], ones,
+        arc_measures=ArcMeasures(ones),
+    )  # fmt: skip
+    labels = (row + rng.integers(0, 2, len(cells))) // 20 * 10 + column // 20
+    labels = np.unique(labels, return_inverse=True)[1]
+    expected = smooth_borders(graph, labels, n_threads=1)
+    for n_threads in (2, 3, 8):
+        assert np.array_equal(smooth_borders(graph, labels, n_threads=n_threads), expected)
 
 
 def test_the_labels_given_are_left_as_they_are():

@@ -8,9 +8,9 @@
 namespace superfacets {
 namespace {
 
-auto bind_region_borders(const Surface& surface, const Array<double>& weights, double weight_unit,
+auto bind_region_borders(const Surface& surface, const Array<float>& lengths, double unit,
                          double crease_scale, const Array<Label>& labels, int n_threads) {
-  const BorderCost cost{view(weights), weight_unit, crease_scale};
+  const BorderCost cost{view(lengths), unit, crease_scale};
   const auto regions = view(labels);
   const std::vector<RegionBorder> borders =
       on_team(regions.size(), n_threads,
@@ -35,10 +35,10 @@ auto bind_region_perimeters(const Surface& surface, const Array<Label>& labels, 
   }));
 }
 
-auto bind_join_regions(const Surface& surface, const Array<double>& weights, double weight_unit,
+auto bind_join_regions(const Surface& surface, const Array<float>& lengths, double unit,
                        double crease_scale, const Array<Label>& labels, const Array<double>& areas,
                        const Array<std::uint8_t>& stays, double least_area, int n_threads) {
-  const BorderCost cost{view(weights), weight_unit, crease_scale};
+  const BorderCost cost{view(lengths), unit, crease_scale};
   const auto input = std::pair(view(labels), view(areas));
   const JoinRule rule{view(stays), least_area};
   return to_numpy(on_team(input.first.size(), n_threads, [&](ThreadTeam& team) {
@@ -46,11 +46,11 @@ auto bind_join_regions(const Surface& surface, const Array<double>& weights, dou
   }));
 }
 
-auto bind_smooth_borders(const Surface& surface, const Array<double>& weights, double weight_unit,
+auto bind_smooth_borders(const Surface& surface, const Array<float>& lengths, double unit,
                          double crease_scale, const Array<Label>& labels, const Array<Cell>& fixed,
                          double max_distance, std::size_t max_chain, int max_sweeps,
                          int n_threads) {
-  const BorderCost cost{view(weights), weight_unit, crease_scale};
+  const BorderCost cost{view(lengths), unit, crease_scale};
   const SmoothOptions options{max_distance, max_chain, max_sweeps};
   const auto input = std::pair(view(labels), view(fixed));
   return to_numpy(on_team(input.first.size(), n_threads, [&](ThreadTeam& team) {
@@ -67,16 +67,16 @@ auto bind_nearest_wanted(const OrderedGraph& graph, const Array<Cell>& cells,
 }  // namespace
 
 void bind_regions(nb::module_& module) {
-  module.def("region_borders", &bind_region_borders, "surface"_a, "weights"_a.noconvert(),
-             "weight_unit"_a, "crease_scale"_a, "labels"_a.noconvert(), "n_threads"_a);
-  module.def("join_regions", &bind_join_regions, "surface"_a, "weights"_a.noconvert(),
-             "weight_unit"_a, "crease_scale"_a, "labels"_a.noconvert(), "areas"_a.noconvert(),
-             "stays"_a.noconvert(), "least_area"_a, "n_threads"_a);
+  module.def("region_borders", &bind_region_borders, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
+             "crease_scale"_a, "labels"_a.noconvert(), "n_threads"_a);
+  module.def("join_regions", &bind_join_regions, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
+             "crease_scale"_a, "labels"_a.noconvert(), "areas"_a.noconvert(), "stays"_a.noconvert(),
+             "least_area"_a, "n_threads"_a);
   module.def("region_perimeters", &bind_region_perimeters, "surface"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
-  module.def("smooth_borders", &bind_smooth_borders, "surface"_a, "weights"_a.noconvert(),
-             "weight_unit"_a, "crease_scale"_a, "labels"_a.noconvert(), "fixed"_a.noconvert(),
-             "max_distance"_a, "max_chain"_a, "max_sweeps"_a, "n_threads"_a);
+  module.def("smooth_borders", &bind_smooth_borders, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
+             "crease_scale"_a, "labels"_a.noconvert(), "fixed"_a.noconvert(), "max_distance"_a,
+             "max_chain"_a, "max_sweeps"_a, "n_threads"_a);
   module.def("nearest_wanted", &bind_nearest_wanted, "graph"_a, "cells"_a.noconvert(),
              "is_wanted"_a.noconvert());
 }

@@ -38,6 +38,7 @@ class GraphSurface final : public Surface {
     if (!given_.sides.empty()) return given_.sides[arc];
     return static_cast<int>(arc - arcs().offsets[from]);
   }
+  bool may_have_one_way_arcs() const override { return true; }
   double open_length(Cell cell) const override {
     return given_.open_lengths.empty() ? 0.0 : given_.open_lengths[cell];
   }

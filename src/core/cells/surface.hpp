@@ -1,6 +1,8 @@
 // The interface of cells for stages 5 to 7: their arcs, and measures of the borders these cross.
 #pragma once
 
+#include <utility>
+
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
 
@@ -11,6 +13,12 @@ using Corner = std::int64_t;
 
 inline constexpr Corner kNoCorner = -1;
 inline constexpr Cell kNoCell = -1;
+
+// What an arc crosses.
+struct CrossedBorder {
+  double border_length;
+  double step_length;
+};
 
 // Each kind of cell implements this. Measures are computed on request, because few arcs are near a
 // border between regions, and arrays for all arcs would be larger than the rest. Lengths are in the
@@ -34,6 +42,14 @@ class Surface {
   // Length of the border that an arc crosses: an edge, between faces.
   virtual double border_length(Cell from, std::int64_t arc) const = 0;
 
+  // Both lengths for some of the arcs of a cell, those from `arc` on.
+  virtual void write_crossed(Cell from, std::int64_t arc, std::span<CrossedBorder> crossed) const {
+    for (CrossedBorder& border : crossed) {
+      border = {border_length(from, arc), step_length(from, arc)};
+      ++arc;
+    }
+  }
+
   // The angle that the surface turns by from cell to cell, -pi to pi: 0 where it is flat, positive
   // where the border is concave; 0 where a cell has no normal.
   virtual double angle(Cell from, std::int64_t arc) const = 0;
@@ -45,7 +61,13 @@ class Surface {
   // Length of the border of a cell that no arc crosses: the boundary of an open mesh.
   virtual double open_length(Cell cell) const = 0;
 
-  // Whether corners are known; the three functions below may be called only then.
+  // Fetches what the functions of this class read of a cell, with arcs from `arc` on, to the cache.
+  virtual void prefetch_cell(Cell, std::int64_t /*arc*/) const {}
+
+  // Whether some arc may lead to a cell from which no arc leads back.
+  virtual bool may_have_one_way_arcs() const { return false; }
+
+  // Whether corners are known; the functions below may be called only then.
   virtual bool has_corners() const { return false; }
   virtual int n_sides(Cell) const { return 0; }
 
@@ -57,6 +79,13 @@ class Surface {
   // The cell that follows around a corner after `before` and `here`; kNoCell where there is none,
   // or more than one.
   virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
+
+  // Whether a walk around a corner, to `here` after `before`, comes to a goal by cells of the label
+  // of `here` other than `before`. It is given up where the next cell is ambiguous.
+  virtual bool leads_around(Corner corner, Cell before, Cell here, Cell goal,
+                            std::span<const Label> labels) const {
+    return walk_around(*this, corner, before, here, goal, labels);
+  }
 
   // Whether the arcs of each cell are sorted by side. Walks all: for assertions.
   bool are_sides_sorted() const {
@@ -70,7 +99,25 @@ class Surface {
     return true;
   }
 
+ protected:
+  // leads_around for one kind of cells, of which the compiler knows next_around.
+  template <typename AnySurface>
+  static bool walk_around(const AnySurface& surface, Corner corner, Cell before, Cell here,
+                          Cell goal, std::span<const Label> labels) {
+    const Cell start = before;
+    const Label label = labels[here];
+    for (int n_steps = 0; here != goal; ++n_steps) {
+      const Cell next = n_steps < kLongestFan ? surface.next_around(corner, before, here) : kNoCell;
+      if (next == kNoCell || next == start || labels[next] != label) return false;
+      before = std::exchange(here, next);
+    }
+    return true;
+  }
+
  private:
+  // The longest walk around a corner. On real meshes about 6 faces meet at a corner.
+  static constexpr int kLongestFan = 64;
+
   const Arcs arcs_;
 };
 

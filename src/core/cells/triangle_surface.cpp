@@ -54,6 +54,16 @@ double TriangleSurface::border_length(Cell from, std::int64_t arc) const {
   return edge(from, arc).length();
 }
 
+void TriangleSurface::write_crossed(Cell from, std::int64_t arc,
+                                    std::span<CrossedBorder> crossed) const {
+  const Point start = position(from);
+  for (CrossedBorder& border : crossed) {
+    const Edge side = edge(from, arc);
+    border = {side.length(), way_over(side, start, position(arcs().targets[arc]))};
+    ++arc;
+  }
+}
+
 double TriangleSurface::open_length(Cell face) const {
   std::array<bool, 3> is_crossed{};
   for (const auto [arc, neighbor] : arcs().steps(face)) is_crossed[sides_[arc]] = true;
@@ -81,6 +91,11 @@ Cell TriangleSurface::next_around(Corner center, Cell before, Cell here) const {
     next = neighbor;
   }
   return next;
+}
+
+bool TriangleSurface::leads_around(Corner corner, Cell before, Cell here, Cell goal,
+                                   std::span<const Label> labels) const {
+  return walk_around(*this, corner, before, here, goal, labels);
 }
 
 // The corner of a face at a vertex, or at its position; -1 if there is none.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/assert.hpp"
+#include "base/prefetch.hpp"
 #include "cells/surface.hpp"
 #include "mesh/geometry.hpp"
 
@@ -71,15 +72,23 @@ class TriangleSurface final : public Surface {
   double measure(Cell face) const override { return area(vertices_, faces_[face]); }
   double step_length(Cell from, std::int64_t arc) const override;
   double border_length(Cell from, std::int64_t arc) const override;
+  void write_crossed(Cell from, std::int64_t arc, std::span<CrossedBorder> crossed) const override;
   double angle(Cell from, std::int64_t arc) const override;
   int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
   double open_length(Cell face) const override;
+
+  void prefetch_cell(Cell face, std::int64_t arc) const override {
+    prefetch(&faces_[face]);
+    prefetch(sides_.data() + arc);  // the face may have no arc
+  }
 
   // Corners are vertices. Where faces meet at vertices of one position, either stands for both.
   bool has_corners() const override { return true; }
   int n_sides(Cell) const override { return 3; }
   Corner corner_between(Cell face, int first_side, int second_side) const override;
   Cell next_around(Corner center, Cell before, Cell here) const override;
+  bool leads_around(Corner corner, Cell before, Cell here, Cell goal,
+                    std::span<const Label> labels) const override;
 
  private:
   Edge edge_of_side(Face face, int side) const {

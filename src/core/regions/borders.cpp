@@ -1,6 +1,7 @@
 #include "regions/borders.hpp"
 
 #include <algorithm>
+#include <array>
 #include <mutex>
 #include <tuple>
 #include <utility>
@@ -61,15 +62,35 @@ void append_border(const Surface& surface, std::span<const Label> labels, Cell c
 
 }  // namespace
 
+void BorderCost::write(const Surface& surface, Cell from, std::int64_t arc,
+                       std::span<float> costs) const {
+  constexpr std::size_t kAtOnce = 4;  // arcs whose powers are computed side by side
+  std::array<CrossedBorder, kAtOnce> crossed;
+  std::array<double, kAtOnce> powers;
+  while (!costs.empty()) {
+    const std::size_t n = std::min(kAtOnce, costs.size());
+    surface.write_crossed(from, arc, std::span(crossed).first(n));
+    for (std::size_t i = 0; i < n; ++i, ++arc) {
+      const double excess = length(arc) - crossed[i].step_length;
+      powers[i] = -std::max(0.0, excess) / crease_scale;
+    }
+    exponentials(std::span(powers).first(n), std::span(powers).first(n));
+    for (std::size_t i = 0; i < n; ++i) {
+      costs[i] = static_cast<float>(crossed[i].border_length * powers[i]);
+    }
+    costs = costs.subspan(n);
+  }
+}
+
 double BorderCost::operator()(const Surface& surface, Cell from, std::int64_t arc) const {
-  const double excess = std::max(0.0, weights[arc] * weight_unit - surface.step_length(from, arc));
+  const double excess = std::max(0.0, length(arc) - surface.step_length(from, arc));
   return surface.border_length(from, arc) * exponential(-excess / crease_scale);
 }
 
 std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
                                          std::span<const Label> labels, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
-  SUPERFACETS_ASSERT(std::ssize(cost.weights) == surface.arcs().n_arcs() &&
+  SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
                      cost.crease_scale > 0.0);
   std::vector<Crossing> crossings;
   std::mutex mutex;

@@ -13,11 +13,17 @@ namespace superfacets {
 // the weight of the arc minus the length of the step (eq. 1), which is what a crease adds, in the
 // unit of the positions.
 struct BorderCost {
-  std::span<const double> weights;  // (M,) of the arcs
-  double weight_unit = 1.0;         // of the weights, in the unit of the positions; d for faces
-  double crease_scale = 1.0;        // in the unit of the positions
+  std::span<const float> lengths;  // (M,) of the arcs: their weights, from quantize_weights
+  double unit = 1.0;               // of the lengths, in the unit of the positions
+  double crease_scale = 1.0;       // in the unit of the positions
+
+  // The weight of an arc, in the unit of the positions.
+  double length(std::int64_t arc) const { return double{lengths[arc]} * unit; }
 
   double operator()(const Surface& surface, Cell from, std::int64_t arc) const;
+
+  // The costs of some of the arcs of a cell, those from `arc` on, rounded.
+  void write(const Surface& surface, Cell from, std::int64_t arc, std::span<float> costs) const;
 };
 
 struct RegionBorder {

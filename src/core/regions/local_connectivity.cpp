@@ -2,16 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 namespace superfacets {
 namespace {
 
 // The most neighbors in the region that are examined; a cell with more is not moved.
 constexpr int kMostNeighbors = 16;
-
-// The longest walk around a corner. On real meshes about 6 faces meet at a corner.
-constexpr int kLongestFan = 64;
 
 class Neighborhood {
  public:
@@ -66,21 +62,12 @@ class Neighborhood {
   }
 
   // Whether two neighbors are joined around the corner that their sides share, by cells of the
-  // region other than this one. Walks from one to the other, and gives up where the next cell is
-  // ambiguous.
+  // region other than this one.
   bool joins_around_corner(const Step& first, const Step& second) const {
     const Corner corner = surface_.corner_between(cell_, surface_.side(cell_, first.arc),
                                                   surface_.side(cell_, second.arc));
-    if (corner == kNoCorner) return false;
-    Cell before = cell_;
-    Cell here = first.to;
-    for (int n_steps = 0; here != second.to; ++n_steps) {
-      const Cell next =
-          n_steps < kLongestFan ? surface_.next_around(corner, before, here) : kNoCell;
-      if (next == kNoCell || next == cell_ || labels_[next] != labels_[cell_]) return false;
-      before = std::exchange(here, next);
-    }
-    return true;
+    return corner != kNoCorner &&
+           surface_.leads_around(corner, cell_, first.to, second.to, labels_);
   }
 
   const Surface& surface_;
@@ -94,6 +81,11 @@ class Neighborhood {
 }  // namespace
 
 bool stays_connected_without(const Surface& surface, std::span<const Label> labels, Cell cell) {
+  const std::span<const Cell> neighbors = surface.arcs().neighbors(cell);
+  const auto n_same = std::count_if(neighbors.begin(), neighbors.end(), [&](Cell neighbor) {
+    return labels[neighbor] == labels[cell];
+  });
+  if (n_same <= 1) return n_same == 1;  // as for most cells at borders
   return Neighborhood(surface, labels, cell).is_joined();
 }
 

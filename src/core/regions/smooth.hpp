@@ -18,13 +18,18 @@ struct SmoothOptions {
 // Moves cells at borders between regions, as chains of neighbors from one region to another, as
 // long as that makes the borders cheaper.
 //
+// Regions are grouped in patches (see make_patches), and these move their cells color by color,
+// the patches of one color side by side: no cell that one of them reads or moves is next to another
+// one, and no cell may move to where that would change. Within a patch cells are tried in ascending
+// order. The result is the same for any number of threads.
+//
 // Invariants: connected cells of a region stay connected, no region loses its last cell, cells in
 // `fixed` stay, and a cell moves only to a region whose first border is within max_distance, on a
 // path along the cells that moved before it.
 //
-// Time O(N + M) and, for each sweep, O(max_chain^2) per cell at a border or next to what has just
-// moved; memory about 10 bytes per cell and 4 per arc. Borders are found on several threads and
-// moved on one: the result depends on nothing but the input.
+// Time O(N + M) and, for each sweep, O(max_chain^2) per cell at a border, at first, or next to what
+// has just moved; memory at most 10 bytes per cell and 4 per arc, of which 4 and
+// 4 are touched near borders only. Where not every arc has one back, one thread moves all cells.
 Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team);

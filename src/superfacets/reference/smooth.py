@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ..cells.face_graph import FaceGraph
 from ..mesh.triangle_mesh import Mesh
 from .elementary import exponential
+from .patches import Patches
 from .vectors import norm
 
 __all__ = ["smooth_borders"]
@@ -20,7 +21,7 @@ Floats = npt.NDArray[np.float64]
 def smooth_borders(
     graph: FaceGraph,
     mesh: Mesh,
-    weights: Floats,
+    steps: Floats,
     labels: list[int],
     fixed: set[int],
     *,
@@ -29,18 +30,25 @@ def smooth_borders(
     max_chain: int,
     max_sweeps: int,
 ) -> list[int]:
-    """Labels with borders moved by chains of faces, from one region to the next."""
-    regions = _MovingRegions(graph, mesh, weights, labels, fixed, max_distance, crease_scale)
-    waiting = [f for f in range(graph.n_cells) if regions.neighboring_labels(f)]
+    """Labels with borders moved by chains of faces, from one region to the next.
+
+    ``steps`` are the lengths of the arcs, in the unit of the vertices.
+    """
+    regions = _MovingRegions(graph, mesh, steps, labels, fixed, max_distance, crease_scale)
+    waiting = set(range(graph.n_cells))
     for _ in range(max_sweeps):
-        touched: set[int] = set()
-        for face in waiting:
+        at_border = [face for face in sorted(waiting) if regions.neighboring_labels(face)]
+        listed = sorted((regions.turn(face), face) for face in at_border)
+        waiting = set()
+        for turn, face in listed:
+            if regions.turn(face) != turn:  # has moved since
+                continue
+            waiting.discard(face)
             for label in regions.neighboring_labels(face):
                 moved = regions.move_chain(face, label, max_chain)
-                touched.update(moved, *(regions.neighbors(f) for f in moved))
+                waiting.update(moved, *(regions.neighbors(f) for f in moved))
                 if moved:
                     break
-        waiting = sorted(touched)
     return regions.labels
 
 
@@ -51,7 +59,7 @@ class _MovingRegions:
         self,
         graph: FaceGraph,
         mesh: Mesh,
-        weights: Floats,
+        steps: Floats,
         labels: list[int],
         fixed: set[int],
         max_distance: float,
@@ -59,8 +67,9 @@ class _MovingRegions:
     ) -> None:
         self.graph = graph
         self.mesh = mesh
-        self.steps = (weights * graph.diagonal).tolist()
-        self.costs = _border_costs(graph, mesh, weights, crease_scale)
+        self.steps = steps.tolist()
+        self.costs = _border_costs(graph, mesh, steps, crease_scale)
+        self.patches = Patches(graph, labels)
         self.first, self.labels = list(labels), list(labels)
         self.travels = [0.0] * len(labels)
         self.fixed, self.max_distance = fixed, max_distance
@@ -77,6 +86,10 @@ class _MovingRegions:
         """Other labels around a face, each once, in the order of the arcs."""
         around = [self.labels[neighbor] for neighbor in self.neighbors(face)]
         return [label for label in dict.fromkeys(around) if label != self.labels[face]]
+
+    def turn(self, face: int) -> tuple[int, int]:
+        """When it is the turn of the patch that a face is in."""
+        return self.patches.turn(self.labels[face])
 
     def gain(self, face: int, label: int) -> float:
         """By how much the cost of borders falls if a face takes a label."""
@@ -155,6 +168,8 @@ class _MovingRegions:
                 break
             if self.travel(face, label) > self.max_distance or not self.may_leave(face):
                 continue
+            if not self.patches.may_touch(label, self.neighboring_labels(face)):
+                continue
             gain += step
             chain.append((face, self.travels[face]))
             self.travels[face] = float(np.float32(self.travel(face, label)))
@@ -168,9 +183,7 @@ class _MovingRegions:
         return [face for face, _ in chain[:best_size]]
 
 
-def _border_costs(
-    graph: FaceGraph, mesh: Mesh, weights: Floats, crease_scale: float
-) -> list[float]:
+def _border_costs(graph: FaceGraph, mesh: Mesh, steps: Floats, crease_scale: float) -> list[float]:
     """Cost of a border across each arc: the length of its edge, less in a crease."""
     lengths, excesses = [], []
     for face in range(graph.n_cells):
@@ -181,6 +194,6 @@ def _border_costs(
             c_i, c_j = graph.positions[face], graph.positions[graph.neighbors[arc]]
             lengths.append(norm(end - start))
             geodesic = norm(c_i - middle) + norm(middle - c_j)
-            excesses.append(max(0.0, weights[arc] * graph.diagonal - geodesic))
+            excesses.append(max(0.0, steps[arc] - geodesic))
     costs = np.array(lengths) * exponential(-np.array(excesses) / crease_scale)
     return [float(cost) for cost in costs.astype(np.float32)]

@@ -32,14 +32,24 @@ class BorderCosts:
     """The cost of borders between regions: their length, and less in a crease."""
 
     surface: Surface
-    weights: npt.NDArray[np.float64]  # of the arcs, in units of surface.weight_unit
+    lengths: npt.NDArray[np.float32]  # weights of the arcs, as paths are measured by them
+    unit: float  # of the lengths, in that of weights
     radius: float  # r, in the unit of the positions; > 0
 
+    @classmethod
+    def of_weights(
+        cls, surface: Surface, weights: npt.NDArray[np.float64], radius: float
+    ) -> BorderCosts:
+        """Return costs for checked weights of the arcs, in units of ``surface.weight_unit``."""
+        lengths, unit = _core.quantize_weights(weights, surface.n_threads)
+        return cls(surface, lengths, unit, radius)
+
     @property
-    def args(self) -> tuple[_core.Surface, npt.NDArray[np.float64], float, float]:
-        """The arguments for kernels, in order."""
+    def args(self) -> tuple[_core.Surface, npt.NDArray[np.float32], float, float]:
+        """The arguments for kernels, in order; lengths of arcs in the unit of the positions."""
         surface = self.surface
-        return surface.handle, self.weights, surface.weight_unit, CREASE_SCALE * self.radius
+        unit = self.unit * surface.weight_unit
+        return surface.handle, self.lengths, unit, CREASE_SCALE * self.radius
 
 
 class RegionEdit(NamedTuple):
@@ -81,4 +91,4 @@ def read_regions(
         weights = surface.weights if surface.mesh is None else creases_of(surface, radius)
     assert weights is not None  # a graph has its own
     checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
-    return BorderCosts(surface, checked, radius), array, n_regions
+    return BorderCosts.of_weights(surface, checked, radius), array, n_regions

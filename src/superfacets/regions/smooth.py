@@ -71,8 +71,9 @@ def smooth_borders(
     Returns
     -------
     ndarray of int32, shape (N,)
-        0..K-1, each at least once. Of moves that win as much, the one of the face with the lower
-        index comes first.
+        0..K-1, each at least once. Groups of neighboring regions move their faces in turn, those
+        far from each other at the same time. Of moves of a chain that win as much, the one of the
+        face with the lower index comes first.
 
     Raises
     ------

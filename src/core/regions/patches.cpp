@@ -1,0 +1,111 @@
+#include "regions/patches.hpp"
+
+#include <algorithm>
+
+namespace superfacets {
+namespace {
+
+constexpr Patch kNoPatch = -1;
+
+// Patches of this many cells at borders keep what they use in the cache of a core; fewer are in
+// them where there would be less than kManyPatches, enough for several threads at each color.
+constexpr std::int64_t kLargestPatch = 1024;
+constexpr std::int64_t kSmallestPatch = 64;
+constexpr std::int64_t kManyPatches = 512;
+
+// A patch touches about six others. With more colors than that needs, two patches between which a
+// third one vanishes seldom have the same color.
+constexpr std::size_t kFewestColors = 8;
+
+class PatchMaker {
+ public:
+  PatchMaker(const Arcs& arcs, std::span<const Label> labels, const GroupedCells& border)
+      : arcs_(arcs),
+        labels_(labels),
+        border_(border),
+        least_cells_(
+            std::clamp(std::ssize(border.cells) / kManyPatches, kSmallestPatch, kLargestPatch)),
+        last_seen_by_(border.n_groups(), kNoPatch),
+        n_cells_(kFewestColors, 0),
+        last_forbidden_by_(kFewestColors, kNoPatch) {
+    patches_.of_region.assign(border.n_groups(), kNoPatch);
+  }
+
+  Patches make() {
+    for (Label region = 0; region < border_.n_groups(); ++region) {
+      if (patches_.of_region[region] != kNoPatch) continue;
+      for (Label seed = region; seed != kNoLabel;) seed = grow(seed);
+    }
+    patches_.of_color.resize(n_cells_.size());
+    for (Patch patch = 0; patch < patches_.n_patches(); ++patch) {
+      patches_.of_color[patches_.colors[patch]].push_back(patch);
+    }
+    return std::move(patches_);
+  }
+
+ private:
+  // Makes a patch, and returns the first region that it came to but does not hold; kNoLabel if
+  // there is none.
+  Label grow(Label seed) {
+    const Patch patch = patches_.n_patches();
+    reached_.assign(1, seed);
+    std::int64_t n_cells = 0;
+    std::size_t n_taken = 0;
+    while (n_taken < reached_.size() && n_cells < least_cells_) {
+      const Label region = reached_[n_taken++];
+      patches_.of_region[region] = patch;
+      n_cells += std::ssize(border_.of(region));
+      reach_neighbors(region, patch);
+    }
+    patches_.colors.push_back(choose_color(patch, n_cells));
+    return n_taken < reached_.size() ? reached_[n_taken] : kNoLabel;
+  }
+
+  void reach_neighbors(Label region, Patch patch) {
+    for (const Cell cell : border_.of(region)) {
+      for (const Cell neighbor : arcs_.neighbors(cell)) {
+        const Label other = labels_[neighbor];
+        if (last_seen_by_[other] == patch) continue;
+        last_seen_by_[other] = patch;
+        const Patch known = patches_.of_region[other];
+        if (known == kNoPatch) {
+          reached_.push_back(other);
+        } else if (known != patch) {
+          last_forbidden_by_[patches_.colors[known]] = patch;
+        }
+      }
+    }
+  }
+
+  std::int32_t choose_color(Patch patch, std::int64_t n_cells) {
+    std::size_t best = n_cells_.size();
+    for (std::size_t color = 0; color < n_cells_.size(); ++color) {
+      if (last_forbidden_by_[color] == patch) continue;
+      if (best == n_cells_.size() || n_cells_[color] < n_cells_[best]) best = color;
+    }
+    if (best == n_cells_.size()) {
+      n_cells_.push_back(0);
+      last_forbidden_by_.push_back(kNoPatch);
+    }
+    n_cells_[best] += n_cells;
+    return static_cast<std::int32_t>(best);
+  }
+
+  const Arcs& arcs_;
+  const std::span<const Label> labels_;
+  const GroupedCells& border_;
+  const std::int64_t least_cells_;  // of a patch
+  Patches patches_;
+  std::vector<Label> reached_;            // regions of this patch, and next to it
+  std::vector<Patch> last_seen_by_;       // of each region: the last patch that came to it
+  std::vector<std::int64_t> n_cells_;     // of the patches of each color
+  std::vector<Patch> last_forbidden_by_;  // of each color: the last patch with such a neighbor
+};
+
+}  // namespace
+
+Patches make_patches(const Arcs& arcs, std::span<const Label> labels, const GroupedCells& border) {
+  return PatchMaker(arcs, labels, border).make();
+}
+
+}  // namespace superfacets

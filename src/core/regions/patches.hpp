@@ -1,0 +1,62 @@
+// Stage 5: patches, groups of neighboring regions whose cells one thread moves.
+#pragma once
+
+#include <vector>
+
+#include "base/types.hpp"
+#include "cells/arcs.hpp"
+
+namespace superfacets {
+
+// Some cells by the group that they are in, in CSR form.
+struct GroupedCells {
+  std::vector<std::int64_t> offsets;  // (number of groups + 1,)
+  std::vector<Cell> cells;
+
+  std::int32_t n_groups() const { return static_cast<std::int32_t>(offsets.size() - 1); }
+  std::span<const Cell> of(std::int32_t group) const {
+    return std::span(cells).subspan(offsets[group], offsets[group + 1] - offsets[group]);
+  }
+};
+
+// The cells of some lists by group; those of a group stay in order. group_of(cell) is called twice
+// for each. Time O(n + n_groups).
+template <typename GroupOf>
+GroupedCells group_cells(std::span<const std::vector<Cell>> lists, const GroupOf& group_of,
+                         std::int32_t n_groups) {
+  GroupedCells groups;
+  // After the prefix sum, offsets[group + 1] is the write cursor of a group.
+  groups.offsets.assign(std::size_t{2} + n_groups, 0);
+  for (const std::vector<Cell>& list : lists) {
+    for (const Cell cell : list) ++groups.offsets[group_of(cell) + 2];
+  }
+  for (std::int32_t group = 0; group < n_groups; ++group) {
+    groups.offsets[group + 2] += groups.offsets[group + 1];
+  }
+  groups.cells.resize(groups.offsets.back());
+  for (const std::vector<Cell>& list : lists) {
+    for (const Cell cell : list) groups.cells[groups.offsets[group_of(cell) + 1]++] = cell;
+  }
+  groups.offsets.pop_back();
+  return groups;
+}
+
+using Patch = std::int32_t;
+
+// Patches, each with a color. No two patches of one color touch.
+struct Patches {
+  std::vector<Patch> of_region;              // (K,)
+  std::vector<std::int32_t> colors;          // of each patch
+  std::vector<std::vector<Patch>> of_color;  // ascending
+
+  Patch n_patches() const { return static_cast<Patch>(colors.size()); }
+};
+
+// Groups regions: each patch grows breadth first from the region that the one before it came to
+// next (the lowest label that is left, if none) until it has enough cells at its borders. Colors
+// are chosen greedily in the order of the patches: of those that no neighbor has, the one with the
+// fewest cells so far. `border` are all cells with a neighbor in another region, by region. Time
+// O(K + n), for n arcs of these.
+Patches make_patches(const Arcs& arcs, std::span<const Label> labels, const GroupedCells& border);
+
+}  // namespace superfacets
