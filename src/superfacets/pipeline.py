@@ -28,7 +28,7 @@ from ._options import (
 from ._timing import OnStage, timed
 from ._validate import checked_choice
 from .adapters.convert import MeshLike, as_mesh
-from .cells.face_graph import build_face_graph
+from .cells.face_graph import graph_and_shapes
 from .cells.size import RegionSize, region_size
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note, sliver_share
 from .cells.surface import Surface
@@ -239,12 +239,13 @@ def _build_cells(
     with timed(timings, "mesh", on_stage):
         triangles = as_mesh(mesh)
     with timed(timings, "face_graph", on_stage):
-        faces = build_face_graph(triangles, weld=weld, n_threads=n_threads)
+        faces, shapes = graph_and_shapes(triangles, weld=weld, n_threads=n_threads)
         size = region_size(size_options, faces.measures, faces.diagonal, n_threads)
-        share = sliver_share(triangles, faces, size.radius, n_threads)
+        share = sliver_share(triangles, faces, shapes.longest, size.radius, n_threads)
     with timed(timings, "weights", on_stage):
         surface = Surface.of_faces(triangles, faces, n_threads)
-        weights = arc_weights(surface, faces, size.radius, weight_options)
+        weights = arc_weights(surface, faces, shapes.normals, size.radius, weight_options)
+        del shapes  # makes room
         lengths, unit = faces.quantized(weights, n_threads)
         del weights  # makes room
     with timed(timings, "order", on_stage):

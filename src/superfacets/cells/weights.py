@@ -100,6 +100,7 @@ def superfacet_weights(
         triangle_surface(mesh, graph, threads),
         graph.positions,
         graph.measures,
+        np.empty((0, 3)),  # normals are computed
         alpha,
         eta_convex,
         crease_length or 0.0,
@@ -226,7 +227,11 @@ def stk02_weights(
 
 
 def arc_weights(
-    surface: Surface, faces: FaceGraph, radius: float, options: WeightOptions
+    surface: Surface,
+    faces: FaceGraph,
+    normals: npt.NDArray[np.float64],
+    radius: float,
+    options: WeightOptions,
 ) -> npt.ArrayLike:
     """Return one weight per arc, as `segment` is asked for, for regions of this radius."""
     if options.given is not None:
@@ -238,20 +243,20 @@ def arc_weights(
             surface.handle, faces.positions, params["alpha"], surface.n_threads
         )
     length = radius if params["weights"] == "creases" else None
-    cells = (faces.positions, faces.measures)
+    cells = (faces.positions, faces.measures, normals)
     return _weights_of(surface, cells, params["alpha"], params["eta_convex"], length)
 
 
 def creases_of(surface: Surface, radius: float) -> npt.NDArray[np.float64]:
     """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
     options = WEIGHTS["creases"]
-    cells = (surface.positions, surface.measures)
+    cells = (surface.positions, surface.measures, np.empty((0, 3)))
     return _weights_of(surface, cells, options["alpha"], options["eta_convex"], radius)
 
 
 def _weights_of(
     surface: Surface,
-    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
     alpha: float,
     eta_convex: float,
     crease_length: float | None,
