@@ -200,20 +200,21 @@ def segment(
     weight_options = WeightOptions.checked(weights, alpha, eta_convex)
     cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
-    cells = _build_cells(mesh, weld, size_options, weight_options, loop, timings)
-    surface, size, share, ordered, lengths, unit = cells
-    del cells
-    note = sliver_note(share, _advice(size.radius))
-    if note is not None:
-        warnings.warn(note, SliverWarning, stacklevel=2)
-    result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
-    _warn_of_islands(result)
-    del ordered  # makes room
-    if cleanup.is_needed:
-        with timed(timings, "regions", on_stage):
-            costs = _border_costs(surface, size.radius, weight_options, lengths, unit)
-            del lengths  # makes room
-            result = clean(costs, result, cleanup)
+    with _core.Workspace():  # memory and threads for all that follows
+        cells = _build_cells(mesh, weld, size_options, weight_options, loop, timings)
+        surface, size, share, ordered, lengths, unit = cells
+        del cells
+        note = sliver_note(share, _advice(size.radius))
+        if note is not None:
+            warnings.warn(note, SliverWarning, stacklevel=2)
+        result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
+        _warn_of_islands(result)
+        del ordered  # makes room
+        if cleanup.is_needed:
+            with timed(timings, "regions", on_stage):
+                costs = _border_costs(surface, size.radius, weight_options, lengths, unit)
+                del lengths  # makes room
+                result = clean(costs, result, cleanup)
     params = {"weld": weld, **weight_options.params, **result.params, **cleanup.params}
     timings = _in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params)
@@ -252,7 +253,9 @@ def _build_cells(
         placed = _core.PlacedCells(faces.positions, faces.measures, n_threads)
         arcs = (faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for
-        return surface, size, share, _core.OrderedGraph(placed, *arcs, n_threads), lengths, unit
+        is_symmetric = weight_options.given is None  # by the formulas
+        ordered = _core.OrderedGraph(placed, *arcs, n_threads, is_symmetric)
+        return surface, size, share, ordered, lengths, unit
 
 
 def _border_costs(

@@ -137,8 +137,9 @@ void bind_placed_cells(PlacedCells* self, const Rows<double>& positions,
 }
 
 void bind_ordered_graph(OrderedGraph* self, PlacedCells& cells, const Array<std::int64_t>& offsets,
-                        const Array<Cell>& neighbors, const Array<float>& lengths, int n_threads) {
-  const WeightedArcs arcs{{view(offsets), view(neighbors)}, view(lengths)};
+                        const Array<Cell>& neighbors, const Array<float>& lengths, int n_threads,
+                        bool is_symmetric) {
+  const WeightedArcs arcs{{view(offsets), view(neighbors)}, view(lengths), is_symmetric};
   on_team(cells.n_cells(), n_threads,
           [&](ThreadTeam& team) { return new (self) OrderedGraph(std::move(cells), arcs, team); });
 }
@@ -177,7 +178,8 @@ void bind_cells(nb::module_& module) {
            "n_threads"_a);
   nb::class_<OrderedGraph>(module, "OrderedGraph")
       .def("__init__", &bind_ordered_graph, "cells"_a, "offsets"_a.noconvert(),
-           "neighbors"_a.noconvert(), "lengths"_a.noconvert(), "n_threads"_a)
+           "neighbors"_a.noconvert(), "lengths"_a.noconvert(), "n_threads"_a,
+           "is_symmetric"_a = false)
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)

@@ -18,7 +18,8 @@ auto bind_check_mesh(const Rows<double>& vertices, const Rows<Vertex>& faces, in
   return std::tuple(found.is_finite, found.is_in_range, as_tuple(found.low), as_tuple(found.high));
 }
 
-auto bind_narrow_indices(const Array<std::int64_t>& indices, int n_threads) {
+template <typename Index>
+auto bind_narrow_indices(const Array<Index>& indices, int n_threads) {
   Buffer<std::int32_t> narrow(indices.shape(0));
   const auto input = view(indices);
   on_team(input.size(), n_threads,
@@ -124,7 +125,10 @@ auto bind_subdivide(const Rows<double>& vertices, const Rows<Vertex>& faces, dou
 void bind_mesh(nb::module_& module) {
   module.def("check_mesh", &bind_check_mesh, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
-  module.def("narrow_indices", &bind_narrow_indices, "indices"_a.noconvert(), "n_threads"_a);
+  module.def("narrow_indices", &bind_narrow_indices<std::int64_t>, "indices"_a.noconvert(),
+             "n_threads"_a);
+  module.def("narrow_indices", &bind_narrow_indices<std::int32_t>, "indices"_a.noconvert(),
+             "n_threads"_a);
   module.def("check_numbers", &bind_check_numbers, "numbers"_a.noconvert(), "n_threads"_a);
   module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert(), "n_threads"_a);
   module.def("build_vertex_graph", &bind_build_vertex_graph, "vertices"_a.noconvert(),

@@ -86,14 +86,21 @@ SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const WeightOpt
   return (way_over(data.edge, data.from, data.to) + angular) / options.diagonal;
 }
 
-// The only arc from one face to another; -1 if there are several, or too many arcs to search.
+// The only arc from one face to another; -1 if there are several, or too many arcs to search. No
+// branches, because the position in the list is hard to predict.
 std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
+  const std::int64_t first = arcs.offsets[from];
+  if (neighbors.size() == 3) {  // nearly all
+    const int is_second = static_cast<int>(neighbors[1] == to);
+    const int is_third = static_cast<int>(neighbors[2] == to);
+    const int n_found = static_cast<int>(neighbors[0] == to) + is_second + is_third;
+    return n_found == 1 ? first + is_second + 2 * is_third : -1;
+  }
   if (std::cmp_greater(neighbors.size(), kFewArcs)) return -1;
   std::int64_t n_found = 0;
   std::int64_t sum = 0;
   for (const auto [arc, neighbor] : arcs.steps(from)) {
-    // No branch, because the position in the list is hard to predict.
     const std::int64_t is_found = neighbor == to;
     n_found += is_found;
     sum += is_found * arc;
