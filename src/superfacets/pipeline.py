@@ -245,7 +245,7 @@ def _build_cells(
         share = sliver_share(triangles, faces, shapes.longest, size.radius, n_threads)
     with timed(timings, "weights", on_stage):
         surface = Surface.of_faces(triangles, faces, n_threads)
-        weights = arc_weights(surface, faces, shapes.normals, size.radius, weight_options)
+        weights = arc_weights(surface, faces, size.radius, weight_options, shapes.normals)
         del shapes  # makes room
         lengths, unit = faces.quantized(weights, n_threads)
         del weights  # makes room

@@ -66,7 +66,8 @@ class Pool {
     return best;
   }
 
-  // Takes the end of a range.
+  // Takes the end of a range: what was mapped is taken from its end, so that memory that was used
+  // before is taken before memory that was not.
   void* cut(Ranges::iterator range, std::size_t n_bytes) {
     range->second -= n_bytes;
     n_free_ -= n_bytes;
@@ -75,14 +76,14 @@ class Pool {
     return memory;
   }
 
-  // Maps whole huge pages, and keeps what is left of the last.
+  // Maps whole huge pages, and keeps what is left of the first.
   void* map_new(std::size_t n_bytes) {
     const std::size_t n_mapped = rounded_up(n_bytes, kHugePage);
+    const std::size_t n_left = n_mapped - n_bytes;
     shrink(n_free_ - std::min(n_free_, n_mapped));
-    void* const memory = map_memory(n_mapped);
-    const auto begin = reinterpret_cast<std::uintptr_t>(memory);
-    if (n_mapped > n_bytes) add(begin + n_bytes, n_mapped - n_bytes);
-    return memory;
+    const auto begin = reinterpret_cast<std::uintptr_t>(map_memory(n_mapped));
+    if (n_left > 0) add(begin, n_left);
+    return reinterpret_cast<void*>(begin + n_left);
   }
 
   void add(std::uintptr_t begin, std::size_t size) {

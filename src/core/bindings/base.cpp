@@ -50,7 +50,9 @@ void bind_base(nb::module_& module) {
   nb::class_<Workspace>(module, "Workspace")
       .def(nb::init<>())
       .def("__enter__", &Workspace::enter)
-      .def("__exit__", [](Workspace& workspace, const nb::args&) { workspace.leave(); });
+      .def(
+          "__exit__", [](Workspace& workspace, const nb::args&) { workspace.leave(); },
+          nb::sig("def __exit__(self, *exception: object) -> None"));
   module.def("arctangents", &bind_arctangents, "y"_a.noconvert(), "x"_a.noconvert(),
              "instruction_set"_a);
   module.def("exponentials", &bind_exponentials, "x"_a.noconvert());

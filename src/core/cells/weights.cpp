@@ -60,7 +60,8 @@ struct ArcData {
   Point normal_to;
 };
 
-ArcData arc_data(const Geometry& geometry, Face from, Face to, std::int64_t arc) {
+SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, Face to,
+                                           std::int64_t arc) {
   const auto& centroids = geometry.faces.centroids;
   const auto& areas = geometry.faces.areas;
   ArcData data{geometry.surface.edge(from, arc), centroids[from], centroids[to],
@@ -88,7 +89,7 @@ SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const WeightOpt
 
 // The only arc from one face to another; -1 if there are several, or too many arcs to search. No
 // branches, because the position in the list is hard to predict.
-std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
+SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
   const std::int64_t first = arcs.offsets[from];
   if (neighbors.size() == 3) {  // nearly all
@@ -163,7 +164,7 @@ struct Block {
   Points normal_from;
   Points normal_to;
 
-  void set(std::size_t i, const ArcData& data) {
+  SUPERFACETS_ALWAYS_INLINE void set(std::size_t i, const ArcData& data) {
     start.set(i, data.edge.start);
     end.set(i, data.edge.end);
     from.set(i, data.from);
