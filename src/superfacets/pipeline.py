@@ -200,7 +200,7 @@ def segment(
     weight_options = WeightOptions.checked(weights, alpha, eta_convex)
     cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
-    with _core.Workspace():  # memory and threads for all that follows
+    with _core.Workspace():  # threads for all that follows
         cells = _build_cells(mesh, weld, size_options, weight_options, loop, timings)
         surface, size, share, ordered, lengths, unit = cells
         del cells

@@ -1,4 +1,4 @@
-"""What kernels of one call share: memory that is used again, and threads."""
+"""What kernels share: memory that is used again, and the threads of one call."""
 
 import os
 import sys
@@ -27,15 +27,13 @@ def n_threads_now():
 
 @on_linux
 def test_memory_that_was_returned_is_used_again():
-    with _core.Workspace():
-        assert address_of_copy() == address_of_copy()
+    assert address_of_copy() == address_of_copy()
 
 
 def test_arrays_that_are_in_use_stay_as_they_are():
-    with _core.Workspace():
-        kept = [_core.narrow_indices(np.full(N_LARGE, i, np.int32), 2) for i in range(5)]
-        del kept[1], kept[2]
-        kept += [_core.narrow_indices(np.full(n, n, np.int32), 2) for n in (200_000, 90_000)]
+    kept = [_core.narrow_indices(np.full(N_LARGE, i, np.int32), 2) for i in range(5)]
+    del kept[1], kept[2]
+    kept += [_core.narrow_indices(np.full(n, n, np.int32), 2) for n in (200_000, 90_000)]
     for array, value in zip(kept, (0, 2, 4, 200_000, 90_000), strict=True):
         assert (array == value).all()
 

@@ -20,8 +20,10 @@ namespace {
 constexpr std::size_t kPage = 1 << 12;
 constexpr std::size_t kHugePage = 1 << 21;  // of most systems
 
-// Kept when no scope lives: what a mesh of some ten thousand faces takes.
+// Kept of what was returned: what a mesh of some hundred thousand faces takes, and this part of
+// what is in use. More would add to the peak of memory, which others ask for too.
 constexpr std::size_t kAlwaysKept = 32 << 20;
+constexpr std::size_t kKeptPart = 8;
 
 constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
   return (n + unit - 1) / unit * unit;
@@ -40,17 +42,15 @@ class Pool {
  public:
   void* take(std::size_t n_bytes) {
     const auto best = best_fit(n_bytes);
-    return best == ranges_.end() ? map_new(n_bytes) : cut(best, n_bytes);
+    void* const memory = best == ranges_.end() ? map_new(n_bytes) : cut(best, n_bytes);
+    n_used_ += n_bytes;
+    return memory;
   }
 
   void give(void* memory, std::size_t n_bytes) {
+    n_used_ -= std::min(n_used_, n_bytes);  // some was taken past the pool
     add(reinterpret_cast<std::uintptr_t>(memory), n_bytes);
-    if (n_scopes_ == 0) shrink(kAlwaysKept);
-  }
-
-  void open_scope() { ++n_scopes_; }
-  void close_scope() {
-    if (--n_scopes_ == 0) shrink(kAlwaysKept);
+    shrink(std::max(kAlwaysKept, n_used_ / kKeptPart));
   }
 
  private:
@@ -117,7 +117,7 @@ class Pool {
 
   Ranges ranges_;
   std::size_t n_free_ = 0;
-  int n_scopes_ = 0;
+  std::size_t n_used_ = 0;  // about: some is returned past the pool
 };
 
 std::mutex pool_mutex;
@@ -148,16 +148,6 @@ void return_memory(void* memory, std::size_t n_bytes) noexcept {
   pool().give(memory, n_returned);
 }
 
-MemoryScope::MemoryScope() {
-  const std::scoped_lock lock(pool_mutex);
-  pool().open_scope();
-}
-
-MemoryScope::~MemoryScope() {
-  const std::scoped_lock lock(pool_mutex);
-  pool().close_scope();
-}
-
 #else
 
 namespace {
@@ -170,8 +160,6 @@ void* take_memory(std::size_t n_bytes) {
 void return_memory(void* memory, std::size_t) noexcept {
   ::operator delete(memory, kAlignment);
 }
-MemoryScope::MemoryScope() = default;
-MemoryScope::~MemoryScope() = default;
 
 #endif
 

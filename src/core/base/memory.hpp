@@ -13,18 +13,8 @@ inline constexpr std::size_t kLargeMemory = 1 << 16;  // bytes
 // huge pages where it has them. Throws std::bad_alloc. On any thread, and after a fork.
 void* take_memory(std::size_t n_bytes);
 
-// Returns memory from take_memory, of the same size. It goes back to the system if there is more of
-// it than a little, unless a MemoryScope lives.
+// Returns memory from take_memory, of the same size. A little of what is returned is kept for what
+// comes next, the rest goes back to the system.
 void return_memory(void* memory, std::size_t n_bytes) noexcept;
-
-// While one lives, on any thread, returned memory is kept for what comes next. The process takes no
-// more memory than without: before new memory is asked for, as much that is kept goes back.
-class MemoryScope {
- public:
-  MemoryScope();
-  MemoryScope(const MemoryScope&) = delete;
-  MemoryScope& operator=(const MemoryScope&) = delete;
-  ~MemoryScope();
-};
 
 }  // namespace superfacets

@@ -5,7 +5,6 @@
 #include "base/arctangent.hpp"
 #include "base/assert.hpp"
 #include "base/exponential.hpp"
-#include "base/memory.hpp"
 #include "base/team_scope.hpp"
 #include "bindings/bindings.hpp"
 
@@ -24,22 +23,14 @@ auto bind_exponentials(const Array<double>& x) {
   return to_numpy(std::move(powers));
 }
 
-// What the kernels of one call share: memory that is used again, and threads. Entered and left on
-// one thread.
+// A TeamScope for the kernels of one call; entered and left on one thread.
 class Workspace {
  public:
-  void enter() {
-    team_.emplace();
-    memory_.emplace();
-  }
-  void leave() {
-    team_.reset();
-    memory_.reset();
-  }
+  void enter() { team_.emplace(); }
+  void leave() { team_.reset(); }
 
  private:
   std::optional<TeamScope> team_;
-  std::optional<MemoryScope> memory_;
 };
 
 }  // namespace
