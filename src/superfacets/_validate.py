@@ -71,11 +71,9 @@ def owned(array: npt.NDArray[Any], dtype: Any) -> npt.NDArray[Any]:
 
 def owned_indices(array: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
     """A copy of integers as int32, as from `owned`; -1 for those that do not fit."""
-    if array.dtype == np.int32:
-        return owned(array, np.int32)
     # Numbers of 2**63 or more become negative here, and do not fit either.
-    wide = exact_array(array, np.int64)
-    narrow = _core.narrow_indices(wide.ravel(), checked_threads(None))
+    given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
+    narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
     return narrow.reshape(array.shape)
 
 

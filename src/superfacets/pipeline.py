@@ -28,7 +28,7 @@ from ._options import (
 from ._timing import OnStage, timed
 from ._validate import checked_choice
 from .adapters.convert import MeshLike, as_mesh
-from .cells.face_graph import build_face_graph
+from .cells.face_graph import graph_and_shapes
 from .cells.size import RegionSize, region_size
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note, sliver_share
 from .cells.surface import Surface
@@ -200,20 +200,21 @@ def segment(
     weight_options = WeightOptions.checked(weights, alpha, eta_convex)
     cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
-    cells = _build_cells(mesh, weld, size_options, weight_options, loop, timings)
-    surface, size, share, ordered, lengths, unit = cells
-    del cells
-    note = sliver_note(share, _advice(size.radius))
-    if note is not None:
-        warnings.warn(note, SliverWarning, stacklevel=2)
-    result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
-    _warn_of_islands(result)
-    del ordered  # makes room
-    if cleanup.is_needed:
-        with timed(timings, "regions", on_stage):
-            costs = _border_costs(surface, size.radius, weight_options, lengths, unit)
-            del lengths  # makes room
-            result = clean(costs, result, cleanup)
+    with _core.Workspace():  # threads for all that follows
+        cells = _build_cells(mesh, weld, size_options, weight_options, loop, timings)
+        surface, size, share, ordered, lengths, unit = cells
+        del cells
+        note = sliver_note(share, _advice(size.radius))
+        if note is not None:
+            warnings.warn(note, SliverWarning, stacklevel=2)
+        result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
+        _warn_of_islands(result)
+        del ordered  # makes room
+        if cleanup.is_needed:
+            with timed(timings, "regions", on_stage):
+                costs = _border_costs(surface, size.radius, weight_options, lengths, unit)
+                del lengths  # makes room
+                result = clean(costs, result, cleanup)
     params = {"weld": weld, **weight_options.params, **result.params, **cleanup.params}
     timings = _in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params)
@@ -239,19 +240,22 @@ def _build_cells(
     with timed(timings, "mesh", on_stage):
         triangles = as_mesh(mesh)
     with timed(timings, "face_graph", on_stage):
-        faces = build_face_graph(triangles, weld=weld, n_threads=n_threads)
+        faces, shapes = graph_and_shapes(triangles, weld=weld, n_threads=n_threads)
         size = region_size(size_options, faces.measures, faces.diagonal, n_threads)
-        share = sliver_share(triangles, faces, size.radius, n_threads)
+        share = sliver_share(triangles, faces, shapes.longest, size.radius, n_threads)
     with timed(timings, "weights", on_stage):
         surface = Surface.of_faces(triangles, faces, n_threads)
-        weights = arc_weights(surface, faces, size.radius, weight_options)
+        weights = arc_weights(surface, faces, size.radius, weight_options, shapes.normals)
+        del shapes  # makes room
         lengths, unit = faces.quantized(weights, n_threads)
         del weights  # makes room
     with timed(timings, "order", on_stage):
         placed = _core.PlacedCells(faces.positions, faces.measures, n_threads)
         arcs = (faces.offsets, faces.neighbors, lengths)
         del faces  # a surface works centroids and areas out when asked for
-        return surface, size, share, _core.OrderedGraph(placed, *arcs, n_threads), lengths, unit
+        is_symmetric = weight_options.given is None  # by the formulas
+        ordered = _core.OrderedGraph(placed, *arcs, n_threads, is_symmetric)
+        return surface, size, share, ordered, lengths, unit
 
 
 def _border_costs(

@@ -20,12 +20,14 @@ from superfacets import (
     segment_graph,
     subdivide,
 )
+from superfacets.cells.face_graph import graph_and_shapes
 from superfacets.cells.slivers import sliver_note, sliver_share
 from superfacets.metrics import compactness
 
 
 def share_of(mesh, radius):
-    return sliver_share(mesh, build_face_graph(mesh), radius, 2)
+    faces, known = graph_and_shapes(mesh, weld=True, n_threads=2)
+    return sliver_share(mesh, faces, known.longest, radius, 2)
 
 
 def test_the_share_counts_faces_longer_than_three_radii_and_thinner_than_one():
@@ -49,8 +51,8 @@ def test_a_surface_without_area_has_no_slivers():
 def test_the_share_does_not_depend_on_the_number_of_threads():
     mesh = shapes.bumpy_sheet(120)
     squeezed = Mesh(mesh.vertices * [1, 0.02, 0.02], mesh.faces)
-    faces = build_face_graph(squeezed)
-    shares = {sliver_share(squeezed, faces, 0.0025, n) for n in (1, 2, 3, 8)}
+    faces, known = graph_and_shapes(squeezed, weld=True, n_threads=2)
+    shares = {sliver_share(squeezed, faces, known.longest, 0.0025, n) for n in (1, 2, 3, 8)}
     assert len(shares) == 1
     assert 0 < shares.pop() < 1
 
@@ -127,9 +129,8 @@ def test_nothing_is_said_of_the_benchmark(benchmark_paths):
     assert len(benchmark_paths) >= 95
     for path in benchmark_paths:
         mesh = read_off(path)
-        faces = build_face_graph(mesh)
-        radius = math.sqrt(faces.measures.sum() / math.pi / 150)
-        assert sliver_note(sliver_share(mesh, faces, radius, 2), "") is None, path
+        radius = math.sqrt(build_face_graph(mesh).measures.sum() / math.pi / 150)
+        assert sliver_note(share_of(mesh, radius), "") is None, path
 
 
 @pytest.mark.parametrize(

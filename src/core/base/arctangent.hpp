@@ -4,15 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 
-// Inlined even where the caller is compiled for other instructions than the rest.
-#if defined(__GNUC__)
-#define SUPERFACETS_ALWAYS_INLINE [[gnu::always_inline]] inline
-#else
-#define SUPERFACETS_ALWAYS_INLINE inline
-#endif
+#include "base/versions.hpp"
 
 namespace superfacets {
 
@@ -68,12 +62,6 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   const double lost = (turn - sum) + q;
   return sum + (q * (z * series) + (lost + n * kEighthTurnRest));
 }
-
-// What a loop over many numbers may be compiled for. Later ones include the earlier.
-enum class InstructionSet : std::uint8_t { kBaseline, kAvx2, kAvx512 };
-
-// The last one that this processor has, of those compiled.
-InstructionSet best_instruction_set();
 
 // angles[i] = arctangent(y[i], x[i]), the same bits with every instruction set. `with` must be one
 // that this processor has. Some 2 ns an element with AVX2, 6 ns with SSE2.

@@ -3,17 +3,13 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdlib>
 #include <new>
 #include <span>
 #include <type_traits>
 #include <utility>
 
-#if defined(__linux__)
-#include <sys/mman.h>
-
 #include "base/assert.hpp"
-#endif
+#include "base/memory.hpp"
 
 namespace superfacets {
 
@@ -57,40 +53,27 @@ class Buffer {
   std::span<const T> span() const { return {data_, size_}; }
 
  private:
-  static constexpr std::size_t kAlignment = 64;            // a cache line
-  static constexpr std::size_t kWorthHugePages = 4 << 20;  // bytes; two huge pages of most systems
+  static constexpr std::align_val_t kAlignment{64};  // a cache line
 
   static std::size_t bytes(std::size_t size) {
     // One element at least: numpy wants a valid pointer for an empty array too.
     return std::max<std::size_t>(size, 1) * sizeof(T);
   }
 
-#if defined(__linux__)
-  // Allocated by mmap and returned by munmap. With malloc, freed memory that cannot be returned
-  // because of a small allocation behind it is a sixth of the peak on a million faces.
+  // Large arrays are not left to malloc: freed memory that it cannot return to the system because
+  // of a small allocation behind it is a sixth of the peak on a million faces.
   static T* allocate(std::size_t size) {
     const std::size_t n_bytes = bytes(size);
-    if (n_bytes < kWorthHugePages) return allocate_small(n_bytes);
     void* data =
-        ::mmap(nullptr, n_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (data == MAP_FAILED) throw std::bad_alloc();
-    ::madvise(data, n_bytes, MADV_HUGEPAGE);  // only advice: where it is refused, pages are small
+        n_bytes < kLargeMemory ? ::operator new(n_bytes, kAlignment) : take_memory(n_bytes);
     return static_cast<T*>(data);
   }
 
   static void release(T* data, std::size_t size) {
-    if (data == nullptr || bytes(size) < kWorthHugePages) return release_small(data);
-    ::munmap(data, bytes(size));
+    if (data == nullptr) return;
+    if (bytes(size) < kLargeMemory) return ::operator delete(data, kAlignment);
+    return_memory(data, bytes(size));
   }
-#else
-  static T* allocate(std::size_t size) { return allocate_small(bytes(size)); }
-  static void release(T* data, std::size_t) { release_small(data); }
-#endif
-
-  static T* allocate_small(std::size_t n_bytes) {
-    return static_cast<T*>(::operator new(n_bytes, std::align_val_t{kAlignment}));
-  }
-  static void release_small(T* data) { ::operator delete(data, std::align_val_t{kAlignment}); }
 
   T* data_ = nullptr;
   std::size_t size_ = 0;

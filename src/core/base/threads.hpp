@@ -29,6 +29,7 @@ inline int useful_threads(std::int64_t n, int n_threads,
 class ThreadTeam {
  public:
   explicit ThreadTeam(int n_threads) {
+    n_threads = std::min(n_threads, static_cast<int>(kClosing));
     helpers_.reserve(n_threads);
     for (int helper = 1; helper < n_threads; ++helper) {
       try {
@@ -37,22 +38,27 @@ class ThreadTeam {
         break;  // no more threads, or no more memory, to be had
       }
     }
+    n_active_ = static_cast<int>(helpers_.size());
   }
   ThreadTeam(const ThreadTeam&) = delete;
   ThreadTeam& operator=(const ThreadTeam&) = delete;
-  ~ThreadTeam() {
-    is_closing_ = true;
-    start_helpers();
-  }
+  ~ThreadTeam() { start_helpers(kClosing); }
 
-  int size() const { return static_cast<int>(helpers_.size()) + 1; }
+  // Threads that take part in loops.
+  int size() const { return n_active_ + 1; }
+  int most() const { return static_cast<int>(helpers_.size()) + 1; }
+  // Leaves all but n_threads, most() at most, out of the loops that follow.
+  void resize(int n_threads) {
+    SUPERFACETS_ASSERT(n_threads >= 1 && n_threads <= most() && n_busy_ == 0);
+    n_active_ = n_threads - 1;
+  }
 
   // Calls work(task, thread) for each task 0..n_tasks-1, with thread in 0..size()-1. The assignment
   // of tasks to threads varies between runs, so results must not depend on it. The first exception
   // is rethrown when all threads are done.
   template <typename Work>
   void for_each(std::int64_t n_tasks, const Work& work) {
-    if (helpers_.empty() || n_tasks <= 1) {
+    if (n_active_ == 0 || n_tasks <= 1) {
       for (std::int64_t task = 0; task < n_tasks; ++task) work(task, 0);
       return;
     }
@@ -63,8 +69,8 @@ class ThreadTeam {
     };
     n_tasks_ = n_tasks;
     next_task_.store(0, std::memory_order_relaxed);
-    n_busy_.store(static_cast<int>(helpers_.size()), std::memory_order_relaxed);
-    start_helpers();
+    n_busy_.store(n_active_, std::memory_order_relaxed);
+    start_helpers(static_cast<std::uint32_t>(n_active_));
     take_tasks(0);
     wait_while(n_busy_, [](int n_busy) { return n_busy > 0; });
     if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
@@ -91,6 +97,9 @@ class ThreadTeam {
   // Elements per task: about ten microseconds of simple work.
   static constexpr std::int64_t kBlock = 1 << 14;
 
+  static constexpr std::uint32_t kGeneration = 1 << 13;  // above this, the number of the loop
+  static constexpr std::uint32_t kClosing = kGeneration - 1;
+
   // How often a helper polls before it sleeps. Loops follow each other within microseconds, and
   // waking a sleeping thread takes about fifty, as long as polling this often.
   static constexpr int kLooksBeforeSleep = 20'000;
@@ -105,15 +114,21 @@ class ThreadTeam {
     return seen;
   }
 
-  void start_helpers() {
-    generation_.fetch_add(1, std::memory_order_release);
+  // One number says that there is a loop, and for how many helpers: those that are left out look at
+  // nothing else, so that the next loop can be prepared at any time.
+  void start_helpers(std::uint32_t n_active) {
+    const std::uint32_t last = generation_.load(std::memory_order_relaxed);
+    generation_.store(((last / kGeneration + 1) * kGeneration) | n_active,
+                      std::memory_order_release);
     generation_.notify_all();
   }
 
   void serve(int helper) {
     for (std::uint32_t done = 0;;) {
       done = wait_while(generation_, [done](std::uint32_t now) { return now == done; });
-      if (is_closing_) return;
+      const std::uint32_t n_active = done % kGeneration;
+      if (n_active == kClosing) return;
+      if (std::cmp_greater(helper, n_active)) continue;
       take_tasks(helper);
       if (n_busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) n_busy_.notify_one();
     }
@@ -136,10 +151,10 @@ class ThreadTeam {
   const void* work_ = nullptr;
   void (*call_)(const void*, std::int64_t, int) = nullptr;
   std::int64_t n_tasks_ = 0;
-  bool is_closing_ = false;
+  int n_active_ = 0;
 
   std::atomic<std::int64_t> next_task_ = 0;
-  std::atomic<std::uint32_t> generation_ = 0;  // rises with each loop
+  std::atomic<std::uint32_t> generation_ = 0;  // of loops; the lower bits: helpers that take part
   std::atomic<int> n_busy_ = 0;                // helpers that have not finished this loop
   std::mutex failure_mutex_;
   std::exception_ptr failure_;

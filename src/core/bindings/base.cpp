@@ -1,8 +1,11 @@
 // Bindings of the base layer, for tests: features of the build, and arithmetic whose errors are
 // measured.
+#include <optional>
+
 #include "base/arctangent.hpp"
 #include "base/assert.hpp"
 #include "base/exponential.hpp"
+#include "base/team_scope.hpp"
 #include "bindings/bindings.hpp"
 
 namespace superfacets {
@@ -20,11 +23,27 @@ auto bind_exponentials(const Array<double>& x) {
   return to_numpy(std::move(powers));
 }
 
+// A TeamScope for the kernels of one call; entered and left on one thread.
+class Workspace {
+ public:
+  void enter() { team_.emplace(); }
+  void leave() { team_.reset(); }
+
+ private:
+  std::optional<TeamScope> team_;
+};
+
 }  // namespace
 
 void bind_base(nb::module_& module) {
   module.def("has_assertions", [] { return kHasAssertions; });
   module.def("best_instruction_set", [] { return static_cast<int>(best_instruction_set()); });
+  nb::class_<Workspace>(module, "Workspace")
+      .def(nb::init<>())
+      .def("__enter__", &Workspace::enter)
+      .def(
+          "__exit__", [](Workspace& workspace, const nb::args&) { workspace.leave(); },
+          nb::sig("def __exit__(self, *exception: object) -> None"));
   module.def("arctangents", &bind_arctangents, "y"_a.noconvert(), "x"_a.noconvert(),
              "instruction_set"_a);
   module.def("exponentials", &bind_exponentials, "x"_a.noconvert());

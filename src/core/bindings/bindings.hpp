@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/buffer.hpp"
+#include "base/team_scope.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
 
@@ -99,8 +100,8 @@ template <typename Kernel>
 auto on_team(std::size_t n, int n_threads, const Kernel& kernel,
              std::int64_t min_per_thread = kMinPerThread) {
   const nb::gil_scoped_release release;
-  ThreadTeam team(useful_threads(static_cast<std::int64_t>(n), n_threads, min_per_thread));
-  return kernel(team);
+  TeamLease lease(useful_threads(static_cast<std::int64_t>(n), n_threads, min_per_thread));
+  return kernel(lease.team());
 }
 
 void bind_base(nb::module_& module);               // what tests compare

@@ -98,10 +98,11 @@ auto bind_find_components(const Array<std::int64_t>& offsets, const Array<Cell>&
 }
 
 auto bind_superfacet_weights(const TriangleSurface& surface, const Rows<double>& centroids,
-                             const Array<double>& areas, double alpha, double eta_convex,
-                             double crease_length, double diagonal, int n_threads) {
+                             const Array<double>& areas, const Rows<double>& normals, double alpha,
+                             double eta_convex, double crease_length, double diagonal,
+                             int n_threads) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const FaceMeasures faces{points(centroids), view(areas)};
+  const FaceMeasures faces{points(centroids), view(areas), points(normals)};
   const WeightOptions options{alpha, eta_convex, crease_length, diagonal};
   on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
     superfacet_weights(surface, faces, options, team, weights.span());
@@ -136,8 +137,9 @@ void bind_placed_cells(PlacedCells* self, const Rows<double>& positions,
 }
 
 void bind_ordered_graph(OrderedGraph* self, PlacedCells& cells, const Array<std::int64_t>& offsets,
-                        const Array<Cell>& neighbors, const Array<float>& lengths, int n_threads) {
-  const WeightedArcs arcs{{view(offsets), view(neighbors)}, view(lengths)};
+                        const Array<Cell>& neighbors, const Array<float>& lengths, int n_threads,
+                        bool is_symmetric) {
+  const WeightedArcs arcs{{view(offsets), view(neighbors)}, view(lengths), is_symmetric};
   on_team(cells.n_cells(), n_threads,
           [&](ThreadTeam& team) { return new (self) OrderedGraph(std::move(cells), arcs, team); });
 }
@@ -176,7 +178,8 @@ void bind_cells(nb::module_& module) {
            "n_threads"_a);
   nb::class_<OrderedGraph>(module, "OrderedGraph")
       .def("__init__", &bind_ordered_graph, "cells"_a, "offsets"_a.noconvert(),
-           "neighbors"_a.noconvert(), "lengths"_a.noconvert(), "n_threads"_a)
+           "neighbors"_a.noconvert(), "lengths"_a.noconvert(), "n_threads"_a,
+           "is_symmetric"_a = false)
       .def_prop_ro("n_cells", &OrderedGraph::n_cells)
       .def_ro("total_measure", &OrderedGraph::total_measure)
       .def_ro("is_symmetric", &OrderedGraph::is_symmetric)
@@ -190,8 +193,8 @@ void bind_cells(nb::module_& module) {
   module.def("find_components", &bind_find_components, "offsets"_a.noconvert(),
              "neighbors"_a.noconvert(), "labels"_a.noconvert());
   module.def("superfacet_weights", &bind_superfacet_weights, "surface"_a, "centroids"_a.noconvert(),
-             "areas"_a.noconvert(), "alpha"_a, "eta_convex"_a, "crease_length"_a, "diagonal"_a,
-             "n_threads"_a);
+             "areas"_a.noconvert(), "normals"_a.noconvert(), "alpha"_a, "eta_convex"_a,
+             "crease_length"_a, "diagonal"_a, "n_threads"_a);
   module.def("stk02_weights", &bind_stk02_weights, "surface"_a, "centroids"_a.noconvert(),
              "alpha"_a, "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);

@@ -18,7 +18,8 @@ auto bind_check_mesh(const Rows<double>& vertices, const Rows<Vertex>& faces, in
   return std::tuple(found.is_finite, found.is_in_range, as_tuple(found.low), as_tuple(found.high));
 }
 
-auto bind_narrow_indices(const Array<std::int64_t>& indices, int n_threads) {
+template <typename Index>
+auto bind_narrow_indices(const Array<Index>& indices, int n_threads) {
   Buffer<std::int32_t> narrow(indices.shape(0));
   const auto input = view(indices);
   on_team(input.size(), n_threads,
@@ -55,18 +56,33 @@ auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces,
   Buffer<double> areas(faces.shape(0));
   const auto input = std::pair(points(vertices), triangles(faces));
   on_team(faces.shape(0), n_threads, [&](ThreadTeam& team) {
-    measure_faces(input.first, input.second, team, centroids.span(), areas.span());
+    measure_faces(input.first, input.second, team, {centroids.span(), areas.span(), {}, {}});
   });
   return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)));
 }
 
-double bind_sliver_area(const Rows<double>& vertices, const Rows<Vertex>& faces,
-                        const Array<double>& areas, double min_length, double max_height,
-                        int n_threads) {
+auto bind_measure_shapes(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
+  Buffer<Point> centroids(faces.shape(0));
+  Buffer<double> areas(faces.shape(0));
+  Buffer<Point> normals(faces.shape(0));
+  Buffer<double> longest((faces.shape(0) + kSumBlock - 1) / kSumBlock);
   const auto input = std::pair(points(vertices), triangles(faces));
-  const auto measures = view(areas);
+  on_team(faces.shape(0), n_threads, [&](ThreadTeam& team) {
+    measure_faces(input.first, input.second, team,
+                  {centroids.span(), areas.span(), normals.span(), longest.span()});
+  });
+  return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)),
+                    to_numpy(std::move(normals)), to_numpy(std::move(longest)));
+}
+
+double bind_sliver_area(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                        const Array<double>& areas, const Array<double>& longest, double min_length,
+                        double max_height, int n_threads) {
+  const auto input = std::pair(points(vertices), triangles(faces));
+  const auto known = std::pair(view(areas), view(longest));
   return on_team(input.second.size(), n_threads, [&](ThreadTeam& team) {
-    return sliver_area(input.first, input.second, measures, min_length, max_height, team);
+    return sliver_area(input.first, input.second, known.first, known.second, min_length, max_height,
+                       team);
   });
 }
 
@@ -109,15 +125,21 @@ auto bind_subdivide(const Rows<double>& vertices, const Rows<Vertex>& faces, dou
 void bind_mesh(nb::module_& module) {
   module.def("check_mesh", &bind_check_mesh, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
-  module.def("narrow_indices", &bind_narrow_indices, "indices"_a.noconvert(), "n_threads"_a);
+  module.def("narrow_indices", &bind_narrow_indices<std::int64_t>, "indices"_a.noconvert(),
+             "n_threads"_a);
+  module.def("narrow_indices", &bind_narrow_indices<std::int32_t>, "indices"_a.noconvert(),
+             "n_threads"_a);
   module.def("check_numbers", &bind_check_numbers, "numbers"_a.noconvert(), "n_threads"_a);
   module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert(), "n_threads"_a);
   module.def("build_vertex_graph", &bind_build_vertex_graph, "vertices"_a.noconvert(),
              "faces"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
   module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
+  module.def("measure_shapes", &bind_measure_shapes, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "n_threads"_a);
   module.def("sliver_area", &bind_sliver_area, "vertices"_a.noconvert(), "faces"_a.noconvert(),
-             "areas"_a.noconvert(), "min_length"_a, "max_height"_a, "n_threads"_a);
+             "areas"_a.noconvert(), "longest"_a.noconvert(), "min_length"_a, "max_height"_a,
+             "n_threads"_a);
   module.def("area_vectors", &bind_area_vectors, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
   module.def("count_degenerate", &bind_count_degenerate, "vertices"_a.noconvert(),

@@ -1,6 +1,7 @@
 #include "cells/face_graph.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <stdexcept>
 #include <string>
@@ -68,14 +69,6 @@ class Corners {
   std::span<const Vertex> representative_;  // empty: each vertex stands for itself
 };
 
-// One side of one face. Its lower vertex is implied by its position in the list.
-struct HalfEdge {
-  Vertex high;  // the other vertex
-  Face face;
-  std::uint8_t side;
-  bool ascending;  // the face runs from the lower to the higher vertex
-};
-
 // Calls visit(side, from, to) for the sides of a face that join two different vertices.
 template <typename Visit>
 void for_each_side(const Corners& corners, Face face, const Visit& visit) {
@@ -95,6 +88,9 @@ struct Files {
   Buffer<Face> faces;
 
   std::int64_t n_parts() const { return static_cast<std::int64_t>(starts.size()) - 1; }
+  std::span<const Face> part(std::int64_t part) const {
+    return faces.span().subspan(starts[part], starts[part + 1] - starts[part]);
+  }
 };
 
 // Calls visit(face, part) for the parts of faces begin .. end-1.
@@ -184,40 +180,97 @@ struct Tally {
   }
 };
 
-// Links the sides on one edge, which are of different faces in ascending order.
-void link_edge(std::span<const HalfEdge* const> sides, Rings& rings, Tally& tally) {
-  const std::size_t n = sides.size();
-  ++tally.edges.edges;
-  tally.arcs += static_cast<std::uint64_t>(n) * (n - 1);
-  tally.most_faces = std::max(tally.most_faces, static_cast<std::int64_t>(n));
-  if (n == 1) {
-    ++tally.edges.boundary;
-    return;
-  }
-  Link link = Link::kRing;
-  if (n == 2) link = sides[0]->ascending == sides[1]->ascending ? Link::kAlike : Link::kOpposed;
-  if (link == Link::kAlike) ++tally.edges.inconsistent;
-  if (link == Link::kRing) ++tally.edges.non_manifold;
-  for (std::size_t i = 0; i < n; ++i) {
-    SUPERFACETS_ASSERT(i == 0 || sides[i - 1]->face < sides[i]->face);
-    const std::int64_t place = 3 * std::int64_t{sides[i]->face} + sides[i]->side;
-    rings.next[place] = sides[i + 1 < n ? i + 1 : 0]->face;
-    rings.links[place] = link;
-  }
-}
+// One side of one face. Its vertices are implied by its position in the lists.
+class Side {
+ public:
+  Side() = default;
+  Side(Face face, int side, bool is_ascending)
+      : bits_(static_cast<std::uint64_t>(face) << 3U | std::uint64_t{is_ascending} << 2U |
+              static_cast<std::uint64_t>(side)) {}
 
-// Buffers of a thread to sort the sides of a part by vertex, and those of a vertex by edge.
-struct Desk {
-  std::vector<std::int64_t> starts;  // by vertex of the part, in `sides`
-  std::vector<HalfEdge> sides;       // of a vertex: in the order of faces and sides
-  std::vector<std::uint64_t> order;  // of a vertex: higher vertex and index, 31 and 33 bits
-  std::vector<const HalfEdge*> edge;
-  Tally tally;  // of all parts sorted with these buffers
+  Face face() const { return static_cast<Face>(bits_ >> 3U); }
+  bool is_ascending() const {
+    return (bits_ & 4U) != 0;
+  }  // runs from the lower to the higher vertex
+  std::int64_t place() const { return 3 * std::int64_t{face()} + static_cast<int>(bits_ & 3U); }
+
+ private:
+  std::uint64_t bits_ = 0;
+};
+
+// The sides whose lower vertex is in a part, by that vertex; those of a vertex are in the order of
+// faces and sides.
+class SidesOfPart {
+ public:
+  void sort(const Corners& corners, std::span<const Face> faces, int part_bits, std::int64_t part) {
+    const auto for_each_lower_end = [&](const auto& visit) {
+      for (std::size_t i = 0; i < faces.size(); ++i) {
+        if (i + kAhead < faces.size()) corners.prefetch(faces[i + kAhead]);
+        for_each_side(corners, faces[i], [&](int side, Vertex from, Vertex to) {
+          const Vertex low = std::min(from, to);
+          if (low >> part_bits == part) {
+            visit(low & ((1 << part_bits) - 1), faces[i], side, from, to);
+          }
+        });
+      }
+    };
+    // The sides of vertex v are counted in starts[v + 2]. After the prefix sum, starts[v + 1] is
+    // the write cursor of v; when its sides are written, it is the start of v + 1.
+    starts_.assign((std::size_t{1} << part_bits) + 2, 0);
+    for_each_lower_end([&](Vertex v, Face, int, Vertex, Vertex) { ++starts_[v + 2]; });
+    for (std::size_t v = 1; v < starts_.size(); ++v) starts_[v] += starts_[v - 1];
+    reserve(starts_.back());
+    for_each_lower_end([&](Vertex v, Face face, int side, Vertex from, Vertex to) {
+      const std::int64_t place = starts_[v + 1]++;
+      highs_[place] = std::max(from, to);
+      sides_[place] = {face, side, from < to};
+    });
+  }
+
+  std::size_t n_vertices() const { return starts_.size() - 2; }
+  std::span<const Side> sides(std::size_t vertex) const {
+    return sides_.span().subspan(starts_[vertex], starts_[vertex + 1] - starts_[vertex]);
+  }
+  // The higher vertices of those sides; kReadable numbers may be read wherever this begins.
+  const Vertex* highs(std::size_t vertex) const { return highs_.data() + starts_[vertex]; }
+  static constexpr std::size_t kReadable = 16;
+
+ private:
+  void reserve(std::size_t n_sides) {
+    if (sides_.size() >= n_sides) return;
+    highs_ = Buffer<Vertex>(n_sides + kReadable);
+    std::fill(highs_.begin(), highs_.end(), 0);
+    sides_ = Buffer<Side>(n_sides);
+  }
+
+  std::vector<std::int64_t> starts_;
+  Buffer<Vertex> highs_;
+  Buffer<Side> sides_;
+};
+
+// For each of n <= kMost sides with one lower vertex, how many have the same higher vertex, and the
+// sum of the indices of those. No branches and no sorting: all are compared with all, many at once.
+template <std::size_t kMost>
+struct Matches {
+  // Reads kMost numbers, of which those behind the first n do not matter.
+  Matches(const Vertex* highs, std::size_t n) {
+    for (std::size_t j = 0; j < n; ++j) {
+      const Vertex high = highs[j];
+      for (std::size_t i = 0; i < kMost; ++i) {
+        const std::int32_t equal = highs[i] == high ? -1 : 0;
+        counts[i] -= equal;
+        sums[i] += equal & static_cast<std::int32_t>(j);
+      }
+    }
+  }
+
+  std::array<std::int32_t, kMost> counts{};
+  std::array<std::int32_t, kMost> sums{};
 };
 
 void sort(std::span<std::uint64_t> values) {
-  constexpr std::size_t kFew = 24;  // most vertices have about six: faster without
-  if (values.size() > kFew) {       // the overhead of std::sort
+  constexpr std::size_t kFew = 24;  // faster without the overhead of std::sort
+  if (values.size() > kFew) {
     std::sort(values.begin(), values.end());
     return;
   }
@@ -229,71 +282,119 @@ void sort(std::span<std::uint64_t> values) {
   }
 }
 
-// Links all edges that have one vertex as their lower end, given the sides on them.
-void link_edges_at_vertex(std::span<const HalfEdge> sides, Rings& rings, Desk& desk, Tally& tally) {
-  constexpr int kPlaceBits = 33;  // enough for three sides of 2^31 faces
-  desk.order.resize(sides.size());
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    desk.order[i] = static_cast<std::uint64_t>(sides[i].high) << kPlaceBits | i;
-  }
-  sort(desk.order);
-  for (std::size_t i = 0; i < sides.size();) {
-    const std::uint64_t high = desk.order[i] >> kPlaceBits;
-    desk.edge.clear();
-    for (; i < sides.size() && desk.order[i] >> kPlaceBits == high; ++i) {
-      const HalfEdge* side = &sides[desk.order[i] & ((std::uint64_t{1} << kPlaceBits) - 1)];
-      // A degenerate face may have two sides on one edge. The second is dropped, so that no face is
-      // its own neighbor.
-      const bool is_second = !desk.edge.empty() && desk.edge.back()->face == side->face;
-      if (!is_second) desk.edge.push_back(side);
-    }
-    link_edge(desk.edge, rings, tally);
-  }
-}
+// Links the sides on edges, one part after another.
+class Linker {
+ public:
+  Linker(const Corners& corners, Rings& rings) : corners_(corners), rings_(rings) {}
 
-// Fills the buffers with the sides whose lower vertex is in a part.
-void sort_by_vertex(const Corners& corners, const Files& files, std::int64_t part, Desk& desk) {
-  const int bits = files.part_bits;
-  const auto filed =
-      files.faces.span().subspan(files.starts[part], files.starts[part + 1] - files.starts[part]);
-  const auto for_each_lower_end = [&](const auto& visit) {
-    for (std::size_t i = 0; i < filed.size(); ++i) {
-      if (i + kAhead < filed.size()) corners.prefetch(filed[i + kAhead]);
-      for_each_side(corners, filed[i], [&](int side, Vertex from, Vertex to) {
-        const Vertex low = std::min(from, to);
-        if (low >> bits == part) visit(low & ((1 << bits) - 1), filed[i], side, from, to);
-      });
+  const Tally& tally() const { return tally_; }
+
+  // Links all sides of these faces whose lower vertex is in a part.
+  void link_part(std::span<const Face> faces, int part_bits, std::int64_t part) {
+    sides_.sort(corners_, faces, part_bits, part);
+    for (std::size_t vertex = 0; vertex < sides_.n_vertices(); ++vertex) {
+      const auto sides = sides_.sides(vertex);
+      const auto highs = sides_.highs(vertex);
+      const bool is_done =
+          sides.size() <= kFew ? link_pairs<kFew>(sides, highs) : link_pairs<kMany>(sides, highs);
+      if (!is_done) link_edges(sides, highs);
     }
-  };
-  // The sides of vertex v are counted in starts[v + 2]. After the prefix sum, starts[v + 1] is the
-  // write cursor of v; when its sides are written, it is the start of v + 1.
-  desk.starts.assign((std::size_t{1} << bits) + 2, 0);
-  for_each_lower_end([&](Vertex v, Face, int, Vertex, Vertex) { ++desk.starts[v + 2]; });
-  for (std::size_t v = 1; v < desk.starts.size(); ++v) desk.starts[v] += desk.starts[v - 1];
-  const auto n_sides = static_cast<std::size_t>(desk.starts.back());
-  if (desk.sides.size() < n_sides) desk.sides.resize(n_sides);
-  for_each_lower_end([&](Vertex v, Face face, int side, Vertex from, Vertex to) {
-    desk.sides[desk.starts[v + 1]++] = {std::max(from, to), face, static_cast<std::uint8_t>(side),
-                                        from < to};
-  });
-}
+  }
+
+ private:
+  // Sides with one lower vertex: six on average.
+  static constexpr std::size_t kFew = 8;
+  static constexpr std::size_t kMany = SidesOfPart::kReadable;
+
+  // Links the sides with one lower vertex if there are no more than kMost, of different faces, and
+  // at most two on an edge. Returns whether they are linked.
+  template <std::size_t kMost>
+  bool link_pairs(std::span<const Side> sides, const Vertex* highs) {
+    const std::size_t n = sides.size();
+    if (n > kMost) return false;
+    const Matches<kMost> matches(highs, n);
+    std::array<Side, kMost> others;  // itself where a side is alone on its edge
+    bool is_simple = true;
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool is_paired = matches.counts[i] == 2;
+      others[i] = sides[is_paired ? matches.sums[i] - i : i];
+      is_simple &= matches.counts[i] <= 2 && is_paired == (others[i].face() != sides[i].face());
+    }
+    if (!is_simple) return false;
+    std::int64_t n_alone = 0;
+    std::int64_t n_alike = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool is_alone = matches.counts[i] == 1;
+      const bool is_alike = !is_alone && sides[i].is_ascending() == others[i].is_ascending();
+      const std::int64_t place = sides[i].place();
+      rings_.next[place] = others[i].face();
+      rings_.links[place] = is_alone ? Link::kNone : pair_link(is_alike);
+      n_alone += static_cast<std::int64_t>(is_alone);
+      n_alike += static_cast<std::int64_t>(is_alike);
+    }
+    const auto n_paired = static_cast<std::int64_t>(n) - n_alone;
+    tally_.add({{n_alone + n_paired / 2, n_alone, 0, n_alike / 2},
+                static_cast<std::uint64_t>(n_paired),
+                n_paired > 0 ? 2 : std::int64_t{n_alone > 0}});
+    return true;
+  }
+
+  static Link pair_link(bool is_alike) { return is_alike ? Link::kAlike : Link::kOpposed; }
+
+  // Links any sides with one lower vertex, sorted by the higher one.
+  void link_edges(std::span<const Side> sides, const Vertex* highs) {
+    constexpr int kPlaceBits = 33;  // enough for three sides of 2^31 faces
+    order_.resize(sides.size());
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      order_[i] = static_cast<std::uint64_t>(highs[i]) << kPlaceBits | i;
+    }
+    sort(order_);
+    for (std::size_t i = 0; i < sides.size();) {
+      const std::uint64_t high = order_[i] >> kPlaceBits;
+      edge_.clear();
+      for (; i < sides.size() && order_[i] >> kPlaceBits == high; ++i) {
+        const Side side = sides[order_[i] & ((std::uint64_t{1} << kPlaceBits) - 1)];
+        // A degenerate face may have two sides on one edge. The second is dropped, so that no face
+        // is its own neighbor.
+        const bool is_second = !edge_.empty() && edge_.back().face() == side.face();
+        if (!is_second) edge_.push_back(side);
+      }
+      link_edge(edge_);
+    }
+  }
+
+  // Links the sides on one edge, which are of different faces in ascending order.
+  void link_edge(std::span<const Side> sides) {
+    const std::size_t n = sides.size();
+    Link link = n == 1 ? Link::kNone : Link::kRing;
+    if (n == 2) link = pair_link(sides[0].is_ascending() == sides[1].is_ascending());
+    tally_.add({{1, std::int64_t{n == 1}, std::int64_t{n > 2}, std::int64_t{link == Link::kAlike}},
+                static_cast<std::uint64_t>(n) * (n - 1),
+                static_cast<std::int64_t>(n)});
+    for (std::size_t i = 0; i < n; ++i) {
+      SUPERFACETS_ASSERT(i == 0 || sides[i - 1].face() < sides[i].face());
+      rings_.next[sides[i].place()] = sides[i + 1 < n ? i + 1 : 0].face();
+      rings_.links[sides[i].place()] = link;
+    }
+  }
+
+  const Corners& corners_;
+  Rings& rings_;
+  SidesOfPart sides_;
+  std::vector<std::uint64_t> order_;  // of a vertex: higher vertex and index, 31 and 33 bits
+  std::vector<Side> edge_;
+  Tally tally_;  // of all parts
+};
 
 Tally link_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team, Rings& rings) {
   const Files files = file_faces(corners, n_vertices, team);
-  std::vector<Desk> desks(team.size());
+  std::vector<Linker> linkers;
+  for (int thread = 0; thread < team.size(); ++thread) linkers.emplace_back(corners, rings);
   team.for_each(files.n_parts(), [&](std::int64_t part, int thread) {
-    Desk& desk = desks[thread];
-    sort_by_vertex(corners, files, part, desk);
-    Tally tally;
-    for (std::size_t v = 0; v + 2 < desk.starts.size(); ++v) {
-      const std::int64_t n_sides = desk.starts[v + 1] - desk.starts[v];
-      const auto sides = std::span(desk.sides).subspan(desk.starts[v], n_sides);
-      link_edges_at_vertex(sides, rings, desk, tally);
-    }
-    desk.tally.add(tally);
+    linkers[thread].link_part(files.part(part), files.part_bits, part);
   });
   Tally total;
-  for (const Desk& desk : desks) total.add(desk.tally);
+  for (const Linker& linker : linkers) total.add(linker.tally());
   return total;
 }
 
@@ -389,28 +490,49 @@ void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end, F
   }
 }
 
+std::int64_t count_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end) {
+  std::int64_t n_arcs = 0;
+  for (std::int64_t face = begin; face < end; ++face) {
+    for (int side = 0; side < 3; ++side) n_arcs += reader.count(static_cast<Face>(face), side);
+  }
+  return n_arcs;
+}
+
 void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& team,
                   FaceGraph& graph) {
-  const std::int64_t n_blocks = (n_faces + kBlock - 1) / kBlock;
-  const auto end_of = [&](std::int64_t block) { return std::min(n_faces, (block + 1) * kBlock); };
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
-  team.for_each(n_blocks, [&](std::int64_t block, int) {
-    std::int64_t n_arcs = 0;
-    for (std::int64_t face = block * kBlock; face < end_of(block); ++face) {
-      for (int side = 0; side < 3; ++side) n_arcs += reader.count(static_cast<Face>(face), side);
-    }
-    graph.offsets[block * kBlock] = n_arcs;
-  });
+  team.for_each_block(
+      n_faces,
+      [&](std::int64_t begin, std::int64_t end) {
+        graph.offsets[begin] = count_arcs(reader, begin, end);
+      },
+      kBlock);
   std::int64_t total = 0;
-  for (std::int64_t block = 0; block < n_blocks; ++block) {
-    total += std::exchange(graph.offsets[block * kBlock], total);
+  for (std::int64_t begin = 0; begin < n_faces; begin += kBlock) {
+    total += std::exchange(graph.offsets[begin], total);
   }
   graph.offsets[n_faces] = total;
   graph.neighbors = Buffer<Face>(total);
   graph.sides = Buffer<std::uint8_t>(total);
   graph.same_turn = Buffer<std::uint8_t>(total);
-  team.for_each(n_blocks, [&](std::int64_t block, int) {
-    write_arcs(reader, block * kBlock, end_of(block), graph);
+  team.for_each_block(
+      n_faces, [&](std::int64_t begin, std::int64_t end) { write_arcs(reader, begin, end, graph); },
+      kBlock);
+}
+
+// Where each side of each face has one arc, the ring of a side is its list of arcs.
+void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph& graph) {
+  graph.offsets = Buffer<std::int64_t>(n_faces + 1);
+  graph.offsets[n_faces] = 3 * n_faces;
+  graph.neighbors = std::move(rings.next);
+  graph.sides = Buffer<std::uint8_t>(3 * n_faces);
+  graph.same_turn = Buffer<std::uint8_t>(3 * n_faces);
+  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t face = begin; face < end; ++face) graph.offsets[face] = 3 * face;
+    for (std::int64_t arc = 3 * begin; arc < 3 * end; ++arc) {
+      graph.sides[arc] = static_cast<std::uint8_t>(arc % 3);
+      graph.same_turn[arc] = static_cast<std::uint8_t>(rings.links[arc] == Link::kAlike);
+    }
   });
 }
 
@@ -428,7 +550,11 @@ FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vert
 
   FaceGraph graph;
   graph.counts = tally.edges;
-  collect_arcs(ArcReader(corners, rings), n_faces, team, graph);
+  if (tally.edges.non_manifold == 0 && tally.arcs == static_cast<std::uint64_t>(3 * n_faces)) {
+    take_rings(std::move(rings), n_faces, team, graph);
+  } else {
+    collect_arcs(ArcReader(corners, rings), n_faces, team, graph);
+  }
   return graph;
 }
 

@@ -10,8 +10,11 @@ namespace superfacets {
 namespace {
 
 constexpr int kBitsPerAxis = 10;
-constexpr int kDigitBits = 10;  // three passes of a radix sort, each with a table that fits in L1
+constexpr int kDigitBits = 10;  // three digits, whose tables fit into the nearest cache
 constexpr std::uint32_t kDigits = 1U << kDigitBits;
+
+// Parts of the cells with write cursors of their own, for each thread: to balance the load.
+constexpr std::int64_t kPartsPerThread = 4;
 
 struct Entry {
   std::uint32_t code;
@@ -31,68 +34,107 @@ std::uint32_t step_of(double coordinate, double low, double steps_per_length) {
   return static_cast<std::uint32_t>(std::clamp((coordinate - low) * steps_per_length, 0.0, kLast));
 }
 
-Buffer<Entry> code_cells(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
-  const Point extent = bounds.high - bounds.low;
-  const double longest = std::max({extent.x, extent.y, extent.z});
-  const double scale = longest > 0.0 ? (1 << kBitsPerAxis) / longest : 0.0;
-  const Point low = bounds.low;
-  Buffer<Entry> entries(positions.size());
-  auto code_range = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t cell = begin; cell < end; ++cell) {
-      const Point p = positions[cell];
-      SUPERFACETS_ASSERT(bounds.squared_distance(p) == 0.0);
-      const std::uint32_t code = spread(step_of(p.x, low.x, scale)) |
-                                 spread(step_of(p.y, low.y, scale)) << 1 |
-                                 spread(step_of(p.z, low.z, scale)) << 2;
-      entries[cell] = {code, static_cast<Cell>(cell)};
-    }
-  };
-  team.for_each_block(static_cast<std::int64_t>(positions.size()), code_range);
-  return entries;
+std::uint32_t digit_of(std::uint32_t code, int digit) {
+  return code >> (digit * kDigitBits) & (kDigits - 1);
 }
 
-// One pass of a radix sort, on the digit that starts at bit `shift`. Each thread counts and moves
-// one part of the entries. The write cursors are ordered by digit, then by part, so that the pass
-// is stable and the result does not depend on the number of parts.
-void sort_by_digit(const Buffer<Entry>& entries, int shift, Buffer<Entry>& sorted,
-                   ThreadTeam& team) {
-  const auto n = static_cast<std::int64_t>(entries.size());
-  const std::int64_t n_parts = team.size();
-  std::vector<std::array<std::int64_t, kDigits>> next(n_parts);  // write cursor of each digit
-  auto digit_of = [&](const Entry& entry) { return entry.code >> shift & (kDigits - 1); };
-  auto count_part = [&](std::int64_t part, int) {
+// The code of each point on the curve.
+class Curve {
+ public:
+  explicit Curve(const Box& bounds) : bounds_(bounds) {
+    const Point extent = bounds.high - bounds.low;
+    const double longest = std::max({extent.x, extent.y, extent.z});
+    scale_ = longest > 0.0 ? (1 << kBitsPerAxis) / longest : 0.0;
+  }
+
+  std::uint32_t code_of(const Point& p) const {
+    SUPERFACETS_ASSERT(bounds_.squared_distance(p) == 0.0);
+    const Point& low = bounds_.low;
+    return spread(step_of(p.x, low.x, scale_)) | spread(step_of(p.y, low.y, scale_)) << 1 |
+           spread(step_of(p.z, low.z, scale_)) << 2;
+  }
+
+ private:
+  const Box bounds_;
+  double scale_;
+};
+
+using Counts = std::array<std::int64_t, kDigits>;
+
+// Cells sorted by the highest digit of their codes. Those with one digit are then sorted by the
+// others within a near cache.
+struct Coarse {
+  Buffer<Entry> entries;
+  std::array<std::int64_t, kDigits + 1> starts;  // of each digit
+};
+
+// Each part of the cells is counted and moved by one thread. The write cursors are ordered by
+// digit, then by part, so that the sort is stable and does not depend on the number of parts.
+Coarse sort_by_high_digit(std::span<const Point> positions, const Curve& curve, ThreadTeam& team) {
+  const auto n = static_cast<std::int64_t>(positions.size());
+  const std::int64_t n_parts = kPartsPerThread * team.size();
+  const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
+  std::vector<Counts> next(n_parts);  // counts, then write cursors
+  Buffer<std::uint32_t> codes(positions.size());
+  team.for_each(n_parts, [&](std::int64_t part, int) {
     next[part].fill(0);
-    for (auto i = n * part / n_parts; i < n * (part + 1) / n_parts; ++i) {
-      ++next[part][digit_of(entries[i])];
+    for (auto cell = start_of(part); cell < start_of(part + 1); ++cell) {
+      codes[cell] = curve.code_of(positions[cell]);
+      ++next[part][digit_of(codes[cell], 2)];
     }
-  };
-  auto move_part = [&](std::int64_t part, int) {
-    for (auto i = n * part / n_parts; i < n * (part + 1) / n_parts; ++i) {
-      sorted[next[part][digit_of(entries[i])]++] = entries[i];
-    }
-  };
-  team.for_each(n_parts, count_part);
+  });
+  Coarse coarse{Buffer<Entry>(positions.size()), {}};
   std::int64_t n_before = 0;
   for (std::uint32_t digit = 0; digit < kDigits; ++digit) {
-    for (auto& of_part : next) n_before += std::exchange(of_part[digit], n_before);
+    coarse.starts[digit] = n_before;
+    for (Counts& of_part : next) n_before += std::exchange(of_part[digit], n_before);
   }
-  team.for_each(n_parts, move_part);
+  coarse.starts[kDigits] = n_before;
+  team.for_each(n_parts, [&](std::int64_t part, int) {
+    for (auto cell = start_of(part); cell < start_of(part + 1); ++cell) {
+      const std::int64_t place = next[part][digit_of(codes[cell], 2)]++;
+      coarse.entries[place] = {codes[cell], static_cast<Cell>(cell)};
+    }
+  });
+  return coarse;
+}
+
+// Replaces counts by their prefix sums.
+void sum_up(Counts& counts) {
+  std::int64_t n_before = 0;
+  for (std::int64_t& count : counts) n_before += std::exchange(count, n_before);
+}
+
+// Sorts entries by their two lower digits, one after the other, and writes their cells.
+void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sorted, Cell* cells) {
+  if (entries.empty()) return;
+  Counts first{};
+  Counts second{};
+  for (const Entry& entry : entries) {
+    ++first[digit_of(entry.code, 0)];
+    ++second[digit_of(entry.code, 1)];
+  }
+  sum_up(first);
+  sum_up(second);
+  if (sorted.size() < entries.size()) sorted.resize(entries.size());
+  for (const Entry& entry : entries) sorted[first[digit_of(entry.code, 0)]++] = entry;
+  for (const Entry& entry : std::span(sorted).first(entries.size())) {
+    cells[second[digit_of(entry.code, 1)]++] = entry.cell;
+  }
 }
 
 }  // namespace
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
-  Buffer<Entry> entries = code_cells(positions, bounds, team);
-  Buffer<Entry> sorted(entries.size());  // the other half of each pass
-  for (int shift = 0; shift < 3 * kBitsPerAxis; shift += kDigitBits) {
-    sort_by_digit(entries, shift, sorted, team);
-    std::swap(entries, sorted);
-  }
-  Buffer<Cell> order(entries.size());
-  auto keep_cells = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t place = begin; place < end; ++place) order[place] = entries[place].cell;
-  };
-  team.for_each_block(static_cast<std::int64_t>(order.size()), keep_cells);
+  const Coarse coarse = sort_by_high_digit(positions, Curve(bounds), team);
+  Buffer<Cell> order(positions.size());
+  std::vector<std::vector<Entry>> sorted(team.size());
+  team.for_each(kDigits, [&](std::int64_t digit, int thread) {
+    const std::int64_t begin = coarse.starts[digit];
+    const std::int64_t size = coarse.starts[digit + 1] - begin;
+    sort_by_low_digits(coarse.entries.span().subspan(begin, size), sorted[thread],
+                       order.data() + begin);
+  });
   return order;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/assert.hpp"
+#include "base/prefetch.hpp"
 #include "cells/morton.hpp"
 #include "cells/weights.hpp"
 
@@ -16,6 +17,11 @@ namespace {
 
 // Cells per block of the reduction of bounding boxes.
 constexpr std::int64_t kBlock = 1 << 14;
+
+// Prefetch distances, in places, for cells: they are anywhere in the input. Their arcs are asked
+// for when where these begin is known.
+constexpr std::int64_t kAhead = 32;
+constexpr std::int64_t kFarAhead = 64;
 
 Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
   const auto n = static_cast<std::int64_t>(positions.size());
@@ -67,6 +73,11 @@ PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> i
   SUPERFACETS_ASSERT(input_measures.size() == input.size());
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t place = begin; place < end; ++place) {
+      if (place + kAhead < n_cells()) {
+        const Cell later = cells[place + kAhead];
+        prefetch(&input[later]);
+        prefetch(&input_measures[later]);
+      }
       const Cell cell = cells[place];
       place_of[cell] = static_cast<Place>(place);
       positions[place] = input[cell];
@@ -108,23 +119,29 @@ OrderedGraph::OrderedGraph(PlacedCells&& placed, const WeightedArcs& input, Thre
   } else {
     copy_lists(input, team);
   }
-  std::atomic<bool> all_lead_back = true;
+  SUPERFACETS_ASSERT(!input.is_known_symmetric || all_lead_back(team));
+  is_symmetric = input.is_known_symmetric || all_lead_back(team);
+}
+
+bool OrderedGraph::all_lead_back(ThreadTeam& team) const {
+  std::atomic<bool> all = true;
   auto check_range = [&](std::int64_t begin, std::int64_t end) {
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
       const auto leaving = arcs_of(place);
       const bool lead_back = std::all_of(leaving.begin(), leaving.end(),
                                          [&](const Arc& arc) { return leads_back(place, arc); });
-      if (!lead_back) all_lead_back = false;
+      if (!lead_back) all = false;
     }
   };
   team.for_each_block(n_cells(), check_range);
-  is_symmetric = all_lead_back;
+  return all;
 }
 
 void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
   arcs = Buffer<Arc>(std::size_t{kRow} * cells.size());
   auto copy_range = [&](std::int64_t begin, std::int64_t end) {
     for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      prefetch_arcs(input, place);
       const std::size_t row = std::size_t{kRow} * place;
       const std::size_t n_copied = copy_arcs(input, place, row);
       std::fill_n(arcs.data() + row + n_copied, kRow - n_copied, Arc{place, 1.0F});
@@ -148,6 +165,15 @@ void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
     }
   };
   team.for_each_block(n_cells(), copy_range);
+}
+
+// Prefetches what copy_arcs will read for later places.
+void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) const {
+  if (place + kFarAhead >= n_cells()) return;
+  prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
+  const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
+  prefetch(input.arcs.targets.data() + first);  // there may be none: not by index
+  prefetch(input.lengths.data() + first);
 }
 
 // Copies the arcs of the cell at a place, beginning at `first`; returns their number.

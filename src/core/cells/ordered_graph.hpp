@@ -22,6 +22,8 @@ struct Arc {
 struct WeightedArcs {
   Arcs arcs;
   std::span<const float> lengths;  // (M,) whole units >= 1, from quantize_weights
+  bool is_known_symmetric =
+      false;  // each arc has one back of the same length: need not be looked at
 };
 
 // Cells sorted along a space-filling curve, so that neighbors are mostly on the same few pages of
@@ -99,8 +101,10 @@ class OrderedGraph : public PlacedCells {
  private:
   void copy_rows(const WeightedArcs& input, ThreadTeam& team);
   void copy_lists(const WeightedArcs& input, ThreadTeam& team);
+  void prefetch_arcs(const WeightedArcs& input, std::int64_t place) const;
   std::size_t copy_arcs(const WeightedArcs& input, Place place, std::size_t first);
   bool leads_back(Place from, const Arc& arc) const;
+  bool all_lead_back(ThreadTeam& team) const;
 };
 
 }  // namespace superfacets

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <numbers>
 #include <utility>
 
@@ -10,6 +11,7 @@
 #include "base/buffer.hpp"
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
+#include "base/versions.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {
@@ -22,10 +24,8 @@ constexpr std::int64_t kFewArcs = 8;
 // Faces per block: their data and that of their neighbors fit into the nearest cache.
 constexpr std::int64_t kFacesPerList = 64;
 
-// Arcs whose angles are computed at once: all of a list on most meshes.
+// Arcs whose weights are computed at once: all of a list on most meshes.
 constexpr std::size_t kArcsPerBlock = 128;
-
-constexpr double kNotYetWeighed = -1.0;
 
 Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
   Buffer<Point> normals(surface.n_cells());  // zero where a face has none
@@ -46,47 +46,62 @@ struct Geometry {
   const Arcs& arcs() const { return surface.arcs(); }
 };
 
-// The terms of eq. 1-3 that do not depend on the angle theta. Each is symmetric in the two faces,
-// bit for bit.
-struct ArcTerms {
-  double geodesic;  // eq. 1
-  double price;     // alpha eta |e|, of eq. 2
-  Fold fold;
+// What the rise of a fold is multiplied by, to be positive where the fold is concave.
+double up_of(const Geometry& geometry) {
+  return geometry.surface.is_inside_out() ? -1.0 : 1.0;
+}
+
+// What the weight of an arc depends on. The formulas are symmetric in the two faces, bit for bit.
+struct ArcData {
+  Edge edge;
+  Point from;  // centroids
+  Point to;
+  Point normal_from;
+  Point normal_to;
 };
 
-ArcTerms arc_terms(const Geometry& geometry, Face from, std::int64_t arc,
-                   const WeightOptions& options) {
-  const auto& [centroids, areas] = geometry.faces;
-  const Face to = geometry.arcs().targets[arc];
-  const Edge edge = geometry.surface.edge(from, arc);
-  Point normal_from = geometry.normals[from];
-  Point normal_to = geometry.normals[to];
+SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, Face to,
+                                           std::int64_t arc) {
+  const auto& centroids = geometry.faces.centroids;
+  const auto& areas = geometry.faces.areas;
+  ArcData data{geometry.surface.edge(from, arc), centroids[from], centroids[to],
+               geometry.normals[from], geometry.normals[to]};
   if (geometry.surface.same_turn(arc)) {
-    Point& turned = turns_second(from, to, areas[from], areas[to]) ? normal_to : normal_from;
+    const bool is_second = turns_second(from, to, areas[from], areas[to]);
+    Point& turned = is_second ? data.normal_to : data.normal_from;
     turned = -1.0 * turned;
   }
-  const Fold fold = fold_of(normal_from, normal_to, centroids[to] - centroids[from]);
-  // No branch, because the sign is hard to predict.
-  const double etas[] = {options.eta_convex, 1.0};
-  const double eta = etas[static_cast<int>(fold.is_concave(geometry.surface.is_inside_out()))];
-  const double length = options.crease_length > 0.0 ? options.crease_length : edge.length();
-  return {way_over(edge, centroids[from], centroids[to]), options.alpha * eta * length, fold};
+  return data;
 }
 
-// The weight of an arc whose normals are at the angle theta.
-double arc_weight(double geodesic, double price, double theta, const WeightOptions& options) {
+// Eq. 1-3. kHasLength: options have a crease_length.
+template <bool kHasLength>
+SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const WeightOptions& options,
+                                            double up) {
+  const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
+  const double theta = arctangent(fold.sine, fold.cosine);
+  const double eta = up * fold.rise > 0.0 ? 1.0 : options.eta_convex;
+  const double length = kHasLength ? options.crease_length : data.edge.length();
+  const double price = options.alpha * eta * length;
   const double angular = price * theta / std::numbers::pi;  // eq. 2
-  return (geodesic + angular) / options.diagonal;           // eq. 3
+  return (way_over(data.edge, data.from, data.to) + angular) / options.diagonal;
 }
 
-// The only arc from one face to another; -1 if there are several, or too many arcs to search.
-std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
+// The only arc from one face to another; -1 if there are several, or too many arcs to search. No
+// branches, because the position in the list is hard to predict.
+SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
+  const std::int64_t first = arcs.offsets[from];
+  if (neighbors.size() == 3) {  // nearly all
+    const int is_second = static_cast<int>(neighbors[1] == to);
+    const int is_third = static_cast<int>(neighbors[2] == to);
+    const int n_found = static_cast<int>(neighbors[0] == to) + is_second + is_third;
+    return n_found == 1 ? first + is_second + 2 * is_third : -1;
+  }
   if (std::cmp_greater(neighbors.size(), kFewArcs)) return -1;
   std::int64_t n_found = 0;
   std::int64_t sum = 0;
   for (const auto [arc, neighbor] : arcs.steps(from)) {
-    // No branch, because the position in the list is hard to predict.
     const std::int64_t is_found = neighbor == to;
     n_found += is_found;
     sum += is_found * arc;
@@ -125,60 +140,127 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
   for (const RisingArc& step : rising) prefetch(arcs.targets.data() + arcs.offsets[step.to]);
 }
 
-// Computes the weights of up to kArcsPerBlock arcs, and of their reverse arcs if there is one arc
-// each way. The angles are computed in one call.
-void weigh_block(const Geometry& geometry, const WeightOptions& options,
-                 std::span<const RisingArc> rising, std::span<double> weights) {
-  using Block = std::array<double, kArcsPerBlock>;
-  Block geodesics;
-  Block prices;
-  Block sines;
-  Block cosines;
-  Block angles;
-  const std::size_t n = rising.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const ArcTerms terms = arc_terms(geometry, rising[i].from, rising[i].arc, options);
-    geodesics[i] = terms.geodesic;
-    prices[i] = terms.price;
-    sines[i] = terms.fold.sine;
-    cosines[i] = terms.fold.cosine;
-  }
-  arctangents({sines.data(), n}, {cosines.data(), n}, {angles.data(), n});
-  for (std::size_t i = 0; i < n; ++i) {
-    const RisingArc& step = rising[i];
-    const double weight = arc_weight(geodesics[i], prices[i], angles[i], options);
-    weights[step.arc] = weight;
-    const std::int64_t back = only_arc(geometry.arcs(), step.to, step.from);
-    const bool is_pair = back >= 0 && only_arc(geometry.arcs(), step.from, step.to) == step.arc;
-    if (is_pair) weights[back] = weight;
-  }
-}
+using Numbers = std::array<double, kArcsPerBlock>;
 
-// Computes the weights of the arcs from a range of faces to higher ones, and of their reverse arcs
-// if there is one arc each way.
-void weigh_rising_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
-                       std::int64_t end, std::span<double> weights) {
-  std::vector<RisingArc> listed;
-  for (std::int64_t first = begin; first < end; first += kFacesPerList) {
-    list_rising_arcs(geometry, first, std::min(end, first + kFacesPerList), listed);
-    for (std::span<const RisingArc> rest = listed; !rest.empty();) {
-      const auto block = rest.first(std::min(rest.size(), kArcsPerBlock));
-      weigh_block(geometry, options, block, weights);
-      rest = rest.subspan(block.size());
+// Points of a block of arcs, each coordinate in an array of its own, as vectorized loops want it.
+struct Points {
+  Numbers x;
+  Numbers y;
+  Numbers z;
+
+  SUPERFACETS_ALWAYS_INLINE Point get(std::size_t i) const { return {x[i], y[i], z[i]}; }
+  SUPERFACETS_ALWAYS_INLINE void set(std::size_t i, const Point& p) {
+    x[i] = p.x;
+    y[i] = p.y;
+    z[i] = p.z;
+  }
+};
+
+struct Block {
+  Points start;
+  Points end;
+  Points from;
+  Points to;
+  Points normal_from;
+  Points normal_to;
+
+  SUPERFACETS_ALWAYS_INLINE void set(std::size_t i, const ArcData& data) {
+    start.set(i, data.edge.start);
+    end.set(i, data.edge.end);
+    from.set(i, data.from);
+    to.set(i, data.to);
+    normal_from.set(i, data.normal_from);
+    normal_to.set(i, data.normal_to);
+  }
+  SUPERFACETS_ALWAYS_INLINE ArcData get(std::size_t i) const {
+    return {
+        {start.get(i), end.get(i)}, from.get(i), to.get(i), normal_from.get(i), normal_to.get(i)};
+  }
+};
+
+// Computes the weights of the first n arcs of a block.
+template <bool kHasLength>
+struct Weigh {
+  SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const WeightOptions& options,
+                                            double up, Numbers* weights, std::size_t n) const {
+    const WeightOptions hoisted = options;  // nothing that is written can change it
+    for (std::size_t i = 0; i < n; ++i) {
+      (*weights)[i] = arc_weight<kHasLength>(block.get(i), hoisted, up);
     }
   }
+};
+
+// Whether an arc and one back are the only ones between two faces; `back` is that one, or -1.
+bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
+  back = only_arc(arcs, step.to, step.from);
+  return back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
 }
 
-// Computes the remaining weights: arcs to lower faces that are not unique, or have no reverse arc.
+// Computes the weights of arcs to higher faces, and of their reverse arcs if there is one arc each
+// way. Returns the number of weights.
+class Weigher {
+ public:
+  Weigher(const Geometry& geometry, const WeightOptions& options, std::span<double> weights)
+      : geometry_(geometry), options_(options), weights_(weights) {}
+
+  // Of the arcs from a range of faces.
+  std::int64_t weigh_range(std::int64_t begin, std::int64_t end) {
+    std::int64_t n_weighed = 0;
+    for (std::int64_t first = begin; first < end; first += kFacesPerList) {
+      list_rising_arcs(geometry_, first, std::min(end, first + kFacesPerList), listed_);
+      for (std::span<const RisingArc> rest = listed_; !rest.empty();) {
+        const auto some = rest.first(std::min(rest.size(), kArcsPerBlock));
+        n_weighed += weigh_block(some);
+        rest = rest.subspan(some.size());
+      }
+    }
+    return n_weighed;
+  }
+
+ private:
+  std::int64_t weigh_block(std::span<const RisingArc> rising) {
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      block_.set(i, arc_data(geometry_, rising[i].from, rising[i].to, rising[i].arc));
+    }
+    const double up = up_of(geometry_);
+    if (options_.crease_length > 0.0) {
+      run_version(with_, Weigh<true>{}, block_, options_, up, &numbers_, rising.size());
+    } else {
+      run_version(with_, Weigh<false>{}, block_, options_, up, &numbers_, rising.size());
+    }
+    std::int64_t n_weighed = std::ssize(rising);
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      weights_[rising[i].arc] = numbers_[i];
+      std::int64_t back = -1;
+      if (!is_pair(geometry_.arcs(), rising[i], back)) continue;
+      weights_[back] = numbers_[i];
+      ++n_weighed;
+    }
+    return n_weighed;
+  }
+
+  const Geometry& geometry_;
+  const WeightOptions& options_;
+  const std::span<double> weights_;
+  const InstructionSet with_ = best_instruction_set();
+  std::vector<RisingArc> listed_;
+  Block block_;
+  Numbers numbers_;
+};
+
+// Computes the weights that a Weigher leaves: of arcs to lower faces that are not unique, or have
+// no reverse arc.
 void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
                       std::int64_t end, std::span<double> weights) {
+  const bool has_length = options.crease_length > 0.0;
+  const double up = up_of(geometry);
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
-      if (weights[arc] != kNotYetWeighed) continue;
-      const ArcTerms terms = arc_terms(geometry, face, arc, options);
-      // atan2 keeps full precision near 0 and pi, where acos of the cosine loses half the digits.
-      const double theta = arctangent(terms.fold.sine, terms.fold.cosine);
-      weights[arc] = arc_weight(terms.geodesic, terms.price, theta, options);
+      std::int64_t back = -1;
+      if (neighbor > face || is_pair(geometry.arcs(), {face, neighbor, arc}, back)) continue;
+      const ArcData data = arc_data(geometry, face, neighbor, arc);
+      weights[arc] =
+          has_length ? arc_weight<true>(data, options, up) : arc_weight<false>(data, options, up);
     }
   }
 }
@@ -196,13 +278,16 @@ void superfacet_weights(const TriangleSurface& surface, const FaceMeasures& face
                         const WeightOptions& options, ThreadTeam& team, std::span<double> weights) {
   SUPERFACETS_ASSERT(std::cmp_equal(faces.centroids.size(), surface.n_cells()) &&
                      faces.areas.size() == faces.centroids.size());
+  SUPERFACETS_ASSERT(faces.normals.empty() || faces.normals.size() == faces.areas.size());
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
-  const Buffer<Point> normals = unit_normals(surface, team);
-  const Geometry geometry{surface, faces, normals.span()};
-  team.fill(weights, kNotYetWeighed);
+  const bool is_given = !faces.normals.empty();
+  const Buffer<Point> normals = is_given ? Buffer<Point>() : unit_normals(surface, team);
+  const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};
+  std::atomic<std::int64_t> n_weighed = 0;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    weigh_rising_arcs(geometry, options, begin, end, weights);
+    n_weighed += Weigher(geometry, options, weights).weigh_range(begin, end);
   });
+  if (n_weighed == surface.arcs().n_arcs()) return;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     weigh_other_arcs(geometry, options, begin, end, weights);
   });

@@ -75,6 +75,15 @@ void narrow_indices(std::span<const std::int64_t> indices, ThreadTeam& team,
   });
 }
 
+void narrow_indices(std::span<const std::int32_t> indices, ThreadTeam& team,
+                    std::span<std::int32_t> narrow) {
+  SUPERFACETS_ASSERT(narrow.size() == indices.size());
+  const auto n = static_cast<std::int64_t>(indices.size());
+  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
+    std::copy(indices.begin() + begin, indices.begin() + end, narrow.begin() + begin);
+  });
+}
+
 NumberFindings check_numbers(std::span<const double> numbers, ThreadTeam& team) {
   NumberFindings findings;
   std::mutex mutex;  // of findings

@@ -22,6 +22,10 @@ MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Triangl
 void narrow_indices(std::span<const std::int64_t> indices, ThreadTeam& team,
                     std::span<std::int32_t> narrow);
 
+// Copies indices that fit.
+void narrow_indices(std::span<const std::int32_t> indices, ThreadTeam& team,
+                    std::span<std::int32_t> narrow);
+
 struct NumberFindings {
   bool is_valid = true;  // all are finite and >= 0
   double largest = 0.0;  // means something only where all are valid

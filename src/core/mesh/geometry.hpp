@@ -22,15 +22,26 @@ inline double area(std::span<const Point> vertices, const Triangle& face) {
   return 0.5 * norm(double_area_vector(vertices, face));
 }
 
-// Centroids and areas of faces: the positions and measures of their cells.
+// What stages 1 and 2 need of faces, measured in one pass. Empty spans are not filled.
+struct FaceShapes {
+  std::span<Point> centroids;  // (F,)
+  std::span<double> areas;     // (F,)
+  std::span<Point> normals;    // (F,) as from unit_normal
+  std::span<double> longest;   // (F / kSumBlock, rounded up) the longest side, squared, in each
+                               // block of faces
+};
+
+// Centroids, areas and normals of faces: the positions and measures of their cells, and their
+// directions.
 void measure_faces(std::span<const Point> vertices, std::span<const Triangle> faces,
-                   ThreadTeam& team, std::span<Point> centroids, std::span<double> areas);
+                   ThreadTeam& team, const FaceShapes& shapes);
 
 // Area of the faces whose longest side is longer than min_length, and whose height above it is less
-// than max_height. The same bits on any number of threads.
+// than max_height. The same bits on any number of threads. `longest` is what measure_faces fills:
+// most meshes have no block of faces that is worth looking at.
 double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
-                   std::span<const double> areas, double min_length, double max_height,
-                   ThreadTeam& team);
+                   std::span<const double> areas, std::span<const double> longest,
+                   double min_length, double max_height, ThreadTeam& team);
 
 // Area times unit normal of each face.
 void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,

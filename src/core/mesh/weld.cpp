@@ -27,12 +27,15 @@ std::uint64_t mix(std::uint64_t bits) {
   return bits ^ (bits >> 31);
 }
 
+// One multiplication a coordinate brings all of its bits to the upper ones of the product; turned
+// apart and added, they are mixed at once.
 std::uint64_t hash(Point p) {
   // Adding 0.0 turns -0.0 into 0.0, which compares equal to it and so must hash alike.
   SUPERFACETS_ASSERT(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
-  std::uint64_t h = mix(std::bit_cast<std::uint64_t>(p.x + 0.0));
-  h = mix(h + std::bit_cast<std::uint64_t>(p.y + 0.0));
-  return mix(h + std::bit_cast<std::uint64_t>(p.z + 0.0));
+  const std::uint64_t x = std::bit_cast<std::uint64_t>(p.x + 0.0) * 0x9e3779b97f4a7c15ULL;
+  const std::uint64_t y = std::bit_cast<std::uint64_t>(p.y + 0.0) * 0xd6e8feb86659fd93ULL;
+  const std::uint64_t z = std::bit_cast<std::uint64_t>(p.z + 0.0) * 0xa0761d6478bd642fULL;
+  return mix(x + std::rotl(y, 22) + std::rotl(z, 43));
 }
 
 bool same_position(Point a, Point b) {
@@ -52,7 +55,7 @@ class PositionTable {
   }
 
   // Returns the slot of the vertex's position, which holds no higher vertex from now on.
-  Slot insert(Vertex vertex, Slot home) {
+  Slot insert(Vertex vertex, Slot home, bool& is_shared) {
     for (Slot slot = home;; slot = next(slot)) {
       const std::atomic_ref<Vertex> owner(table_[slot]);
       Vertex seen = owner.load(std::memory_order_relaxed);
@@ -61,6 +64,7 @@ class PositionTable {
         return slot;
       }
       if (!same_position(vertices_[seen], vertices_[vertex])) continue;
+      is_shared = true;
       while (vertex < seen &&
              !owner.compare_exchange_weak(seen, vertex, std::memory_order_relaxed)) {
       }
@@ -79,8 +83,10 @@ class PositionTable {
   Buffer<Vertex> table_;
 };
 
-void insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
+// Returns whether some vertex is at the position of another.
+bool insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
                   std::span<PositionTable::Slot> slots) {
+  bool is_shared = false;
   std::array<PositionTable::Slot, kBatch> homes;
   for (std::int64_t first = begin; first < end; first += kBatch) {
     const std::int64_t size = std::min(kBatch, end - first);
@@ -89,9 +95,10 @@ void insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
       prefetch(&table[homes[i]]);
     }
     for (std::int64_t i = 0; i < size; ++i) {
-      slots[first + i] = table.insert(static_cast<Vertex>(first + i), homes[i]);
+      slots[first + i] = table.insert(static_cast<Vertex>(first + i), homes[i], is_shared);
     }
   }
+  return is_shared;
 }
 
 }  // namespace
@@ -101,12 +108,16 @@ Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team) 
   SUPERFACETS_ASSERT(n_vertices <= std::numeric_limits<Vertex>::max());
   PositionTable table(vertices, team);
   Buffer<PositionTable::Slot> slots(vertices.size());  // of each vertex's position
+  std::atomic<bool> is_shared = false;
   team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
-    insert_range(begin, end, table, slots.span());
+    if (insert_range(begin, end, table, slots.span())) is_shared = true;
   });
   Buffer<Vertex> representative(vertices.size());
+  const bool has_shared = is_shared;
   team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t v = begin; v < end; ++v) representative[v] = table[slots[v]];
+    for (std::int64_t v = begin; v < end; ++v) {
+      representative[v] = has_shared ? table[slots[v]] : static_cast<Vertex>(v);
+    }
   });
   return representative;
 }

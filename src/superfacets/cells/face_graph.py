@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,7 @@ from .._validate import (
 )
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
+from ..mesh.triangle_mesh import Mesh
 from .cell_graph import CellGraph, box_diagonal, checked_measures, checked_weights
 
 __all__ = ["EdgeCounts", "FaceGraph", "build_face_graph", "find_arcs"]
@@ -187,17 +188,54 @@ def build_face_graph(
     """
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
+    arcs = _welded_arcs(mesh, weld, threads)
+    return _graph_of(mesh, arcs, *_core.measure_faces(mesh.vertices, mesh.faces, threads))
+
+
+class FaceShapes(NamedTuple):
+    """What is known of faces beside their graph, for as long as weights are computed."""
+
+    normals: npt.NDArray[np.float64]
+    """Unit normals, shape (F, 3), 0 where a face has none."""
+    longest: npt.NDArray[np.float64]
+    """Square of the longest side in each of the core's blocks of faces."""
+
+
+def graph_and_shapes(mesh: Mesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
+    """Return what `build_face_graph` does, and what the same pass over the faces can measure."""
+    arcs = _welded_arcs(mesh, weld, n_threads)
+    *cells, normals, longest = _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
+    return _graph_of(mesh, arcs, *cells), FaceShapes(normals, longest)
+
+
+_FoundArcs: TypeAlias = tuple[
+    npt.NDArray[np.int64],
+    npt.NDArray[np.int32],
+    npt.NDArray[np.uint8],
+    npt.NDArray[np.uint8],
+    tuple[int, int, int, int],
+]
+
+
+def _welded_arcs(mesh: Mesh, weld: bool, n_threads: int) -> _FoundArcs:
     if weld:
-        representative = _core.weld_vertices(mesh.vertices, threads)
+        representative = _core.weld_vertices(mesh.vertices, n_threads)
     else:
         representative = np.arange(mesh.n_vertices, dtype=np.int32)
-    offsets, neighbors, sides, same_turn, counts = find_arcs(mesh.faces, representative, threads)
-    del representative  # memory for what follows
-    centroids, areas = _core.measure_faces(mesh.vertices, mesh.faces, threads)
+    return find_arcs(mesh.faces, representative, n_threads)
+
+
+def _graph_of(
+    mesh: Mesh,
+    arcs: _FoundArcs,
+    positions: npt.NDArray[np.float64],
+    measures: npt.NDArray[np.float64],
+) -> FaceGraph:
+    offsets, neighbors, sides, same_turn, counts = arcs
     return FaceGraph._unchecked(
         EdgeCounts(*counts),
-        positions=centroids,
-        measures=areas,
+        positions=positions,
+        measures=measures,
         offsets=offsets,
         neighbors=neighbors,
         sides=sides,
@@ -208,13 +246,7 @@ def build_face_graph(
 
 def find_arcs(
     faces: npt.NDArray[np.int32], representative: npt.NDArray[np.int32], n_threads: int
-) -> tuple[
-    npt.NDArray[np.int64],
-    npt.NDArray[np.int32],
-    npt.NDArray[np.uint8],
-    npt.NDArray[np.uint8],
-    tuple[int, int, int, int],
-]:
+) -> _FoundArcs:
     """Offsets, neighbors, sides and turns of the arcs between faces, and counts of edges.
 
     `representative` holds the lowest vertex at the position of each. A MeshError if there are too

@@ -21,6 +21,10 @@ __all__ = [
 ]
 
 
+_NO_NORMALS = np.empty((0, 3))
+"""What the core takes for normals that it is to compute."""
+
+
 def superfacet_weights(
     mesh: MeshLike,
     graph: FaceGraph,
@@ -100,6 +104,7 @@ def superfacet_weights(
         triangle_surface(mesh, graph, threads),
         graph.positions,
         graph.measures,
+        _NO_NORMALS,
         alpha,
         eta_convex,
         crease_length or 0.0,
@@ -226,9 +231,16 @@ def stk02_weights(
 
 
 def arc_weights(
-    surface: Surface, faces: FaceGraph, radius: float, options: WeightOptions
+    surface: Surface,
+    faces: FaceGraph,
+    radius: float,
+    options: WeightOptions,
+    normals: npt.NDArray[np.float64] | None = None,
 ) -> npt.ArrayLike:
-    """Return one weight per arc, as `segment` is asked for, for regions of this radius."""
+    """Return one weight per arc, as `segment` is asked for, for regions of this radius.
+
+    Unit normals of the faces are computed where they are not given.
+    """
     if options.given is not None:
         return options.given
     params = options.params
@@ -238,20 +250,20 @@ def arc_weights(
             surface.handle, faces.positions, params["alpha"], surface.n_threads
         )
     length = radius if params["weights"] == "creases" else None
-    cells = (faces.positions, faces.measures)
+    cells = (faces.positions, faces.measures, _NO_NORMALS if normals is None else normals)
     return _weights_of(surface, cells, params["alpha"], params["eta_convex"], length)
 
 
 def creases_of(surface: Surface, radius: float) -> npt.NDArray[np.float64]:
     """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
     options = WEIGHTS["creases"]
-    cells = (surface.positions, surface.measures)
+    cells = (surface.positions, surface.measures, _NO_NORMALS)
     return _weights_of(surface, cells, options["alpha"], options["eta_convex"], radius)
 
 
 def _weights_of(
     surface: Surface,
-    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
     alpha: float,
     eta_convex: float,
     crease_length: float | None,

@@ -1,0 +1,166 @@
+#include "base/memory.hpp"
+
+#include <new>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <mutex>
+#endif
+
+namespace superfacets {
+
+#if defined(__linux__)
+namespace {
+
+constexpr std::size_t kPage = 1 << 12;
+constexpr std::size_t kHugePage = 1 << 21;  // of most systems
+
+// Kept of what was returned: what a mesh of some hundred thousand faces takes, and this part of
+// what is in use. More would add to the peak of memory, which others ask for too.
+constexpr std::size_t kAlwaysKept = 32 << 20;
+constexpr std::size_t kKeptPart = 8;
+
+constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
+  return (n + unit - 1) / unit * unit;
+}
+
+void* map_memory(std::size_t n_bytes) {
+  void* data = ::mmap(nullptr, n_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (data == MAP_FAILED) throw std::bad_alloc();
+  ::madvise(data, n_bytes, MADV_HUGEPAGE);  // only advice: where it is refused, pages are small
+  return data;
+}
+
+// Ranges of whole pages that nobody uses, none next to another. Any part of one can be used, and
+// any part can go back to the system.
+class Pool {
+ public:
+  void* take(std::size_t n_bytes) {
+    const auto best = best_fit(n_bytes);
+    void* const memory = best == ranges_.end() ? map_new(n_bytes) : cut(best, n_bytes);
+    n_used_ += n_bytes;
+    return memory;
+  }
+
+  void give(void* memory, std::size_t n_bytes) {
+    n_used_ -= std::min(n_used_, n_bytes);  // some was taken past the pool
+    add(reinterpret_cast<std::uintptr_t>(memory), n_bytes);
+    shrink(std::max(kAlwaysKept, n_used_ / kKeptPart));
+  }
+
+ private:
+  using Ranges = std::map<std::uintptr_t, std::size_t>;  // where each begins, and its size
+
+  // The smallest range that is large enough.
+  Ranges::iterator best_fit(std::size_t n_bytes) {
+    auto best = ranges_.end();
+    for (auto range = ranges_.begin(); range != ranges_.end(); ++range) {
+      if (range->second < n_bytes) continue;
+      if (best == ranges_.end() || range->second < best->second) best = range;
+    }
+    return best;
+  }
+
+  // Takes the end of a range: what was mapped is taken from its end, so that memory that was used
+  // before is taken before memory that was not.
+  void* cut(Ranges::iterator range, std::size_t n_bytes) {
+    range->second -= n_bytes;
+    n_free_ -= n_bytes;
+    void* const memory = reinterpret_cast<void*>(range->first + range->second);
+    if (range->second == 0) ranges_.erase(range);
+    return memory;
+  }
+
+  // Maps whole huge pages, and keeps what is left of the first.
+  void* map_new(std::size_t n_bytes) {
+    const std::size_t n_mapped = rounded_up(n_bytes, kHugePage);
+    const std::size_t n_left = n_mapped - n_bytes;
+    shrink(n_free_ - std::min(n_free_, n_mapped));
+    const auto begin = reinterpret_cast<std::uintptr_t>(map_memory(n_mapped));
+    if (n_left > 0) add(begin, n_left);
+    return reinterpret_cast<void*>(begin + n_left);
+  }
+
+  void add(std::uintptr_t begin, std::size_t size) {
+    const auto next = ranges_.lower_bound(begin);
+    const auto before = next == ranges_.begin() ? ranges_.end() : std::prev(next);
+    const bool joins_next = next != ranges_.end() && begin + size == next->first;
+    const bool joins_before = before != ranges_.end() && before->first + before->second == begin;
+    n_free_ += size;
+    const std::size_t total = size + (joins_next ? next->second : 0);
+    if (joins_before) {
+      before->second += total;
+    } else {
+      ranges_.emplace_hint(next, begin, total);
+    }
+    if (joins_next) ranges_.erase(next);
+  }
+
+  // Returns ranges to the system, the largest first, until no more than n_kept bytes are left.
+  void shrink(std::size_t n_kept) {
+    while (n_free_ > n_kept) {
+      const auto largest =
+          std::max_element(ranges_.begin(), ranges_.end(),
+                           [](const auto& a, const auto& b) { return a.second < b.second; });
+      const std::size_t size = std::min(largest->second, rounded_up(n_free_ - n_kept, kPage));
+      largest->second -= size;
+      n_free_ -= size;
+      ::munmap(reinterpret_cast<void*>(largest->first + largest->second), size);
+      if (largest->second == 0) ranges_.erase(largest);
+    }
+  }
+
+  Ranges ranges_;
+  std::size_t n_free_ = 0;
+  std::size_t n_used_ = 0;  // about: some is returned past the pool
+};
+
+std::mutex pool_mutex;
+
+// Never destroyed: arrays may be returned while the process ends.
+Pool& pool() {
+  static Pool* const only = new Pool;
+  return *only;
+}
+
+}  // namespace
+
+// Nobody waits for the lock: who does not get it asks the system. In a process that was forked
+// while another thread held it, nobody ever gets it again.
+void* take_memory(std::size_t n_bytes) {
+  const std::size_t n_taken = rounded_up(n_bytes, kPage);
+  const std::unique_lock lock(pool_mutex, std::try_to_lock);
+  return lock.owns_lock() ? pool().take(n_taken) : map_memory(n_taken);
+}
+
+void return_memory(void* memory, std::size_t n_bytes) noexcept {
+  const std::size_t n_returned = rounded_up(n_bytes, kPage);
+  const std::unique_lock lock(pool_mutex, std::try_to_lock);
+  if (!lock.owns_lock()) {
+    ::munmap(memory, n_returned);
+    return;
+  }
+  pool().give(memory, n_returned);
+}
+
+#else
+
+namespace {
+constexpr std::align_val_t kAlignment{64};  // a cache line
+}
+
+void* take_memory(std::size_t n_bytes) {
+  return ::operator new(n_bytes, kAlignment);
+}
+void return_memory(void* memory, std::size_t) noexcept {
+  ::operator delete(memory, kAlignment);
+}
+
+#endif
+
+}  // namespace superfacets

@@ -1,0 +1,61 @@
+#include "base/team_scope.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#if !defined(_WIN32)
+#include <unistd.h>
+#endif
+
+namespace superfacets {
+namespace {
+
+long process_id() {
+#if defined(_WIN32)
+  return 0;  // no process is forked
+#else
+  return ::getpid();
+#endif
+}
+
+// What a thread keeps.
+struct Kept {
+  int n_scopes = 0;
+  std::unique_ptr<ThreadTeam> team;
+  long process = 0;  // in which its threads were started
+};
+
+thread_local Kept kept;
+
+// The team that this thread keeps, if it is of use; a process that was forked has no threads to
+// end.
+std::unique_ptr<ThreadTeam> take_kept(int n_threads) {
+  if (kept.team != nullptr && kept.process != process_id()) {
+    static_cast<void>(kept.team.release());
+  }
+  if (kept.team == nullptr || kept.team->most() < n_threads) return nullptr;
+  return std::exchange(kept.team, nullptr);
+}
+
+}  // namespace
+
+TeamScope::TeamScope() {
+  ++kept.n_scopes;
+}
+
+TeamScope::~TeamScope() {
+  if (--kept.n_scopes == 0) take_kept(1).reset();
+}
+
+TeamLease::TeamLease(int n_threads) : team_(n_threads > 1 ? take_kept(n_threads) : nullptr) {
+  if (team_ == nullptr) team_ = std::make_unique<ThreadTeam>(n_threads);
+  team_->resize(std::min(n_threads, team_->most()));
+}
+
+TeamLease::~TeamLease() {
+  if (kept.n_scopes == 0 || team_->most() == 1) return;
+  kept.process = process_id();
+  kept.team = std::move(team_);
+}
+
+}  // namespace superfacets

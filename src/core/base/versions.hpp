@@ -1,0 +1,55 @@
+// Loops over many numbers, compiled several times: for the oldest processors, and for newer ones.
+#pragma once
+
+#include <cstdint>
+
+// Inlined even where the caller is compiled for other instructions than the rest.
+#if defined(__GNUC__)
+#define SUPERFACETS_ALWAYS_INLINE [[gnu::always_inline]] inline
+#else
+#define SUPERFACETS_ALWAYS_INLINE inline
+#endif
+
+// Versions are chosen by hand: the loader does so (by ifunc) with the GNU C library alone, not with
+// musl, and before a sanitizer is ready.
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__)
+#define SUPERFACETS_HAS_VERSIONS 1
+#else
+#define SUPERFACETS_HAS_VERSIONS 0
+#endif
+
+namespace superfacets {
+
+// What a loop may be compiled for. Later ones include the earlier.
+enum class InstructionSet : std::uint8_t { kBaseline, kAvx2, kAvx512 };
+
+// The last one that this processor has, of those compiled.
+InstructionSet best_instruction_set();
+
+#if SUPERFACETS_HAS_VERSIONS
+template <typename Loop, typename... Arguments>
+[[gnu::target("avx2")]] void run_avx2(const Loop& loop, const Arguments&... arguments) {
+  loop(arguments...);
+}
+
+template <typename Loop, typename... Arguments>
+[[gnu::target("avx512f,avx512dq,avx512vl")]] void run_avx512(const Loop& loop,
+                                                             const Arguments&... arguments) {
+  loop(arguments...);
+}
+#endif
+
+// Calls loop(arguments...) as compiled for a set of instructions that this processor has. The call
+// operator must be SUPERFACETS_ALWAYS_INLINE, and a const member. Results are the same bits with
+// each, because nothing is fused or reordered.
+template <typename Loop, typename... Arguments>
+void run_version(InstructionSet with, const Loop& loop, const Arguments&... arguments) {
+#if SUPERFACETS_HAS_VERSIONS
+  if (with == InstructionSet::kAvx512) return run_avx512(loop, arguments...);
+  if (with == InstructionSet::kAvx2) return run_avx2(loop, arguments...);
+#endif
+  static_cast<void>(with);
+  loop(arguments...);
+}
+
+}  // namespace superfacets
