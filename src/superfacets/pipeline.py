@@ -116,8 +116,8 @@ def segment(
         and regions may be disconnected.
     max_num_iter : int, default 50
         Maximum number of iterations. Each labels all faces once, or all coarse cells: where regions
-        have more than about a hundred faces, the loop runs on connected groups of 4 to 16 faces (on
-        groups of those where they have thousands), and two iterations on all faces follow. It does
+        have about a hundred faces or more, the loop runs on connected groups of 4 to 16 faces (on
+        groups of those where they have thousands), and all faces are labeled once after it. It does
         not with given seeds, `radius_factor`, ``tol=0``, ``max_num_iter=1``, and weights that are
         not the same both ways.
     tol : float, default 0.02

@@ -13,7 +13,6 @@ import numpy.typing as npt
 from .. import _core
 from .._options import LoopOptions
 from .._timing import timed
-from .levels import N_FINE_ITER
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
@@ -47,31 +46,29 @@ class Iteration:
 
     @property
     def stop_reason(self) -> StopReason:
-        """Why the loop ended: on the last level whose number of iterations was not fixed."""
-        if self.is_cancelled:
-            return "cancelled"
-        return self.levels[-1 if len(self.levels) == 1 else -2].stop_reason
+        """Why the iterations of the last level ended."""
+        return self.levels[-1].stop_reason if self.levels else "max_num_iter"
 
     def run(
         self, coarse: list[_core.CoarseGraph], graph: _core.OrderedGraph, centers: Centers
     ) -> _core.Clustering:
         """Run on the coarse graphs, the last of them first, and then on all cells.
 
-        The centers are cells of the first graph on this way. What comes back is the classification
-        by its own centers: the last move is dropped, whatever ends the loop.
+        The centers are cells of the first graph on this way. After coarse graphs, all cells are
+        classified once. What comes back is the classification by its own centers: the last move is
+        dropped, whatever ends the loop.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
         for level in reversed(coarse):
-            clustering = self._run_level(level.graph, centers, self.options.max_num_iter)
+            clustering = self._run_level(level.graph, centers)
             with timed(self.timings, "update"):
                 labels, centers = clustering.labels(), clustering.centers()
                 centers = level.refine(labels, centers, self.options.n_threads)
-        n_iter = self.options.max_num_iter
-        return self._run_level(graph, centers, min(n_iter, N_FINE_ITER) if coarse else n_iter)
+        return self._run_level(graph, centers, must_stay=bool(coarse))
 
     def _run_level(
-        self, graph: _core.OrderedGraph, centers: Centers, max_num_iter: int
+        self, graph: _core.OrderedGraph, centers: Centers, *, must_stay: bool = False
     ) -> _core.Clustering:
         """Classify by these centers, and iterate until one of the stop rules holds."""
         start = time.perf_counter()
@@ -81,14 +78,17 @@ class Iteration:
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
             clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
-        n_iter, reason = self._iterate(graph, clustering, 0 if self.is_cancelled else max_num_iter)
+        n_iter, reason = 1, self.stop_reason
+        if not (must_stay or self.is_cancelled):
+            n_iter, reason = self._iterate(graph, clustering)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 
     def _iterate(
-        self, graph: _core.OrderedGraph, clustering: _core.Clustering, max_num_iter: int
+        self, graph: _core.OrderedGraph, clustering: _core.Clustering
     ) -> tuple[int, StopReason]:
         """Return the number of iterations, and which rule ended them."""
+        max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()
         n_before = sum(level.n_iter for level in self.levels)
         for n_iter in range(1, max_num_iter + 1):

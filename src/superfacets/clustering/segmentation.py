@@ -22,10 +22,10 @@ class Level:
     n_cells : int
         Number of its cells.
     n_iter : int
-        Number of iterations on it; 0 if the run was cancelled before.
+        Number of iterations on it. All faces after coarser cells get one, which is a
+        classification.
     stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
-        Why they ended, as for `Segmentation`. All faces after coarser cells get two iterations at
-        most.
+        Why they ended, as for `Segmentation`.
     seconds : float
         Wall time of these iterations.
     """
