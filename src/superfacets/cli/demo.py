@@ -7,9 +7,10 @@ from pathlib import Path
 import click
 
 from .._timing import timed
+from ..io.atomic import writable_folder
 from ..io.writers.write import write_outputs
 from ..pipeline import segment
-from .options import FILE
+from .options import FOLDER
 from .progress import open_bar
 from .report import summary_of
 
@@ -21,7 +22,7 @@ __all__ = ["demo_command"]
     "-o",
     "--output",
     metavar="DIR",
-    type=FILE,
+    type=FOLDER,
     default=Path("superfacets-demo"),
     show_default=True,
     help="Folder for the results.",
@@ -32,7 +33,7 @@ def demo_command(output: Path) -> None:
     from ..view.rendering import check_rendering, render
 
     check_rendering()
-    output.mkdir(parents=True, exist_ok=True)
+    writable_folder(output)
     labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
     timings: dict[str, float] = {}
     with open_bar("bear") as bar:

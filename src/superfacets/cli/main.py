@@ -34,7 +34,7 @@ def main() -> NoReturn:
     try:
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
-        place = error.ctx.command_path if error.ctx else "superfacets"
+        place = error.ctx.command_path if error.ctx else _command_path()
         _fail(f"{error.format_message()} (see {place} --help)", EXIT_USAGE)
     except click.Abort:
         _interrupted()
@@ -81,6 +81,12 @@ def commands(ctx: click.Context) -> None:
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help(), err=True)
         ctx.exit(EXIT_USAGE)
+
+
+def _command_path() -> str:
+    """The command that was called, where an error of click's parser does not know it."""
+    called = [name for name in sys.argv[1:2] if name in COMMANDS]
+    return " ".join(["superfacets", *called])
 
 
 def _terminate(*_: object) -> NoReturn:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Any
 
 import click
 
 __all__ = [
+    "COUNT",
     "EXISTING_FOLDER",
     "FILE",
     "FOLDER",
@@ -14,14 +17,58 @@ __all__ = [
     "NOT_NEGATIVE",
     "POSITIVE",
     "STANDARD_STREAM",
+    "Count",
+    "Real",
     "numbers",
 ]
 
+
+class Count(click.IntRange):
+    """Whole numbers from a lowest one up."""
+
+    def __init__(self, lowest: int) -> None:
+        super().__init__(min=lowest)
+        self._lowest = lowest
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> int:
+        """The number; a usage error that says what is expected."""
+        try:
+            number = int(value)
+        except ValueError:
+            number = None
+        if number is None or number < self._lowest:
+            self.fail(
+                f"{str(value)!r} is not a whole number of {self._lowest} or more", param, ctx
+            )
+        return number
+
+
+class Real(click.FloatRange):
+    """Finite numbers; click's own let NaN and infinity through."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        """The number; a usage error that says what is expected."""
+        try:
+            number = float(value)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            self.fail(f"{str(value)!r} is not a finite number", param, ctx)
+        return float(super().convert(number, param, ctx))
+
+
 FILE = click.Path(path_type=Path)
-FOLDER = click.Path(path_type=Path, file_okay=False)
+FOLDER = FILE
+"""For results: `writable_folder` makes it, and says what is wrong with it."""
+
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
-POSITIVE = click.FloatRange(min=0, min_open=True)
-NOT_NEGATIVE = click.FloatRange(min=0)
+COUNT = Count(1)
+POSITIVE = Real(min=0, min_open=True)
+NOT_NEGATIVE = Real(min=0)
 
 STANDARD_STREAM = "-"
 """Stands for standard input or standard output."""

@@ -10,7 +10,9 @@ from pathlib import Path
 
 import click
 
+from ..io.atomic import writable_folder
 from ..io.guards import known_ending
+from ..io.readers.read import MESH_ENDINGS
 from ..io.writers.write import OUTPUT_ENDINGS
 from .inputs import name_of
 from .options import STANDARD_STREAM
@@ -86,7 +88,7 @@ def plan_jobs(
         jobs.append(Job(text, tuple(files), stream))
     _check_files(jobs)
     for folder in folders:
-        _make_folder(Path(folder))
+        writable_folder(Path(folder))
     return jobs
 
 
@@ -111,7 +113,9 @@ def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[
         try:
             known_ending(Path(text), OUTPUT_ENDINGS)
         except ValueError as error:
-            raise click.UsageError(f"{error} (a folder is written as {text}/)") from None
+            is_file = Path(text).is_file() or Path(text).suffix.lower() in MESH_ENDINGS
+            hint = "" if is_file else f" (a folder is written as {text}/)"
+            raise click.UsageError(f"{error}{hint}") from None
         if len(inputs) > 1:
             raise click.UsageError(
                 f"{text} is one file for {len(inputs)} inputs: give -o a folder, as results/"
@@ -174,9 +178,3 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
     except OSError:
         return os.path.normcase(os.path.realpath(path))
     return found.st_dev, found.st_ino
-
-
-def _make_folder(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise NotADirectoryError(f"{folder}: is a file, not a folder")
-    folder.mkdir(parents=True, exist_ok=True)

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from .._validate import checked_threads
-from .options import EXISTING_FOLDER, FOLDER, numbers
+from .options import COUNT, EXISTING_FOLDER, FOLDER, Count, numbers
 
 __all__ = ["quality_command"]
 
@@ -23,18 +23,18 @@ __all__ = ["quality_command"]
 )
 @click.option("--models", callback=numbers, metavar="LIST", help="Only these, as 5,125,397.")
 @click.option(
-    "--every", type=click.IntRange(min=1), default=1, help="Only every so many-th of the models."
+    "--every", type=COUNT, default=1, help="Only every so many-th of the models."
 )
 @click.option(
     "--finer",
     "n_finer",
-    type=click.IntRange(min=0),
+    type=Count(0),
     default=10,
     show_default=True,
     help="Models that are subdivided and decimated, too.",
 )
 @click.option(
-    "--jobs", "n_jobs", type=click.IntRange(min=1), help="Processes.  [default: one per core]"
+    "--jobs", "n_jobs", type=COUNT, help="Processes.  [default: one per core]"
 )
 def quality_command(
     benchmark: Path,

@@ -11,7 +11,8 @@ import numpy.typing as npt
 from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.read import read_mesh
 from ..mesh.triangle_mesh import Mesh
-from .options import FILE
+from .failures import print_note
+from .options import FILE, Real
 
 if TYPE_CHECKING:
     from ..view.camera import Up
@@ -29,10 +30,10 @@ __all__ = ["render_command"]
     show_default=True,
     help="Axis that points up; a guess between y and z by default.",
 )
-@click.option("--azimuth", type=float, default=30.0, show_default=True, help="Degrees around.")
+@click.option("--azimuth", type=Real(), default=30.0, show_default=True, help="Degrees around.")
 @click.option(
     "--elevation",
-    type=click.FloatRange(-90, 90),
+    type=Real(-90, 90),
     default=15.0,
     show_default=True,
     help="Degrees above the horizon.",
@@ -53,6 +54,8 @@ def render_command(
         raise click.UsageError(f"{output}: pictures are written as .png")
     surface = read_mesh(mesh)
     shown = _labels_of(mesh, surface) if labels is None else read_labels(labels, surface.n_faces)
+    if shown is None:
+        print_note(f"{mesh} holds no labels: the picture is plain; --labels names a file of them")
     view = View(azimuth=azimuth, elevation=elevation, up=up)
     render(surface, shown, output=output, view=view)
     click.echo(f"wrote {output}")

@@ -13,6 +13,7 @@ from ..cells.slivers import sliver_note
 from ..cells.subdivision import Subdivision
 from ..clustering.segmentation import Segmentation
 from ..io.attributes import MeshAttributes
+from ..io.guards import counted
 from ..io.writers.ply import names_replaced
 from .options import STANDARD_STREAM
 
@@ -28,27 +29,52 @@ __all__ = [
 
 def notes_on_regions(result: Segmentation, asked: int | None) -> list[str]:
     """Notes on unexpected results; `asked` is k, None with a radius."""
-    notes = []
-    keeps_k = result.params["init"] in ("geodesic", "farthest")
-    n_more = result.n_segments + result.n_merged - asked if asked is not None and keeps_k else 0
-    if n_more > 0:
-        why = "components of the mesh that got no seed"
-        if result.params["radius_factor"] is not None:
-            why += ", or faces that no center reached"
-        notes.append(
-            f"{n_more} more regions than asked for, for {why};"
-            " with --islands nearest they join the nearest region"
-        )
+    notes = _notes_on_number(result, asked)
     if result.n_unreached and result.params["islands"] == "nearest":
-        notes.append(f"{result.n_unreached} islands without a seed joined the nearest region")
+        notes.append(
+            f"{counted(result.n_unreached, 'island')} without a seed joined the nearest region"
+        )
     if result.n_joined:
-        notes.append(f"{result.n_joined} stray pieces joined a neighbor")
+        notes.append(f"{counted(result.n_joined, 'stray piece')} joined a neighbor")
+    elif _is_connected_anyway(result.params):
+        notes.append("--connect has nothing to do: only --paper gives regions in several pieces")
     if result.n_merged:
-        notes.append(f"{result.n_merged} small regions joined another")
+        notes.append(f"{counted(result.n_merged, 'small region')} joined another")
     if result.n_islands:
-        notes.append(f"{result.n_islands} small regions touch no other, and stayed")
+        notes.append(f"{counted(result.n_islands, 'small region')} without a neighbor stayed")
     slivers = sliver_note(result.sliver_share or 0.0, "try --subdivide")
     return notes if slivers is None else [*notes, slivers]
+
+
+def _is_connected_anyway(params: Mapping[str, Any]) -> bool:
+    """Whether regions were to be connected that are."""
+    is_exact = params["radius_factor"] is None and params["islands"] == "keep"
+    return is_exact and params["enforce_connectivity"]
+
+
+def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
+    """A note where there are more or fewer regions than asked for, or a radius makes one of all."""
+    params = result.params
+    n_made = result.n_segments + result.n_merged
+    n_kept = result.n_unreached if params["islands"] == "keep" else 0
+    if asked is None:
+        if n_made - n_kept > 1:
+            return []
+        return ["the radius makes one region of all: -r is a fraction of the mesh's diagonal"]
+    if n_made != asked and params["init"] in ("flood", "grid"):
+        return [
+            f"{counted(n_made, 'region')} in place of {asked}: --init {params['init']} makes only"
+            " about as many as asked for"
+        ]
+    if n_made <= asked:
+        return []
+    why = "components of the mesh that got no seed"
+    if params["radius_factor"] is not None:
+        why += ", or faces that no center reached"
+    return [
+        f"{counted(n_made - asked, 'more region')} than asked for, for {why};"
+        " with --islands nearest they join the nearest region"
+    ]
 
 
 def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
@@ -56,7 +82,9 @@ def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list
     n_lost = result.n_segments - len(np.unique(listed))
     if not n_lost:
         return []
-    return [f"{n_lost} regions have the most area in no face of the input: label files lack them"]
+    have, them = ("has", "it") if n_lost == 1 else ("have", "them")
+    lost = counted(n_lost, "region")
+    return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
 
 
 def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
@@ -108,7 +136,7 @@ def summary_of(
         f"wrote {'standard output' if output == STANDARD_STREAM else output}" for output in outputs
     ]
     lines.append(
-        f"{name}: {len(result.labels)} faces, {result.n_segments} regions, "
-        f"{result.n_iter} iterations, {result.stop_reason}; seconds: {seconds}"
+        f"{name}: {counted(len(result.labels), 'face')}, {counted(result.n_segments, 'region')}, "
+        f"{counted(result.n_iter, 'iteration')}, {result.stop_reason}; seconds: {seconds}"
     )
     return "\n".join(lines)

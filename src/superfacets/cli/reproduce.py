@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .._validate import checked_threads
-from .options import EXISTING_FOLDER, FOLDER, numbers
+from .options import COUNT, EXISTING_FOLDER, FOLDER, NOT_NEGATIVE, numbers
 
 if TYPE_CHECKING:
     from ..study.reproduce.reproduction import Report
@@ -35,11 +35,11 @@ __all__ = ["reproduce_command"]
 )
 @click.option(
     "--budget-minutes",
-    type=click.FloatRange(min=0),
+    type=NOT_NEGATIVE,
     help="Begin no task after so many minutes. Pictures and plots come on top.",
 )
 @click.option(
-    "--jobs", "n_jobs", type=click.IntRange(min=1), help="Processes.  [default: one per core]"
+    "--jobs", "n_jobs", type=COUNT, help="Processes.  [default: one per core]"
 )
 def reproduce_command(
     benchmark: Path,

@@ -34,7 +34,7 @@ from ..pipeline import PAPER, segment
 from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_mesh_and_attributes, name_of
-from .options import INPUT_FORMATS, NOT_NEGATIVE, POSITIVE
+from .options import COUNT, INPUT_FORMATS, NOT_NEGATIVE, POSITIVE
 from .outputs import OUTPUT_FORMATS, Job, plan_jobs
 from .progress import Bar, open_bar
 from .report import (
@@ -54,7 +54,7 @@ __all__ = ["segment_command"]
     "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
 )
 @click.option(
-    "-n", "--n-segments", type=click.IntRange(min=1), help="Number of regions.  [default: 150]"
+    "-n", "--n-segments", type=COUNT, help="Number of regions.  [default: 150]"
 )
 @click.option(
     "-r",
@@ -72,7 +72,8 @@ __all__ = ["segment_command"]
     "--eta",
     "eta_convex",
     type=NOT_NEGATIVE,
-    help="Weight of convex creases relative to concave ones.  [default: by weights: 0, 0.2]",
+    help="Weight of convex creases (ridges) relative to concave ones; 0.2 is right for machine"
+    " parts.  [default: by weights: 0, 0.2]",
 )
 @click.option(
     "--weights",
@@ -83,13 +84,14 @@ __all__ = ["segment_command"]
 @click.option(
     "--init",
     type=click.Choice(INITS),
-    help="How the first centers are placed.  [default: geodesic]",
+    help="How the first centers are placed; flood and grid make only about as many regions as -n"
+    " says.  [default: geodesic]",
 )
 @click.option("--paper", is_flag=True, help="The algorithm of the paper, exactly as published.")
 @click.option(
     "--max-iter",
     "max_num_iter",
-    type=click.IntRange(min=1),
+    type=COUNT,
     default=50,
     show_default=True,
     help="Maximum number of iterations.",
@@ -119,7 +121,8 @@ __all__ = ["segment_command"]
     "--islands",
     type=click.Choice(ISLANDS),
     help="Components without a seed, and small regions without a neighbor, are regions of their"
-    " own, or join the nearest region, which makes -n exact.  [default: keep]",
+    " own, or join the nearest region, which makes -n exact (but with --init flood or grid)."
+    "  [default: keep]",
 )
 @click.option(
     "--subdivide",
@@ -137,7 +140,7 @@ __all__ = ["segment_command"]
 @click.option(
     "--threads",
     "n_threads",
-    type=click.IntRange(min=1),
+    type=COUNT,
     help="Threads to use.  [default: one per core]",
 )
 @click.option(

@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-__all__ = ["StrPath", "atomic_outputs", "checked_targets", "remove_leftovers"]
+__all__ = ["StrPath", "atomic_outputs", "checked_targets", "remove_leftovers", "writable_folder"]
 
 StrPath = str | os.PathLike[str]
 
@@ -114,13 +114,32 @@ def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
     return targets
 
 
+def writable_folder(folder: Path) -> None:
+    """Make a folder for outputs, if it is not there.
+
+    Raises
+    ------
+    OSError
+        If it cannot be made, may not be written, or is a file.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise NotADirectoryError(f"{folder}: is a file, not a folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    if not _is_writable(folder):
+        raise PermissionError(f"{folder}: the folder is not writable")
+
+
+def _is_writable(folder: Path) -> bool:
+    return os.access(folder, os.W_OK | os.X_OK)
+
+
 def _check_target(path: StrPath, target: Path) -> None:
     folder = target.parent
     if not folder.exists():
         raise FileNotFoundError(f"{path}: the folder {folder} does not exist")
     if not folder.is_dir():
         raise NotADirectoryError(f"{path}: {folder} is not a folder")
-    if not os.access(folder, os.W_OK | os.X_OK):
+    if not _is_writable(folder):
         raise PermissionError(f"{path}: the folder {folder} is not writable")
     if target.is_dir():
         raise IsADirectoryError(f"{path}: is a folder, not a file")

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from ..io.atomic import writable_folder
 from .records import Key, Record, read_record, write_record
 from .workers import Death, Job, run_jobs
 
@@ -178,9 +179,9 @@ def locked(folder: Path) -> Iterator[None]:
     ValueError
         If another start is using it.
     OSError
-        If it cannot be made.
+        If it cannot be made or written, or is a file.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    writable_folder(folder)
     try:
         import fcntl
     except ImportError:  # Windows: two starts at once would do work twice, and no harm
