@@ -10,8 +10,10 @@ import shapes
 from superfacets import (
     CellGraph,
     Mesh,
+    arc_measures,
     build_face_graph,
     crease_weights,
+    mesh_info,
     segment,
     stk02_weights,
     superfacet_weights,
@@ -175,6 +177,21 @@ def test_two_coincident_sheets_are_not_inside_out_by_rounding():
     angular = weights_of(sheet)[:3] - weights_of(sheet, alpha=0)[:3]
     diagonal = np.linalg.norm(np.ptp(vertices, axis=0))
     assert angular == pytest.approx(200 * 0.2 * edges / diagonal, rel=1e-9)
+
+
+@pytest.mark.parametrize("is_inside_out", [False, True])
+def test_an_edge_that_rises_by_exactly_nothing_is_not_concave(is_inside_out):
+    """Two faces on the same corners: an angle of pi, and no step from centroid to centroid."""
+    sheet = Mesh([[3, 0, 0], [6, 0, 0], [3, 4, 0]], [[0, 1, 2], [2, 1, 0]])
+    box = shapes.inside_out_cube() if is_inside_out else shapes.cube()
+    mesh = shapes.together([box, sheet])
+    assert mesh_info(mesh).is_inside_out == is_inside_out
+    graph = build_face_graph(mesh)
+    of_sheet = slice(graph.offsets[12], graph.offsets[14])
+    angular = superfacet_weights(mesh, graph) - superfacet_weights(mesh, graph, alpha=0)
+    convex = 200 * 0.2 * np.array([3, 3, 4, 4, 5, 5]) / graph.diagonal  # |e| is 3, 4 and 5
+    assert sorted(angular[of_sheet]) == pytest.approx(convex.tolist(), rel=1e-12)
+    assert arc_measures(mesh, graph).angles[of_sheet] == pytest.approx([-math.pi] * 6)
 
 
 @pytest.mark.parametrize("options", [{"alpha": -1}, {"alpha": math.nan}, {"eta_convex": -0.1}])
