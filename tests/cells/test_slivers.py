@@ -30,15 +30,15 @@ def share_of(mesh, radius):
     return sliver_share(mesh, faces, known.longest, radius, 2)
 
 
-def test_the_share_counts_faces_longer_than_three_radii_and_thinner_than_one():
+def test_the_share_counts_faces_longer_than_two_radii_and_thinner_than_half_of_one():
     """Right triangles with legs 1 and 1 (area 1/2), 6 and 1 (3), and 6 and 4 (12)."""
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [6, 0, 1], [6, 0, 0], [0, 4, 2], [6, 0, 2],
                [0, 1, 1], [0, 0, 1], [0, 0, 2]]  # fmt: skip
     mesh = Mesh(corners, [[0, 1, 2], [8, 3, 7], [9, 6, 5]])
-    assert share_of(mesh, 1.0) == 3 / 15.5
-    assert share_of(mesh, 2.0) == 3 / 15.5  # the hypotenuse is 6.08
-    assert share_of(mesh, 2.1) == 0  # no longer than 3 r
-    assert share_of(mesh, 0.98) == 0  # 0.986 high
+    assert share_of(mesh, 2.0) == 3 / 15.5
+    assert share_of(mesh, 3.0) == 3 / 15.5  # the hypotenuse is 6.08
+    assert share_of(mesh, 3.1) == 0  # no longer than 2 r
+    assert share_of(mesh, 1.97) == 0  # 0.986 high
     assert share_of(mesh, 0.4) == 0
     assert share_of(mesh, 0.0) == 0
 
@@ -67,10 +67,10 @@ def test_a_fan_over_a_flat_face_is_warned_of_once_with_what_to_do():
     assert caught[0].filename == __file__
     max_edge = result.params["expected_radius"] / 4
     assert message == (
-        "20% of the area is in faces that are long and thin beside the regions, which become"
+        "37% of the area is in faces that are long and thin beside the regions, which become"
         f" stripes: segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
     )
-    assert math.isclose(result.sliver_share, 0.2, abs_tol=0.01)
+    assert math.isclose(result.sliver_share, 0.375, abs_tol=0.01)
 
 
 def test_after_what_the_warning_says_regions_are_rounder_and_there_is_no_warning():
@@ -124,13 +124,16 @@ def test_nothing_is_said_of_the_sample_mesh():
         assert segment(mesh, k).sliver_share < 0.001
 
 
-def test_nothing_is_said_of_the_benchmark(benchmark_paths):
-    """Warnings are errors in tests; the shares are those of 150 regions."""
+def test_two_models_of_the_benchmark_that_gain_from_subdivision_are_named(benchmark_paths):
+    """With 150 regions their compactness falls from 8.9 to 5.6, and from 8.4 to 5.1."""
     assert len(benchmark_paths) >= 95
+    named = set()
     for path in benchmark_paths:
         mesh = read_off(path)
         radius = math.sqrt(build_face_graph(mesh).measures.sum() / math.pi / 150)
-        assert sliver_note(share_of(mesh, radius), "") is None, path
+        if sliver_note(share_of(mesh, radius), ""):
+            named.add(path.stem)
+    assert named == {"349", "353"}
 
 
 @pytest.mark.parametrize(

@@ -70,9 +70,9 @@ class Segmentation:
     n_islands : int
         Small regions that have no neighbor, and were kept.
     sliver_share : float or None
-        Share of the area, 0 to 1, in faces longer than 3 r and thinner than r, with the expected
-        radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of a graph
-        of one's own, which have no length.
+        Share of the area, 0 to 1, in faces longer than 2 r and thinner than r / 2, with the
+        expected radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of
+        a graph of one's own, which have no length.
     levels : tuple of Level
         What the loop did on each level, the coarsest first, that of all faces last.
     timings : dict of str to float
