@@ -4,6 +4,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+from gallery_meshes import flange
 
 import superfacets as sf
 from superfacets.view.gl import quiet_vtk
@@ -63,20 +64,6 @@ def dots(graph, seeds):
     return is_near
 
 
-def flange(n_around=96):
-    """A pipe with a plate at its end, as CAD programs mesh them: two long faces per step around."""
-    profile = np.array([[0.3, 0], [1, 0], [1, 0.2], [0.5, 0.2], [0.5, 0.9], [0.3, 0.9]])
-    turns = 2 * np.pi * np.arange(n_around) / n_around
-    around = np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    rings = [np.insert(radius * around, 2, z, axis=1) for radius, z in profile]
-    step, ring = np.meshgrid(np.arange(n_around), np.arange(len(profile)))
-    a = (ring * n_around + step).ravel()
-    b = (ring * n_around + (step + 1) % n_around).ravel()
-    c, d = ((x + n_around) % (len(profile) * n_around) for x in (b, a))
-    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return sf.Mesh(np.concatenate(rings), faces)
-
-
 def draw_slivers(name):
     """Write, side by side, a CAD part, its regions, and those of the subdivided part."""
     from PIL import Image
@@ -84,9 +71,9 @@ def draw_slivers(name):
     part = flange()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sf.SliverWarning)
-        striped = sf.segment(part, N_SEGMENTS)
+        striped = sf.segment(part, N_SEGMENTS, eta_convex=0.2)
     fine = sf.subdivide(part, striped.params["expected_radius"] / 4).mesh
-    round_ones = sf.segment(fine, N_SEGMENTS)
+    round_ones = sf.segment(fine, N_SEGMENTS, eta_convex=0.2)
     faces = np.arange(part.n_faces)
     plain = np.broadcast_to(PLAIN.astype(np.uint8), (part.n_faces, 3))
     style = {"view": sf.View(up="z", elevation=35), "size": (480, 400)}

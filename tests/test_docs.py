@@ -69,7 +69,7 @@ def files(tmp_path, monkeypatch, real_data):
     sf.write_mesh("scan.ply", bear, attributes=color)
     sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
     sf.write_mesh("assembly.ply", with_specks(bear))
-    write_stl("part.stl", gallery_meshes.flange(48))
+    write_stl("part.stl", gallery_meshes.flange())
     if real_data is not None:
         Path("psb").symlink_to(real_data / "psb")
     return tmp_path

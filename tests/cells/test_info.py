@@ -3,7 +3,7 @@
 import pytest
 import shapes
 
-from superfacets import mesh_info
+from superfacets import SliverWarning, mesh_info, segment
 
 
 def test_a_cube_is_closed_and_consistent():
@@ -14,6 +14,14 @@ def test_a_cube_is_closed_and_consistent():
     assert info.area == 6
     assert info.bounds == ((0, 0, 0), (1, 1, 1))
     assert info.diagonal == pytest.approx(3**0.5)
+
+
+def test_slivers_are_those_beside_150_regions():
+    """Or one region per face: the cube's faces are thicker than half a radius of that."""
+    assert mesh_info(shapes.cube()).sliver_share == 0
+    block = shapes.drilled_block(256)
+    with pytest.warns(SliverWarning):
+        assert mesh_info(block).sliver_share == segment(block, 150).sliver_share > 0.3
 
 
 def test_soup_has_more_vertices_than_positions_and_boundaries_where_not_welded():

@@ -52,7 +52,7 @@ def test_the_share_does_not_depend_on_the_number_of_threads():
     mesh = shapes.bumpy_sheet(120)
     squeezed = Mesh(mesh.vertices * [1, 0.02, 0.02], mesh.faces)
     faces, known = graph_and_shapes(squeezed, weld=True, n_threads=2)
-    shares = {sliver_share(squeezed, faces, known.longest, 0.0025, n) for n in (1, 2, 3, 8)}
+    shares = {sliver_share(squeezed, faces, known.longest, 0.004, n) for n in (1, 2, 3, 8)}
     assert len(shares) == 1
     assert 0 < shares.pop() < 1
 

@@ -1,5 +1,6 @@
 """The command `demo`."""
 
+import os
 import sys
 
 import pytest
@@ -14,6 +15,21 @@ def test_the_demo_makes_nothing_where_it_cannot_draw(run, tmp_path, monkeypatch)
     assert (status, out) == (1, "")
     assert "pip install 'superfacets[viz]'" in err
     assert files_in(tmp_path) == []
+
+
+def test_a_file_and_a_folder_that_may_not_be_written_are_found_before_the_work(
+    run, tmp_path, monkeypatch
+):
+    if not can_render():
+        pytest.skip("no OpenGL to draw with")
+    (tmp_path / "taken").write_text("")
+    status, out, err = run("demo", "-o", tmp_path / "taken")
+    assert (status, out) == (1, "")
+    assert err == f"superfacets: error: {tmp_path / 'taken'}: is a file, not a folder\n"
+    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write everywhere
+    status, out, err = run("demo", "-o", tmp_path)
+    assert (status, out) == (1, "")
+    assert err == f"superfacets: error: {tmp_path}: the folder is not writable\n"
 
 
 def test_the_demo_makes_a_labeled_mesh_and_a_picture(run, tmp_path):

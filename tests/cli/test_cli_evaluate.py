@@ -48,3 +48,9 @@ def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
     status, _, error = run("evaluate", mesh, labels, labels)
     assert status == 2
     assert "ground truth needs --gt" in error
+    status, _, error = run("evaluate", mesh, labels, "--gt")
+    assert status == 2
+    assert error.endswith("'--gt' requires an argument. (see superfacets evaluate --help)\n")
+    status, _, error = run("evaluate", mesh, labels, "--tolerance", "nan")
+    assert status == 2
+    assert "'nan' is not a finite number" in error

@@ -3,6 +3,10 @@
 import json
 import re
 
+import shapes
+
+from superfacets import write_mesh
+
 
 def test_info_prints_counts(run, sheet):
     status, out, err = run("info", sheet)
@@ -14,6 +18,19 @@ def test_info_prints_counts(run, sheet):
     facts = json.loads(run("info", sheet, "--json")[1])
     assert facts["n_faces"] == 1152
     assert facts["n_boundary_edges"] == 96
+
+
+def test_info_says_where_regions_would_become_stripes(run, tmp_path):
+    path = tmp_path / "block.ply"
+    write_mesh(path, shapes.drilled_block(256))
+    status, out, err = run("info", path)
+    assert status == 0
+    assert "slivers              37% of the area, for 150 regions\n" in out
+    assert err == (
+        f"superfacets: note: {path}: 37% of the area is in faces that are long and thin beside the"
+        " regions, which become stripes: try segment --subdivide\n"
+    )
+    assert json.loads(run("info", path, "--json")[1])["sliver_share"] > 0.3
 
 
 def test_info_takes_several_files_and_goes_on_after_a_bad_one(run, sheet):

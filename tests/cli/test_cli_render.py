@@ -26,6 +26,20 @@ def test_rendering_wants_a_png(run, sheet, tmp_path):
     assert "picture.jpg: pictures are written as .png" in err
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--azimuth", "nan"], "'nan' is not a finite number"),
+        (["--elevation", "-inf"], "'-inf' is not a finite number"),
+        (["--elevation", 91], "91.0 is not in the range -90<=x<=90"),
+    ],
+)
+def test_angles_are_finite(run, sheet, tmp_path, arguments, message):
+    status, _, err = run("render", sheet, "-o", tmp_path / "picture.png", *arguments)
+    assert status == 2
+    assert message in err
+
+
 def test_labels_of_another_mesh_are_refused(run, sheet, tmp_path):
     labels = tmp_path / "labels.npy"
     np.save(labels, np.zeros(7, np.int32))
@@ -42,8 +56,11 @@ def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
     plain, labeled, given = (tmp_path / f"{name}.png" for name in ("plain", "labeled", "given"))
     both = ["-o", tmp_path / "l.ply", "-o", tmp_path / "l.npy"]
     assert run("segment", sheet, "-n", 20, *both)[0] == 0
-    assert run("render", sheet, "-o", plain)[:2] == (0, f"wrote {plain}\n")
-    assert run("render", tmp_path / "l.ply", "-o", labeled)[0] == 0
+    note = (
+        f"superfacets: note: {sheet} holds no labels: the picture is plain; --labels names a file"
+    )
+    assert run("render", sheet, "-o", plain) == (0, f"wrote {plain}\n", f"{note} of them\n")
+    assert run("render", tmp_path / "l.ply", "-o", labeled)[::2] == (0, "")
     assert run("render", sheet, "--labels", tmp_path / "l.npy", "-o", given)[0] == 0
     assert labeled.read_bytes() == given.read_bytes() != plain.read_bytes()
     turned = tmp_path / "turned.png"

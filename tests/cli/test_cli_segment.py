@@ -103,7 +103,7 @@ def test_slivers_are_a_note_of_one_line(run, block):
     status, _, err = run("segment", block, "-n", 100)
     assert status == 0
     assert err == (
-        "superfacets: note: 20% of the area is in faces that are long and thin beside the regions,"
+        "superfacets: note: 37% of the area is in faces that are long and thin beside the regions,"
         " which become stripes: try --subdivide\n"
     )
 
@@ -164,15 +164,43 @@ def test_more_regions_than_asked_for_are_explained(run, tmp_path):
     assert status == 0
     assert "2 regions" in out
     assert err == (
-        "superfacets: note: 1 more regions than asked for,"
+        "superfacets: note: 1 more region than asked for,"
         " for components of the mesh that got no seed;"
         " with --islands nearest they join the nearest region\n"
     )
     status, out, err = run("segment", path, "-n", 1, "--islands", "nearest")
-    assert "1 regions" in out
-    assert err == "superfacets: note: 1 islands without a seed joined the nearest region\n"
+    assert "8 faces, 1 region, 1 iteration" in out
+    assert err == "superfacets: note: 1 island without a seed joined the nearest region\n"
     assert "no center reached" in run("segment", path, "-n", 1, "--paper")[2]
     assert run("segment", path, "-n", 2)[2] == ""
+
+
+@pytest.mark.parametrize("init", ["flood", "grid"])
+def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init):
+    made = segment(sheet, 7, init=init).n_segments
+    assert made != 7
+    assert run("segment", sheet, "-n", 7, "--init", init)[2] == (
+        f"superfacets: note: {made} regions in place of 7: --init {init} makes only about as many as"
+        " asked for\n"
+    )
+    assert run("segment", sheet, "-n", 7, "--init", init, "-q")[2] == ""
+    assert run("segment", sheet, "-r", 0.1, "--init", init)[2] == ""
+
+
+def test_connect_without_paper_is_a_note(run, sheet):
+    assert run("segment", sheet, "-n", 20, "--connect")[2] == (
+        "superfacets: note: --connect has nothing to do: only --paper gives regions in several"
+        " pieces\n"
+    )
+    assert run("segment", sheet, "-n", 20, "--islands", "nearest", "--connect")[2] == ""
+
+
+def test_a_radius_larger_than_the_mesh_is_a_note(run, sheet, tmp_path):
+    note = "superfacets: note: the radius makes one region of all: -r is a fraction of the mesh's"
+    assert run("segment", sheet, "-r", 5)[2] == f"{note} diagonal\n"
+    assert run("segment", sheet, "-n", 1)[2] == ""
+    write_mesh(tmp_path / "islands.ply", shapes.two_islands())
+    assert run("segment", tmp_path / "islands.ply", "-r", 5)[2] == f"{note} diagonal\n"
 
 
 def test_ascii_writes_text(run, sheet):
@@ -185,13 +213,15 @@ def test_ascii_writes_text(run, sheet):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["-n", 0], "Invalid value for '-n' / '--n-segments': 0 is not in the range x>=1."),
-        (["-n", "many"], "Invalid value for '-n'"),
+        (["-n", 0], "for '-n' / '--n-segments': '0' is not a whole number of 1 or more"),
+        (["-n", "abc"], "for '-n' / '--n-segments': 'abc' is not a whole number of 1 or more"),
+        (["-n", 2.5], "'2.5' is not a whole number of 1 or more"),
         (["-n", 5, "-r", 0.1], "give n_segments or radius, not both"),
         (["-r", 0], "Invalid value for '-r' / '--radius'"),
-        (["-r", "nan"], "radius must be finite and positive"),
+        (["-r", "nan"], "Invalid value for '-r' / '--radius': 'nan' is not a finite number"),
+        (["-r", "wide"], "Invalid value for '-r' / '--radius': 'wide' is not a finite number"),
         (["-a", -1], "Invalid value for '-a' / '--alpha': -1.0 is not in the range x>=0."),
-        (["-a", "inf"], "alpha must be finite and not negative"),
+        (["-a", "inf"], "Invalid value for '-a' / '--alpha': 'inf' is not a finite number"),
         (["--eta", -1], "Invalid value for '--eta'"),
         (["--init", "random"], "Invalid value for '--init'"),
         (["--max-iter", 0], "Invalid value for '--max-iter'"),
@@ -332,9 +362,7 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
 def test_wrong_parameters_are_found_before_any_file_is_read(run, three):
     for arguments, message in [
         (["-n", 5, "-r", 0.1], "give n_segments or radius, not both"),
-        (["-a", "nan"], "alpha must be finite"),
-        (["--min-size", "inf"], "min_size must be finite"),
-        (["--tol", "nan"], "tol must be finite"),
+        (["--weights", "stk02", "-a", 2], "alpha must be"),
     ]:
         status, out, err = run("segment", *three, *arguments)
         assert (status, out, err.count("\n")) == (2, "", 1), arguments

@@ -9,7 +9,10 @@ import numpy as np
 from .. import _core
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
+from ..mesh.triangle_mesh import Mesh
 from .face_graph import FaceGraph, build_face_graph
+from .size import checked_n_segments, radius_of
+from .slivers import sliver_share
 from .surface import is_inside_out
 
 __all__ = ["MeshInfo", "mesh_info"]
@@ -45,6 +48,9 @@ class MeshInfo:
     """Low and high corner of the bounding box of the vertices that faces use."""
     diagonal: float
     """Length of the diagonal of that box."""
+    sliver_share: float
+    """Share of the area, 0 to 1, in faces so long and thin that 150 regions (one per face, if these
+    are fewer) become stripes; see `Segmentation`."""
 
 
 def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo:
@@ -82,7 +88,16 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo:
         area=_core.sum_of(graph.measures, checked_threads(None)),
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
+        sliver_share=_sliver_share(mesh, graph),
     )
+
+
+def _sliver_share(mesh: Mesh, graph: FaceGraph) -> float:
+    """For the number of regions that `segment` makes by default."""
+    n_threads = checked_threads(None)
+    n_segments = checked_n_segments(None, mesh.n_faces)
+    radius = radius_of(graph.measures, n_segments, n_threads)
+    return sliver_share(mesh, graph, radius, n_threads)
 
 
 def _count_components(graph: FaceGraph) -> int:

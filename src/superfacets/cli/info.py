@@ -9,8 +9,10 @@ from functools import partial
 import click
 
 from ..cells.info import MeshInfo, mesh_info
+from ..cells.size import DEFAULT_N_SEGMENTS
+from ..cells.slivers import sliver_note
 from .background import run_in_background
-from .failures import EXIT_DATA, FAILURES, message_of, print_error
+from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_mesh, name_of
 from .options import INPUT_FORMATS
 
@@ -47,6 +49,9 @@ def info_command(
             n_failed += 1
             print_error(message_of(error))
             continue
+        note = sliver_note(info.sliver_share, "try segment --subdivide")
+        if note is not None:
+            print_note(f"{name_of(text)}: {note}")
         if as_json:
             click.echo(json.dumps({"file": text, **dataclasses.asdict(info)}))
             continue
@@ -75,6 +80,7 @@ def _rows_of(info: MeshInfo) -> list[tuple[str, str]]:
         ("inconsistent edges", str(info.n_inconsistent_edges)),
         ("degenerate faces", str(info.n_degenerate_faces)),
         ("inside out", "yes" if info.is_inside_out else "no"),
+        ("slivers", f"{info.sliver_share:.0%} of the area, for {DEFAULT_N_SEGMENTS} regions"),
         ("bounding box", f"{low} to {high}"),
         ("diagonal", f"{info.diagonal:g}"),
         ("area", f"{info.area:g}"),

@@ -9,8 +9,8 @@ import click
 
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.guards import Content, known_ending, read_content
-from ..io.readers.read import MESH_ENDINGS, parse_mesh, parse_mesh_and_attributes
+from ..io.guards import Content, read_content
+from ..io.readers.read import mesh_ending, parse_mesh, parse_mesh_and_attributes
 from ..io.readers.recognize import recognized_ending
 from ..mesh.triangle_mesh import Mesh
 from .options import STANDARD_STREAM
@@ -57,7 +57,7 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     """Bytes, the ending that tells their format, and the folder that they lie in."""
     if text != STANDARD_STREAM:
         path = Path(text)
-        return read_content(path), ending or known_ending(path, MESH_ENDINGS), path.parent
+        return read_content(path), ending or mesh_ending(path), path.parent
     if sys.stdin is None:
         raise OSError("standard input is closed")
     data = sys.stdin.buffer.read()

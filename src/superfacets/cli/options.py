@@ -30,18 +30,14 @@ class Count(click.IntRange):
         super().__init__(min=lowest)
         self._lowest = lowest
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> int:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         """The number; a usage error that says what is expected."""
         try:
             number = int(value)
         except ValueError:
             number = None
         if number is None or number < self._lowest:
-            self.fail(
-                f"{str(value)!r} is not a whole number of {self._lowest} or more", param, ctx
-            )
+            self.fail(f"{str(value)!r} is not a whole number of {self._lowest} or more", param, ctx)
         return number
 
 

@@ -22,9 +22,7 @@ __all__ = ["quality_command"]
     "--ks", callback=numbers, metavar="LIST", help="Numbers of regions.  [default: 50 to 300]"
 )
 @click.option("--models", callback=numbers, metavar="LIST", help="Only these, as 5,125,397.")
-@click.option(
-    "--every", type=COUNT, default=1, help="Only every so many-th of the models."
-)
+@click.option("--every", type=COUNT, default=1, help="Only every so many-th of the models.")
 @click.option(
     "--finer",
     "n_finer",
@@ -33,9 +31,7 @@ __all__ = ["quality_command"]
     show_default=True,
     help="Models that are subdivided and decimated, too.",
 )
-@click.option(
-    "--jobs", "n_jobs", type=COUNT, help="Processes.  [default: one per core]"
-)
+@click.option("--jobs", "n_jobs", type=COUNT, help="Processes.  [default: one per core]")
 def quality_command(
     benchmark: Path,
     output: Path,

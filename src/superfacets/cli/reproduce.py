@@ -38,9 +38,7 @@ __all__ = ["reproduce_command"]
     type=NOT_NEGATIVE,
     help="Begin no task after so many minutes. Pictures and plots come on top.",
 )
-@click.option(
-    "--jobs", "n_jobs", type=COUNT, help="Processes.  [default: one per core]"
-)
+@click.option("--jobs", "n_jobs", type=COUNT, help="Processes.  [default: one per core]")
 def reproduce_command(
     benchmark: Path,
     output: Path,

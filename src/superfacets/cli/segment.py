@@ -53,9 +53,7 @@ __all__ = ["segment_command"]
 @click.argument(
     "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
 )
-@click.option(
-    "-n", "--n-segments", type=COUNT, help="Number of regions.  [default: 150]"
-)
+@click.option("-n", "--n-segments", type=COUNT, help="Number of regions.  [default: 150]")
 @click.option(
     "-r",
     "--radius",

@@ -19,6 +19,7 @@ from .tri import read_tri
 
 __all__ = [
     "MESH_ENDINGS",
+    "mesh_ending",
     "parse_mesh",
     "parse_mesh_and_attributes",
     "read_attributes",
@@ -88,7 +89,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     Mesh(4 vertices, 2 faces)
     """
     path = Path(path)
-    ending = known_ending(path, MESH_ENDINGS)
+    ending = mesh_ending(path)
     data = read_content(path)
     try:
         return parse_mesh(data, ending, path.parent)
@@ -144,6 +145,14 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
         return read_ply_with_attributes(data)[1]
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
+
+
+def mesh_ending(path: Path) -> str:
+    """The ending of a file that is to be read; a MeshError if no reader knows it."""
+    try:
+        return known_ending(path, MESH_ENDINGS)
+    except MeshError as error:
+        raise MeshError(f"{error}: convert the file first") from None
 
 
 def parse_mesh(data: Content, ending: str, folder: Path | None) -> Mesh:
