@@ -111,6 +111,12 @@ def test_the_python_of_a_page_runs_and_prints_what_it_says(path, files):
         run_page(path)
 
 
+def test_the_first_example_runs_where_there_are_no_files(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run_page(ROOT / "README.md")
+    assert {path.name for path in tmp_path.iterdir()} == {"labeled.ply", "labeled.png"}
+
+
 def test_blocks_are_run_in_a_row_and_what_they_print_is_compared(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("```python\nx = 1\n```\n\n```python\nprint(x)\n```\n\n```text\n1\n```\n")

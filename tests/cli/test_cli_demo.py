@@ -26,7 +26,8 @@ def test_a_file_and_a_folder_that_may_not_be_written_are_found_before_the_work(
     status, out, err = run("demo", "-o", tmp_path / "taken")
     assert (status, out) == (1, "")
     assert err == f"superfacets: error: {tmp_path / 'taken'}: is a file, not a folder\n"
-    monkeypatch.setattr(os, "access", lambda *_: False)  # root may write everywhere
+    # Root may write everywhere.
+    monkeypatch.setattr(os, "access", lambda _, mode: not mode & os.W_OK)
     status, out, err = run("demo", "-o", tmp_path)
     assert (status, out) == (1, "")
     assert err == f"superfacets: error: {tmp_path}: the folder is not writable\n"

@@ -180,8 +180,8 @@ def test_seeds_that_do_not_give_the_number_asked_for_are_a_note(run, sheet, init
     made = segment(sheet, 7, init=init).n_segments
     assert made != 7
     assert run("segment", sheet, "-n", 7, "--init", init)[2] == (
-        f"superfacets: note: {made} regions in place of 7: --init {init} makes only about as many as"
-        " asked for\n"
+        f"superfacets: note: {made} regions in place of 7: --init {init} makes only about as many"
+        " as asked for\n"
     )
     assert run("segment", sheet, "-n", 7, "--init", init, "-q")[2] == ""
     assert run("segment", sheet, "-r", 0.1, "--init", init)[2] == ""

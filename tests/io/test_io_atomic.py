@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from superfacets.io.atomic import atomic_outputs, remove_leftovers
+from superfacets.io.atomic import atomic_outputs, remove_leftovers, writable_folder
 from superfacets.io.writers.write import check_outputs, write_labels
 
 
@@ -118,6 +118,20 @@ def test_targets_that_cannot_be_written_are_os_errors(tmp_path, call, monkeypatc
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
     with pytest.raises(PermissionError, match=r"a\.seg: the folder .* is not writable"):
         call([tmp_path / "a.seg"])
+
+
+def test_a_folder_for_outputs_is_made_unless_a_file_is_there_or_it_cannot_be_written(
+    tmp_path, monkeypatch
+):
+    writable_folder(tmp_path / "new" / "folder")
+    writable_folder(tmp_path / "new" / "folder")
+    assert (tmp_path / "new" / "folder").is_dir()
+    (tmp_path / "file").touch()
+    with pytest.raises(NotADirectoryError, match="file: is a file, not a folder"):
+        writable_folder(tmp_path / "file")
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
+    with pytest.raises(PermissionError, match="new: the folder is not writable"):
+        writable_folder(tmp_path / "new")
 
 
 def test_a_write_protected_file_is_an_os_error(tmp_path, monkeypatch):

@@ -18,10 +18,13 @@ def test_an_empty_file_is_refused(refuse, ending):
     refuse(f"a{ending}", b"", "the file is empty")
 
 
-@pytest.mark.parametrize(("name", "ending"), [("a.fbx", ".fbx"), ("a", "none"), (".ply", "none")])
-def test_an_unknown_ending_is_refused(refuse, name, ending):
+@pytest.mark.parametrize(
+    ("name", "got"),
+    [("a.step", ".step: convert the file first"), ("a", "none"), (".ply", "none")],
+)
+def test_an_unknown_ending_is_refused(refuse, name, got):
     endings = ".glb, .gltf, .obj, .off, .ply, .stl, .tri"
-    refuse(name, b"ply", f"expected the ending {endings}, got {ending}")
+    refuse(name, b"ply", f"expected the ending {endings}, got {got}")
 
 
 @pytest.mark.parametrize("ending", MESH_ENDINGS)

@@ -370,8 +370,10 @@ def test_curves_are_compared_over_the_models_that_all_have():
         (("--ks", "0"), "expected whole numbers >= 1, got '0'"),
         (("--figures", "6", "--methods", "metis"), "nothing to run: no figure that was asked for"),
         (("--figures", "1"), "nothing to run"),
-        (("--jobs", "0"), "0 is not in the range"),
+        (("--jobs", "0"), "'0' is not a whole number of 1 or more"),
         (("--budget-minutes", "-1"), "is not in the range"),
+        (("--budget-minutes", "nan"), "'nan' is not a finite number"),
+        (("--budget-minutes", "inf"), "'inf' is not a finite number"),
     ],
 )
 def test_bad_options_are_one_line(run, benchmark, tmp_path, options, message):

@@ -152,7 +152,8 @@ def mesh_ending(path: Path) -> str:
     try:
         return known_ending(path, MESH_ENDINGS)
     except MeshError as error:
-        raise MeshError(f"{error}: convert the file first") from None
+        advice = ": convert the file first" if path.suffix else ""
+        raise MeshError(f"{error}{advice}") from None
 
 
 def parse_mesh(data: Content, ending: str, folder: Path | None) -> Mesh:
