@@ -9,8 +9,7 @@ import numpy as np
 from .. import _core
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.triangle_mesh import Mesh
-from .face_graph import FaceGraph, build_face_graph
+from .face_graph import FaceGraph, graph_and_shapes
 from .size import checked_n_segments, radius_of
 from .slivers import sliver_share
 from .surface import is_inside_out
@@ -71,13 +70,14 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo:
     (1, 4, 1.0)
     """
     mesh = as_mesh(mesh)
-    graph = build_face_graph(mesh, weld=weld)
+    n_threads = checked_threads(None)
+    graph, shapes = graph_and_shapes(mesh, weld=weld, n_threads=n_threads)
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()
     return MeshInfo(
         n_faces=mesh.n_faces,
         n_vertices=mesh.n_vertices,
-        n_positions=len(np.unique(_core.weld_vertices(mesh.vertices, checked_threads(None)))),
+        n_positions=len(np.unique(_core.weld_vertices(mesh.vertices, n_threads))),
         n_components=_count_components(graph),
         n_edges=edges,
         n_boundary_edges=boundary,
@@ -85,19 +85,19 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo:
         n_inconsistent_edges=inconsistent,
         n_degenerate_faces=_core.count_degenerate(mesh.vertices, mesh.faces),
         is_inside_out=is_inside_out(mesh, graph),
-        area=_core.sum_of(graph.measures, checked_threads(None)),
+        area=_core.sum_of(graph.measures, n_threads),
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
-        sliver_share=_sliver_share(mesh, graph),
+        sliver_share=sliver_share(
+            mesh, graph, shapes.longest, _default_radius(graph, n_threads), n_threads
+        ),
     )
 
 
-def _sliver_share(mesh: Mesh, graph: FaceGraph) -> float:
-    """For the number of regions that `segment` makes by default."""
-    n_threads = checked_threads(None)
-    n_segments = checked_n_segments(None, mesh.n_faces)
-    radius = radius_of(graph.measures, n_segments, n_threads)
-    return sliver_share(mesh, graph, radius, n_threads)
+def _default_radius(graph: FaceGraph, n_threads: int) -> float:
+    """Of as many regions as `segment` makes by default."""
+    n_segments = checked_n_segments(None, graph.n_cells)
+    return radius_of(graph.measures, n_segments, n_threads)
 
 
 def _count_components(graph: FaceGraph) -> int:
