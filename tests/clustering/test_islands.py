@@ -52,7 +52,9 @@ def gears():
     return shapes.gears()
 
 
-@pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
+@pytest.mark.filterwarnings(
+    "ignore::superfacets.IslandWarning", "ignore::superfacets.SliverWarning"
+)
 @pytest.mark.parametrize("init", INITS)
 @pytest.mark.parametrize("k", [1, 2, 30, 150])
 def test_k_is_k_on_a_box_of_gears(gears, init, k):
@@ -96,6 +98,7 @@ def test_k_is_k_where_expansions_halt(gears, options):
     assert np.array_equal(np.unique(joined.labels), np.arange(30))
 
 
+@pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
 @pytest.mark.parametrize("init", INITS)
 def test_gears_large_enough_get_regions_by_their_area(gears, init):
     k = 100
