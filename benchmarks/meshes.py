@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 import superfacets as sf
+from superfacets.adapters.convert import as_triangles
 from superfacets.mesh.quarters import split_in_four
 
 __all__ = [
@@ -102,7 +103,7 @@ def _base(base: str, data: Path | None) -> Arrays:
     if base == "sphere":
         return icosahedron()
     mesh = sf.sample_mesh(BEARS[base]) if base in BEARS else sf.read_mesh(file_of(base, data))
-    return Arrays(mesh.vertices, mesh.faces)
+    return Arrays(mesh.vertices, as_triangles(mesh).faces)
 
 
 def file_of(base: str, data: Path | None) -> Path:

@@ -158,6 +158,47 @@ def gyroid():
     return volume.contour([0.0], scalars="field").triangulate()
 
 
+def knot(n_along=360, n_around=24):
+    """A knotted tube of quads, thick and thin by turns."""
+    along, around = np.meshgrid(*(np.arange(n) / n for n in (n_along, n_around)), indexing="ij")
+    t, turn = 2 * np.pi * along, 2 * np.pi * around
+    path = [np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)]
+    ahead = [np.cos(t) + 4 * np.cos(2 * t), 4 * np.sin(2 * t) - np.sin(t), -3 * np.cos(3 * t)]
+    ahead = np.stack(ahead, axis=-1) / np.linalg.norm(ahead, axis=0)[..., np.newaxis]
+    side = np.cross(ahead, [0.0, 0.0, 1.0])
+    side /= np.linalg.norm(side, axis=-1, keepdims=True)
+    radius = (0.42 + 0.16 * np.cos(9 * t))[..., np.newaxis]
+    out = np.cos(turn)[..., np.newaxis] * side + np.sin(turn)[..., np.newaxis] * np.cross(
+        ahead, side
+    )
+    points = np.stack(path, axis=-1) + radius * out
+    i, j = np.arange(n_along)[:, np.newaxis], np.arange(n_around)
+    next_i, next_j = (i + 1) % n_along, (j + 1) % n_around
+    corners = [i * n_around + j, next_i * n_around + j, next_i * n_around + next_j,
+               i * n_around + next_j]  # fmt: skip
+    quads = np.stack(corners, axis=-1).reshape(-1, 4)
+    return sf.PolygonMesh.of_faces(points.reshape(-1, 3), quads)
+
+
+def body(n=12):
+    """A wavy block of tetrahedra, six in each of n**3 cells."""
+    side = np.linspace(-1, 1, n + 1)
+    z, y, x = np.meshgrid(side, side, side, indexing="ij")
+    # A ball out of a cube, with bumps.
+    scale = np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z)))
+    length = np.sqrt(x**2 + y**2 + z**2)
+    stretch = np.divide(scale, length, out=np.ones_like(scale), where=length > 0)
+    stretch *= 1 + 0.25 * np.sin(3 * x) * np.sin(3 * y + 1) * np.cos(2 * z)
+    points = np.stack([stretch * x, stretch * y, stretch * z], axis=-1).reshape(-1, 3)
+    step_y, step_z = n + 1, (n + 1) ** 2
+    k, j, i = np.indices((n, n, n)).reshape(3, -1)
+    first = k * step_z + j * step_y + i
+    corners = [a + b * step_y + c * step_z for c in (0, 1) for b in (0, 1) for a in (0, 1)]
+    around = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
+    tets = first[:, np.newaxis, np.newaxis] + np.array(corners)[np.array(around)]
+    return sf.TetMesh(points, tets.reshape(-1, 4))
+
+
 def example_of_pyvista(name):
     """A mesh in the wheel of PyVista."""
     return folder_of("pyvista") / "examples" / name
@@ -218,6 +259,8 @@ MESHES = {
     "scan": scan,
     "room": room,
     "gyroid": gyroid,
+    "knot": knot,
+    "body": body,
 }
 
 
@@ -228,11 +271,15 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     for name, make in MESHES.items():
         try:
-            sf.write_mesh(folder / f"{name}.ply", make())
+            mesh = make()
+            path = folder / f"{name}.{'vtu' if isinstance(mesh, sf.TetMesh) else 'ply'}"
+            sf.write_mesh(path, mesh)
         except ModuleNotFoundError as error:
             print(f"{name}: left out, it needs {error.name}")
+        except sf.MissingExtraError as error:
+            print(f"{name}: left out, {error}")
         else:
-            print(f"{name}: {sf.read_mesh(folder / f'{name}.ply').n_faces} faces")
+            print(f"{name}: {sf.read_mesh(path)}")
 
 
 if __name__ == "__main__":

@@ -70,6 +70,9 @@ def files(tmp_path, monkeypatch, real_data):
     sf.write_labels("truth.seg", parts_of(bear.vertices, bear.faces))
     sf.write_mesh("assembly.ply", with_specks(bear))
     write_stl("part.stl", gallery_meshes.flange())
+    write_obj("quads.obj", gallery_meshes.knot())
+    if find_spec("meshio"):
+        sf.write_mesh("body.vtu", gallery_meshes.body())
     if real_data is not None:
         Path("psb").symlink_to(real_data / "psb")
     return tmp_path
@@ -86,6 +89,12 @@ def write_stl(path, mesh):
     records["numbers"][:, 3:] = mesh.vertices[mesh.faces].reshape(-1, 9)
     count = np.uint32(mesh.n_faces).tobytes()
     Path(path).write_bytes(bytes(80) + count + records.tobytes())
+
+
+def write_obj(path, mesh):
+    lines = ["v {} {} {}\n".format(*vertex) for vertex in mesh.vertices.tolist()]
+    lines += ["f {} {} {} {}\n".format(*mesh.face(i) + 1) for i in range(mesh.n_faces)]
+    Path(path).write_text("".join(lines))
 
 
 def run_page(path):
@@ -129,7 +138,7 @@ def test_blocks_are_run_in_a_row_and_what_they_print_is_compared(tmp_path):
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
 def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
     needs = {block.needs for block in read_blocks(path)} - {None}
-    assert needs <= {"trimesh", "pyvista", "open3d", "psb"}
+    assert needs <= {"trimesh", "pyvista", "open3d", "psb", "meshio"}
     assert all(compile(block.code, str(path), "exec") for block in python_blocks(path))
 
 
@@ -181,18 +190,23 @@ def test_commands_of_the_gallery_run(name, lines, tmp_path, monkeypatch):
     """They run on a coarse bear in the place of the mesh; pictures are drawn elsewhere."""
     monkeypatch.chdir(tmp_path)
     Path("gallery").mkdir()
-    sf.write_mesh(f"gallery/{name}.ply", sf.sample_mesh(3_000))
+    ending = "ply"
+    if name == "body":
+        pytest.importorskip("meshio")
+        ending = "vtu"
+    mesh = gallery_meshes.body(4) if name == "body" else sf.sample_mesh(3_000)
+    sf.write_mesh(f"gallery/{name}.{ending}", mesh)
     segment, render = (shlex.split(line)[1:] for line in lines)
     result = CliRunner().invoke(commands, segment)
     assert result.exit_code == 0, result.output
-    assert render[:2] == ["render", f"{name}.ply"]
+    assert render[:2] == ["render", f"{name}.{ending}"]
     assert render[2:4] == ["-o", f"{name}.png"]
-    assert sf.read_labels(f"{name}.ply").max() > 0
+    assert sf.read_labels(f"{name}.{ending}").max() > 0
 
 
-@pytest.mark.parametrize("name", ["flange", "gears", "terrain", "scan", "room"])
+@pytest.mark.parametrize("name", ["flange", "gears", "terrain", "scan", "room", "knot"])
 def test_generated_meshes_of_the_gallery_are_sound(name):
     info = sf.mesh_info(gallery_meshes.MESHES[name]())
     assert info.n_faces < 300_000
     assert info.n_inconsistent_edges == 0
-    assert (info.n_components == 1) == (name in ("flange", "terrain"))
+    assert (info.n_components == 1) == (name in ("flange", "terrain", "knot"))

@@ -7,6 +7,7 @@ from .cells.cell_graph import ArcMeasures, CellGraph
 from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
 from .cells.subdivision import Subdivision, subdivide
 from .cells.surface import arc_measures
+from .cells.tet_graph import TetGraph, TriangleCounts, build_tet_graph
 from .cells.weights import crease_weights, stk02_weights, superfacet_weights
 from .clustering.classification import Classification, classify
 from .clustering.loop import segment_graph
@@ -14,6 +15,8 @@ from .clustering.seeding import place_seeds
 from .clustering.segmentation import Level, Segmentation
 from .clustering.update import update_centers
 from .errors import IslandWarning, MeshError, MissingExtraError, RenderError, SliverWarning
+from .mesh.polygon_mesh import PolygonMesh, Triangulation
+from .mesh.tet_mesh import TetBoundary, TetMesh
 from .mesh.triangle_mesh import Mesh
 from .pipeline import PAPER, segment
 from .regions.connect import enforce_connectivity
@@ -24,7 +27,7 @@ from .regions.smooth import smooth_borders
 if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
-    from .cells.info import MeshInfo, mesh_info
+    from .cells.info import MeshInfo, TetInfo, mesh_info
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_mesh
@@ -52,14 +55,22 @@ __all__ = [
     "MeshError",
     "MeshInfo",
     "MissingExtraError",
+    "PolygonMesh",
     "RegionEdit",
     "RenderError",
     "Segmentation",
     "SliverWarning",
     "Subdivision",
+    "TetBoundary",
+    "TetGraph",
+    "TetInfo",
+    "TetMesh",
+    "TriangleCounts",
+    "Triangulation",
     "View",
     "arc_measures",
     "build_face_graph",
+    "build_tet_graph",
     "classify",
     "crease_weights",
     "enforce_connectivity",
@@ -86,6 +97,7 @@ __all__ = [
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
 _LAZY_NAMES = {
     "MeshInfo": "cells.info",
+    "TetInfo": "cells.info",
     "mesh_info": "cells.info",
     "MeshAttributes": "io.attributes",
     "read_attributes": "io.readers.read",

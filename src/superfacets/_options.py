@@ -24,10 +24,12 @@ from ._validate import (
 )
 
 __all__ = [
+    "CLIPS",
     "INITS",
     "ISLANDS",
     "WEIGHTS",
     "CleanupOptions",
+    "Clip",
     "Init",
     "Islands",
     "LoopOptions",
@@ -54,6 +56,10 @@ WEIGHTS: dict[str, dict[str, float]] = {
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
 """What to do with cells that no center reaches, and with small regions that have no neighbor."""
+
+Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
+CLIPS: tuple[str, ...] = get_args(Clip)
+"""The halves of a volume that pictures may show."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Faces that are the first centers. Not `ArrayLike`, which would accept a misspelled name."""

@@ -112,16 +112,121 @@ def checked_mesh(
     corners = _corner_array(faces)
     is_ours = are_new and corners.dtype == np.int32
     triangles = exact_array(corners, np.int32) if is_ours else owned_indices(corners)
-    threads = checked_threads(None)
-    is_finite, is_in_range, *bounds = _core.check_mesh(points, triangles, threads)
+    place, box = _checked_corners(points, triangles.ravel())
+    if place is not None:
+        _raise_index_error(place // 3, corners.ravel()[place], len(points))
+    return points, triangles, box
+
+
+def checked_polygons(
+    vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
+) -> tuple[
+    npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float64]
+]:
+    """Vertices, offsets, corners and the bounding box as `checked_mesh`; a MeshError if wrong."""
+    points = _point_array(vertices)
+    given = _row_of_integers(indices, "indices")
+    is_ours = are_new and given.dtype == np.int32
+    corners = exact_array(given, np.int32) if is_ours else owned_indices(given)
+    starts = owned(_row_of_integers(offsets, "offsets"), np.int64)
+    _check_offsets(starts, len(corners))
+    place, box = _checked_corners(points, corners)
+    if place is not None:
+        face = int(np.searchsorted(starts, place, side="right")) - 1
+        _raise_index_error(face, given[place], len(points))
+    return points, starts, corners, box
+
+
+def checked_tets(
+    vertices: Any, tets: Any
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+    """Vertices, tetrahedra, and the bounding box as `checked_mesh`; a MeshError if wrong."""
+    points = _point_array(vertices)
+    given = _numeric_array(tets, "tets")
+    if given.size == 0:
+        raise MeshError("the mesh has no tetrahedra")
+    if given.ndim != 2 or given.shape[1] != 4:
+        raise MeshError(f"tets must have shape (N, 4), got {given.shape}")
+    if given.dtype.kind not in "iu":
+        raise MeshError(f"tets must be integers, got {given.dtype}")
+    if len(given) > MAX_CELLS // 4:
+        raise MeshError(f"the mesh has {len(given)} tetrahedra; at most {MAX_CELLS // 4} will do")
+    corners = owned_indices(given)
+    place, box = _checked_corners(points, corners.ravel())
+    if place is not None:
+        raise MeshError(
+            f"tets[{place // 4}] refers to vertex {given.ravel()[place]}"
+            f" but the mesh has {len(points)} vertices"
+        )
+    return points, corners, box
+
+
+def checked_mask(mask: Any, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
+    """One bool per cell; all are True where None is given."""
+    if mask is None:
+        return np.ones(n_cells, dtype=bool)
+    array = np.asarray(mask)
+    if array.dtype != bool:
+        raise TypeError(f"{name} must be bools, got {array.dtype}")
+    if array.shape != (n_cells,):
+        raise ValueError(f"{name} must have shape ({n_cells},), got {array.shape}")
+    return array
+
+
+def polygon_arrays(faces: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Offsets and corners of faces given as rows of an array, or as lists of vertices."""
+    array = faces if isinstance(faces, np.ndarray) else None
+    if array is None or array.dtype == object:
+        rows = [_row_of_integers(face, "a face") for face in faces]
+        lengths = np.array([len(row) for row in rows], dtype=np.int64)
+        filled = [row for row in rows if len(row)]  # numpy takes what is empty for floats
+        corners = np.concatenate(filled) if filled else np.empty(0, dtype=np.int64)
+        return np.concatenate([[0], np.cumsum(lengths)]), corners
+    if array.ndim != 2:
+        raise MeshError(f"faces must be lists of vertices, or an array (F, n), got {array.shape}")
+    refuse_mask(array, "faces", MeshError)
+    return np.arange(len(array) + 1) * array.shape[1], array.ravel()
+
+
+def _row_of_integers(value: Any, name: str) -> npt.NDArray[Any]:
+    array = _numeric_array(value, name)
+    if array.ndim != 1:
+        raise MeshError(f"{name} must be one-dimensional, got shape {array.shape}")
+    if array.size and array.dtype.kind not in "iu":
+        raise MeshError(f"{name} must be integers, got {array.dtype}")
+    return array
+
+
+def _check_offsets(offsets: npt.NDArray[np.int64], n_corners: int) -> None:
+    """Raise a MeshError if they do not cut the corners into faces of three and more."""
+    if len(offsets) < 2:
+        raise MeshError("the mesh has no faces")
+    if len(offsets) - 1 > MAX_CELLS:
+        raise MeshError(f"the mesh has {len(offsets) - 1} faces; at most {MAX_CELLS} are supported")
+    if offsets[0] != 0 or offsets[-1] != n_corners:
+        raise MeshError(
+            f"offsets must run from 0 to the number of corners, {n_corners},"
+            f" got {offsets[0]} to {offsets[-1]}"
+        )
+    sizes = np.diff(offsets)
+    if sizes.min() < 3 or sizes.max() > MAX_CELLS:
+        face = int(np.argmax((sizes < 3) | (sizes > MAX_CELLS)))
+        raise MeshError(f"faces[{face}] has {sizes[face]} corners: a face needs at least 3")
+
+
+def _checked_corners(
+    points: npt.NDArray[np.float64], corners: npt.NDArray[np.int32]
+) -> tuple[int | None, npt.NDArray[np.float64]]:
+    """The first corner that is no vertex, and the box of the vertices that corners use."""
+    is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         first = int(np.argmin(np.isfinite(points).all(axis=1)))
         raise MeshError(f"vertices[{first}] is not finite: {points[first].tolist()}")
-    if not is_in_range:
-        _raise_index_error(triangles, corners, len(points))
     box = np.array(bounds)
+    if not is_in_range:
+        return int(np.argmax((corners < 0) | (corners >= len(points)))), box
     _check_extent(*box)
-    return points, triangles, box
+    return None, box
 
 
 def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
@@ -141,8 +246,7 @@ def _corner_array(faces: Any) -> npt.NDArray[Any]:
         raise MeshError("the mesh has no faces")
     if array.ndim == 2 and array.shape[1] > 3:
         raise MeshError(
-            f"faces have {array.shape[1]} corners; only triangles are supported yet:"
-            " triangulate the mesh first"
+            f"faces have {array.shape[1]} corners: a Mesh has triangles, make a PolygonMesh"
         )
     if array.ndim != 2 or array.shape[1] != 3:
         raise MeshError(f"faces must have shape (F, 3), got {array.shape}")
@@ -153,13 +257,9 @@ def _corner_array(faces: Any) -> npt.NDArray[Any]:
     return array
 
 
-def _raise_index_error(
-    faces: npt.NDArray[np.int32], given: npt.NDArray[Any], n_vertices: int
-) -> None:
-    face, corner = np.argwhere((faces < 0) | (faces >= n_vertices))[0]
+def _raise_index_error(face: int, vertex: int, n_vertices: int) -> None:
     raise MeshError(
-        f"faces[{face}] refers to vertex {given[face, corner]}"
-        f" but the mesh has {n_vertices} vertices"
+        f"faces[{face}] refers to vertex {vertex} but the mesh has {n_vertices} vertices"
     )
 
 

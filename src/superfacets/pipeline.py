@@ -27,12 +27,12 @@ from ._options import (
 )
 from ._timing import OnStage, timed
 from ._validate import checked_choice
-from .adapters.convert import MeshLike, as_mesh
-from .cells.face_graph import graph_and_shapes
+from .adapters.convert import MeshLike, as_cells
+from .cells.kinds import kind_of
 from .cells.size import RegionSize, region_size
-from .cells.slivers import EDGE_PER_RADIUS, sliver_note, sliver_share
+from .cells.slivers import EDGE_PER_RADIUS, sliver_note
 from .cells.surface import Surface
-from .cells.weights import arc_weights, creases_of
+from .cells.weights import creases_of
 from .clustering.loop import segment_cells
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning, SliverWarning
@@ -238,21 +238,22 @@ def _build_cells(
     """
     n_threads, on_stage = loop.n_threads, loop.on_stage
     with timed(timings, "mesh", on_stage):
-        triangles = as_mesh(mesh)
+        source = as_cells(mesh)
+        kind = kind_of(source)
     with timed(timings, "face_graph", on_stage):
-        faces, shapes = graph_and_shapes(triangles, weld=weld, n_threads=n_threads)
-        size = region_size(size_options, faces.measures, faces.diagonal, n_threads)
-        share = sliver_share(triangles, faces, shapes.longest, size.radius, n_threads)
+        graph, shapes = kind.build_graph(source, weld, n_threads)
+        size = region_size(size_options, graph.measures, graph.diagonal, n_threads, kind.dimension)
+        share = kind.sliver_share(source, graph, shapes, size.radius, n_threads)
     with timed(timings, "weights", on_stage):
-        surface = Surface.of_faces(triangles, faces, n_threads)
-        weights = arc_weights(surface, faces, size.radius, weight_options, shapes.normals)
+        surface = kind.surface(source, graph, n_threads)
+        weights = kind.weights(surface, graph, shapes, size.radius, weight_options)
         del shapes  # makes room
-        lengths, unit = faces.quantized(weights, n_threads)
+        lengths, unit = graph.quantized(weights, n_threads)
         del weights  # makes room
     with timed(timings, "order", on_stage):
-        placed = _core.PlacedCells(faces.positions, faces.measures, n_threads)
-        arcs = (faces.offsets, faces.neighbors, lengths)
-        del faces  # a surface works centroids and areas out when asked for
+        placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
+        arcs = (graph.offsets, graph.neighbors, lengths)
+        del graph  # a surface works centroids and areas out when asked for
         is_symmetric = weight_options.given is None  # by the formulas
         ordered = _core.OrderedGraph(placed, *arcs, n_threads, is_symmetric)
         return surface, size, share, ordered, lengths, unit

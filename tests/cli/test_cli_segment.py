@@ -243,16 +243,6 @@ def test_wrong_options_are_one_line_and_status_2(run, sheet, arguments, message)
     assert files_in(sheet.parent) == ["sheet.ply"]
 
 
-def test_strips_and_polygons_are_refused_by_name(run, data_dir, tmp_path):
-    output = tmp_path / "labels.npy"
-    for name, word in [("igea_tristrips.ply", "strips"), ("beast.obj", "triangles")]:
-        status, _, err = run("segment", data_dir / "meshes" / name, "-o", output)
-        assert status == 1
-        assert word in err
-        assert err.count("\n") == 1
-    assert not output.exists()
-
-
 def test_an_output_that_cannot_be_written_is_found_before_the_work(run, sheet, tmp_path):
     status, _, err = run("segment", sheet, "-o", tmp_path / "nowhere" / "labels.npy")
     assert status == 1

@@ -200,8 +200,9 @@ def test_an_empty_file_is_refused(refuse, name):
 
 @pytest.mark.parametrize(("name", "ending"), [("a.csv", ".csv"), ("a", "none")])
 def test_an_unknown_ending_is_refused(refuse, name, ending):
-    refuse(name, b"1\n", f"expected the ending .npy, .ply, .seg, .txt, got {ending}")
-    assert LABEL_ENDINGS == (".npy", ".ply", ".seg", ".txt")
+    endings = ".npy, .ply, .seg, .txt, .vtp, .mesh, .msh, .vtk, .vtu"
+    refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
+    assert ", ".join(LABEL_ENDINGS) == endings
 
 
 def test_a_missing_file_is_an_os_error(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from mesh_files import FACES, VERTICES, obj
 from numpy.testing import assert_array_equal
 
-from superfacets import MeshError
+from superfacets import PolygonMesh
 from superfacets.io.readers import text
 from superfacets.io.readers.read import read_mesh
 
@@ -93,10 +93,19 @@ def test_the_size_of_blocks_does_not_matter(read, monkeypatch, block):
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [4, 1, 2], [0, 5, 1]]
 
 
-def test_polygons_are_counted_and_refused(refuse):
+@pytest.mark.parametrize("block", [1, 1 << 23])
+def test_polygons_keep_their_corners_and_their_order(read, monkeypatch, block):
+    monkeypatch.setattr(text, "BLOCK", block)
     data = SQUARE + "f 1 2 3\nf 1/1 2/1 3/1 4/1\nf 4 3 2 1\nf 1 2 3 4 1\n"
-    message = "3 of 4 faces are polygons, the first is faces[1] with 4 corners; only triangles are"
-    refuse("a.obj", data.encode(), message)
+    mesh = read("a.obj", data.encode())
+    assert isinstance(mesh, PolygonMesh)
+    assert mesh.offsets.tolist() == [0, 3, 7, 11, 16]
+    assert mesh.indices.tolist() == [0, 1, 2, 0, 1, 2, 3, 3, 2, 1, 0, 0, 1, 2, 3, 0]
+
+
+def test_a_wrong_index_of_a_polygon_is_refused_as_it_is_written(refuse):
+    data = SQUARE + "f 1 2 3\n\nf 1 2 3 4\nf 1 2 3 -9\n"
+    refuse("a.obj", data.encode(), "line 8: faces[2] refers to vertex -9 but the vertices are")
 
 
 @pytest.mark.parametrize(
@@ -165,16 +174,17 @@ def test_a_point_cloud_is_refused(refuse):
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        ("beast", "32240 of 32364 faces are polygons, the first is faces[0] with 4 corners"),
-        ("suzanne", "468 of 500 faces are polygons, the first is faces[0] with 4 corners"),
-    ],
+    ("name", "n_polygons", "n_triangles"), [("beast", 32240, 124), ("suzanne", 468, 32)]
 )
-def test_real_polygons_are_refused(data_dir, name, message):
-    with pytest.raises(MeshError) as caught:
-        read_mesh(data_dir / "meshes" / f"{name}.obj")
-    assert message in str(caught.value)
+def test_real_polygons_are_read_as_lagrange_reads_them(data_dir, name, n_polygons, n_triangles):
+    lagrange = pytest.importorskip("lagrange")
+    path = data_dir / "meshes" / f"{name}.obj"
+    mesh = read_mesh(path)
+    assert np.count_nonzero(mesh.sizes == 3) == n_triangles
+    assert np.count_nonzero(mesh.sizes > 3) == n_polygons
+    other = lagrange.io.load_mesh(path, quiet=True, stitch_vertices=True)
+    for face in range(0, mesh.n_faces, 97):
+        assert mesh.face(face).tolist() == other.get_facet_vertices(face).tolist()
 
 
 @pytest.mark.parametrize("name", ["spot", "cow", "fandisk"])

@@ -67,10 +67,13 @@ def test_only_some_faces_may_have_colors(read):
 
 
 @pytest.mark.parametrize("color", ["", " 0.5 0.5 0.5"])
-def test_polygons_are_counted_and_refused(refuse, color):
+def test_polygons_keep_their_corners_and_their_order(read, color):
     data = f"OFF\n4 3 0\n{V4}3 0 1 2{color}\n4 0 1 2 3{color}\n4 3 2 1 0\n"
-    message = "2 of 3 faces are polygons, the first is faces[1] with 4 corners; only triangles"
-    refuse("a.off", data.encode(), message)
+    mesh = read("a.off", data.encode())
+    assert mesh.offsets.tolist() == [0, 3, 7, 11]
+    assert mesh.indices.tolist() == [0, 1, 2, 0, 1, 2, 3, 3, 2, 1, 0]
+    quads = read("b.off", f"OFF\n4 2 0\n{V4}4 0 1 2 3{color}\n4 3 2 1 0{color}\n".encode())
+    assert quads.indices.tolist() == [0, 1, 2, 3, 3, 2, 1, 0]
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ import pytest
 from mesh_files import FACES, VERTICES, ply_binary, ply_header, ply_text, text_of
 from numpy.testing import assert_array_equal
 
-from superfacets import MeshError
-from superfacets.io.readers.read import read_mesh
+from superfacets import Mesh, PolygonMesh, build_face_graph
+from superfacets.io.readers.read import read_attributes, read_mesh
 
 FORMS = ("ascii", "binary_little_endian", "binary_big_endian")
 
@@ -85,15 +85,32 @@ def test_triangles_between_lists_of_several_lengths_are_read(read):
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_polygons_are_counted_and_refused(refuse, form):
-    quads = ply(form, faces=[[0, 1, 2], [0, 1, 2, 3], [0, 2, 3], [0, 1, 2, 3, 4]])
-    message = "2 of 4 faces are polygons, the first is faces[1] with 4 corners; only triangles"
-    refuse("a.ply", quads, message)
+@pytest.mark.parametrize(
+    "faces",
+    [[[0, 1, 2], [0, 1, 2, 3], [0, 2, 3], [4, 3, 2, 1, 0]], [[0, 1, 2, 3], [3, 2, 1, 4]]],
+    ids=["mixed", "quads"],
+)
+def test_polygons_keep_their_corners_and_their_order(read, form, faces):
+    mesh = read("a.ply", ply(form, faces=faces))
+    assert isinstance(mesh, PolygonMesh)
+    assert [mesh.face(i).tolist() for i in range(mesh.n_faces)] == faces
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_quads_alone_are_refused(refuse, form):
-    refuse("a.ply", ply(form, faces=[[0, 1, 2, 3]] * 2), "2 of 2 faces are polygons")
+COUNTS = {"char": "b", "ushort": "H", "short": "h", "uint": "I", "int": "i"}
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+@pytest.mark.parametrize("kind", COUNTS)
+def test_lengths_of_lists_may_be_of_any_integer_type(read, kind, order):
+    faces = f"property uchar flag\nproperty list {kind} int vertex_indices\n"
+    header = ply_header(f"binary_{order}_endian", faces=faces).encode()
+    sign = "<" if order == "little" else ">"
+    body = VERTICES.astype(f"{sign}f4").tobytes()
+    for face in ([0, 1, 2, 3], [2, 1, 4]):
+        body += struct.pack(f"{sign}B{COUNTS[kind]}{len(face)}i", 7, len(face), *face)
+    mesh = read("a.ply", header + body)
+    assert mesh.offsets.tolist() == [0, 4, 7]
+    assert mesh.indices.tolist() == [0, 1, 2, 3, 2, 1, 4]
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -135,10 +152,43 @@ def test_a_ply_file_without_the_element_face_is_refused(refuse):
     refuse("a.ply", header.encode() + text_of(VERTICES).encode(), "no faces: is it a point cloud?")
 
 
-def test_triangle_strips_are_refused(refuse):
-    header = ply_header().replace("element face 2", "element tristrips 1")
-    data = header + text_of(VERTICES) + "4 0 1 2 -1\n"
-    refuse("a.ply", data.encode(), "triangle strips (element tristrips), which are not supported")
+def strips(*rows: str) -> bytes:
+    header = ply_header().replace("element face 2", f"element tristrips {len(rows)}")
+    return (header + text_of(VERTICES) + "".join(f"{row}\n" for row in rows)).encode()
+
+
+@pytest.mark.parametrize(
+    ("rows", "triangles"),
+    [
+        (["5 0 1 2 3 4"], [[0, 1, 2], [2, 1, 3], [2, 3, 4]]),
+        (["8 0 1 2 3 -1 4 1 0"], [[0, 1, 2], [2, 1, 3], [4, 1, 0]]),  # turned anew in each strip
+        (["4 0 1 2 -1", "3 3 2 1"], [[0, 1, 2], [3, 2, 1]]),
+        (["2 0 1", "0", "4 -1 -1 -1 -1", "3 1 2 3"], [[1, 2, 3]]),
+        (["5 0 1 2 2 3"], [[0, 1, 2], [2, 1, 2], [2, 2, 3]]),  # flat ones tie strips together
+    ],
+)
+def test_triangle_strips_become_their_triangles_in_order(read, rows, triangles):
+    mesh = read("a.ply", strips(*rows))
+    assert isinstance(mesh, Mesh)
+    assert mesh.faces.tolist() == triangles
+
+
+def test_strips_that_are_wrong_are_refused(refuse):
+    refuse("a.ply", strips("2 0 1", "1 -1"), "the PLY file has no faces: no strip has three")
+    refuse("a.ply", strips("3 0 1 9"), "faces[0] refers to vertex 9 but the mesh has 5 vertices")
+    header = ply_header(faces="property int vertex_indices\n").replace("face 2", "tristrips 1")
+    refuse("a.ply", (header + text_of(VERTICES) + "4\n").encode(), "the PLY triangle strips have")
+
+
+def test_strips_beside_faces_are_left_out(read, tmp_path):
+    header = ply_header().replace(
+        "end_header", "element tristrips 1\nproperty list int int vertex_indices\nend_header"
+    )
+    data = header + text_of(VERTICES) + text_of([[3, *face] for face in FACES]) + "3 2 1 0\n"
+    assert read("a.ply", data.encode()).faces.tolist() == FACES.tolist()
+    assert read_attributes(tmp_path / "a.ply").left_out == ("element tristrips",)
+    (tmp_path / "b.ply").write_bytes(strips("3 0 1 2"))
+    assert read_attributes(tmp_path / "b.ply").left_out == ()
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -238,9 +288,11 @@ def test_a_header_line_is_shown_cut_and_on_one_line(refuse):
     refuse("a.ply", data, "where an element with its count, or a property should be")
 
 
-def test_strips_of_a_real_file_are_refused(data_dir):
-    with pytest.raises(MeshError, match="triangle strips"):
-        read_mesh(data_dir / "meshes" / "igea_tristrips.ply")
+def test_strips_of_a_real_file_are_a_closed_surface(data_dir):
+    mesh = read_mesh(data_dir / "meshes" / "igea_tristrips.ply")
+    assert (mesh.n_vertices, mesh.n_faces) == (134345, 268686)
+    counts = build_face_graph(mesh).edge_counts
+    assert counts[1:] == (0, 0, 0)  # no boundary, and all triangles oriented alike
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ def test_an_empty_file_is_refused(refuse, ending):
     [("a.step", ".step: convert the file first"), ("a", "none"), (".ply", "none")],
 )
 def test_an_unknown_ending_is_refused(refuse, name, got):
-    endings = ".glb, .gltf, .obj, .off, .ply, .stl, .tri"
+    endings = ".glb, .gltf, .obj, .off, .ply, .stl, .tri, .vtp, .mesh, .msh, .vtk, .vtu"
     refuse(name, b"ply", f"expected the ending {endings}, got {got}")
 
 

@@ -175,14 +175,13 @@ def test_colors_that_are_wrong_are_refused(tmp_path, mesh, colors, message):
 
 
 def test_unknown_endings_are_refused(tmp_path, mesh):
-    with pytest.raises(ValueError, match=r"a\.obj: expected the ending \.ply, got \.obj"):
+    meshes = r"\.ply, \.vtp, \.vtu, \.vtk"
+    with pytest.raises(ValueError, match=rf"a\.obj: expected the ending {meshes}, got \.obj"):
         write_mesh(tmp_path / "a.obj", mesh)
     with pytest.raises(ValueError, match=r"a\.ply: expected the ending \.npy, \.seg, \.txt, got"):
         write_labels(tmp_path / "a.ply", LABELS)
     for call in (check_outputs, lambda paths: write_outputs(paths, mesh, LABELS)):
-        with pytest.raises(
-            ValueError, match=r"expected the ending \.ply, \.npy, \.seg, \.txt, got"
-        ):
+        with pytest.raises(ValueError, match=rf"ending {meshes}, \.npy, \.seg, \.txt, got"):
             call([tmp_path / "a.npy", tmp_path / "a.off"])
     assert not list(tmp_path.iterdir())
 

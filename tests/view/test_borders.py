@@ -20,9 +20,7 @@ def area(diameter):
 
 def test_borders_run_between_faces_of_different_labels_only():
     mesh = strip(4)
-    edges = border_edges(
-        build_face_graph(mesh), mesh.faces.astype(np.int64), np.array([0, 0, 1, 1])
-    )
+    edges = border_edges(mesh, build_face_graph(mesh), np.array([0, 0, 1, 1]))
     assert [sorted(edge) for edge in edges.tolist()] == [
         sorted(set(mesh.faces[1]) & set(mesh.faces[2]))
     ]

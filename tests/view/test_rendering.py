@@ -388,7 +388,7 @@ def test_wrong_views_are_refused(members, error, message):
 
 
 def test_what_is_no_mesh_is_refused():
-    with pytest.raises(TypeError, match="does not look like a triangle mesh"):
+    with pytest.raises(TypeError, match="does not look like a mesh"):
         render(7)
 
 

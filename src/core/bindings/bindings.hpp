@@ -12,6 +12,7 @@
 #include "base/team_scope.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
+#include "mesh/polygons.hpp"
 
 namespace superfacets {
 
@@ -38,6 +39,10 @@ inline std::span<const Point> points(const Rows<double>& rows) {
 
 inline std::span<const Triangle> triangles(const Rows<Vertex>& rows) {
   return {reinterpret_cast<const Triangle*>(rows.data()), rows.shape(0)};
+}
+
+inline Polygons polygons(const Array<std::int64_t>& offsets, const Array<Vertex>& corners) {
+  return {view(offsets), view(corners)};
 }
 
 // Moves a vector to the heap and returns it with the capsule that will delete it.

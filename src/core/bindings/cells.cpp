@@ -7,6 +7,10 @@
 #include "cells/face_graph.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/ordered_graph.hpp"
+#include "cells/polygon_graph.hpp"
+#include "cells/polygon_surface.hpp"
+#include "cells/surface_weights.hpp"
+#include "cells/tet_graph.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/weights.hpp"
 
@@ -20,6 +24,19 @@ void bind_triangle_surface(TriangleSurface* self, const Rows<double>& vertices,
                            const Array<std::uint8_t>& same_turn, bool inside_out) {
   new (self) TriangleSurface(points(vertices), triangles(faces), {view(offsets), view(neighbors)},
                              view(sides), view(same_turn), inside_out);
+}
+
+void bind_polygon_surface(PolygonSurface* self, const Rows<double>& vertices,
+                          const Array<std::int64_t>& face_offsets, const Array<Vertex>& corners,
+                          const Array<std::int64_t>& offsets, const Array<Face>& neighbors,
+                          const Array<std::int32_t>& sides, const Array<std::uint8_t>& same_turn,
+                          bool inside_out, int n_threads) {
+  const auto input = std::pair(points(vertices), polygons(face_offsets, corners));
+  const Arcs arcs{view(offsets), view(neighbors)};
+  on_team(static_cast<std::size_t>(arcs.n_cells()), n_threads, [&](ThreadTeam& team) {
+    return new (self) PolygonSurface(input.first, input.second, arcs, view(sides), view(same_turn),
+                                     inside_out, team);
+  });
 }
 
 void bind_graph_surface(GraphSurface* self, const Rows<double>& positions,
@@ -89,6 +106,42 @@ auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& repre
       std::tuple(counts.edges, counts.boundary, counts.non_manifold, counts.inconsistent));
 }
 
+auto bind_build_polygon_graph(const Array<std::int64_t>& offsets, const Array<Vertex>& corners,
+                              const Array<Vertex>& representative, int n_threads) {
+  const Polygons input = polygons(offsets, corners);
+  const auto vertices = view(representative);
+  const auto n_faces = static_cast<std::size_t>(input.n_faces());
+  PolygonGraph graph = on_team(n_faces, n_threads, [&](ThreadTeam& team) {
+    return build_polygon_graph(input, vertices, team);
+  });
+  const EdgeCounts& counts = graph.counts;
+  return std::tuple(
+      to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
+      to_numpy(std::move(graph.sides)), to_numpy(std::move(graph.same_turn)),
+      std::tuple(counts.edges, counts.boundary, counts.non_manifold, counts.inconsistent));
+}
+
+using TetRows = nb::ndarray<const Vertex, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
+
+auto bind_build_tet_graph(const Rows<double>& vertices, const TetRows& tets,
+                          const Array<Vertex>& representative, int n_threads) {
+  const auto positions = points(vertices);
+  const std::span input(reinterpret_cast<const Tet*>(tets.data()), tets.shape(0));
+  const auto lowest = view(representative);
+  auto [graph, measures] = on_team(input.size(), n_threads, [&](ThreadTeam& team) {
+    PolygonGraph arcs = build_tet_graph(input, lowest, team);
+    TetMeasures of_arcs = measure_tets(positions, input, arcs, team);
+    return std::pair(std::move(arcs), std::move(of_arcs));
+  });
+  const EdgeCounts& counts = graph.counts;
+  return std::tuple(
+      to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
+      to_numpy(std::move(graph.sides)), to_numpy(std::move(measures.centroids)),
+      to_numpy(std::move(measures.volumes)), to_numpy(std::move(measures.border_areas)),
+      to_numpy(std::move(measures.step_lengths)), to_numpy(std::move(measures.open_areas)),
+      std::tuple(counts.edges, counts.boundary, counts.non_manifold));
+}
+
 auto bind_find_components(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
                           const Array<Label>& labels) {
   const Arcs arcs{view(offsets), view(neighbors)};
@@ -116,6 +169,22 @@ auto bind_stk02_weights(const TriangleSurface& surface, const Rows<double>& cent
   const auto input = points(centroids);
   on_team(surface.n_cells(), n_threads,
           [&](ThreadTeam& team) { stk02_weights(surface, input, alpha, team, weights.span()); });
+  return to_numpy(std::move(weights));
+}
+
+auto bind_surface_weights(const Surface& surface, double alpha, double eta_convex,
+                          double crease_length, double diagonal, int n_threads) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal};
+  on_team(surface.n_cells(), n_threads,
+          [&](ThreadTeam& team) { surface_weights(surface, options, team, weights.span()); });
+  return to_numpy(std::move(weights));
+}
+
+auto bind_polygon_stk02_weights(const PolygonSurface& surface, double alpha, int n_threads) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  on_team(surface.n_cells(), n_threads,
+          [&](ThreadTeam& team) { stk02_weights(surface, alpha, team, weights.span()); });
   return to_numpy(std::move(weights));
 }
 
@@ -165,6 +234,13 @@ void bind_cells(nb::module_& module) {
            "same_turn"_a.noconvert(), "inside_out"_a, nb::keep_alive<1, 2>(),
            nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(),
            nb::keep_alive<1, 6>(), nb::keep_alive<1, 7>());
+  nb::class_<PolygonSurface, Surface>(module, "PolygonSurface")
+      .def("__init__", &bind_polygon_surface, "vertices"_a.noconvert(),
+           "face_offsets"_a.noconvert(), "corners"_a.noconvert(), "offsets"_a.noconvert(),
+           "neighbors"_a.noconvert(), "sides"_a.noconvert(), "same_turn"_a.noconvert(),
+           "inside_out"_a, "n_threads"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
+           nb::keep_alive<1, 7>(), nb::keep_alive<1, 8>());
   nb::class_<GraphSurface, Surface>(module, "GraphSurface")
       .def("__init__", &bind_graph_surface, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "border_lengths"_a.noconvert(),
@@ -190,6 +266,10 @@ void bind_cells(nb::module_& module) {
       .def("positions_of", &bind_positions_of, "cells"_a.noconvert());
   module.def("build_face_graph", &bind_build_face_graph, "faces"_a.noconvert(),
              "representative"_a.noconvert(), "n_threads"_a);
+  module.def("build_polygon_graph", &bind_build_polygon_graph, "offsets"_a.noconvert(),
+             "corners"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
+  module.def("build_tet_graph", &bind_build_tet_graph, "vertices"_a.noconvert(),
+             "tets"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
   module.def("find_components", &bind_find_components, "offsets"_a.noconvert(),
              "neighbors"_a.noconvert(), "labels"_a.noconvert());
   module.def("superfacet_weights", &bind_superfacet_weights, "surface"_a, "centroids"_a.noconvert(),
@@ -197,6 +277,10 @@ void bind_cells(nb::module_& module) {
              "crease_length"_a, "diagonal"_a, "n_threads"_a);
   module.def("stk02_weights", &bind_stk02_weights, "surface"_a, "centroids"_a.noconvert(),
              "alpha"_a, "n_threads"_a);
+  module.def("surface_weights", &bind_surface_weights, "surface"_a, "alpha"_a, "eta_convex"_a,
+             "crease_length"_a, "diagonal"_a, "n_threads"_a);
+  module.def("polygon_stk02_weights", &bind_polygon_stk02_weights, "surface"_a, "alpha"_a,
+             "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);
   module.def("sum_of", &bind_sum_of, "values"_a.noconvert(), "n_threads"_a);
 }

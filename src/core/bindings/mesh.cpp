@@ -3,6 +3,7 @@
 #include "bindings/bindings.hpp"
 #include "mesh/checks.hpp"
 #include "mesh/geometry.hpp"
+#include "mesh/polygons.hpp"
 #include "mesh/subdivision.hpp"
 #include "mesh/vertex_graph.hpp"
 #include "mesh/weld.hpp"
@@ -10,10 +11,10 @@
 namespace superfacets {
 namespace {
 
-auto bind_check_mesh(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
-  const auto input = std::pair(points(vertices), triangles(faces));
+auto bind_check_mesh(const Rows<double>& vertices, const Array<Vertex>& corners, int n_threads) {
+  const auto input = std::pair(points(vertices), view(corners));
   const MeshFindings found =
-      on_team(vertices.shape(0) + faces.shape(0), n_threads,
+      on_team(vertices.shape(0) + corners.shape(0) / 3, n_threads,
               [&](ThreadTeam& team) { return check_mesh(input.first, input.second, team); });
   return std::tuple(found.is_finite, found.is_in_range, as_tuple(found.low), as_tuple(found.high));
 }
@@ -49,6 +50,54 @@ auto bind_build_vertex_graph(const Rows<double>& vertices, const Rows<Vertex>& f
   });
   return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
                     to_numpy(std::move(graph.lengths)));
+}
+
+auto bind_build_polygon_vertex_graph(const Rows<double>& vertices,
+                                     const Array<std::int64_t>& offsets,
+                                     const Array<Vertex>& corners,
+                                     const Array<Vertex>& representative, int n_threads) {
+  const auto input = std::pair(points(vertices), polygons(offsets, corners));
+  const auto lowest = view(representative);
+  VertexGraph graph = on_team(vertices.shape(0), n_threads, [&](ThreadTeam& team) {
+    return build_vertex_graph(input.first, input.second, lowest, team);
+  });
+  return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
+                    to_numpy(std::move(graph.lengths)));
+}
+
+auto bind_measure_polygons(const Rows<double>& vertices, const Array<std::int64_t>& offsets,
+                           const Array<Vertex>& corners, int n_threads) {
+  const auto input = std::pair(points(vertices), polygons(offsets, corners));
+  const auto n_faces = static_cast<std::size_t>(input.second.n_faces());
+  Buffer<Point> centroids(n_faces);
+  Buffer<double> areas(n_faces);
+  Buffer<Point> normals(n_faces);
+  on_team(n_faces, n_threads, [&](ThreadTeam& team) {
+    measure_polygons(input.first, input.second, team, centroids.span(), areas.span(),
+                     normals.span());
+  });
+  return std::tuple(to_numpy(std::move(centroids)), to_numpy(std::move(areas)),
+                    to_numpy(std::move(normals)));
+}
+
+double bind_polygon_sliver_area(const Rows<double>& vertices, const Array<std::int64_t>& offsets,
+                                const Array<Vertex>& corners, const Array<double>& areas,
+                                double min_length, double max_height, int n_threads) {
+  const auto input = std::pair(points(vertices), polygons(offsets, corners));
+  const auto measures = view(areas);
+  return on_team(measures.size(), n_threads, [&](ThreadTeam& team) {
+    return polygon_sliver_area(input.first, input.second, measures, min_length, max_height, team);
+  });
+}
+
+auto bind_triangulate(const Rows<double>& vertices, const Array<std::int64_t>& offsets,
+                      const Array<Vertex>& corners, int n_threads) {
+  const auto input = std::pair(points(vertices), polygons(offsets, corners));
+  const auto n_faces = static_cast<std::size_t>(input.second.n_faces());
+  Buffer<Triangle> cut(corners.shape(0) - 2 * n_faces);
+  on_team(n_faces, n_threads,
+          [&](ThreadTeam& team) { triangulate(input.first, input.second, team, cut.span()); });
+  return to_numpy(std::move(cut));
 }
 
 auto bind_measure_faces(const Rows<double>& vertices, const Rows<Vertex>& faces, int n_threads) {
@@ -123,7 +172,7 @@ auto bind_subdivide(const Rows<double>& vertices, const Rows<Vertex>& faces, dou
 }  // namespace
 
 void bind_mesh(nb::module_& module) {
-  module.def("check_mesh", &bind_check_mesh, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+  module.def("check_mesh", &bind_check_mesh, "vertices"_a.noconvert(), "corners"_a.noconvert(),
              "n_threads"_a);
   module.def("narrow_indices", &bind_narrow_indices<std::int64_t>, "indices"_a.noconvert(),
              "n_threads"_a);
@@ -133,6 +182,16 @@ void bind_mesh(nb::module_& module) {
   module.def("weld_vertices", &bind_weld_vertices, "vertices"_a.noconvert(), "n_threads"_a);
   module.def("build_vertex_graph", &bind_build_vertex_graph, "vertices"_a.noconvert(),
              "faces"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
+  module.def("build_polygon_vertex_graph", &bind_build_polygon_vertex_graph,
+             "vertices"_a.noconvert(), "offsets"_a.noconvert(), "corners"_a.noconvert(),
+             "representative"_a.noconvert(), "n_threads"_a);
+  module.def("measure_polygons", &bind_measure_polygons, "vertices"_a.noconvert(),
+             "offsets"_a.noconvert(), "corners"_a.noconvert(), "n_threads"_a);
+  module.def("polygon_sliver_area", &bind_polygon_sliver_area, "vertices"_a.noconvert(),
+             "offsets"_a.noconvert(), "corners"_a.noconvert(), "areas"_a.noconvert(),
+             "min_length"_a, "max_height"_a, "n_threads"_a);
+  module.def("triangulate", &bind_triangulate, "vertices"_a.noconvert(), "offsets"_a.noconvert(),
+             "corners"_a.noconvert(), "n_threads"_a);
   module.def("measure_faces", &bind_measure_faces, "vertices"_a.noconvert(), "faces"_a.noconvert(),
              "n_threads"_a);
   module.def("measure_shapes", &bind_measure_shapes, "vertices"_a.noconvert(),

@@ -7,6 +7,7 @@
 #include "text/copy_rows.hpp"
 #include "text/parse_numbers.hpp"
 #include "text/scan_lines.hpp"
+#include "text/walk_rows.hpp"
 
 namespace superfacets {
 namespace {
@@ -71,6 +72,30 @@ auto bind_copy_rows(const ByteRows& rows, int n_threads) {
   return to_numpy(std::move(copy));
 }
 
+auto bind_copy_runs(const Bytes& bytes, const Array<std::int64_t>& starts,
+                    const Array<std::int64_t>& sizes, int n_threads) {
+  const auto input = view(bytes);
+  const auto runs = std::pair(view(starts), view(sizes));
+  return to_numpy(on_team(starts.shape(0), n_threads, [&](ThreadTeam& team) {
+    return copy_runs(input, runs.first, runs.second, team);
+  }));
+}
+
+auto bind_walk_rows(const Bytes& bytes, std::int64_t begin, std::int64_t n_rows,
+                    const std::vector<int>& count_sizes, const std::vector<bool>& are_signed,
+                    const std::vector<int>& value_sizes, bool is_big_endian) {
+  std::vector<ColumnLayout> columns;
+  columns.reserve(count_sizes.size());
+  for (std::size_t i = 0; i < count_sizes.size(); ++i) {
+    columns.push_back({count_sizes[i], are_signed[i], value_sizes[i]});
+  }
+  const auto input = view(bytes);
+  WalkedRows rows =
+      without_gil([&] { return walk_rows(input, begin, n_rows, columns, is_big_endian); });
+  return std::tuple(to_numpy(std::move(rows.starts)), to_numpy(std::move(rows.lengths)), rows.end,
+                    rows.n_whole);
+}
+
 }  // namespace
 
 void bind_text(nb::module_& module) {
@@ -84,6 +109,10 @@ void bind_text(nb::module_& module) {
   define_parse<parse_corners<std::int32_t>>(module, "parse_corners");
   define_parse<parse_corners<std::int64_t>>(module, "parse_long_corners");
   module.def("copy_rows", &bind_copy_rows, "rows"_a.noconvert(), "n_threads"_a);
+  module.def("copy_runs", &bind_copy_runs, "bytes"_a.noconvert(), "starts"_a.noconvert(),
+             "sizes"_a.noconvert(), "n_threads"_a);
+  module.def("walk_rows", &bind_walk_rows, "bytes"_a.noconvert(), "begin"_a, "n_rows"_a,
+             "count_sizes"_a, "are_signed"_a, "value_sizes"_a, "is_big_endian"_a);
 }
 
 }  // namespace superfacets

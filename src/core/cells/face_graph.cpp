@@ -398,16 +398,6 @@ Tally link_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& te
   return total;
 }
 
-void check_number_of_arcs(const Tally& tally, std::int64_t n_faces) {
-  const auto limit =
-      static_cast<std::uint64_t>(std::max(kArcsAlwaysAllowed, kArcsPerFaceAllowed * n_faces));
-  if (tally.arcs <= limit) return;
-  throw std::length_error("the mesh has " + std::to_string(tally.arcs) +
-                          " pairs of neighboring faces, more than the limit of " +
-                          std::to_string(limit) + "; one edge is shared by " +
-                          std::to_string(tally.most_faces) + " faces");
-}
-
 struct Arc {
   Face neighbor;
   bool same_turn;
@@ -538,6 +528,16 @@ void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph
 
 }  // namespace
 
+void check_number_of_arcs(std::uint64_t n_arcs, std::int64_t most_on_edge, std::int64_t n_faces) {
+  const auto limit =
+      static_cast<std::uint64_t>(std::max(kArcsAlwaysAllowed, kArcsPerFaceAllowed * n_faces));
+  if (n_arcs <= limit) return;
+  throw std::length_error("the mesh has " + std::to_string(n_arcs) +
+                          " pairs of neighboring faces, more than the limit of " +
+                          std::to_string(limit) + "; one edge is shared by " +
+                          std::to_string(most_on_edge) + " faces");
+}
+
 FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
                            ThreadTeam& team) {
   const Corners corners(faces, representative, team);
@@ -546,7 +546,7 @@ FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vert
   team.fill(rings.links.span(), Link::kNone);
   const auto n_vertices = static_cast<std::int64_t>(representative.size());
   const Tally tally = link_faces(corners, n_vertices, team, rings);
-  check_number_of_arcs(tally, n_faces);
+  check_number_of_arcs(tally.arcs, tally.most_faces, n_faces);
 
   FaceGraph graph;
   graph.counts = tally.edges;

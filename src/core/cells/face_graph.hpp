@@ -20,6 +20,10 @@ struct EdgeCounts {
   std::int64_t inconsistent = 0;  // two faces that traverse the edge in the same direction
 };
 
+// Throws std::length_error where that is too many for a mesh of so many faces, of which this many
+// at most share an edge.
+void check_number_of_arcs(std::uint64_t n_arcs, std::int64_t most_on_edge, std::int64_t n_faces);
+
 struct FaceGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
   Buffer<Face> neighbors;          // (M,) the face an arc leads to

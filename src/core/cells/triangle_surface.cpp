@@ -16,6 +16,11 @@ constexpr double kAreaNoise = 1e-9;
 
 }  // namespace
 
+double Fold::signed_angle(bool inside_out) const {
+  const double theta = arctangent(sine, cosine);
+  return is_concave(inside_out) ? theta : -theta;
+}
+
 bool turns_second(Face first, Face second, double first_area, double second_area) {
   const double difference = first_area - second_area;
   if (std::abs(difference) > kAreaNoise * std::max(first_area, second_area)) {
@@ -33,9 +38,7 @@ double TriangleSurface::angle(Cell from, std::int64_t arc) const {
     Point& turned = second ? normal_to : normal_from;
     turned = -1.0 * turned;
   }
-  const Fold fold = fold_of(normal_from, normal_to, position(to) - position(from));
-  const double theta = arctangent(fold.sine, fold.cosine);
-  return fold.is_concave(inside_out_) ? theta : -theta;
+  return fold_of(normal_from, normal_to, position(to) - position(from)).signed_angle(inside_out_);
 }
 
 // Whether arrays agree, and hold what they should.
@@ -105,15 +108,9 @@ int TriangleSurface::corner_at(Face face, Vertex vertex) const {
     if (corners[corner] == vertex) return corner;
   }
   for (int corner = 0; corner < 3; ++corner) {
-    if (is_same_place(corners[corner], vertex)) return corner;
+    if (is_same_place(vertices_[corners[corner]], vertices_[vertex])) return corner;
   }
   return -1;
-}
-
-bool TriangleSurface::is_same_place(Vertex a, Vertex b) const {
-  const Point& p = vertices_[a];
-  const Point& q = vertices_[b];
-  return p.x == q.x && p.y == q.y && p.z == q.z;
 }
 
 }  // namespace superfacets

@@ -29,12 +29,19 @@ struct Fold {
   double rise;    // > 0 if each centroid lies above the plane of the other face, summed over both
 
   bool is_concave(bool inside_out) const { return inside_out ? rise < 0.0 : rise > 0.0; }
+
+  // -pi to pi, positive where the surface is concave.
+  double signed_angle(bool inside_out) const;
 };
 
 // Of faces with these unit normals; `step` leads from centroid to centroid.
 inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Point& step) {
   return {norm(cross(normal_from, normal_to)), dot(normal_from, normal_to),
           dot(normal_from - normal_to, step)};
+}
+
+inline bool is_same_place(const Point& p, const Point& q) {
+  return p.x == q.x && p.y == q.y && p.z == q.z;
 }
 
 // If two neighbors traverse their edge in the same direction, one normal is flipped, the same for
@@ -97,7 +104,6 @@ class TriangleSurface final : public Surface {
   }
   bool is_valid() const;
   int corner_at(Face face, Vertex vertex) const;
-  bool is_same_place(Vertex a, Vertex b) const;
 
   const std::span<const Point> vertices_;
   const std::span<const Triangle> faces_;

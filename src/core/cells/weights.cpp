@@ -298,16 +298,11 @@ void stk02_weights(const TriangleSurface& surface, std::span<const Point> centro
   SUPERFACETS_ASSERT(std::cmp_equal(centroids.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs());
   const Buffer<Point> normals = unit_normals(surface, team);
-  const auto has_normal = [&](Face face) { return squared_norm(normals[face]) > 0.0; };
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     for (auto face = static_cast<Face>(begin); face < end; ++face) {
       for (const auto [arc, to] : surface.arcs().steps(face)) {
         const double geodesic = way_over(surface.edge(face, arc), centroids[face], centroids[to]);
-        const double cosine = dot(normals[face], normals[to]);
-        const bool is_bent = has_normal(face) && has_normal(to);
-        // Rounding can take the squared cosine of equal normals above 1.
-        const double angular = is_bent ? std::max(0.0, 1.0 - cosine * cosine) : 0.0;
-        weights[arc] = (1.0 - alpha) * geodesic + alpha * angular;  // eq. 6
+        weights[arc] = stk02_weight(geodesic, normals[face], normals[to], alpha);
       }
     }
   });

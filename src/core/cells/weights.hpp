@@ -1,6 +1,8 @@
 // Stage 2: the length of each arc (eq. 1-3 of the paper), and its rounding to whole units.
 #pragma once
 
+#include <algorithm>
+
 #include "base/threads.hpp"
 #include "base/types.hpp"
 #include "cells/triangle_surface.hpp"
@@ -26,6 +28,16 @@ struct FaceMeasures {
   std::span<const double> areas;
   std::span<const Point> normals;
 };
+
+// The weight of an arc by eq. 6; normals are zero where there are none.
+inline double stk02_weight(double geodesic, const Point& normal_from, const Point& normal_to,
+                           double alpha) {
+  const double cosine = dot(normal_from, normal_to);
+  const bool is_bent = squared_norm(normal_from) > 0.0 && squared_norm(normal_to) > 0.0;
+  // Rounding can take the squared cosine of equal normals above 1.
+  const double angular = is_bent ? std::max(0.0, 1.0 - cosine * cosine) : 0.0;
+  return (1.0 - alpha) * geodesic + alpha * angular;
+}
 
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0, where
 // options may put another length in the place of |e|. theta is in [0, pi] and 0 where a face has no

@@ -16,20 +16,18 @@ bool is_finite(const Point& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-// Marks the corners of faces in is_used, one byte per vertex; false where one is no vertex.
-bool mark_used(std::span<const Triangle> faces, std::span<std::uint8_t> is_used, ThreadTeam& team) {
+// Marks corners in is_used, one byte per vertex; false where one is no vertex.
+bool mark_used(std::span<const Vertex> corners, std::span<std::uint8_t> is_used, ThreadTeam& team) {
   std::atomic<bool> is_in_range = true;
-  const auto n_faces = static_cast<std::int64_t>(faces.size());
-  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t face = begin; face < end; ++face) {
-      for (const Vertex corner : faces[face].corners) {
-        const auto index = static_cast<std::uint32_t>(corner);  // a negative one becomes large
-        if (index >= is_used.size()) {
-          is_in_range.store(false, std::memory_order_relaxed);
-          return;
-        }
-        std::atomic_ref(is_used[index]).store(1, std::memory_order_relaxed);
+  const auto n_corners = static_cast<std::int64_t>(corners.size());
+  team.for_each_block(n_corners, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) {
+      const auto index = static_cast<std::uint32_t>(corners[i]);  // a negative one becomes large
+      if (index >= is_used.size()) {
+        is_in_range.store(false, std::memory_order_relaxed);
+        return;
       }
+      std::atomic_ref(is_used[index]).store(1, std::memory_order_relaxed);
     }
   });
   return is_in_range;
@@ -37,12 +35,12 @@ bool mark_used(std::span<const Triangle> faces, std::span<std::uint8_t> is_used,
 
 }  // namespace
 
-MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Triangle> faces,
+MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex> corners,
                         ThreadTeam& team) {
   MeshFindings findings;
   Buffer<std::uint8_t> is_used(vertices.size());
   team.fill(is_used.span(), std::uint8_t{0});
-  findings.is_in_range = mark_used(faces, is_used.span(), team);
+  findings.is_in_range = mark_used(corners, is_used.span(), team);
 
   Box bounds;
   std::mutex mutex;  // of bounds and findings

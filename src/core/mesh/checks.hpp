@@ -14,8 +14,9 @@ struct MeshFindings {
   Point high{};
 };
 
-// Checks the preconditions of the other kernels. Time O(F + V), memory V bytes.
-MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Triangle> faces,
+// Checks the preconditions of the other kernels, given the corners of all faces in a row. Time
+// O(C + V), memory V bytes.
+MeshFindings check_mesh(std::span<const Point> vertices, std::span<const Vertex> corners,
                         ThreadTeam& team);
 
 // Copies indices; those that do not fit become -1, which is not in any range.

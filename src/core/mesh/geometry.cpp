@@ -142,15 +142,18 @@ void area_vectors(std::span<const Point> vertices, std::span<const Triangle> fac
   });
 }
 
+Point unit_normal_along(const Point& direction, double longest_squared) {
+  const double length = norm(direction);
+  if (!(length > kNormalNoise * longest_squared)) return {0.0, 0.0, 0.0};
+  return {direction.x / length, direction.y / length, direction.z / length};
+}
+
 Point unit_normal(std::span<const Point> vertices, const Triangle& face) {
   const Point& a = vertices[face.corners[0]];
   const Point& b = vertices[face.corners[1]];
   const Point& c = vertices[face.corners[2]];
-  const Point direction = double_area_vector(vertices, face);
-  const double length = norm(direction);
   const double longest = std::max({squared_norm(b - a), squared_norm(c - b), squared_norm(a - c)});
-  if (!(length > kNormalNoise * longest)) return {0.0, 0.0, 0.0};
-  return {direction.x / length, direction.y / length, direction.z / length};
+  return unit_normal_along(double_area_vector(vertices, face), longest);
 }
 
 std::int64_t count_degenerate(std::span<const Point> vertices, std::span<const Triangle> faces) {

@@ -47,6 +47,10 @@ double sliver_area(std::span<const Point> vertices, std::span<const Triangle> fa
 void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
                   ThreadTeam& team, std::span<Point> vectors);
 
+// A vector as a unit vector; zero where it is no longer than the rounding errors of a cross product
+// of vectors whose squared length is this at most.
+Point unit_normal_along(const Point& direction, double longest_squared);
+
 // The unit normal of a face, or a zero vector where it has none: two corners at one position, or no
 // area beyond rounding errors.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face);

@@ -8,16 +8,28 @@
 namespace superfacets {
 namespace {
 
-// Calls visit(a, b) for each side of each face, as its two ends.
+// Calls visit(a, b) for each side of a face, as its two ends.
+template <typename Visit>
+void visit_sides(std::span<const Vertex> corners, std::span<const Vertex> representative,
+                 const Visit& visit) {
+  for (std::size_t side = 0; side < corners.size(); ++side) {
+    const Vertex a = representative[corners[side]];
+    const Vertex b = representative[corners[side + 1 == corners.size() ? 0 : side + 1]];
+    if (a != b) visit(a, b);
+  }
+}
+
 template <typename Visit>
 void for_each_side(std::span<const Triangle> faces, std::span<const Vertex> representative,
                    const Visit& visit) {
-  for (const Triangle& face : faces) {
-    for (int side = 0; side < 3; ++side) {
-      const Vertex a = representative[face.corners[side]];
-      const Vertex b = representative[face.corners[(side + 1) % 3]];
-      if (a != b) visit(a, b);
-    }
+  for (const Triangle& face : faces) visit_sides(face.corners, representative, visit);
+}
+
+template <typename Visit>
+void for_each_side(const Polygons& faces, std::span<const Vertex> representative,
+                   const Visit& visit) {
+  for (Face face = 0; face < faces.n_faces(); ++face) {
+    visit_sides(faces[face], representative, visit);
   }
 }
 
@@ -66,10 +78,9 @@ void measure_edges(std::span<const Point> vertices, ThreadTeam& team, VertexGrap
   });
 }
 
-}  // namespace
-
-VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
-                               std::span<const Vertex> representative, ThreadTeam& team) {
+template <typename Faces>
+VertexGraph build_graph(std::span<const Point> vertices, const Faces& faces,
+                        std::span<const Vertex> representative, ThreadTeam& team) {
   const std::size_t n_vertices = representative.size();
   SUPERFACETS_ASSERT(vertices.size() == n_vertices);
   VertexGraph graph{Buffer<std::int64_t>(n_vertices + 1), {}, {}};
@@ -92,6 +103,18 @@ VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const 
   drop_repeated(graph);
   measure_edges(vertices, team, graph);
   return graph;
+}
+
+}  // namespace
+
+VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
+                               std::span<const Vertex> representative, ThreadTeam& team) {
+  return build_graph(vertices, faces, representative, team);
+}
+
+VertexGraph build_vertex_graph(std::span<const Point> vertices, const Polygons& faces,
+                               std::span<const Vertex> representative, ThreadTeam& team) {
+  return build_graph(vertices, faces, representative, team);
 }
 
 }  // namespace superfacets

@@ -4,6 +4,7 @@
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
+#include "mesh/polygons.hpp"
 
 namespace superfacets {
 
@@ -17,6 +18,8 @@ struct VertexGraph {
 // weld_vertices): vertices that are not their own representative, or not used, have no arcs. A side
 // whose two ends are one vertex is no edge. Time O(F + V), and O(n log n) at a vertex with n edges.
 VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
+                               std::span<const Vertex> representative, ThreadTeam& team);
+VertexGraph build_vertex_graph(std::span<const Point> vertices, const Polygons& faces,
                                std::span<const Vertex> representative, ThreadTeam& team);
 
 }  // namespace superfacets

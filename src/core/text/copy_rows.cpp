@@ -40,4 +40,24 @@ void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std
   });
 }
 
+Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
+                               std::span<const std::int64_t> starts,
+                               std::span<const std::int64_t> sizes, ThreadTeam& team) {
+  const auto n_runs = static_cast<std::int64_t>(starts.size());
+  Buffer<std::int64_t> places(starts.size());
+  std::int64_t total = 0;
+  for (std::int64_t run = 0; run < n_runs; ++run) {
+    places[run] = total;
+    total += sizes[run];
+  }
+  Buffer<std::uint8_t> copy(total);
+  team.for_each_block(n_runs, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t run = begin; run < end; ++run) {
+      SUPERFACETS_ASSERT(starts[run] + sizes[run] <= std::ssize(bytes));
+      std::memcpy(copy.data() + places[run], bytes.data() + starts[run], sizes[run]);
+    }
+  });
+  return copy;
+}
+
 }  // namespace superfacets

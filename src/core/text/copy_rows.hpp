@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
+#include "base/buffer.hpp"
 #include "base/threads.hpp"
 
 namespace superfacets {
@@ -17,5 +19,10 @@ struct RowPlaces {
 // Writes the rows side by side to `copy`, which has room for n_rows * rows.size bytes. Numbers in
 // records are not aligned: numpy would copy them one by one.
 void copy_rows(const RowPlaces& rows, std::int64_t n_rows, ThreadTeam& team, std::uint8_t* copy);
+
+// Returns runs of bytes one after the other: run i has the bytes[starts[i]] .. of sizes[i] >= 0.
+Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
+                               std::span<const std::int64_t> starts,
+                               std::span<const std::int64_t> sizes, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -9,9 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
+from ..mesh.faces import AnyMesh, FaceMesh
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
-__all__ = ["MeshLike", "as_mesh"]
+__all__ = ["MeshLike", "as_cells", "as_mesh", "as_triangles"]
+
+
+_VTK_TETRA = 10
+"""Number of the kind of cell in VTK."""
 
 
 class _Faces(Protocol):
@@ -52,6 +59,8 @@ class _PolyData(Protocol):
 
 MeshLike: TypeAlias = (
     Mesh
+    | PolygonMesh
+    | TetMesh
     | str
     | os.PathLike[str]
     | tuple[npt.ArrayLike, npt.ArrayLike]
@@ -61,27 +70,30 @@ MeshLike: TypeAlias = (
     | _Tensors
     | _PolyData
 )
-"""What functions accept as a mesh: a `Mesh`, a path, a (vertices, faces) pair, or a mesh of
-trimesh, PyVista or Open3D."""
+"""What functions accept as a mesh: a `Mesh` or `PolygonMesh`, a path, a (vertices, faces) pair, or
+a mesh of trimesh, PyVista or Open3D."""
 
 
-def as_mesh(source: MeshLike) -> Mesh:
-    """Return `source` as a `Mesh`.
+def as_cells(source: MeshLike) -> AnyMesh:
+    """Return `source` as one of the classes that `cells.kinds` knows, as `segment` takes it.
 
     Parameters
     ----------
-    source : Mesh, (vertices, faces) pair, path, or mesh of another library
-        A path is read by `read_mesh`. Meshes of trimesh, PyVista (``PolyData``) and Open3D
-        (legacy and tensor) are recognized by their attributes; none of these is imported.
+    source : Mesh, PolygonMesh, TetMesh, (vertices, faces) pair, path, or mesh of another library
+        None of the classes is made into another. A path is read by `read_mesh`. Faces of a pair
+        are an (F, n) array, or lists of vertices that may differ in length: a `Mesh` if all are
+        triangles, else a `PolygonMesh`. Meshes of trimesh, PyVista (``PolyData``, and
+        ``UnstructuredGrid`` of tetrahedra) and Open3D (legacy and tensor) are recognized by their
+        attributes; none of these is imported.
 
     Raises
     ------
     MeshError
-        If the mesh is not a valid triangle mesh.
+        If the mesh is not valid.
     TypeError
         If `source` does not look like a mesh.
     """
-    if isinstance(source, Mesh):
+    if isinstance(source, (Mesh, PolygonMesh, TetMesh)):
         return source
     if isinstance(source, (str, os.PathLike)):
         from ..io.readers.read import read_mesh
@@ -91,11 +103,63 @@ def as_mesh(source: MeshLike) -> Mesh:
         if len(source) != 2:
             raise TypeError(f"expected a (vertices, faces) pair, got {len(source)} items")
         return _mesh_of(source[0], source[1])
+    if _is_grid_of_tets(source):
+        return _tets_of_grid(source)
     return _mesh_of(*_arrays_of_foreign(source))
 
 
-def _mesh_of(vertices: Any, faces: Any) -> Mesh:
+def as_mesh(source: MeshLike) -> FaceMesh:
+    """Return `source` as a mesh of faces, as `as_cells`; a MeshError if it has none."""
+    cells = as_cells(source)
+    if isinstance(cells, TetMesh):
+        raise MeshError(
+            "this needs a surface, and the mesh has tetrahedra: TetMesh.boundary() is their outside"
+        )
+    return cells
+
+
+def _tets_of_grid(grid: Any) -> TetMesh:
+    return TetMesh(grid.points, np.asarray(grid.cells).reshape(-1, 5)[:, 1:])
+
+
+def _is_grid_of_tets(source: Any) -> bool:
+    """Whether this is an UnstructuredGrid of PyVista that holds tetrahedra alone."""
+    kinds = getattr(source, "celltypes", None)
+    return kinds is not None and len(kinds) > 0 and bool(np.all(np.asarray(kinds) == _VTK_TETRA))
+
+
+def as_triangles(source: MeshLike) -> Mesh:
+    """Return `source` as a `Mesh`; a MeshError if it has faces that are no triangles."""
+    mesh = as_mesh(source)
+    if isinstance(mesh, Mesh):
+        return mesh
+    sizes = mesh.sizes
+    if (sizes == 3).all():
+        return Mesh._of_new(mesh.vertices, mesh.indices.reshape(-1, 3))
+    first = int(np.argmax(sizes != 3))
+    raise MeshError(
+        f"faces[{first}] has {sizes[first]} corners, and this needs triangles: those of"
+        " PolygonMesh.triangulate()"
+    )
+
+
+def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
+    """Triangles where all faces are such, in a rectangular array or in lists."""
+    shape = _shape_of(faces)
+    if shape is None or (len(shape) == 2 and shape[1] > 3):
+        return PolygonMesh.of_faces(vertices, faces)
     return Mesh(vertices, faces)
+
+
+def _shape_of(faces: Any) -> tuple[int, ...] | None:
+    """Shape of the array that faces are, or would make; None where they differ in length."""
+    if isinstance(faces, np.ndarray):
+        return None if faces.dtype == object and faces.ndim == 1 and len(faces) else faces.shape
+    try:
+        shape: tuple[int, ...] = np.shape(faces)
+    except ValueError:
+        return None
+    return shape
 
 
 def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
@@ -107,11 +171,11 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
     if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D, tensor
         return _arrays_of_tensor_mesh(source)
     if hasattr(source, "points") and hasattr(source, "faces"):  # PyVista PolyData
-        return source.points, _triangles_of_polydata(source)
+        return source.points, _faces_of_polydata(source)
     raise TypeError(
-        f"{type(source).__name__} does not look like a triangle mesh: expected a superfacets.Mesh,"
-        " a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista (PolyData) or Open3D;"
-        " of a Scene pass .to_mesh(), of a grid .extract_surface().triangulate()"
+        f"{type(source).__name__} does not look like a mesh: expected a superfacets.Mesh or"
+        " PolygonMesh, a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista (PolyData)"
+        " or Open3D; of a Scene pass .to_mesh(), of a grid .extract_surface()"
     )
 
 
@@ -122,13 +186,27 @@ def _arrays_of_tensor_mesh(source: Any) -> tuple[Any, Any]:
     return source.vertex.positions.cpu().numpy(), source.triangle.indices.cpu().numpy()
 
 
-def _triangles_of_polydata(source: Any) -> npt.NDArray[Any]:
+def _faces_of_polydata(source: Any) -> Any:
     """Faces of a PyVista PolyData, whose `faces` are flat: a count, then that many indices."""
     if getattr(source, "n_strips", 0):
         raise MeshError("the PolyData holds triangle strips: call .triangulate() first")
     flat = np.asarray(source.faces)
     if flat.ndim != 1:
         raise MeshError(f"expected flat faces (count, indices, ...), got shape {flat.shape}")
-    if len(flat) % 4 or np.any(flat[::4] != 3):
-        raise MeshError("the PolyData has faces that are not triangles: call .triangulate() first")
-    return flat.reshape(-1, 4)[:, 1:]
+    step = int(flat[0]) + 1 if len(flat) else 4
+    if step > 0 and len(flat) % step == 0 and np.all(flat[::step] == step - 1):
+        return flat.reshape(-1, step)[:, 1:]
+    return _faces_in_turn(flat)
+
+
+def _faces_in_turn(flat: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
+    """Faces that differ in length; each begins where the one before it ends."""
+    faces: list[npt.NDArray[Any]] = []
+    place = 0
+    while place < len(flat):
+        end = place + 1 + int(flat[place])
+        if not place < end <= len(flat):
+            raise MeshError(f"faces[{len(faces)}] runs beyond the end of the flat faces")
+        faces.append(flat[place + 1 : end])
+        place = end
+    return faces

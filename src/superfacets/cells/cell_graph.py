@@ -118,6 +118,9 @@ class CellGraph:
     weight_unit : float, default 1.0
         Length of one unit of weight, in the unit of the positions. The graph of a mesh has the
         diagonal of its bounding box. Only the clean-up of regions uses it.
+    dimension : {2, 3}
+        2 if measures are areas, 3 if they are volumes: the expected radius is then the cube root of
+        3 V / (4 pi k), and ``border_lengths`` of `ArcMeasures` are areas. By default 2.
     arc_measures : ArcMeasures, optional
         What arcs cross; needed for the clean-up of regions and for `metrics.compactness`.
 
@@ -154,6 +157,7 @@ class CellGraph:
     unit: float = field(init=False, repr=False)
     weight_unit: float = field(default=1.0, kw_only=True)
     arc_measures: ArcMeasures | None = field(default=None, kw_only=True, repr=False)
+    dimension: int = field(default=2, kw_only=True)
     _ordered: _core.OrderedGraph | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self) -> None:
@@ -161,6 +165,8 @@ class CellGraph:
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
         bounds = checked_bounds(self.bounds, positions)
         freeze(self, positions=positions, offsets=offsets, neighbors=neighbors, bounds=bounds)
+        if self.dimension not in (2, 3):
+            raise ValueError(f"dimension must be 2 or 3, got {self.dimension!r}")
         unit = checked_number(self.weight_unit, "weight_unit", zero=False)
         object.__setattr__(self, "weight_unit", unit)
         self._check_and_quantize(checked_threads(None))
@@ -217,7 +223,7 @@ class CellGraph:
     def __setstate__(self, state: Any) -> None:
         """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
         names = ("positions", "measures", "offsets", "neighbors", "weights", "bounds")
-        more = ("weight_unit", "arc_measures")
+        more = ("weight_unit", "arc_measures", "dimension")
         options = dict(zip(more, restored(state, more), strict=True))
         CellGraph.__init__(self, *restored(state, names), **options)
 

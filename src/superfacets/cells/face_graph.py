@@ -21,7 +21,8 @@ from .._validate import (
 )
 from ..adapters.convert import MeshLike, as_mesh
 from ..errors import MeshError
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import FaceMesh, measure_faces
+from ..mesh.polygon_mesh import PolygonMesh
 from .cell_graph import CellGraph, box_diagonal, checked_measures, checked_weights
 
 __all__ = ["EdgeCounts", "FaceGraph", "build_face_graph", "find_arcs"]
@@ -54,8 +55,9 @@ class FaceGraph:
         The arcs that leave face i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
     neighbors : ndarray of int32, shape (M,)
         The face that each arc leads to.
-    sides : ndarray of uint8, shape (M,)
-        The side of the face that the arc leaves by: side s joins corners s and s + 1 (mod 3).
+    sides : ndarray of uint8 (of int32, for a `PolygonMesh`), shape (M,)
+        The side of the face that the arc leaves by: side s joins corners s and s + 1, the last
+        one the last and the first.
     same_turn : ndarray of uint8, shape (M,)
         1 where both faces traverse their edge in the same direction, that is, where they are
         inconsistently oriented; else 0.
@@ -69,7 +71,7 @@ class FaceGraph:
     measures: npt.NDArray[np.float64]
     offsets: npt.NDArray[np.int64]
     neighbors: npt.NDArray[np.int32]
-    sides: npt.NDArray[np.uint8]
+    sides: npt.NDArray[Any]
     same_turn: npt.NDArray[np.uint8]
     bounds: npt.NDArray[np.float64]
     edge_counts: EdgeCounts
@@ -78,14 +80,17 @@ class FaceGraph:
         positions = checked_positions(self.positions)
         offsets, neighbors = checked_arcs(self.offsets, self.neighbors, len(positions))
         measures = exact_doubles(np.asarray(self.measures))
-        sides = owned(np.asarray(self.sides), np.uint8)
+        is_wide = np.asarray(self.sides).dtype == np.int32
+        sides = owned(np.asarray(self.sides), np.int32 if is_wide else np.uint8)
         same_turn = owned(np.asarray(self.same_turn), np.uint8)
         if measures.shape != (len(positions),):
             raise ValueError("measures must be one per face")
         if not sides.shape == same_turn.shape == neighbors.shape:
             raise ValueError("sides and same_turn must be one per arc")
-        if sides.max(initial=0) > 2:
-            raise ValueError("sides must be 0, 1 or 2")
+        if not is_wide and sides.max(initial=0) > 2:
+            raise ValueError("sides must be 0, 1 or 2 (those of polygons are int32)")
+        if sides.min(initial=0) < 0:
+            raise ValueError("sides must not be negative")
         freeze(
             self,
             positions=positions,
@@ -136,6 +141,7 @@ class FaceGraph:
             bounds=self.bounds,
             weight_unit=self.diagonal,
             arc_measures=None,
+            dimension=2,
         )
 
     def quantized(
@@ -161,7 +167,7 @@ def build_face_graph(
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
+    mesh : Mesh, PolygonMesh or mesh-like
         As for `segment`.
     weld : bool, default True
         Treat vertices at exactly the same position as one, so that triangle soup and meshes with
@@ -189,7 +195,7 @@ def build_face_graph(
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
     arcs = _welded_arcs(mesh, weld, threads)
-    return _graph_of(mesh, arcs, *_core.measure_faces(mesh.vertices, mesh.faces, threads))
+    return _graph_of(mesh, arcs, *measure_faces(mesh, threads))
 
 
 class FaceShapes(NamedTuple):
@@ -201,9 +207,13 @@ class FaceShapes(NamedTuple):
     """Square of the longest side in each of the core's blocks of faces."""
 
 
-def graph_and_shapes(mesh: Mesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return what `build_face_graph` does, and what the same pass over the faces can measure."""
+def graph_and_shapes(
+    mesh: FaceMesh, *, weld: bool, n_threads: int
+) -> tuple[FaceGraph, FaceShapes | None]:
+    """Return what `build_face_graph` does, and what the same pass over triangles can measure."""
     arcs = _welded_arcs(mesh, weld, n_threads)
+    if isinstance(mesh, PolygonMesh):  # their surface measures normals anyhow
+        return _graph_of(mesh, arcs, *measure_faces(mesh, n_threads)), None
     *cells, normals, longest = _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
     return _graph_of(mesh, arcs, *cells), FaceShapes(normals, longest)
 
@@ -211,22 +221,24 @@ def graph_and_shapes(mesh: Mesh, *, weld: bool, n_threads: int) -> tuple[FaceGra
 _FoundArcs: TypeAlias = tuple[
     npt.NDArray[np.int64],
     npt.NDArray[np.int32],
-    npt.NDArray[np.uint8],
+    npt.NDArray[Any],
     npt.NDArray[np.uint8],
     tuple[int, int, int, int],
 ]
 
 
-def _welded_arcs(mesh: Mesh, weld: bool, n_threads: int) -> _FoundArcs:
+def _welded_arcs(mesh: FaceMesh, weld: bool, n_threads: int) -> _FoundArcs:
     if weld:
         representative = _core.weld_vertices(mesh.vertices, n_threads)
     else:
         representative = np.arange(mesh.n_vertices, dtype=np.int32)
+    if isinstance(mesh, PolygonMesh):
+        return _find_polygon_arcs(mesh, representative, n_threads)
     return find_arcs(mesh.faces, representative, n_threads)
 
 
 def _graph_of(
-    mesh: Mesh,
+    mesh: FaceMesh,
     arcs: _FoundArcs,
     positions: npt.NDArray[np.float64],
     measures: npt.NDArray[np.float64],
@@ -242,6 +254,16 @@ def _graph_of(
         same_turn=same_turn,
         bounds=mesh.bounds,
     )
+
+
+def _find_polygon_arcs(
+    mesh: PolygonMesh, representative: npt.NDArray[np.int32], n_threads: int
+) -> _FoundArcs:
+    """Return the same as `find_arcs`, with sides as int32."""
+    try:
+        return _core.build_polygon_graph(mesh.offsets, mesh.indices, representative, n_threads)
+    except ValueError as error:  # std::length_error
+        raise MeshError(str(error)) from None
 
 
 def find_arcs(

@@ -8,13 +8,19 @@ import numpy as np
 
 from .. import _core
 from .._validate import checked_threads
-from ..adapters.convert import MeshLike, as_mesh
+from ..adapters.convert import MeshLike, as_cells
+from ..mesh.faces import count_degenerate
+from ..mesh.tet_mesh import TetMesh, lowest_vertices, signed_volumes
 from .face_graph import FaceGraph, graph_and_shapes
 from .size import checked_n_segments, radius_of
 from .slivers import sliver_share
 from .surface import is_inside_out
+from .tet_graph import TetGraph, build_tet_graph
 
-__all__ = ["MeshInfo", "mesh_info"]
+__all__ = ["MeshInfo", "TetInfo", "mesh_info"]
+
+_VOLUME_NOISE = 4e-16
+"""Of the cubed length of an edge, up to which a volume is rounding error."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +44,7 @@ class MeshInfo:
     n_inconsistent_edges: int
     """Edges whose two faces run through them in the same direction."""
     n_degenerate_faces: int
-    """Faces that have no normal: two corners in one place, or all three on a line."""
+    """Faces that have no normal: two corners in one place, or all on a line."""
     is_inside_out: bool
     """Closed, and with normals that point inwards."""
     area: float
@@ -52,12 +58,42 @@ class MeshInfo:
     are fewer) become stripes; see `Segmentation`."""
 
 
-def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo:
-    """Return counts and sizes of a mesh.
+@dataclass(frozen=True)
+class TetInfo:
+    """Counts and sizes of a mesh of tetrahedra."""
+
+    n_tets: int
+    """Tetrahedra."""
+    n_vertices: int
+    """Vertices, used or not."""
+    n_positions: int
+    """Different positions of vertices."""
+    n_components: int
+    """Sets of tetrahedra that are connected by triangles."""
+    n_triangles: int
+    """Triangles."""
+    n_boundary_triangles: int
+    """Triangles of one tetrahedron."""
+    n_nonmanifold_triangles: int
+    """Triangles of three tetrahedra or more."""
+    n_flat_tets: int
+    """Tetrahedra without a volume, to within rounding errors."""
+    n_turned_tets: int
+    """Tetrahedra whose fourth corner lies below the other three."""
+    volume: float
+    """Total volume, in the cubed unit of the vertices."""
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
+    """Low and high corner of the bounding box of the vertices that tetrahedra use."""
+    diagonal: float
+    """Length of the diagonal of that box."""
+
+
+def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
+    """Return counts and sizes of a mesh: a `TetInfo` of tetrahedra, else a `MeshInfo`.
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
+    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         As for `segment`.
     weld : bool, default True
         Count vertices at exactly the same position as one when edges are found.
@@ -69,9 +105,13 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo:
     >>> info.n_components, info.n_boundary_edges, info.area
     (1, 4, 1.0)
     """
-    mesh = as_mesh(mesh)
+    cells = as_cells(mesh)
+    if isinstance(cells, TetMesh):
+        return _tet_info(cells, weld)
+    mesh = cells
     n_threads = checked_threads(None)
     graph, shapes = graph_and_shapes(mesh, weld=weld, n_threads=n_threads)
+    longest = None if shapes is None else shapes.longest
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()
     return MeshInfo(
@@ -83,13 +123,13 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo:
         n_boundary_edges=boundary,
         n_nonmanifold_edges=non_manifold,
         n_inconsistent_edges=inconsistent,
-        n_degenerate_faces=_core.count_degenerate(mesh.vertices, mesh.faces),
+        n_degenerate_faces=count_degenerate(mesh, n_threads),
         is_inside_out=is_inside_out(mesh, graph),
         area=_core.sum_of(graph.measures, n_threads),
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
         sliver_share=sliver_share(
-            mesh, graph, shapes.longest, _default_radius(graph, n_threads), n_threads
+            mesh, graph, longest, _default_radius(graph, n_threads), n_threads
         ),
     )
 
@@ -100,7 +140,28 @@ def _default_radius(graph: FaceGraph, n_threads: int) -> float:
     return radius_of(graph.measures, n_segments, n_threads)
 
 
-def _count_components(graph: FaceGraph) -> int:
+def _tet_info(mesh: TetMesh, weld: bool) -> TetInfo:
+    graph = build_tet_graph(mesh, weld=weld)
+    low, high = graph.bounds.tolist()
+    edges = mesh.vertices[mesh.tets[:, 1:]] - mesh.vertices[mesh.tets[:, :1]]
+    noise = _VOLUME_NOISE * np.linalg.norm(edges, axis=2).max(axis=1) ** 3
+    return TetInfo(
+        n_tets=mesh.n_tets,
+        n_vertices=mesh.n_vertices,
+        n_positions=len(np.unique(lowest_vertices(mesh, weld=True))),
+        n_components=_count_components(graph),
+        n_triangles=graph.triangle_counts.triangles,
+        n_boundary_triangles=graph.triangle_counts.boundary,
+        n_nonmanifold_triangles=graph.triangle_counts.non_manifold,
+        n_flat_tets=int(np.count_nonzero(graph.measures <= noise)),
+        n_turned_tets=int(np.count_nonzero(signed_volumes(mesh) < -noise)),
+        volume=_core.sum_of(graph.measures, checked_threads(None)),
+        bounds=(tuple(low), tuple(high)),
+        diagonal=graph.diagonal,
+    )
+
+
+def _count_components(graph: FaceGraph | TetGraph) -> int:
     same_label = np.zeros(graph.n_cells, np.int32)
     _, n_components = _core.find_components(graph.offsets, graph.neighbors, same_label)
     return n_components

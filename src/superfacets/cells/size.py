@@ -24,33 +24,54 @@ class RegionSize(NamedTuple):
     n_segments: int
     """k: as given, or the number of disks of the radius that have the area of all cells."""
     radius: float
-    """r in the unit of the positions: as given, or sqrt(A / (pi k))."""
+    """r in the unit of the positions: as given, or `radius_of`."""
 
 
 def region_size(
-    options: SizeOptions, measures: npt.NDArray[np.float64], diagonal: float, n_threads: int
+    options: SizeOptions,
+    measures: npt.NDArray[np.float64],
+    diagonal: float,
+    n_threads: int,
+    dimension: int = 2,
 ) -> RegionSize:
-    """Return the size of the regions that cells with these measures are to be divided into."""
+    """Return the size of the regions that cells with these measures are to be divided into.
+
+    Measures are areas, of regions like disks, or volumes, of regions like balls.
+    """
     n_cells = len(measures)
     if options.radius is not None:
         r = options.radius * diagonal
-        area = _core.sum_of(measures, n_threads)
-        k = area / math.pi / r / r if r > 0 else math.inf
+        k = _regions_of_radius(_core.sum_of(measures, n_threads), r, dimension)
         return RegionSize(max(1, round(min(k, n_cells))), r)
     if options.n_segments is None and options.seeds is not None:
         n_segments = len(checked_seeds(options.seeds, n_cells, "init"))
     else:
-        n_segments = checked_n_segments(options.n_segments, n_cells)
-    return RegionSize(n_segments, radius_of(measures, n_segments, n_threads))
+        noun = "faces" if dimension == 2 else "cells"
+        n_segments = checked_n_segments(options.n_segments, n_cells, noun)
+    return RegionSize(n_segments, radius_of(measures, n_segments, n_threads, dimension))
 
 
-def checked_n_segments(n_segments: int | None, n_cells: int) -> int:
+def _regions_of_radius(total: float, r: float, dimension: int) -> float:
+    if r <= 0:
+        return math.inf
+    return total / math.pi / r / r if dimension == 2 else 0.75 * total / math.pi / r / r / r
+
+
+def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces") -> int:
     """The number of regions given, or the paper's, or the number of cells if that is less."""
     if n_segments is None:
         return min(DEFAULT_N_SEGMENTS, n_cells)
-    return checked_count(n_segments, "n_segments", n_cells, "faces")
+    return checked_count(n_segments, "n_segments", n_cells, noun)
 
 
-def radius_of(measures: npt.NDArray[np.float64], n_regions: int, n_threads: int) -> float:
-    """Return the radius of a disk with the mean area of k regions, sqrt(A / (pi k))."""
-    return math.sqrt(_core.sum_of(measures, n_threads) / (math.pi * n_regions))
+def radius_of(
+    measures: npt.NDArray[np.float64], n_regions: int, n_threads: int, dimension: int = 2
+) -> float:
+    """Return the radius of a disk with the mean area of k regions, sqrt(A / (pi k)).
+
+    In a volume that of a ball, the cube root of 3 V / (4 pi k).
+    """
+    total = _core.sum_of(measures, n_threads)
+    if dimension == 3:
+        return math.cbrt(3.0 * total / (4.0 * math.pi * n_regions))
+    return math.sqrt(total / (math.pi * n_regions))

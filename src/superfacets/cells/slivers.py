@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_threads
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import FaceMesh, measure_faces, sliver_area
 from .face_graph import FaceGraph
 from .size import DEFAULT_N_SEGMENTS, radius_of
 
@@ -41,34 +41,32 @@ On 11 CAD parts with 150 regions the median compactness is 10.7; subdivided at r
 
 
 def sliver_share(
-    mesh: Mesh,
+    mesh: FaceMesh,
     faces: FaceGraph,
-    longest: npt.NDArray[np.float64],
+    longest: npt.NDArray[np.float64] | None,
     radius: float,
     n_threads: int,
 ) -> float:
     """Return the share of the area in faces longer than 2 radii and thinner than half of one.
 
-    0 to 1; 0 where the faces have no area. `longest` is that of `FaceShapes`: time is O(F) in
-    blocks of faces with so long a side.
+    0 to 1; 0 where the faces have no area. `longest` is that of `FaceShapes`, for
+    triangles: time is O(F) in blocks of faces with so long a side.
     """
     total = _core.sum_of(faces.measures, n_threads)
     if total <= 0.0:
         return 0.0
-    area = _core.sliver_area(
-        mesh.vertices, mesh.faces, faces.measures, longest, MIN_LENGTH * radius,
-        MAX_HEIGHT * radius, n_threads,
-    )  # fmt: skip
+    limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
+    area = sliver_area(mesh, faces.measures, longest, *limits, n_threads)
     return min(area / total, 1.0)
 
 
-def advised_max_edge(mesh: Mesh, n_segments: int | None, radius: float | None) -> float:
+def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | None) -> float:
     """Return the longest edge that suits the regions that `segment` is asked for."""
     threads = checked_threads(None)
     if radius is not None:
         low, high = mesh.bounds
         return EDGE_PER_RADIUS * radius * float(np.linalg.norm(high - low))
-    _, areas = _core.measure_faces(mesh.vertices, mesh.faces, threads)
+    _, areas = measure_faces(mesh, threads)
     return EDGE_PER_RADIUS * radius_of(areas, n_segments or DEFAULT_N_SEGMENTS, threads)
 
 

@@ -19,6 +19,7 @@ from .._validate import (
     freeze,
 )
 from ..adapters.convert import MeshLike, as_mesh
+from ..mesh.faces import FaceMesh, cut_into_triangles
 from ..mesh.triangle_mesh import Mesh
 
 __all__ = ["Subdivision", "subdivide"]
@@ -47,14 +48,20 @@ class Subdivision:
         The old face that each new face is a part of; never decreasing.
     depths : ndarray of uint8, shape (F,)
         How often that face was halved: a new face has ``2.0**-depth`` of the area of its old one.
+        Of a polygon, which is cut into triangles first: how often the triangle was halved.
+    cut_areas : ndarray of float64, shape (F,), optional
+        Area of the triangle that each new face is a part of, where the old mesh has polygons.
     """
 
     mesh: Mesh
     sources: npt.NDArray[np.int32]
     depths: npt.NDArray[np.uint8]
+    cut_areas: npt.NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         freeze(self, sources=self.sources, depths=self.depths)
+        if self.cut_areas is not None:
+            freeze(self, cut_areas=self.cut_areas)
 
     @property
     def n_sources(self) -> int:
@@ -64,8 +71,9 @@ class Subdivision:
     def labels_back(self, labels: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """Return labels of the old faces: for each the label with the most area in it.
 
-        Areas are compared exactly, as the powers of two that bisection makes of them; ties go to
-        the lower label. Labels that have the most area in no old face do not occur in the result.
+        Areas are compared exactly, as the powers of two that bisection makes of them (but for
+        those of polygons); ties go to the lower label. Labels that have the most area in no old
+        face do not occur in the result.
         For the other direction, ``labels[subdivision.sources]`` takes labels, or any values, of old
         faces to new ones.
 
@@ -98,6 +106,8 @@ class Subdivision:
         if is_mixed.any():
             chosen = is_mixed[self.sources]
             shares = np.exp2(-self.depths[chosen].astype(np.float64))
+            if self.cut_areas is not None:
+                shares *= self.cut_areas[chosen]
             back[is_mixed] = _heaviest(self.sources[chosen], given[chosen], shares)
         return back
 
@@ -127,8 +137,8 @@ def subdivide(
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
-        As for `segment`.
+    mesh : Mesh, PolygonMesh or mesh-like
+        As for `segment`. Polygons are cut into triangles first.
     max_edge : float
         Length in the unit of the vertices, > 0; infinity leaves the mesh as it is. At least 1e-12
         of the largest coordinate.
@@ -179,16 +189,20 @@ def subdivide(
         most = checked_count(max_faces, "max_faces")
     _check_resolution(surface, length)
     threads = checked_threads(n_threads)
+    triangles, polygons = cut_into_triangles(surface)
     try:
         vertices, faces, sources, depths = _core.subdivide(
-            surface.vertices, surface.faces, length, min(most, MAX_CELLS), threads
+            surface.vertices, triangles, length, min(most, MAX_CELLS), threads
         )
     except ValueError:  # std::length_error
         raise ValueError(
             f"max_edge={length:g} would make more than {most} faces: give a longer one (in Python,"
             " max_faces allows more)"
         ) from None
-    return Subdivision(Mesh(vertices, faces), sources, depths)
+    if polygons is None:
+        return Subdivision(Mesh(vertices, faces), sources, depths)
+    _, areas = _core.measure_faces(surface.vertices, triangles, threads)
+    return Subdivision(Mesh(vertices, faces), polygons[sources], depths, areas[sources])
 
 
 def _checked_length(max_edge: float) -> float:
@@ -198,7 +212,7 @@ def _checked_length(max_edge: float) -> float:
     return checked_number(max_edge, "max_edge", zero=False)
 
 
-def _check_resolution(mesh: Mesh, max_edge: float) -> None:
+def _check_resolution(mesh: FaceMesh, max_edge: float) -> None:
     largest = float(np.abs(mesh.bounds).max())
     if max_edge < RESOLUTION * largest:
         raise ValueError(

@@ -11,11 +11,12 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import FaceMesh, signed_volume
+from ..mesh.polygon_mesh import PolygonMesh
 from .cell_graph import ArcMeasures, CellGraph, box_diagonal
-from .face_graph import FaceGraph, build_face_graph
+from .face_graph import FaceGraph
 
-__all__ = ["Surface", "arc_measures", "as_surface", "is_inside_out", "triangle_surface"]
+__all__ = ["Surface", "arc_measures", "face_surface", "is_inside_out"]
 
 _VOLUME_NOISE = 1e-12
 """Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
@@ -31,13 +32,14 @@ class Surface:
     bounds: npt.NDArray[np.float64]  # (2, 3)
     weight_unit: float  # of arc weights, in the unit of the positions
     n_threads: int
-    mesh: Mesh | None = None  # that the cells are the faces of
+    mesh: FaceMesh | None = None  # that the cells are the faces of
     weights: npt.NDArray[np.float64] | None = None  # of the arcs, where the cells came with some
+    dimension: int = 2  # 3 where measures are volumes, and lengths of borders areas
 
     @classmethod
-    def of_faces(cls, mesh: Mesh, graph: FaceGraph, n_threads: int) -> Surface:
+    def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         """Return the faces of a mesh as cells."""
-        handle = triangle_surface(mesh, graph, n_threads)
+        handle = face_surface(mesh, graph, n_threads)
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
             mesh,
@@ -64,7 +66,7 @@ class Surface:
         )
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.weight_unit, n_threads,
-            weights=graph.weights,
+            weights=graph.weights, dimension=graph.dimension,
         )  # fmt: skip
 
     @property
@@ -89,7 +91,7 @@ class Surface:
 
     @property
     def measures(self) -> npt.NDArray[np.float64]:
-        """Area of each cell, shape (N,)."""
+        """Area (or volume) of each cell, shape (N,)."""
         return self._cells[1]
 
     @cached_property
@@ -97,24 +99,33 @@ class Surface:
         return self.handle.cells(self.n_threads)
 
 
-def as_surface(source: MeshLike | CellGraph, *, weld: bool, n_threads: int | None) -> Surface:
-    """Return the cells of a mesh, or of a graph with `ArcMeasures`; arguments as for `segment`."""
-    threads = checked_threads(n_threads)
-    if isinstance(source, CellGraph):
-        return Surface.of_graph(source, threads)
-    mesh = as_mesh(source)
-    return Surface.of_faces(mesh, build_face_graph(mesh, weld=weld, n_threads=threads), threads)
-
-
-def triangle_surface(mesh: Mesh, graph: FaceGraph, n_threads: int) -> _core.TriangleSurface:
+def face_surface(
+    mesh: FaceMesh, graph: FaceGraph, n_threads: int
+) -> _core.TriangleSurface | _core.PolygonSurface:
     """Return what the kernels take for a mesh and its graph; a ValueError if it is another's."""
     if graph.n_cells != mesh.n_faces:
         raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
+    if isinstance(mesh, PolygonMesh):
+        return _polygon_surface(mesh, graph, n_threads)
+    if graph.sides.dtype != np.uint8:
+        raise ValueError("the graph is of polygons but the mesh has triangles")
     same_turn = graph.same_turn if graph.same_turn.any() else np.empty(0, np.uint8)
     is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
     return _core.TriangleSurface(
-        mesh.vertices, mesh.faces, graph.offsets, graph.neighbors, graph.sides, same_turn, is_turned
-    )
+        mesh.vertices, mesh.faces, graph.offsets, graph.neighbors, graph.sides,
+        same_turn, is_turned,
+    )  # fmt: skip
+
+
+def _polygon_surface(mesh: PolygonMesh, graph: FaceGraph, n_threads: int) -> _core.PolygonSurface:
+    if graph.sides.dtype != np.int32:
+        raise ValueError("the graph is of triangles but the mesh has polygons")
+    if np.any(graph.sides >= np.repeat(mesh.sizes, np.diff(graph.offsets))):
+        raise ValueError("the graph is of another mesh: a side is none of its face")
+    return _core.PolygonSurface(
+        mesh.vertices, mesh.offsets, mesh.indices, graph.offsets, graph.neighbors, graph.sides,
+        graph.same_turn, is_inside_out(mesh, graph, n_threads=n_threads), n_threads,
+    )  # fmt: skip
 
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:
@@ -152,13 +163,13 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
     ([1.571, 1.571], [1.0, 1.0])
     """
     threads = checked_threads(n_threads)
-    handle = triangle_surface(as_mesh(mesh), graph, threads)
+    handle = face_surface(as_mesh(mesh), graph, threads)
     border_lengths, step_lengths, angles, sides, open_lengths = handle.arc_measures(threads)
     given = ArcMeasures(border_lengths, step_lengths, angles, sides, open_lengths)
     return given.checked(graph.offsets, graph.n_arcs, threads)
 
 
-def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
+def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
     """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
     if graph.edge_counts.boundary:
         return False
@@ -167,7 +178,7 @@ def is_inside_out(mesh: Mesh, graph: FaceGraph, *, n_threads: int | None = None)
 
 
 def _has_negative_volume(
-    mesh: Mesh,
+    mesh: FaceMesh,
     positions: npt.NDArray[np.float64],
     measures: npt.NDArray[np.float64],
     diagonal: float,
@@ -179,5 +190,5 @@ def _has_negative_volume(
     total = _core.sum_of(measures, n_threads)
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()
-    volume = _core.signed_volume(mesh.vertices, mesh.faces, (x, y, z), n_threads)
+    volume = signed_volume(mesh, (x, y, z), n_threads)
     return volume < -_VOLUME_NOISE * diagonal**3

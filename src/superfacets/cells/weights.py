@@ -10,7 +10,7 @@ from .._options import WEIGHTS, WeightOptions
 from .._validate import checked_number, checked_share, checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from .face_graph import FaceGraph
-from .surface import Surface, triangle_surface
+from .surface import Surface, face_surface
 
 __all__ = [
     "arc_weights",
@@ -100,17 +100,9 @@ def superfacet_weights(
     eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
     if crease_length is not None:
         crease_length = checked_number(crease_length, "crease_length", zero=False)
-    return _core.superfacet_weights(
-        triangle_surface(mesh, graph, threads),
-        graph.positions,
-        graph.measures,
-        _NO_NORMALS,
-        alpha,
-        eta_convex,
-        crease_length or 0.0,
-        graph.diagonal,
-        threads,
-    )
+    surface = Surface.of_faces(mesh, graph, threads)
+    cells = (graph.positions, graph.measures, _NO_NORMALS)
+    return _weights_of(surface, cells, alpha, eta_convex, crease_length or 0.0)
 
 
 def crease_weights(
@@ -225,9 +217,7 @@ def stk02_weights(
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
     alpha = checked_share(alpha, "alpha")
-    return _core.stk02_weights(
-        triangle_surface(mesh, graph, threads), graph.positions, alpha, threads
-    )
+    return _stk02_weights_of(face_surface(mesh, graph, threads), graph.positions, alpha, threads)
 
 
 def arc_weights(
@@ -244,21 +234,26 @@ def arc_weights(
     if options.given is not None:
         return options.given
     params = options.params
-    assert isinstance(surface.handle, _core.TriangleSurface)
     if params["weights"] == "stk02":
-        return _core.stk02_weights(
+        return _stk02_weights_of(
             surface.handle, faces.positions, params["alpha"], surface.n_threads
         )
-    length = radius if params["weights"] == "creases" else None
     cells = (faces.positions, faces.measures, _NO_NORMALS if normals is None else normals)
-    return _weights_of(surface, cells, params["alpha"], params["eta_convex"], length)
+    alpha, length = _scaled(params["alpha"], radius if params["weights"] == "creases" else None)
+    return _weights_of(surface, cells, alpha, params["eta_convex"], length)
 
 
 def creases_of(surface: Surface, radius: float) -> npt.NDArray[np.float64]:
     """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
     options = WEIGHTS["creases"]
     cells = (surface.positions, surface.measures, _NO_NORMALS)
-    return _weights_of(surface, cells, options["alpha"], options["eta_convex"], radius)
+    alpha, length = _scaled(options["alpha"], radius)
+    return _weights_of(surface, cells, alpha, options["eta_convex"], length)
+
+
+def _scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
+    """Alpha, and the crease length as kernels take it: a length of 0 stands for no creases."""
+    return (0.0, 0.0) if crease_length == 0 else (alpha, crease_length or 0.0)
 
 
 def _weights_of(
@@ -266,18 +261,20 @@ def _weights_of(
     cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
     alpha: float,
     eta_convex: float,
-    crease_length: float | None,
+    crease_length: float,
 ) -> npt.NDArray[np.float64]:
-    """Weights by eq. 1 to 3; see `superfacet_weights`, and `crease_weights` for a length of 0."""
-    assert isinstance(surface.handle, _core.TriangleSurface)
-    if crease_length == 0:
-        alpha = 0.0
-    return _core.superfacet_weights(
-        surface.handle,
-        *cells,
-        alpha,
-        eta_convex,
-        crease_length or 0.0,
-        surface.diagonal,
-        surface.n_threads,
-    )
+    """Weights by eq. 1 to 3; a `crease_length` of 0 stands for the length of each edge."""
+    handle, threads = surface.handle, surface.n_threads
+    factors = (alpha, eta_convex, crease_length, surface.diagonal)
+    if isinstance(handle, _core.TriangleSurface):
+        return _core.superfacet_weights(handle, *cells, *factors, threads)
+    return _core.surface_weights(handle, *factors, threads)
+
+
+def _stk02_weights_of(
+    handle: _core.Surface, positions: npt.NDArray[np.float64], alpha: float, n_threads: int
+) -> npt.NDArray[np.float64]:
+    if isinstance(handle, _core.TriangleSurface):
+        return _core.stk02_weights(handle, positions, alpha, n_threads)
+    assert isinstance(handle, _core.PolygonSurface)  # cells of other kinds have no normals
+    return _core.polygon_stk02_weights(handle, alpha, n_threads)

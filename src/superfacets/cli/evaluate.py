@@ -9,6 +9,7 @@ import click
 
 from ..io.readers.labels import read_labels
 from ..io.readers.read import read_mesh
+from ..mesh.faces import n_cells_of
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from .background import run_in_background
 from .options import FILE, NOT_NEGATIVE
@@ -42,7 +43,7 @@ def evaluate_command(
 ) -> None:  # fmt: skip
     """Print how good LABELS of the mesh in the file IN are, against ground truth if there is any.
 
-    Labels are read from .npy, .seg, .txt or labeled .ply files.
+    Labels are read from .npy, .seg, .txt or labeled .ply or .vtp files.
     """
     from ..metrics import evaluate
 
@@ -53,8 +54,8 @@ def evaluate_command(
 
     def compute() -> dict[str, float]:
         surface = read_mesh(mesh)
-        regions = read_labels(labels, surface.n_faces)
-        segments = [read_labels(path, surface.n_faces) for path in (*truths, *more)]
+        regions = read_labels(labels, n_cells_of(surface))
+        segments = [read_labels(path, n_cells_of(surface)) for path in (*truths, *more)]
         return evaluate(surface, regions, segments, tolerance=tolerance)
 
     values = run_in_background(compute)

@@ -8,7 +8,7 @@ from functools import partial
 
 import click
 
-from ..cells.info import MeshInfo, mesh_info
+from ..cells.info import MeshInfo, TetInfo, mesh_info
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.slivers import sliver_note
 from .background import run_in_background
@@ -49,7 +49,7 @@ def info_command(
             n_failed += 1
             print_error(message_of(error))
             continue
-        note = sliver_note(info.sliver_share, "try segment --subdivide")
+        note = sliver_note(_slivers_of(info), "try segment --subdivide")
         if note is not None:
             print_note(f"{name_of(text)}: {note}")
         if as_json:
@@ -63,12 +63,32 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
-def _info_of(text: str, format: str | None) -> MeshInfo:
+def _info_of(text: str, format: str | None) -> MeshInfo | TetInfo:
     return mesh_info(load_mesh(text, format))
 
 
-def _rows_of(info: MeshInfo) -> list[tuple[str, str]]:
+def _slivers_of(info: MeshInfo | TetInfo) -> float:
+    return info.sliver_share if isinstance(info, MeshInfo) else 0.0
+
+
+def _rows_of(info: MeshInfo | TetInfo) -> list[tuple[str, str]]:
     low, high = (" ".join(f"{value:g}" for value in corner) for corner in info.bounds)
+    box = f"{low} to {high}"
+    if isinstance(info, TetInfo):
+        return [
+            ("tetrahedra", str(info.n_tets)),
+            ("vertices", str(info.n_vertices)),
+            ("distinct positions", str(info.n_positions)),
+            ("components", str(info.n_components)),
+            ("triangles", str(info.n_triangles)),
+            ("boundary triangles", str(info.n_boundary_triangles)),
+            ("non-manifold", str(info.n_nonmanifold_triangles)),
+            ("flat tetrahedra", str(info.n_flat_tets)),
+            ("turned tetrahedra", str(info.n_turned_tets)),
+            ("bounding box", box),
+            ("diagonal", f"{info.diagonal:g}"),
+            ("volume", f"{info.volume:g}"),
+        ]
     return [
         ("faces", str(info.n_faces)),
         ("vertices", str(info.n_vertices)),
@@ -81,7 +101,7 @@ def _rows_of(info: MeshInfo) -> list[tuple[str, str]]:
         ("degenerate faces", str(info.n_degenerate_faces)),
         ("inside out", "yes" if info.is_inside_out else "no"),
         ("slivers", f"{info.sliver_share:.0%} of the area, for {DEFAULT_N_SEGMENTS} regions"),
-        ("bounding box", f"{low} to {high}"),
+        ("bounding box", box),
         ("diagonal", f"{info.diagonal:g}"),
         ("area", f"{info.area:g}"),
     ]

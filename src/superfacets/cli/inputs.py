@@ -12,7 +12,7 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import Content, read_content
 from ..io.readers.read import mesh_ending, parse_mesh, parse_mesh_and_attributes
 from ..io.readers.recognize import recognized_ending
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import AnyMesh
 from .options import STANDARD_STREAM
 
 __all__ = ["check_inputs", "load_mesh", "load_mesh_and_attributes", "name_of"]
@@ -32,7 +32,7 @@ def name_of(text: str) -> str:
     return "standard input" if text == STANDARD_STREAM else text
 
 
-def load_mesh(text: str, format: str | None) -> Mesh:
+def load_mesh(text: str, format: str | None) -> AnyMesh:
     """The mesh of a file, or of standard input for ``-``.
 
     Its format is the one given, or that of the file's ending, or that of the content.
@@ -42,7 +42,7 @@ def load_mesh(text: str, format: str | None) -> Mesh:
 
 def load_mesh_and_attributes(
     text: str, format: str | None, *, keep: bool = True
-) -> tuple[Mesh, MeshAttributes | None]:
+) -> tuple[AnyMesh, MeshAttributes | None]:
     """The mesh as `load_mesh` returns it, and the attributes of a PLY if they are to be kept."""
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:

@@ -69,7 +69,20 @@ NOT_NEGATIVE = Real(min=0)
 STANDARD_STREAM = "-"
 """Stands for standard input or standard output."""
 
-INPUT_FORMATS = ("ply", "obj", "off", "stl", "glb", "gltf", "tri")
+INPUT_FORMATS = (
+    "ply",
+    "obj",
+    "off",
+    "stl",
+    "glb",
+    "gltf",
+    "tri",
+    "vtp",
+    "vtu",
+    "vtk",
+    "msh",
+    "mesh",
+)
 
 
 def numbers(

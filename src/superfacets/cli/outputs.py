@@ -13,13 +13,14 @@ import click
 from ..io.atomic import writable_folder
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
-from ..io.writers.write import OUTPUT_ENDINGS
+from ..io.readers.tets import TET_ENDINGS
+from ..io.writers.write import MESH_OUTPUTS, OUTPUT_ENDINGS
 from .inputs import name_of
 from .options import STANDARD_STREAM
 
 __all__ = ["OUTPUT_FORMATS", "Job", "plan_jobs"]
 
-OUTPUT_FORMATS = ("ply", "npy", "seg", "txt")
+OUTPUT_FORMATS = ("ply", "vtp", "vtu", "vtk", "npy", "seg", "txt")
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,12 @@ class Job:
     @property
     def holds_mesh(self) -> bool:
         """Whether an output is a mesh with labels, not labels alone."""
-        return ".ply" in self._endings
+        return bool(self._endings & {*MESH_OUTPUTS})
 
     @property
     def holds_labels(self) -> bool:
         """Whether an output is labels alone."""
-        return self._endings != {".ply"}
+        return not self._endings <= {*MESH_OUTPUTS}
 
     @property
     def _endings(self) -> set[str]:
@@ -65,16 +66,16 @@ def plan_jobs(
         Files, a folder, or ``-``. None: standard output for standard input, else files beside the
         inputs.
     formats : sequence of str
-        Of what no name tells the format of. None: PLY.
+        Of what no name tells the format of. None: PLY, or VTU for files of tetrahedra.
     ascii : bool
-        Whether PLY is text, which a terminal can show.
+        Whether meshes are text, which a terminal can show.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
     has_stream = STANDARD_STREAM in outputs or (not outputs and STANDARD_STREAM in inputs)
     _check_formats(formats, has_stream, is_used=has_stream or bool(folders) or not outputs)
-    endings = tuple(f".{format}" for format in formats) or (".ply",)
-    stream = endings[0] if has_stream else None
+    endings = tuple(f".{format}" for format in formats)
+    stream = (*endings, ".ply")[0] if has_stream else None
     if stream is not None:
         _check_terminal(stream, ascii)
     named = [Path(text) for text in outputs if text not in (STANDARD_STREAM, *folders)]
@@ -82,14 +83,19 @@ def plan_jobs(
     for text in inputs:
         files = list(named)
         if folders:
-            files += _derived(Path(folders[0], Path(text).name), endings)
+            files += _derived(Path(folders[0], Path(text).name), endings or _usual(text))
         elif not outputs and text != STANDARD_STREAM:
-            files += _derived(Path(text), endings)
+            files += _derived(Path(text), endings or _usual(text))
         jobs.append(Job(text, tuple(files), stream))
     _check_files(jobs)
     for folder in folders:
         writable_folder(Path(folder))
     return jobs
+
+
+def _usual(text: str) -> tuple[str]:
+    """The ending of the output for an input, where none is asked for: a mesh with labels."""
+    return (".vtu",) if Path(text).suffix.lower() in TET_ENDINGS else (".ply",)
 
 
 def _is_folder(text: str) -> bool:
@@ -140,7 +146,7 @@ def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -
 def _check_terminal(stream: str, ascii: bool) -> None:
     if sys.stdout is None:
         raise OSError("standard output is closed")
-    is_binary = stream == ".npy" or (stream == ".ply" and not ascii)
+    is_binary = stream == ".npy" or (stream in MESH_OUTPUTS and not ascii)
     if is_binary and sys.stdout.isatty():
         raise click.UsageError(
             "standard output is a terminal, which cannot show binary data: give -o a file,"

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy.typing as npt
 
+from .._options import CLIPS
 from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.read import read_mesh
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import n_cells_of
 from .failures import print_note
 from .options import FILE, Real
 
 if TYPE_CHECKING:
+    from .._options import Clip
     from ..view.camera import Up
 
 __all__ = ["render_command"]
@@ -42,25 +44,33 @@ __all__ = ["render_command"]
     "--labels",
     metavar="L",
     type=FILE,
-    help="A .npy, .seg, .txt or labeled .ply; those in IN, if it has any, otherwise.",
+    help="A .npy, .seg, .txt or labeled .ply or .vtp; those in IN, if it has any, otherwise.",
+)
+@click.option(
+    "--clip",
+    type=click.Choice(CLIPS),
+    help="Of tetrahedra, show what lies on one side of the middle: x keeps that of larger x, -x"
+    " that of smaller x.  [default: the outside of all]",
 )
 def render_command(
-    mesh: Path, output: Path, up: Up, azimuth: float, elevation: float, labels: Path | None
-) -> None:
+    mesh: Path, output: Path, up: Up, azimuth: float, elevation: float, labels: Path | None,
+    clip: Clip | None,
+) -> None:  # fmt: skip
     """Draw a shaded picture of the mesh in the file IN, with its regions and dark borders."""
     from ..view.rendering import View, render
 
     if output.suffix.lower() != ".png":
         raise click.UsageError(f"{output}: pictures are written as .png")
     surface = read_mesh(mesh)
-    shown = _labels_of(mesh, surface) if labels is None else read_labels(labels, surface.n_faces)
+    n_cells = n_cells_of(surface)
+    shown = _labels_of(mesh, n_cells) if labels is None else read_labels(labels, n_cells)
     if shown is None:
         print_note(f"{mesh} holds no labels: the picture is plain; --labels names a file of them")
     view = View(azimuth=azimuth, elevation=elevation, up=up)
-    render(surface, shown, output=output, view=view)
+    render(surface, shown, output=output, view=view, clip=clip)
     click.echo(f"wrote {output}")
 
 
-def _labels_of(path: Path, mesh: Mesh) -> npt.NDArray[Any] | None:
+def _labels_of(path: Path, n_cells: int) -> npt.NDArray[Any] | None:
     """The labels that a file holds along with its mesh; None if it has none."""
-    return read_labels(path, mesh.n_faces) if has_labels(path) else None
+    return read_labels(path, n_cells) if has_labels(path) else None

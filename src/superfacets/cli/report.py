@@ -128,15 +128,19 @@ def facts_of(
 
 
 def summary_of(
-    name: str, result: Segmentation, timings: Mapping[str, float], outputs: Sequence[str]
+    name: str,
+    result: Segmentation,
+    timings: Mapping[str, float],
+    outputs: Sequence[str],
+    noun: str = "face",
 ) -> str:
-    """A line per file written, and one for the run."""
+    """A line per file written, and one for the run; the noun is for what has labels."""
     seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
     lines = [
         f"wrote {'standard output' if output == STANDARD_STREAM else output}" for output in outputs
     ]
     lines.append(
-        f"{name}: {counted(len(result.labels), 'face')}, {counted(result.n_segments, 'region')}, "
+        f"{name}: {counted(len(result.labels), noun)}, {counted(result.n_segments, 'region')}, "
         f"{counted(result.n_iter, 'iteration')}, {result.stop_reason}; seconds: {seconds}"
     )
     return "\n".join(lines)

@@ -23,13 +23,15 @@ from .._options import (
     WeightOptions,
 )
 from .._timing import timed
+from ..adapters.convert import as_mesh
 from ..cells.slivers import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
 from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, SliverWarning
 from ..io.attributes import MeshAttributes
+from ..io.guards import counted
 from ..io.writers.write import check_outputs, write_outputs
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import AnyMesh, n_cells_of, noun_of
 from ..pipeline import PAPER, segment
 from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
@@ -127,8 +129,8 @@ __all__ = ["segment_command"]
     "is_subdivided",
     is_flag=True,
     help="Bisect edges longer than a quarter of a region's radius first, for meshes of long thin"
-    " faces. A .ply then holds the subdivided mesh; label files hold a label for each face of IN:"
-    " that with the most area in it.",
+    " faces. A .ply or .vtp then holds the subdivided mesh; label files hold a label for each face"
+    " of IN: that with the most area in it.",
 )
 @click.option(
     "--max-edge",
@@ -148,7 +150,8 @@ __all__ = ["segment_command"]
     metavar="OUT",
     type=click.Path(allow_dash=True),
     multiple=True,
-    help="A .ply (mesh with labels and colors) or a .npy, .seg or .txt (labels); may be"
+    help="A .ply or .vtp (mesh with labels and colors; of tetrahedra a .vtu or .vtk) or a .npy,"
+    " .seg or .txt (labels); may be"
     " given several times. Or a folder (results/) for the files of all inputs, or - for standard"
     " output.  [default: IN.superfacets.ply beside IN]",
 )
@@ -157,14 +160,15 @@ __all__ = ["segment_command"]
     "formats",
     type=click.Choice(OUTPUT_FORMATS),
     multiple=True,
-    help="Format of what -o gives no file name for; may be given several times.  [default: ply]",
+    help="Format of what -o gives no file name for; may be given several times.  [default: ply;"
+    " vtu of tetrahedra]",
 )
 @click.option(
     "--format",
     type=click.Choice(INPUT_FORMATS),
     help="Format of the inputs.  [default: by the ending; standard input by its content]",
 )
-@click.option("--ascii", is_flag=True, help="Write .ply files as text.")
+@click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
 @click.option(
     "--drop-attributes",
     is_flag=True,
@@ -216,7 +220,7 @@ def segment_command(
 class _Outcome:
     """The data to write for one input."""
 
-    mesh: Mesh
+    mesh: AnyMesh
     attributes: MeshAttributes | None
     result: Segmentation
     listed: npt.NDArray[np.int64] | None  # labels of the input's faces, where it was subdivided
@@ -273,7 +277,7 @@ class _Run:
             self._print(job, json.dumps(facts_of(job.input, result, timings, job.names)))
         elif not self.is_quiet:
             name = Path(job.input).name if job.files or not job.stream else name_of(job.input)
-            self._print(job, summary_of(name, result, timings, job.names))
+            self._print(job, summary_of(name, result, timings, job.names, noun_of(outcome.mesh)))
 
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float], notes: list[str]) -> _Outcome:
         """Read, subdivide and segment; write nothing."""
@@ -295,23 +299,25 @@ class _Run:
             notes += notes_on_attributes(attributes)
         return _Outcome(mesh, attributes, result, listed)
 
-    def _subdivide(self, mesh: Mesh) -> Subdivision:
+    def _subdivide(self, source: AnyMesh) -> Subdivision:
         """Subdivide; without a given edge length, to suit the size of the regions."""
+        mesh = as_mesh(source)
         get = self.keywords.get
         max_edge = self.max_edge
         if max_edge is None:
             max_edge = advised_max_edge(mesh, get("n_segments"), get("radius"))
         return subdivide(mesh, max_edge, n_threads=get("n_threads"))
 
-    def _segment(self, mesh: Mesh, bar: Bar, notes: list[str]) -> Segmentation:
+    def _segment(self, mesh: AnyMesh, bar: Bar, notes: list[str]) -> Segmentation:
         keywords = dict(self.keywords)
         asked = keywords.get("n_segments")
-        if asked is not None and asked > mesh.n_faces:
+        n_cells = n_cells_of(mesh)
+        if asked is not None and asked > n_cells:
             notes.append(
-                f"{asked} regions were asked for; the mesh has {mesh.n_faces} faces, each of which"
-                " became a region"
+                f"{asked} regions were asked for; the mesh has {counted(n_cells, noun_of(mesh))}, each of"
+                " which became a region"
             )
-            keywords["n_segments"] = mesh.n_faces
+            keywords["n_segments"] = n_cells
         with warnings.catch_warnings():  # what warnings say, notes say
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)

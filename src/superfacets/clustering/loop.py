@@ -69,7 +69,7 @@ def segment_graph(
     checked_graph(graph)
     options = SizeOptions.checked(n_segments, radius, init)
     loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
-    size = region_size(options, graph.measures, graph.diagonal, loop.n_threads)
+    size = region_size(options, graph.measures, graph.diagonal, loop.n_threads, graph.dimension)
     ordered = graph.ordered(loop.n_threads)
     return segment_cells(ordered, graph.bounds, size, options, init, loop)
 

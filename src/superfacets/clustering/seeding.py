@@ -86,7 +86,7 @@ def place_seeds(
     checked_graph(graph)
     threads = checked_threads(n_threads)
     options = SizeOptions.checked(n_segments, radius, init)
-    size = region_size(options, graph.measures, graph.diagonal, threads)
+    size = region_size(options, graph.measures, graph.diagonal, threads, graph.dimension)
     checked_choice(islands, "islands", ISLANDS)
     ordered = graph.ordered(threads)
     return run_seeding(ordered, graph.bounds, size, options, init, islands, threads)

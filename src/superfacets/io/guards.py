@@ -9,7 +9,7 @@ import os
 import stat
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,16 +21,31 @@ from ..errors import MeshError
 __all__ = [
     "Arrays",
     "Content",
+    "Polygons",
+    "TriangleArrays",
     "as_doubles",
-    "check_triangles",
+    "check_corner_counts",
+    "checked_faces",
     "counted",
     "known_ending",
     "read_content",
     "side_by_side",
 ]
 
-Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any]]
-"""Vertices (V, 3) and faces (F, 3) as in the file; `Mesh` checks indices and coordinates."""
+TriangleArrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any]]
+"""Vertices (V, 3) and faces (F, 3) as in the file."""
+
+
+class Polygons(NamedTuple):
+    """Faces that differ in their number of corners, or have more than three."""
+
+    offsets: npt.NDArray[np.int64]  # (F + 1,)
+    indices: npt.NDArray[Any]  # (C,)
+
+
+Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any] | Polygons]
+"""Vertices (V, 3) and faces as in the file, (F, 3) if all are triangles; `Mesh` and `PolygonMesh`
+check indices and coordinates."""
 
 Content = bytes | mmap.mmap
 """Bytes of a file: slices are bytes, and numpy makes arrays of both without a copy."""
@@ -106,21 +121,26 @@ def as_doubles(values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
         return values.astype(np.float64, copy=False)
 
 
-def check_triangles(corner_counts: npt.NDArray[Any]) -> None:
-    """Raise a MeshError that counts the faces which are not triangles, if there are any."""
-    others = np.flatnonzero(corner_counts != 3)
-    if not len(others):
-        return
-    first = int(others[0])
-    n_corners = int(corner_counts[first])
-    if n_corners < 3:
+def checked_faces(
+    corner_counts: npt.NDArray[Any], corners: npt.NDArray[Any]
+) -> npt.NDArray[Any] | Polygons:
+    """The faces whose corners stand in a row; a MeshError where one has fewer than three."""
+    check_corner_counts(corner_counts)
+    if (corner_counts == 3).all():
+        return corners.reshape(-1, 3)
+    offsets = np.zeros(len(corner_counts) + 1, dtype=np.int64)
+    np.cumsum(corner_counts, out=offsets[1:])
+    return Polygons(offsets, corners.ravel())
+
+
+def check_corner_counts(corner_counts: npt.NDArray[Any]) -> None:
+    """Raise a MeshError that names the first face with fewer than three corners."""
+    if corner_counts.min(initial=3) < 3:
+        first = int(np.argmax(corner_counts < 3))
         raise MeshError(
-            f"faces[{first}] has {counted(n_corners, 'corner')}: is the file cut or damaged?"
+            f"faces[{first}] has {counted(int(corner_counts[first]), 'corner')}:"
+            " is the file cut or damaged?"
         )
-    raise MeshError(
-        f"{len(others)} of {len(corner_counts)} faces are polygons, the first is faces[{first}]"
-        f" with {n_corners} corners; only triangles are supported yet: triangulate the mesh first"
-    )
 
 
 def counted(n: int, thing: str) -> str:

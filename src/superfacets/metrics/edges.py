@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +15,7 @@ from ..adapters.convert import MeshLike, as_mesh
 from ..cells.face_graph import FaceGraph, build_face_graph
 from ..cells.sums import positive_total
 from ..cells.surface import Surface
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 
 __all__ = ["EdgePaths", "MeshEdges"]
 
@@ -32,11 +33,9 @@ class EdgePaths:
     n_threads: int
 
     @classmethod
-    def of(cls, mesh: Mesh, representative: npt.NDArray[np.int32], n_threads: int) -> EdgePaths:
+    def of(cls, mesh: FaceMesh, representative: npt.NDArray[np.int32], n_threads: int) -> EdgePaths:
         """Order the vertices of a mesh for paths along its edges."""
-        offsets, neighbors, edge_lengths = _core.build_vertex_graph(
-            mesh.vertices, mesh.faces, representative, n_threads
-        )
+        offsets, neighbors, edge_lengths = vertex_graph(mesh, representative, n_threads)
         has_edges = np.diff(offsets) > 0
         places = np.where(has_edges, np.cumsum(has_edges, dtype=np.int32) - np.int32(1), -1)
         used = np.flatnonzero(has_edges)
@@ -70,7 +69,7 @@ class EdgePaths:
 class MeshEdges:
     """A mesh with its faces as cells, and what is to be known of its edges."""
 
-    mesh: Mesh
+    mesh: FaceMesh
     graph: FaceGraph
     surface: Surface
     representative: npt.NDArray[np.int32]  # (V,) lowest vertex at the same position
@@ -111,13 +110,10 @@ class MeshEdges:
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
     def ends_of(
-        self, faces: npt.NDArray[np.int32], sides: npt.NDArray[np.uint8]
+        self, faces: npt.NDArray[np.int32], sides: npt.NDArray[Any]
     ) -> npt.NDArray[np.int32]:
         """Ends of these sides of faces, the lower vertex first, shape (n, 2)."""
-        ends = np.stack(
-            [self.mesh.faces[faces, sides], self.mesh.faces[faces, (sides + 1) % 3]], axis=1
-        )
-        return np.sort(self.representative[ends], axis=1)
+        return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
     def lengths_of(self, edges: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
         """Lengths of edges given by their ends."""

@@ -9,9 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_number, compact_labels
-from ..adapters.convert import MeshLike, as_mesh
+from ..adapters.convert import MeshLike, as_cells
+from ..cells.kinds import as_surface
 from ..cells.sums import positive_total
-from ..mesh.triangle_mesh import Mesh
+from ..cells.surface import Surface
+from ..mesh.faces import FaceMesh, is_same_mesh
+from ..mesh.tet_mesh import TetMesh
 from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement_of, cut_discrepancy_of
 from .edges import MeshEdges
 from .overlap import (
@@ -117,7 +120,7 @@ def evaluate(
         ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
         ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
         ``local_consistency_error``. All are weighted by area or length, and do not change when
-        labels are renamed or the mesh is scaled.
+        labels are renamed or the mesh is scaled. Of a `TetMesh` those without normals and borders.
 
     Raises
     ------
@@ -135,7 +138,12 @@ def evaluate(
     (2, 0.0, 0.5)
     """
     tolerance = checked_number(tolerance, "tolerance", zero=True)
-    prepared = _prepared(as_mesh(mesh), ground_truths, weld, n_threads)
+    cells = as_cells(mesh)
+    if isinstance(cells, TetMesh):
+        if isinstance(ground_truths, GroundTruths):
+            raise ValueError("the ground truths were prepared for another mesh")
+        return _of_volume(as_surface(cells, weld=weld, n_threads=n_threads), labels, ground_truths)
+    prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
     regions, n_regions = compact_labels(labels, surface.n_cells)
     values: dict[str, float] = {
@@ -154,6 +162,26 @@ def evaluate(
     return values | {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
 
 
+def _of_volume(
+    surface: Surface,
+    labels: npt.ArrayLike,
+    ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
+) -> dict[str, float]:
+    """All metrics of tetrahedra: they have neither normals nor edges to walk along."""
+    regions, n_regions = compact_labels(labels, surface.n_cells)
+    values: dict[str, float] = {
+        "n_regions": n_regions,
+        "n_extra_pieces": extra_pieces_of(surface, regions, n_regions),
+        "compactness": compactness_of(surface, regions, n_regions),
+    }
+    truths = [compact_labels(truth, surface.n_cells) for truth in _listed(ground_truths)]
+    rows = [
+        _of_overlap(overlap_of(regions, n_regions, *truth, surface.measures)) for truth in truths
+    ]
+    means = {name: float(np.mean([row[name] for row in rows])) for name in (rows or [{}])[0]}
+    return values | means
+
+
 def _listed(
     truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> list[npt.ArrayLike]:
@@ -166,17 +194,13 @@ def _listed(
 
 
 def _prepared(
-    mesh: Mesh,
+    mesh: FaceMesh,
     ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
     weld: bool,
     n_threads: int | None,
 ) -> GroundTruths:
     if isinstance(ground_truths, GroundTruths):
-        prepared = ground_truths.edges.mesh
-        is_same = np.array_equal(prepared.faces, mesh.faces) and np.array_equal(
-            prepared.vertices, mesh.vertices
-        )
-        if mesh is not prepared and not is_same:
+        if not is_same_mesh(ground_truths.edges.mesh, mesh):
             raise ValueError("the ground truths were prepared for another mesh")
         return ground_truths
     return GroundTruths(mesh, ground_truths, weld=weld, n_threads=n_threads)

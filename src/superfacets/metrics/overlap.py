@@ -8,11 +8,12 @@ from typing import NamedTuple, TypeAlias, overload
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
 from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_labels
-from ..adapters.convert import MeshLike, as_mesh
+from ..adapters.convert import MeshLike, as_cells
 from ..cells.cell_graph import CellGraph
 from ..cells.sums import positive_total, sums_by_label
+from ..mesh.faces import measure_faces
+from ..mesh.tet_mesh import TetMesh, signed_volumes
 
 __all__ = [
     "Consistency",
@@ -353,8 +354,10 @@ def _prepared(
         raise TypeError("labels and truth are needed with a mesh")
     if isinstance(source, CellGraph):
         return area_overlap(labels, truth, source.measures)
-    mesh = as_mesh(source)
-    _, areas = _core.measure_faces(mesh.vertices, mesh.faces, checked_threads(None))
+    mesh = as_cells(source)
+    if isinstance(mesh, TetMesh):
+        return area_overlap(labels, truth, np.abs(signed_volumes(mesh)))
+    _, areas = measure_faces(mesh, checked_threads(None))
     return area_overlap(labels, truth, areas)
 
 

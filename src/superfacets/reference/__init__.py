@@ -7,7 +7,7 @@ the order is that of the kernels and part of the contract. Nothing here is meant
 
 from .classification import classify_exact, classify_halted, join_islands
 from .coarsening import coarse_arcs, coarse_cells
-from .face_graph import Arc, build_face_graph, measure_faces
+from .face_graph import Arc, build_face_graph, build_tet_graph, measure_faces, measure_polygons
 from .graphs import find_components
 from .loop import iterate
 from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
@@ -20,6 +20,7 @@ __all__ = [
     "Arc",
     "Part",
     "build_face_graph",
+    "build_tet_graph",
     "classify_exact",
     "classify_halted",
     "coarse_arcs",
@@ -32,6 +33,7 @@ __all__ = [
     "iterate",
     "join_islands",
     "measure_faces",
+    "measure_polygons",
     "quantize_weights",
     "smooth_borders",
     "subdivide",

@@ -1,17 +1,21 @@
-"""Stage 1: which faces share an edge; centroids and areas."""
+"""Stage 1: which faces share an edge, or tetrahedra a triangle; centroids and areas."""
 
 from __future__ import annotations
 
 from collections import defaultdict
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..mesh.faces import FaceMesh
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 from .vectors import cross, norm
 
-__all__ = ["Arc", "build_face_graph", "measure_faces"]
+__all__ = ["Arc", "build_face_graph", "build_tet_graph", "measure_faces", "measure_polygons"]
 
 Floats = npt.NDArray[np.float64]
 
@@ -25,25 +29,53 @@ class Arc(NamedTuple):
     same_turn: bool
 
 
-def build_face_graph(mesh: Mesh, *, weld: bool = True) -> list[Arc]:
+def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
     """All arcs, sorted by face, side and neighbor."""
     vertex_at: dict[tuple[float, ...], int] = {}
     corners = [
         [vertex_at.setdefault(tuple(mesh.vertices[v].tolist()), v) if weld else v for v in face]
-        for face in mesh.faces.tolist()
+        for face in _faces_of(mesh)
     ]
-    sides_on_edge: dict[tuple[int, int], dict[int, tuple[int, bool]]] = defaultdict(dict)
-    for face, (a, b, c) in enumerate(corners):
-        for side, (start, end) in enumerate(((a, b), (b, c), (c, a))):
+    sides_on_edge: dict[tuple[int, ...], dict[int, tuple[int, bool]]] = defaultdict(dict)
+    for face, ring in enumerate(corners):
+        for side, (start, end) in enumerate(zip(ring, ring[1:] + ring[:1], strict=True)):
             if start != end:
                 edge = (min(start, end), max(start, end))
                 sides_on_edge[edge].setdefault(face, (side, start < end))
+    return _arcs_over(sides_on_edge)
+
+
+def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
+    """All arcs between tetrahedra, sorted likewise; what `same_turn` says means nothing."""
+    vertex_at: dict[tuple[float, ...], int] = {}
+    tets_on_triangle: dict[tuple[int, ...], dict[int, tuple[int, bool]]] = defaultdict(dict)
+    for tet, corners in enumerate(mesh.tets.tolist()):
+        lowest = [
+            vertex_at.setdefault(tuple(mesh.vertices[v].tolist()), v) if weld else v
+            for v in corners
+        ]
+        for side in range(4):
+            triangle = tuple(sorted(lowest[:side] + lowest[side + 1 :]))
+            if len(set(triangle)) == 3:
+                tets_on_triangle[triangle].setdefault(tet, (side, True))
+    return _arcs_over(tets_on_triangle)
+
+
+def _faces_of(mesh: FaceMesh) -> list[list[int]]:
+    if isinstance(mesh, Mesh):
+        faces: list[list[int]] = mesh.faces.tolist()
+        return faces
+    return [mesh.face(i).tolist() for i in range(mesh.n_faces)]
+
+
+def _arcs_over(sides: dict[tuple[int, ...], dict[int, tuple[int, bool]]]) -> list[Arc]:
+    """Arcs between all pairs of cells on each side."""
     arcs = [
-        Arc(face, side, neighbor, ascending == neighbor_ascending)
-        for faces in sides_on_edge.values()
-        for face, (side, ascending) in faces.items()
-        for neighbor, (_, neighbor_ascending) in faces.items()
-        if face != neighbor
+        Arc(cell, side, neighbor, ascending == neighbor_ascending)
+        for cells in sides.values()
+        for cell, (side, ascending) in cells.items()
+        for neighbor, (_, neighbor_ascending) in cells.items()
+        if cell != neighbor
     ]
     return sorted(arcs)
 
@@ -52,3 +84,18 @@ def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
     """Centroids, shape (F, 3), and areas, shape (F,)."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     return (a + b + c) / 3.0, 0.5 * norm(cross(b - a, c - a))
+
+
+def measure_polygons(mesh: PolygonMesh) -> tuple[Floats, Floats]:
+    """Centroids and areas by the fan, of faces that have a normal and do not cross themselves."""
+    centroids, areas = np.empty((mesh.n_faces, 3)), np.empty(mesh.n_faces)
+    for face in range(mesh.n_faces):
+        origin, *others = mesh.vertices[mesh.face(face)]
+        steps = [corner - origin for corner in others]
+        doubled = [np.cross(u, v) for u, v in pairwise(steps)]
+        total = np.sum(doubled, axis=0)
+        shares = [vector @ total / (total @ total) for vector in doubled]
+        thirds = [(u + v) / 3.0 for u, v in pairwise(steps)]
+        centroids[face] = origin + sum(s * t for s, t in zip(shares, thirds, strict=True))
+        areas[face] = 0.5 * np.linalg.norm(total)
+    return centroids, areas

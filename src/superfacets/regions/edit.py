@@ -12,8 +12,9 @@ from .. import _core
 from .._validate import checked_labels
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph, checked_weights
+from ..cells.kinds import as_surface
 from ..cells.size import radius_of
-from ..cells.surface import Surface, as_surface
+from ..cells.surface import Surface
 from ..cells.weights import creases_of
 
 __all__ = ["CREASE_SCALE", "BorderCosts", "RegionEdit", "read_regions"]
@@ -86,7 +87,8 @@ def read_regions(
     """
     surface = as_surface(source, weld=weld, n_threads=n_threads)
     array, n_regions = checked_labels(labels, surface.n_cells)
-    radius = radius_of(surface.measures, n_regions, surface.n_threads) or surface.diagonal or 1.0
+    radius = radius_of(surface.measures, n_regions, surface.n_threads, surface.dimension)
+    radius = radius or surface.diagonal or 1.0
     if weights is None:
         weights = surface.weights if surface.mesh is None else creases_of(surface, radius)
     assert weights is not None  # a graph has its own

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ..adapters.convert import as_triangles
 from ..errors import MeshError
 from ..io.readers.labels import read_labels
 from ..io.readers.read import read_mesh
@@ -123,7 +124,7 @@ class Benchmark:
             If the benchmark has no model of this number.
         """
         category = category_of(number)
-        mesh = read_mesh(self.path_of(number))
+        mesh = as_triangles(read_mesh(self.path_of(number)))
         truths, problems = [], []
         for path in self._truth_files(number):
             try:

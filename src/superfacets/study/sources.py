@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..adapters.convert import as_mesh
 from ..errors import MeshError
 from ..io.readers.read import MESH_ENDINGS, read_mesh
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import FaceMesh, corners_in_a_row, face_sizes
 from ..metrics import GroundTruths
 from .princeton import Benchmark, Model
 
@@ -106,7 +107,7 @@ def find_meshes(folder: Path) -> Sources:
         if path.suffix.lower() not in MESH_ENDINGS:
             continue
         try:
-            mesh = read_mesh(path)
+            mesh = as_mesh(read_mesh(path))
         except (MeshError, OSError) as error:
             problems.append(f"{path.name} is left out: {error}")
         else:
@@ -115,7 +116,7 @@ def find_meshes(folder: Path) -> Sources:
 
 
 @lru_cache(maxsize=1)  # the tasks of one mesh mostly follow one another
-def load(source: Source) -> tuple[Mesh, GroundTruths]:
+def load(source: Source) -> tuple[FaceMesh, GroundTruths]:
     """Return the mesh, and its ground truths: none if it is not of the benchmark.
 
     Raises
@@ -124,7 +125,7 @@ def load(source: Source) -> tuple[Mesh, GroundTruths]:
         If the files changed meanwhile, or cannot be read any more.
     """
     if not source.is_model:
-        mesh = read_mesh(source.path)
+        mesh = as_mesh(read_mesh(source.path))
         return mesh, GroundTruths(mesh, (), n_threads=1)
     model = load_model(source)
     return model.mesh, GroundTruths(model.mesh, model.ground_truths, n_threads=1)
@@ -148,9 +149,11 @@ def _by_size(sources: list[Source]) -> tuple[Source, ...]:
     return tuple(sorted(sources, key=lambda source: (source.n_faces, source.number, source.name)))
 
 
-def _digest(mesh: Mesh, ground_truths: Iterable[npt.NDArray[np.int32]]) -> str:
+def _digest(mesh: FaceMesh, ground_truths: Iterable[npt.NDArray[np.int32]]) -> str:
     hashed = hashlib.blake2b(digest_size=16)
-    arrays: tuple[npt.NDArray[Any], ...] = (mesh.vertices, mesh.faces, *ground_truths)
+    arrays: tuple[npt.NDArray[Any], ...] = (
+        mesh.vertices, face_sizes(mesh), corners_in_a_row(mesh), *ground_truths,
+    )  # fmt: skip
     for array in arrays:
         hashed.update(str(array.shape).encode())
         hashed.update(np.ascontiguousarray(array).tobytes())

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..cells.face_graph import FaceGraph
+from ..mesh.faces import FaceMesh, ends_of_sides
 from .camera import Camera
 
 __all__ = ["border_edges", "default_border_width"]
@@ -24,13 +25,13 @@ _LEAST_WIDTH = 0.6
 
 
 def border_edges(
-    graph: FaceGraph, triangles: npt.NDArray[np.int64], labels: npt.NDArray[np.int32]
-) -> npt.NDArray[np.int64]:
+    mesh: FaceMesh, graph: FaceGraph, labels: npt.NDArray[np.int32]
+) -> npt.NDArray[np.int32]:
     """Ends, (B, 2), of the edges between faces of different labels, each pair of faces once."""
-    sources = np.repeat(np.arange(len(triangles), dtype=np.int32), np.diff(graph.offsets))
+    sources = np.repeat(np.arange(mesh.n_faces, dtype=np.int32), np.diff(graph.offsets))
     between = (labels[sources] != labels[graph.neighbors]) & (sources < graph.neighbors)
     faces, sides = sources[between], graph.sides[between]
-    return np.stack([triangles[faces, sides], triangles[faces, (sides + 1) % 3]], axis=1)
+    return ends_of_sides(mesh, faces, sides)
 
 
 def default_border_width(mean_area: float, camera: Camera, height: int) -> float:

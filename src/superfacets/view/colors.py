@@ -10,9 +10,12 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_labels, checked_threads, compact_labels
-from ..adapters.convert import MeshLike, as_mesh
+from ..adapters.convert import MeshLike, as_cells
 from ..cells.cell_graph import CellGraph
-from ..cells.face_graph import find_arcs
+from ..cells.face_graph import build_face_graph, find_arcs
+from ..cells.tet_graph import build_tet_graph
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
 
 __all__ = ["MIN_COLOR_DISTANCE", "PALETTE", "face_colors", "region_colors"]
 
@@ -77,8 +80,14 @@ def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> npt.NDArra
     if isinstance(mesh, CellGraph):
         compact, _ = compact_labels(labels, mesh.n_cells)
         return region_colors(mesh, compact)[compact]
-    mesh = as_mesh(mesh)
+    cells = as_cells(mesh)
+    if isinstance(cells, TetMesh):
+        compact, _ = compact_labels(labels, cells.n_tets)
+        return region_colors(build_tet_graph(cells), compact)[compact]
+    mesh = cells
     compact, n_regions = compact_labels(labels, mesh.n_faces)
+    if isinstance(mesh, PolygonMesh):
+        return region_colors(build_face_graph(mesh), compact)[compact]
     representative = _core.weld_vertices(mesh.vertices, checked_threads(None))
     at_border = _faces_at_borders(representative[mesh.faces], compact, mesh.n_vertices)
     arcs = _arcs_between(mesh.faces[at_border], representative)

@@ -5,14 +5,20 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_count, checked_number
-from ..adapters.convert import MeshLike, as_mesh
+from .._options import CLIPS, Clip
+from .._validate import checked_choice, checked_count, checked_number, compact_labels
+from ..adapters.convert import MeshLike, as_cells
 from ..io.atomic import atomic_outputs, checked_targets
+from ..mesh.faces import AnyMesh, FaceMesh
+from ..mesh.tet_mesh import TetMesh
 from .borders import default_border_width
 from .camera import View, place_camera
+from .colors import face_colors
 from .drawing import MAX_SIDE, draw
 from .gl import ensure_gl
 from .needs import import_pillow, import_vtk
@@ -32,6 +38,7 @@ def render(
     view: View | None = None,
     border_width: float | None = None,
     background: str = "white",
+    clip: Clip | None = None,
 ) -> Picture:
     """Return a shaded picture of a mesh, its regions colored and outlined.
 
@@ -59,6 +66,9 @@ def render(
         picture, but 0.6 pixels at least, and at most a 450th of the picture's height (or 1).
     background : str, default "white"
         Name that CSS knows, or "#rrggbb", of a color.
+    clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
+        Of a `TetMesh`, show the tetrahedra with centroids on one side of the middle of the bounding
+        box: ``"x"`` those of larger x, ``"-x"`` those of smaller x. By default the outside of all.
 
     Returns
     -------
@@ -78,7 +88,7 @@ def render(
     OSError
         If the file cannot be written.
     """
-    checked_mesh = as_mesh(mesh)
+    cells = as_cells(mesh)
     frame = (_checked_side(size, 0), _checked_side(size, 1))
     path = None if output is None else _checked_path(output)
     view = _checked_view(view)
@@ -86,7 +96,7 @@ def render(
         border_width = checked_number(border_width, "border_width", zero=True)
     import_vtk()
     backdrop = _checked_background(background)
-    scene = build_scene(checked_mesh, labels, colors)
+    scene = build_scene(*_outside(cells, labels, colors, clip))
     if view.up == "auto":
         view = replace(view, up=guess_up(scene))
     camera = place_camera(scene.points, view, frame[0] / frame[1])
@@ -96,6 +106,38 @@ def render(
     if path is not None:
         _write_png(picture, path)
     return picture
+
+
+def _outside(
+    mesh: AnyMesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None
+) -> tuple[FaceMesh, npt.ArrayLike | None, npt.ArrayLike | None]:
+    """The surface to draw with its labels and colors: the mesh, or the outside of tetrahedra."""
+    if clip is not None:
+        checked_choice(clip, "clip", CLIPS)
+    if not isinstance(mesh, TetMesh):
+        if clip is not None:
+            raise ValueError("clip is for tetrahedra: a surface has nothing inside")
+        return mesh, labels, colors
+    keep = None
+    if clip is not None:
+        axis = "xyz".index(clip[-1])
+        heights = mesh.vertices[mesh.tets, axis].mean(axis=1) - mesh.bounds[:, axis].mean()
+        keep = heights < 0 if clip.startswith("-") else heights >= 0
+    surface, sources = mesh.boundary(keep)
+    if labels is not None:
+        labels, _ = compact_labels(labels, mesh.n_tets)
+        colors = face_colors(mesh, labels) if colors is None else colors  # the same in each view
+        labels = labels[sources]
+    if colors is not None:
+        colors = _colors_of(colors, mesh.n_tets)[sources]
+    return surface, labels, colors
+
+
+def _colors_of(colors: npt.ArrayLike, n_cells: int) -> npt.NDArray[Any]:
+    array = np.asarray(colors)
+    if len(array) != n_cells:
+        raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")
+    return array
 
 
 def check_rendering() -> None:

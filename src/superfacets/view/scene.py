@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import checked_threads, compact_labels, refuse_mask
 from ..cells.face_graph import build_face_graph
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import FaceMesh, cut_into_triangles
 from .borders import border_edges
 from .colors import region_colors
 
@@ -28,14 +28,14 @@ class Scene:
     """What is drawn, scaled and moved to a box of diagonal 1 around the origin."""
 
     points: FloatArray  # (P, 3), no two at one place, all used
-    triangles: npt.NDArray[np.int64]  # (F, 3)
-    colors: Picture  # (F, 3)
+    triangles: npt.NDArray[np.int64]  # (T, 3), faces, or what polygons are cut into
+    colors: Picture  # (T, 3)
     borders: npt.NDArray[np.int64]  # (B, 2), ends of edges between regions
     n_regions: int  # 1 without labels
 
     @cached_property
     def normals(self) -> FloatArray:
-        """Normal of each face, (F, 3), as long as the face's area."""
+        """Normal of each triangle, (T, 3), as long as its area."""
         first, second, third = (self.points[corner] for corner in self.triangles.T)
         return np.cross(second - first, third - first) / 2
 
@@ -56,13 +56,17 @@ def _checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
     return np.ascontiguousarray(array)
 
 
-def build_scene(mesh: Mesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None) -> Scene:
+def build_scene(
+    mesh: FaceMesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
+) -> Scene:
     """Weld, drop unused vertices, scale to unit size, color and find the borders."""
-    corners = _core.weld_vertices(mesh.vertices, checked_threads(None))[mesh.faces]
+    representative = _core.weld_vertices(mesh.vertices, checked_threads(None))
+    drawn, sources = cut_into_triangles(mesh)
+    corners = representative[drawn]
     used = np.zeros(mesh.n_vertices, dtype=bool)
     used[corners] = True
-    triangles = (np.cumsum(used) - 1)[corners]
-    points = mesh.vertices[used]
+    places = np.cumsum(used) - 1
+    triangles, points = places[corners], mesh.vertices[used]
     low, high = points.min(axis=0), points.max(axis=0)
     points = (points - (low + high) / 2) / np.linalg.norm(high - low)
     face_colors = np.tile(np.array(_PLAIN_COLOR, dtype=np.uint8), (mesh.n_faces, 1))
@@ -71,7 +75,9 @@ def build_scene(mesh: Mesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike 
         checked, n_regions = compact_labels(labels, mesh.n_faces)
         graph = build_face_graph(mesh)
         face_colors = region_colors(graph, checked)[checked]
-        borders = border_edges(graph, triangles, checked)
+        borders = places[representative[border_edges(mesh, graph, checked)]]
     if colors is not None:
         face_colors = _checked_colors(colors, mesh.n_faces)
+    if sources is not None:
+        face_colors = face_colors[sources]
     return Scene(points, triangles, face_colors, borders, n_regions)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
-from ..guards import Arrays, Content, as_doubles
+from ..guards import Content, TriangleArrays, as_doubles
 from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
 
 __all__ = ["read_gltf"]
@@ -28,7 +28,7 @@ ALWAYS_ALLOWED = 64 << 20
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
 
-def read_gltf(data: Content, folder: Path | None) -> Arrays:
+def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
     """Vertices and faces of the default scene of a .gltf or .glb file that lies in `folder`.
 
     Meshes come in the order of the file, each moved by every node that shows it, in the order of
@@ -84,7 +84,7 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
         )
 
 
-def _join(parts: list[Arrays]) -> Arrays:
+def _join(parts: list[TriangleArrays]) -> TriangleArrays:
     """One mesh of several."""
     sizes = [len(positions) for positions, _ in parts]
     first_vertices = np.cumsum(sizes) - sizes
@@ -166,7 +166,7 @@ def _rotation(quaternion: npt.NDArray[np.float64]) -> Matrix:
     )
 
 
-def _read_mesh(gltf: Gltf, index: int) -> Arrays:
+def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
     """The triangles of all primitives of a mesh."""
     positions: dict[int, npt.NDArray[np.float64]] = {}  # of each accessor, in order of first use
     faces: list[npt.NDArray[Any]] = []
@@ -235,7 +235,9 @@ def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> npt
     return corners
 
 
-def _place(positions: npt.NDArray[np.float64], faces: npt.NDArray[Any], matrix: Matrix) -> Arrays:
+def _place(
+    positions: npt.NDArray[np.float64], faces: npt.NDArray[Any], matrix: Matrix
+) -> TriangleArrays:
     """A mesh moved by a matrix; where that mirrors, faces turn so that they still face outward."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces

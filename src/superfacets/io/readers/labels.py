@@ -19,7 +19,9 @@ from ...errors import MeshError
 from ..guards import Content, counted, known_ending, read_content
 from .ply import read_ply_labels
 from .ply_header import parse_header
+from .tets import TET_ENDINGS, has_tet_labels, read_tet_labels
 from .text import split_lines
+from .vtp import has_vtp_labels, read_vtp_labels
 
 __all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "read_labels"]
 
@@ -41,7 +43,8 @@ def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt
     path : path-like
         The ending, in any case, tells the format: ``.npy`` (one-dimensional, any integer type),
         ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
-        ``label``; the faces may be polygons).
+        ``label``; the faces may be polygons), ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and
+        ``.mesh`` (integer cell data ``label``; they need the extra ``io``).
     n_faces : int, optional
         Faces of the mesh that the labels are for; checked where given.
 
@@ -72,20 +75,30 @@ def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
     try:
+        if ending in TET_ENDINGS:
+            return checked_labels(read_tet_labels(data, ending), n_faces)
         return checked_labels(_READERS[ending](data), n_faces)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 
 
 def has_labels(path: str | os.PathLike[str]) -> bool:
-    """Whether a mesh file declares labels of its faces: a PLY with the face property ``label``."""
+    """Whether a mesh file has labels of its faces: a property ``label`` of a PLY or VTP."""
     path = Path(path)
-    if path.suffix.lower() != ".ply":
+    ending = path.suffix.lower()
+    if ending not in _LABEL_FINDERS and ending not in TET_ENDINGS:
         return False
+    data = read_content(path)
     try:
-        header = parse_header(read_content(path))
+        if ending in TET_ENDINGS:
+            return has_tet_labels(data, ending)
+        return _LABEL_FINDERS[ending](data)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
+
+
+def _has_ply_labels(data: Content) -> bool:
+    header = parse_header(data)
     face = header.find("face")
     return face is not None and header.elements[face].find("label") is not None
 
@@ -160,6 +173,12 @@ _READERS: dict[str, Callable[[Content], npt.NDArray[Any]]] = {
     ".ply": read_ply_labels,
     ".seg": _read_text,
     ".txt": _read_text,
+    ".vtp": read_vtp_labels,
 }
 
-LABEL_ENDINGS = tuple(_READERS)
+_LABEL_FINDERS: dict[str, Callable[[Content], bool]] = {
+    ".ply": _has_ply_labels,
+    ".vtp": has_vtp_labels,
+}
+
+LABEL_ENDINGS = (*_READERS, *TET_ENDINGS)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import MeshError
-from ..guards import Arrays, Content, check_triangles
+from ..guards import Arrays, Content, checked_faces
 from .text import Lines, iterate_lines, table
 
 __all__ = ["read_obj"]
@@ -39,10 +39,10 @@ def read_obj(data: Content) -> Arrays:
     lengths = np.concatenate([block.lengths for block in blocks])
     if not len(vertices) and not len(lengths):
         raise MeshError("not an OBJ file: it has no `v` and no `f` lines")
-    check_triangles(lengths)
-    faces = np.concatenate([block.corners for block in blocks]).reshape(-1, 3)
-    if len(faces) and (faces.min() < 0 or faces.max() >= len(vertices)):
-        _raise_index_error(data, faces, len(vertices))
+    corners = np.concatenate([block.corners for block in blocks])
+    faces = checked_faces(lengths, corners)
+    if len(corners) and (corners.min() < 0 or corners.max() >= len(vertices)):
+        _raise_index_error(data, lengths, corners, len(vertices))
     return vertices, faces
 
 
@@ -98,9 +98,14 @@ def _count_from_one(
     return np.where(corners < 0, np.maximum(corners + n_before + 1, 0), corners)
 
 
-def _raise_index_error(data: Content, faces: npt.NDArray[Any], n_vertices: int) -> NoReturn:
+def _raise_index_error(
+    data: Content, lengths: npt.NDArray[Any], corners: npt.NDArray[Any], n_vertices: int
+) -> NoReturn:
     """Raise a MeshError that names the first line with a wrong index, as it is written there."""
-    face, corner = np.argwhere((faces < 0) | (faces >= n_vertices))[0].tolist()
+    place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
+    ends = np.cumsum(lengths, dtype=np.int64)
+    face = int(np.searchsorted(ends, place, side="right"))
+    corner = place - int(ends[face] - lengths[face])
     row = face
     for lines in iterate_lines(data, comment=b"#"):
         found = lines[lines.keywords(KEYWORDS) == FACE]

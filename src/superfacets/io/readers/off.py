@@ -10,8 +10,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import MeshError
-from ..guards import Arrays, Content, check_triangles, counted, side_by_side
-from .text import Lines, as_integers, split_lines, table
+from ..guards import (
+    Arrays,
+    Content,
+    Polygons,
+    check_corner_counts,
+    checked_faces,
+    counted,
+    side_by_side,
+)
+from .text import Lines, as_integers, runs, split_lines, table
 
 __all__ = ["MAGIC", "read_off"]
 
@@ -71,7 +79,7 @@ def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:
     return vertices
 
 
-def _read_faces(lines: Lines) -> npt.NDArray[Any]:
+def _read_faces(lines: Lines) -> npt.NDArray[Any] | Polygons:
     values = lines.parse_integers_or_floats()  # floats where colors are
     n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
     short = np.flatnonzero(lines.counts - 1 < n_corners)
@@ -81,5 +89,18 @@ def _read_faces(lines: Lines) -> npt.NDArray[Any]:
             f"line {lines.number(line)}: a face of {n_corners[line]} corners"
             f" needs as many indices, got {lines.counts[line] - 1}"
         )
-    check_triangles(n_corners)
-    return as_integers(side_by_side(table(values, lines.counts, 4)[:, 1:]), "vertex indices")
+    check_corner_counts(n_corners)
+    is_uniform = len(n_corners) and n_corners.min() == n_corners.max()
+    if is_uniform:
+        corners = side_by_side(table(values, lines.counts, 1 + int(n_corners[0]))[:, 1:])
+    else:
+        corners = _listed(values, lines.counts, n_corners)
+    return checked_faces(n_corners, as_integers(corners, "vertex indices").ravel())
+
+
+def _listed(
+    values: npt.NDArray[Any], counts: npt.NDArray[np.int32], n_corners: npt.NDArray[Any]
+) -> npt.NDArray[Any]:
+    """The corners in a row, which stand behind their number in each line."""
+    firsts = np.cumsum(counts, dtype=np.int64) - counts + 1
+    return values[runs(firsts, n_corners)]

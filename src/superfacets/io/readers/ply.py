@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from ...errors import MeshError
 from ..attributes import MeshAttributes
-from ..guards import Arrays, Content, check_triangles, side_by_side
+from ..guards import Arrays, Content, checked_faces, side_by_side
 from .ply_attributes import attributes_of
 from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, Element, Header, parse_header
+from .ply_strips import STRIPS, triangles_of_strips
 from .text import as_integers
 
 __all__ = ["read_ply", "read_ply_labels", "read_ply_with_attributes"]
@@ -40,25 +41,34 @@ def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Colum
     face, faces = _find_faces(header)
     column = faces.find(*INDEX_NAMES)
     if column is None or not faces.properties[column].is_list:
-        raise MeshError(f"the PLY faces have no list {INDEX_NAMES[0]}")
+        what = "faces" if faces.name == "face" else "triangle strips"
+        raise MeshError(f"the PLY {what} have no list {INDEX_NAMES[0]}")
     if not faces.properties[column].is_integer:
         raise MeshError(f"the PLY list {INDEX_NAMES[0]} must hold integers")
     tables = read_tables(header, data)
     indices = tables[face][column]
-    check_triangles(_present(indices.lengths))
     positions = np.empty((vertices.n_rows, 3))
     with np.errstate(invalid="ignore"):  # numpy warns of some kinds of NaN; `Mesh` refuses them
         for axis, place in enumerate(xyz):
             positions[:, axis] = _present(tables[vertex][place].values)
-    triangles = as_integers(side_by_side(_present(indices.values)), "vertex indices")
-    return (positions, triangles), tables
+    corners = as_integers(_corners_in_a_row(indices), "vertex indices")
+    lengths = _present(indices.lengths)
+    if faces.name == STRIPS:
+        return (positions, triangles_of_strips(lengths, corners)), tables
+    return (positions, checked_faces(lengths, corners)), tables
+
+
+def _corners_in_a_row(indices: Column) -> npt.NDArray[Any]:
+    if indices.values is None:
+        return _present(indices.ragged)
+    return side_by_side(indices.values).ravel()
 
 
 def read_ply_labels(data: Content) -> npt.NDArray[Any]:
     """The face property `label` of a PLY file; the faces may be polygons."""
     header = parse_header(data)
     face, faces = _find_faces(header)
-    column = faces.find("label")
+    column = None if faces.name == STRIPS else faces.find("label")  # strips are not faces
     if column is None or faces.properties[column].is_list:
         raise MeshError("the PLY faces have no property label")
     if not faces.properties[column].is_integer:
@@ -74,15 +84,13 @@ def _find_element(header: Header, name: str) -> tuple[int, Element]:
 
 
 def _find_faces(header: Header) -> tuple[int, Element]:
-    """Place and declaration of the faces, of which there is at least one."""
+    """Place and declaration of the faces, or of the strips where there are no faces."""
     place = header.find("face")
     if place is not None and header.elements[place].n_rows:
         return place, header.elements[place]
-    if header.find("tristrips") is not None:
-        raise MeshError(
-            "the PLY file holds triangle strips (element tristrips), which are not supported:"
-            " save it with faces"
-        )
+    place = header.find(STRIPS)
+    if place is not None and header.elements[place].n_rows:
+        return place, header.elements[place]
     raise MeshError("the PLY file has no faces: is it a point cloud?")
 
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ..attributes import MeshAttributes, is_word
 from .ply_body import Column
 from .ply_header import INDEX_NAMES, Element, Header, Property
+from .ply_strips import STRIPS
 
 __all__ = ["attributes_of"]
 
@@ -21,11 +22,17 @@ def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
     for element, columns in zip(header.elements, tables, strict=True):
         if element.name in kept:
             kept[element.name] = _copied(element, columns, left_out)
-        elif element.n_rows:
+        elif element.n_rows and not _is_mesh(header, element):
             left_out.append(f"element {element.name}")
     return MeshAttributes(
         kept["vertex"], kept["face"], tuple(map(_one_line, header.comments)), tuple(left_out)
     )
+
+
+def _is_mesh(header: Header, element: Element) -> bool:
+    """Whether the element is triangle strips that are read as the faces."""
+    place = header.find("face")
+    return element.name == STRIPS and (place is None or not header.elements[place].n_rows)
 
 
 def _copied(

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import reprlib
-import struct
-from array import array
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
+from ... import _core
+from ..._validate import checked_threads
 from ...errors import MeshError
 from ..guards import Content, counted
 from .ply_header import Element, Header, Property
-from .text import Lines, as_integers, split_lines
+from .text import Lines, as_integers, runs, split_lines
 
 __all__ = ["Column", "read_tables"]
 
@@ -34,10 +34,13 @@ class Column:
         Shape (R,), or for lists (R, n); None where the lists differ in length.
     lengths : (R,) ndarray of integers, or None
         Lengths of the lists; None if this is no list.
+    ragged : (L,) ndarray or None
+        The lists one after the other, where they differ in length.
     """
 
     values: npt.NDArray[Any] | None
     lengths: npt.NDArray[Any] | None = None
+    ragged: npt.NDArray[Any] | None = None
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
@@ -112,34 +115,22 @@ def _read_uniform(
 
 def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Index, Index, int]:
     """First byte and number of the values in each row and column, and where the rows end."""
-    layout = [
-        (
-            struct.Struct(stored.dtype[0] + np.dtype(stored.count_dtype).char)
-            if stored.is_list
-            else None,
-            np.dtype(stored.dtype).itemsize,
-        )
-        for stored in element.properties
-    ]
-    starts, lengths = array("q"), array("q")
-    place = begin
-    for row in range(n_rows):
-        for head, size in layout:
-            length = 1
-            if head is not None:
-                if place + head.size > len(data):
-                    _raise_cut(element, f"in row {row}")
-                (length,) = head.unpack_from(data, place)
-                place += head.size
-            starts.append(place)
-            lengths.append(length)
-            place += size * max(length, 0)
-        if place > len(data):
-            _raise_cut(element, f"in row {row}")
-    shape = (n_rows, len(layout))
-    all_lengths = np.frombuffer(lengths, dtype=np.int64).reshape(shape)
-    _check_lengths(all_lengths)
-    return np.frombuffer(starts, dtype=np.int64).reshape(shape), all_lengths, place
+    counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
+    starts, lengths, end, n_whole = _core.walk_rows(
+        np.frombuffer(data, dtype=np.uint8),
+        begin,
+        n_rows,
+        [count.itemsize if stored.is_list else 0
+         for count, stored in zip(counts, element.properties, strict=True)],
+        [count.kind == "i" for count in counts],
+        [np.dtype(stored.dtype).itemsize for stored in element.properties],
+        any(stored.dtype.startswith(">") for stored in element.properties),
+    )  # fmt: skip
+    shape = (n_rows, len(counts))
+    if n_whole < n_rows:
+        _raise_cut(element, f"in row {n_whole}")
+    _check_lengths(lengths)
+    return starts.reshape(shape), lengths.reshape(shape), end
 
 
 def _check_lengths(lengths: npt.NDArray[Any]) -> None:
@@ -150,10 +141,13 @@ def _check_lengths(lengths: npt.NDArray[Any]) -> None:
 def _gather(stored: Property, data: Content, starts: Index, lengths: Index) -> Column:
     """The column whose values begin at these bytes."""
     listed = lengths if stored.is_list else None
-    if np.any(lengths != lengths[0]):
-        return Column(None, listed)
-    size = np.dtype(stored.dtype).itemsize * int(lengths[0])
     content = np.frombuffer(data, dtype=np.uint8)
+    if np.any(lengths != lengths[0]):
+        n_bytes = np.dtype(stored.dtype).itemsize * lengths
+        places = np.ascontiguousarray(starts)
+        ragged = _core.copy_runs(content, places, n_bytes, checked_threads(None))
+        return Column(None, listed, ragged.view(stored.dtype))
+    size = np.dtype(stored.dtype).itemsize * int(lengths[0])
     values = content[starts[:, np.newaxis] + np.arange(size)].view(stored.dtype)
     return Column(values if stored.is_list else values[:, 0], listed)
 
@@ -222,7 +216,7 @@ def _gather_text(element: Element, values: npt.NDArray[Any], lines: Lines) -> li
         lengths = as_integers(head, "lengths of lists")
         _check_lengths(lengths)
         _check_tokens(lines, lengths <= ends - places)
-        columns.append(Column(_list_values(values, places, lengths), lengths))
+        columns.append(_list_column(values, places, lengths))
         places = places + lengths
     _check_tokens(lines, places == ends)
     return columns
@@ -245,11 +239,9 @@ def _as_declared(values: npt.NDArray[Any], stored: Property) -> npt.NDArray[Any]
         return values.astype(np.float32)
 
 
-def _list_values(
-    values: npt.NDArray[Any], places: Index, lengths: Index
-) -> npt.NDArray[Any] | None:
-    """Lists of one length as an array; None if their lengths differ."""
+def _list_column(values: npt.NDArray[Any], places: Index, lengths: Index) -> Column:
+    """Lists that begin at these places, as an array where their lengths are the same."""
     if not len(lengths) or np.any(lengths != lengths[0]):
-        return None
+        return Column(None, lengths, values[runs(places, lengths)])
     listed: npt.NDArray[Any] = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]
-    return listed
+    return Column(listed, lengths)

@@ -7,15 +7,20 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...errors import MeshError
+from ...mesh.faces import AnyMesh
+from ...mesh.polygon_mesh import PolygonMesh
+from ...mesh.tet_mesh import TetMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
-from ..guards import Arrays, Content, known_ending, read_content
+from ..guards import Arrays, Content, Polygons, known_ending, read_content
 from .gltf import read_gltf
 from .obj import read_obj
 from .off import read_off
 from .ply import read_ply, read_ply_with_attributes
 from .stl import read_stl
+from .tets import TET_ENDINGS, read_tets
 from .tri import read_tri
+from .vtp import read_vtp
 
 __all__ = [
     "MESH_ENDINGS",
@@ -32,15 +37,16 @@ _READERS: dict[str, Callable[[Content], Arrays]] = {
     ".ply": read_ply,
     ".stl": read_stl,
     ".tri": read_tri,
+    ".vtp": read_vtp,
 }
 
 _GLTF_ENDINGS = (".glb", ".gltf")
 
-MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS)
+MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 
 
-def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    r"""Return the triangle mesh that a file holds: its vertices and faces in their order.
+def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
+    r"""Return the mesh that a file holds: its vertices and faces in their order.
 
     Nothing is merged, split, dropped, repaired or triangulated. Vertices are those that the file
     stores: an STL file has three per face, and a glTF file repeats them along texture seams.
@@ -51,31 +57,35 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
         The ending, in any case, tells the format. PLY (``.ply``, ASCII and binary), Wavefront
         (``.obj``), STL (``.stl``, ASCII and binary), OFF (``.off``, ASCII), glTF 2.0 (``.glb``,
         ``.gltf``), and ``.tri``: vertex count, a line of x y z per vertex, triangle count, a line
-        of three indices from 0 per triangle. Groups and objects become one mesh. Meshes of a glTF
+        of three indices from 0 per triangle. VTP (``.vtp``) needs the extra ``io``, and so do
+        tetrahedra in VTU, VTK, MSH and MESH (``.vtu``, ``.vtk``, ``.msh``, ``.mesh``). Triangle
+        strips of a PLY become their triangles. Groups and objects become one mesh. Meshes of a glTF
         scene become one, in the order of the file, each once for every node that shows it, up to
         100 times the size of the file (any scene may have 64 MB). A glTF file may name others in
         its folder and below, and no others.
 
     Returns
     -------
-    Mesh
-        With float64 vertices, exactly as stored: decimals are rounded to the nearest double.
+    Mesh, PolygonMesh or TetMesh
+        A `Mesh` if all faces are triangles, a `PolygonMesh` otherwise; a `TetMesh` of the last four
+        formats, of which triangles, lines and points are skipped. With float64 vertices,
+        exactly as stored: decimals are rounded to the nearest double.
 
     Raises
     ------
     MeshError
         If the file is empty, cut, damaged or of another format than its ending says; if it holds
-        polygons, triangle strips or no faces; if an index or a coordinate is invalid; if the
-        ending is unknown. The message is one line that begins with the path. A text file that was
-        cut within its last number, or an OBJ file cut between lines, cannot be told from a whole
-        one.
+        no faces, or one with fewer than three corners; if an index or a coordinate is invalid; if
+        the ending is unknown. The message is one line that begins with the path. A text file that
+        was cut within its last number, or an OBJ file cut between lines, cannot be told from a
+        whole one.
     OSError
         If there is no such file, or it cannot be read.
 
     Notes
     -----
     Time and memory are linear in the size of the file; sizes that a header declares are compared
-    with what the file holds before memory is taken. Needs nothing but numpy.
+    with what the file holds before memory is taken. Needs nothing but numpy, and VTK for VTP.
 
     Examples
     --------
@@ -156,18 +166,27 @@ def mesh_ending(path: Path) -> str:
         raise MeshError(f"{error}{advice}") from None
 
 
-def parse_mesh(data: Content, ending: str, folder: Path | None) -> Mesh:
+def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
     """The mesh in a file's content; glTF may name further files in `folder`, if there is one."""
     if ending in _GLTF_ENDINGS:
-        return Mesh._of_new(*read_gltf(data, folder))
-    return Mesh._of_new(*_READERS[ending](data))
+        return _mesh_of(read_gltf(data, folder))
+    if ending in TET_ENDINGS:
+        return TetMesh(*read_tets(data, ending))
+    return _mesh_of(_READERS[ending](data))
 
 
 def parse_mesh_and_attributes(
     data: Content, ending: str, folder: Path | None
-) -> tuple[Mesh, MeshAttributes | None]:
+) -> tuple[AnyMesh, MeshAttributes | None]:
     """The mesh in a file's content, and its attributes where the format is PLY."""
     if ending != ".ply":
         return parse_mesh(data, ending, folder), None
     arrays, attributes = read_ply_with_attributes(data)
-    return Mesh._of_new(*arrays), attributes
+    return _mesh_of(arrays), attributes
+
+
+def _mesh_of(arrays: Arrays) -> AnyMesh:
+    vertices, faces = arrays
+    if isinstance(faces, Polygons):
+        return PolygonMesh._of_new(vertices, *faces)
+    return Mesh._of_new(vertices, faces)

@@ -7,6 +7,7 @@ import re
 from ..guards import Content
 from .off import MAGIC as OFF_MAGIC
 from .stl import has_binary_size
+from .vtp import is_vtp
 
 __all__ = ["recognized_ending"]
 
@@ -20,6 +21,8 @@ def recognized_ending(data: Content) -> str | None:
     """The ending that files of this content have; None if it is of no known format."""
     if data[:4] in (b"ply\n", b"ply\r"):
         return ".ply"
+    if is_vtp(data):
+        return ".vtp"
     if data[:4] == b"glTF":
         return ".glb"
     if has_binary_size(data):

@@ -21,7 +21,7 @@ from ..._validate import checked_threads
 from ...errors import MeshError
 from ..guards import Content
 
-__all__ = ["Lines", "as_integers", "iterate_lines", "split_lines", "table"]
+__all__ = ["Lines", "as_integers", "iterate_lines", "runs", "split_lines", "table"]
 
 Index = npt.NDArray[np.int64]
 
@@ -222,6 +222,13 @@ def table(values: npt.NDArray[Any], counts: npt.NDArray[np.int32], width: int) -
     first = np.cumsum(counts, dtype=np.int64) - counts
     chosen: npt.NDArray[Any] = values[first[:, np.newaxis] + np.arange(width)]
     return chosen
+
+
+def runs(starts: npt.NDArray[Any], lengths: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+    """Places of runs of values, one after the other: start, start + 1, ... of each."""
+    lengths = lengths.astype(np.int64, copy=False)
+    before = np.cumsum(lengths) - lengths
+    return np.repeat(starts - before, lengths) + np.arange(int(lengths.sum()))
 
 
 def as_integers(values: npt.NDArray[Any], what: str) -> npt.NDArray[Any]:

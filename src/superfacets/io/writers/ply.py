@@ -9,7 +9,8 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...mesh.triangle_mesh import Mesh
+from ...mesh.faces import FaceMesh
+from ...mesh.polygon_mesh import PolygonMesh
 from ..attributes import PLY_TYPES, MeshAttributes
 from ..readers.ply_header import INDEX_NAMES
 
@@ -38,7 +39,7 @@ def names_replaced(attributes: MeshAttributes) -> list[str]:
 
 def write_ply(
     file: IO[bytes],
-    mesh: Mesh,
+    mesh: FaceMesh,
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
     *,
@@ -57,11 +58,8 @@ def write_ply(
     file.write("\n".join([*lines, "end_header\n"]).encode("utf-8", "surrogateescape"))
     for columns, n_rows in ((vertices, mesh.n_vertices), (faces, mesh.n_faces)):
         for begin in range(0, n_rows, ROWS_AT_ONCE):
-            rows = _fill_rows(columns, begin, min(begin + ROWS_AT_ONCE, n_rows))
-            if ascii:
-                file.write(_as_text(rows))
-            else:
-                file.write(rows.data)
+            end = min(begin + ROWS_AT_ONCE, n_rows)
+            file.write(b"".join(_rows(columns, slice(begin, end), ascii=ascii)))
 
 
 @dataclass(frozen=True)
@@ -70,15 +68,25 @@ class _Column:
 
     name: str
     dtype: str
-    values: Any
+    values: Any  # or the mesh, whose faces differ in size
     length: int | None = None  # of the list in each row; None: a single number
+    longest: int = 0  # of the lists of all rows, where these differ in length
 
     @property
     def length_dtype(self) -> str:
-        return "u1" if self.length is None or self.length < 256 else "<i4"
+        return "u1" if max(self.length or 0, self.longest) < 256 else "<i4"
+
+    def of(self, rows: slice | npt.NDArray[np.int64], size: int = 0) -> _Column:
+        """The column of some rows, in which lists that differ in length have this size."""
+        if self.longest:
+            corners = self.values.offsets[rows][:, np.newaxis] + np.arange(size)
+            values = self.values.indices[corners]
+            return _Column(self.name, self.dtype, values, size, self.longest)
+        values = self.values[rows] if isinstance(self.values, np.ndarray) else self.values
+        return _Column(self.name, self.dtype, values, self.length)
 
 
-def _vertex_columns(mesh: Mesh) -> list[_Column]:
+def _vertex_columns(mesh: FaceMesh) -> list[_Column]:
     dtype = "<f4" if _fits_single(mesh.vertices) else "<f8"
     return [
         _Column(axis, dtype, values) for axis, values in zip("xyz", mesh.vertices.T, strict=True)
@@ -95,11 +103,11 @@ def _fits_single(values: npt.NDArray[np.float64]) -> bool:
 
 
 def _face_columns(
-    mesh: Mesh,
+    mesh: FaceMesh,
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
 ) -> list[_Column]:
-    columns = [_Column("vertex_indices", "<i4", mesh.faces, 3)]
+    columns = [_corner_column(mesh)]
     if labels is not None:
         columns += [_Column("label", "<i4", labels), _Column("quality", "<f4", labels)]
     if colors is not None:
@@ -109,6 +117,35 @@ def _face_columns(
         ]
         columns.append(_Column("alpha", "u1", 255))
     return columns
+
+
+def _corner_column(mesh: FaceMesh) -> _Column:
+    name, dtype = "vertex_indices", "<i4"
+    if not isinstance(mesh, PolygonMesh):
+        return _Column(name, dtype, mesh.faces, 3)
+    sizes = mesh.sizes
+    longest = int(sizes.max())
+    if sizes.min() == longest:
+        return _Column(name, dtype, mesh.indices.reshape(-1, longest), longest)
+    return _Column(name, dtype, mesh, longest=longest)
+
+
+def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
+    """Some rows as the file has them: all in one piece, or one by one where they differ in size."""
+    mesh = next((column.values for column in columns if column.longest), None)
+    if mesh is None:
+        rows = _fill_rows([column.of(part) for column in columns], part.stop - part.start)
+        return [_as_text(rows) if ascii else rows.tobytes()]
+    pieces = np.empty(part.stop - part.start, dtype=object)
+    sizes = mesh.sizes[part]
+    for size in np.unique(sizes).tolist():
+        alike = np.flatnonzero(sizes == size)
+        rows = _fill_rows([column.of(alike + part.start, size) for column in columns], len(alike))
+        if ascii:
+            pieces[alike] = _as_text(rows).splitlines(keepends=True)
+        else:
+            pieces[alike] = rows.view(f"V{rows.itemsize}").tolist()
+    return list(pieces)
 
 
 def _further_columns(
@@ -130,8 +167,8 @@ def _further_columns(
     ]
 
 
-def _fill_rows(columns: list[_Column], begin: int, end: int) -> npt.NDArray[Any]:
-    """Some rows as the binary file has them."""
+def _fill_rows(columns: list[_Column], n_rows: int) -> npt.NDArray[Any]:
+    """The rows as the binary file has them."""
     fields: list[Any] = []
     for column in columns:
         if column.length is None:
@@ -139,10 +176,9 @@ def _fill_rows(columns: list[_Column], begin: int, end: int) -> npt.NDArray[Any]
         else:  # no attribute has a name with a space
             fields.append((f"length of {column.name}", column.length_dtype))
             fields.append((column.name, column.dtype, (column.length,)))
-    rows = np.empty(end - begin, dtype=fields)
+    rows = np.empty(n_rows, dtype=fields)
     for column in columns:
-        is_array = isinstance(column.values, np.ndarray)
-        rows[column.name] = column.values[begin:end] if is_array else column.values
+        rows[column.name] = column.values
         if column.length is not None:
             rows[f"length of {column.name}"] = column.length
     return rows
@@ -151,7 +187,7 @@ def _fill_rows(columns: list[_Column], begin: int, end: int) -> npt.NDArray[Any]
 def _declaration(column: _Column) -> str:
     """The line of the header that declares a property."""
     kind = PLY_TYPES[column.dtype[-2:]]
-    if column.length is not None:
+    if column.length is not None or column.longest:
         kind = f"list {PLY_TYPES[column.length_dtype[-2:]]} {kind}"
     return f"property {kind} {column.name}"
 

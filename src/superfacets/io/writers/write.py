@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Any
@@ -12,17 +12,29 @@ import numpy.lib.format as npy_format
 import numpy.typing as npt
 
 from ..._validate import refuse_mask
-from ...adapters.convert import as_mesh
-from ...mesh.triangle_mesh import Mesh
+from ...adapters.convert import as_cells
+from ...errors import MeshError
+from ...mesh.faces import AnyMesh, FaceMesh, n_cells_of
+from ...mesh.tet_mesh import TetMesh
 from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..attributes import MeshAttributes
 from ..guards import known_ending
 from ..readers.labels import checked_labels
 from .ply import write_ply
+from .tets import TET_OUTPUTS, write_tets
+from .vtp import write_vtp
 
-__all__ = ["OUTPUT_ENDINGS", "check_outputs", "write_labels", "write_mesh", "write_outputs"]
+__all__ = [
+    "MESH_OUTPUTS",
+    "OUTPUT_ENDINGS",
+    "check_outputs",
+    "write_labels",
+    "write_mesh",
+    "write_outputs",
+]
 
-MESH_OUTPUTS = (".ply",)
+FACE_OUTPUTS = (".ply", ".vtp")
+MESH_OUTPUTS = FACE_OUTPUTS + TET_OUTPUTS
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
 OUTPUT_ENDINGS = MESH_OUTPUTS + LABEL_OUTPUTS
 
@@ -41,17 +53,22 @@ def write_mesh(
     attributes: MeshAttributes | None = None,
     ascii: bool = False,
 ) -> None:
-    """Write a mesh, with labels and colors of its faces, as PLY.
+    """Write a mesh, with labels and colors of its faces, as PLY or VTP.
 
     Vertices are ``float`` where that is exact for every coordinate, else ``double``. Faces are
-    ``list uchar int vertex_indices``; labels add ``int label`` and ``float quality`` (the same,
-    exact below 2**24, for MeshLab); labels or colors add ``uchar red green blue alpha``.
+    ``list uchar int vertex_indices`` (``list int int`` where one has more than 255 corners);
+    labels add ``int label`` and ``float quality`` (the same, exact below 2**24, for MeshLab);
+    labels or colors add ``uchar red green blue alpha``. VTP has double vertices, and cell data
+    ``label`` and ``colors``.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.ply``. A file there is replaced once all is written, and keeps its permissions.
-    mesh : Mesh, or what `as_mesh` accepts
+        Ends in ``.ply``, or in ``.vtp``, which needs the extra ``io``; for a `TetMesh`, in
+        ``.vtu`` or ``.vtk``, which need it too and hold the labels alone. A file there is replaced
+        once all is written, and keeps its permissions.
+    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
+        As for `segment`. Polygons stay polygons.
     labels : array_like of integers, shape (F,), optional
         0 and up.
     colors : array_like of uint8, shape (F, 3), optional
@@ -79,6 +96,7 @@ def write_mesh(
     --------
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
+    >>> from superfacets import Mesh
     >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> with TemporaryDirectory() as folder:
     ...     path = Path(folder, "square.ply")
@@ -86,13 +104,13 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
-    known_ending(Path(path), MESH_OUTPUTS)
-    mesh = as_mesh(mesh)
-    face_labels = None if labels is None else checked_labels(labels, mesh.n_faces)
-    face_colors = _checked_colors(colors, mesh, face_labels)
-    _check_attributes(attributes, mesh)
+    ending = known_ending(Path(path), MESH_OUTPUTS)
+    cells = as_cells(mesh)
+    cell_labels = None if labels is None else checked_labels(labels, n_cells_of(cells))
+    write = _mesh_writer(cells, cell_labels, colors, attributes, ascii=ascii)
+    _check_kind(cells, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        write_ply(file, mesh, face_labels, face_colors, ascii=ascii, attributes=attributes)
+        write(file, ending)
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
@@ -144,9 +162,10 @@ def write_outputs(
     Parameters
     ----------
     paths : sequence of path-like
-        ``.ply`` for the mesh with labels, see `write_mesh`; ``.npy``, ``.seg`` and ``.txt`` for the
-        labels alone, see `write_labels`.
-    mesh : Mesh, or what `as_mesh` accepts
+        ``.ply`` and ``.vtp`` for the mesh with labels, see `write_mesh`; ``.npy``, ``.seg`` and
+        ``.txt`` for the labels alone, see `write_labels`.
+    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
+        As for `segment`. Polygons stay polygons.
     labels : array_like of integers, shape (F,)
         0 and up.
     streams : mapping of str to binary file, optional
@@ -167,18 +186,20 @@ def write_outputs(
         If a file cannot be written.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
-    mesh = as_mesh(mesh)
-    face_labels = checked_labels(labels, mesh.n_faces)
-    listed_labels = face_labels if listed is None else checked_labels(listed)
-    has_mesh = any(ending in MESH_OUTPUTS for ending in (*endings, *streams))
-    face_colors = _checked_colors(None, mesh, face_labels) if has_mesh else None
-    _check_attributes(attributes, mesh)
+    cells = as_cells(mesh)
+    cell_labels = checked_labels(labels, n_cells_of(cells))
+    listed_labels = cell_labels if listed is None else checked_labels(listed)
+    meshes = [ending for ending in (*endings, *streams) if ending in MESH_OUTPUTS]
+    for ending in meshes:
+        _check_kind(cells, ending)
+    if meshes:
+        write_mesh_to = _mesh_writer(cells, cell_labels, None, attributes, ascii=ascii)
 
     def write_to(file: IO[bytes], ending: str) -> None:
         if ending in LABEL_OUTPUTS:
             _write_labels_to(file, ending, listed_labels)
         else:
-            write_ply(file, mesh, face_labels, face_colors, ascii=ascii, attributes=attributes)
+            write_mesh_to(file, ending)
 
     with atomic_outputs(paths) as temporaries:
         for temporary, ending in zip(temporaries, endings, strict=True):
@@ -187,6 +208,38 @@ def write_outputs(
         for ending, stream in streams.items():
             write_to(stream, ending)
             stream.flush()
+
+
+def _check_kind(mesh: AnyMesh, ending: str) -> None:
+    """Raise a MeshError where a format does not hold cells of this kind."""
+    if isinstance(mesh, TetMesh) != (ending in TET_OUTPUTS):
+        is_tets = isinstance(mesh, TetMesh)
+        fitting = TET_OUTPUTS if is_tets else FACE_OUTPUTS
+        what = "tetrahedra" if is_tets else "faces"
+        raise MeshError(f"{what} are written as {' or '.join(fitting)}, not as {ending}")
+
+
+def _mesh_writer(
+    mesh: AnyMesh,
+    labels: npt.NDArray[np.int32] | None,
+    colors: Any,
+    attributes: MeshAttributes | None,
+    *,
+    ascii: bool,
+) -> Callable[[IO[bytes], str], None]:
+    """Check what goes with a mesh, and return what writes it to a file of some ending."""
+    if isinstance(mesh, TetMesh):
+        if colors is not None or attributes is not None:
+            raise ValueError("files of tetrahedra hold labels: leave out colors and attributes")
+        return lambda file, ending: write_tets(file, mesh, labels, ending, ascii=ascii)
+    face_colors = _checked_colors(colors, mesh, labels)
+    _check_attributes(attributes, mesh)
+
+    def write(file: IO[bytes], ending: str) -> None:
+        write_faces = write_vtp if ending == ".vtp" else write_ply
+        write_faces(file, mesh, labels, face_colors, ascii=ascii, attributes=attributes)
+
+    return write
 
 
 def check_outputs(paths: Sequence[StrPath]) -> None:
@@ -205,7 +258,7 @@ def check_outputs(paths: Sequence[StrPath]) -> None:
 
 
 def _checked_colors(
-    colors: Any, mesh: Mesh, labels: npt.NDArray[np.int32] | None
+    colors: Any, mesh: FaceMesh, labels: npt.NDArray[np.int32] | None
 ) -> npt.NDArray[np.uint8] | None:
     """The colors as given, or those of the labels, or None where there are neither."""
     if colors is None:
@@ -223,7 +276,7 @@ def _checked_colors(
     return array.astype(np.uint8)
 
 
-def _check_attributes(attributes: Any, mesh: Mesh) -> None:
+def _check_attributes(attributes: Any, mesh: FaceMesh) -> None:
     """Raise an error where they are no attributes, or not of this mesh."""
     if attributes is None:
         return

@@ -20,7 +20,7 @@ from ...cells.surface import Surface
 from ...cells.weights import arc_weights
 from ...clustering.segmentation import Segmentation
 from ...clustering.update import update_centers
-from ...mesh.triangle_mesh import Mesh
+from ...mesh.faces import FaceMesh
 
 __all__ = ["Component", "FaceCells", "component_graph", "read_face_cells"]
 
@@ -42,7 +42,7 @@ class Component:
 class FaceCells:
     """The cell graph of a mesh, with the time and the parameters of its stages."""
 
-    mesh: Mesh
+    mesh: FaceMesh
     faces: FaceGraph
     graph: CellGraph
     n_segments: int

@@ -14,6 +14,7 @@ from ..._validate import checked_threads
 from ...adapters.convert import MeshLike
 from ...clustering.segmentation import Segmentation
 from ...errors import MissingExtraError
+from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
 __all__ = ["metis_partition"]
@@ -140,11 +141,10 @@ def _partition(metis: Any, cells: FaceCells) -> npt.NDArray[np.int64]:
 
 def _cutting_costs(cells: FaceCells) -> Floats:
     """The cost, in edge length, of a cut between the two faces of an arc."""
-    corners = cells.mesh.vertices[cells.mesh.faces]
     face_of_arc = np.repeat(np.arange(cells.graph.n_cells), np.diff(cells.graph.offsets))
     sides = cells.faces.sides.astype(np.int64)
-    ends = corners[face_of_arc, sides], corners[face_of_arc, (sides + 1) % 3]
-    lengths: Floats = np.linalg.norm(ends[1] - ends[0], axis=1)
+    ends = cells.mesh.vertices[ends_of_sides(cells.mesh, face_of_arc, sides)]
+    lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     weights = cells.graph.weights
     if not weights.any() or not lengths.any():  # none, where the squares of lengths underflow
         return lengths

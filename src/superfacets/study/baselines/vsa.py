@@ -18,7 +18,7 @@ from ..._validate import (
     checked_generator,
     checked_threads,
 )
-from ...adapters.convert import MeshLike, as_mesh
+from ...adapters.convert import MeshLike, as_triangles
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.size import checked_n_segments
 from ...clustering.segmentation import Segmentation, StopReason
@@ -131,7 +131,7 @@ def variational_shape_approximation(
     progress = checked_callable(progress, "progress")
     timings: dict[str, float] = {}
     with timed(timings, "mesh"):
-        surface = as_mesh(mesh)
+        surface = as_triangles(mesh)
     n_segments = checked_n_segments(n_segments, surface.n_faces)
     with timed(timings, "face_graph"):
         graph = build_face_graph(surface, weld=weld, n_threads=n_threads)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from ...mesh.triangle_mesh import Mesh
+from ...mesh.faces import FaceMesh
 from ...view.rendering import View
 from ..sources import Source
 from .methods import METHODS
@@ -53,7 +53,7 @@ def pictures_of(
     return GALLERY[figure](models, meshes, k)
 
 
-def view_of(mesh: Mesh) -> View:
+def view_of(mesh: FaceMesh) -> View:
     """Return the view of a mesh: its broad side, as the orientation of models varies.
 
     The models of the benchmark have no common axis that points up.

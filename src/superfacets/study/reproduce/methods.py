@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from ...clustering.segmentation import Segmentation
-from ...mesh.triangle_mesh import Mesh
+from ...mesh.faces import FaceMesh
 from ...pipeline import PAPER, segment
 
 __all__ = ["METHODS", "Method", "Segmenter", "Setting"]
@@ -39,7 +39,7 @@ class Method:
     """A row of the table."""
 
     title: str
-    prepare: Callable[[Mesh, Setting], Segmenter]
+    prepare: Callable[[FaceMesh, Setting], Segmenter]
     """Does once what all numbers of regions share."""
     color: str
     line: str = "-"
@@ -74,12 +74,12 @@ _FEW_ALPHAS = (0.0, 100.0, 200.0)
 _EXACT = dict(PAPER) | {"radius_factor": None, "tol": 0.02}
 
 
-def _superfacets(mesh: Mesh, setting: Setting, **keywords: Any) -> Segmenter:
+def _superfacets(mesh: FaceMesh, setting: Setting, **keywords: Any) -> Segmenter:
     return partial(segment, mesh, alpha=setting.alpha, n_threads=1, **keywords)
 
 
 def _vsa(
-    mesh: Mesh,
+    mesh: FaceMesh,
     setting: Setting,
     *,
     metric: Literal["l21", "l2"],
@@ -97,7 +97,7 @@ def _vsa(
     )
 
 
-def _normalized_cuts(mesh: Mesh, setting: Setting, *, reach: float | None) -> Segmenter:
+def _normalized_cuts(mesh: FaceMesh, setting: Setting, *, reach: float | None) -> Segmenter:
     from ..baselines import spectral_embedding
 
     embedding = spectral_embedding(
@@ -111,7 +111,7 @@ def _normalized_cuts(mesh: Mesh, setting: Setting, *, reach: float | None) -> Se
     return embedding.segment
 
 
-def _metis(mesh: Mesh, setting: Setting) -> Segmenter:
+def _metis(mesh: FaceMesh, setting: Setting) -> Segmenter:
     from ..baselines import metis_partition
 
     return partial(metis_partition, mesh, alpha=setting.alpha, n_threads=1)

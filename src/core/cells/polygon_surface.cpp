@@ -1,0 +1,110 @@
+#include "cells/polygon_surface.hpp"
+
+#include <utility>
+
+namespace superfacets {
+
+PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& faces,
+                               const Arcs& arcs, std::span<const std::int32_t> sides,
+                               std::span<const std::uint8_t> same_turn, bool inside_out,
+                               ThreadTeam& team)
+    : Surface(arcs),
+      vertices_(vertices),
+      faces_(faces),
+      sides_(sides),
+      same_turn_(same_turn),
+      inside_out_(inside_out),
+      centroids_(faces.n_faces()),
+      areas_(faces.n_faces()),
+      normals_(faces.n_faces()) {
+  SUPERFACETS_ASSERT(is_valid());
+  measure_polygons(vertices, faces, team, centroids_.span(), areas_.span(), normals_.span());
+}
+
+// Whether arrays agree, and hold what they should.
+bool PolygonSurface::is_valid() const {
+  const std::size_t n_arcs = arcs().targets.size();
+  if (!arcs().are_valid() || !faces_.are_valid() || faces_.n_faces() != n_cells()) return false;
+  if (same_turn_.size() != n_arcs || sides_.size() != n_arcs) return false;
+  for (Face face = 0; face < n_cells(); ++face) {
+    for (const auto [arc, neighbor] : arcs().steps(face)) {
+      if (sides_[arc] < 0 || sides_[arc] >= faces_.n_sides(face)) return false;
+    }
+  }
+  return are_sides_sorted();
+}
+
+Edge PolygonSurface::edge_of_side(Face face, int side) const {
+  const auto corners = faces_[face];
+  const std::size_t next = static_cast<std::size_t>(side) + 1;
+  return {vertices_[corners[side]], vertices_[corners[next == corners.size() ? 0 : next]]};
+}
+
+double PolygonSurface::step_length(Cell from, std::int64_t arc) const {
+  const Cell to = arcs().targets[arc];
+  return way_over(edge_of_side(from, sides_[arc]), centroids_[from], centroids_[to]);
+}
+
+double PolygonSurface::border_length(Cell from, std::int64_t arc) const {
+  return edge_of_side(from, sides_[arc]).length();
+}
+
+double PolygonSurface::angle(Cell from, std::int64_t arc) const {
+  const Face to = arcs().targets[arc];
+  Point normal_from = normals_[from];
+  Point normal_to = normals_[to];
+  if (same_turn_[arc] != 0) {
+    const bool second = turns_second(from, to, areas_[from], areas_[to]);
+    Point& turned = second ? normal_to : normal_from;
+    turned = -1.0 * turned;
+  }
+  return fold_of(normal_from, normal_to, centroids_[to] - centroids_[from])
+      .signed_angle(inside_out_);
+}
+
+double PolygonSurface::open_length(Cell face) const {
+  std::vector<bool> is_crossed(faces_.n_sides(face));
+  for (const auto [arc, neighbor] : arcs().steps(face)) is_crossed[sides_[arc]] = true;
+  double length = 0.0;
+  for (int side = 0; side < faces_.n_sides(face); ++side) {
+    if (!is_crossed[side]) length += edge_of_side(face, side).length();
+  }
+  return length;
+}
+
+Corner PolygonSurface::corner_between(Cell face, int first_side, int second_side) const {
+  const int n = faces_.n_sides(face);
+  if ((first_side + 1) % n == second_side) return faces_[face][second_side];
+  if ((second_side + 1) % n == first_side) return faces_[face][first_side];
+  return kNoCorner;
+}
+
+Cell PolygonSurface::next_around(Corner center, Cell before, Cell here) const {
+  const int corner = corner_at(here, static_cast<Vertex>(center));
+  if (corner < 0) return kNoCell;
+  const int side_before = corner == 0 ? faces_.n_sides(here) - 1 : corner - 1;
+  Cell next = kNoCell;
+  for (const auto [arc, neighbor] : arcs().steps(here)) {
+    const bool is_at_corner = sides_[arc] == corner || sides_[arc] == side_before;
+    if (!is_at_corner || neighbor == before) continue;
+    if (next != kNoCell) return kNoCell;
+    next = neighbor;
+  }
+  return next;
+}
+
+// The first corner of a face at a vertex, or at its position; -1 if there is none.
+int PolygonSurface::corner_at(Face face, Vertex vertex) const {
+  const auto corners = faces_[face];
+  for (std::size_t corner = 0; corner < corners.size(); ++corner) {
+    if (corners[corner] == vertex) return static_cast<int>(corner);
+  }
+  for (std::size_t corner = 0; corner < corners.size(); ++corner) {
+    if (is_same_place(vertices_[corners[corner]], vertices_[vertex])) {
+      return static_cast<int>(corner);
+    }
+  }
+  return -1;
+}
+
+}  // namespace superfacets

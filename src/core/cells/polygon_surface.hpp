@@ -1,0 +1,52 @@
+// Polygons as cells: the measures of arcs between faces that share an edge.
+#pragma once
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "cells/triangle_surface.hpp"
+#include "mesh/polygons.hpp"
+
+namespace superfacets {
+
+// A polygon mesh and the arcs of its graph; see build_polygon_graph for sides. The same numbers for
+// triangles as TriangleSurface gives. Memory of its own: 56 bytes per face, for centroids, areas
+// and normals, which take a walk around the polygon.
+class PolygonSurface final : public Surface {
+ public:
+  // inside_out: normals point inwards, so concave and convex swap.
+  PolygonSurface(std::span<const Point> vertices, const Polygons& faces, const Arcs& arcs,
+                 std::span<const std::int32_t> sides, std::span<const std::uint8_t> same_turn,
+                 bool inside_out, ThreadTeam& team);
+
+  const Point& normal(Face face) const { return normals_[face]; }
+
+  Point position(Cell face) const override { return centroids_[face]; }
+  double measure(Cell face) const override { return areas_[face]; }
+  double step_length(Cell from, std::int64_t arc) const override;
+  double border_length(Cell from, std::int64_t arc) const override;
+  double angle(Cell from, std::int64_t arc) const override;
+  int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
+  double open_length(Cell face) const override;
+
+  // Corners are vertices. Where faces meet at vertices of one position, either stands for both.
+  bool has_corners() const override { return true; }
+  int n_sides(Cell face) const override { return faces_.n_sides(face); }
+  Corner corner_between(Cell face, int first_side, int second_side) const override;
+  Cell next_around(Corner center, Cell before, Cell here) const override;
+
+ private:
+  Edge edge_of_side(Face face, int side) const;
+  bool is_valid() const;
+  int corner_at(Face face, Vertex vertex) const;
+
+  const std::span<const Point> vertices_;
+  const Polygons faces_;
+  const std::span<const std::int32_t> sides_;      // (M,)
+  const std::span<const std::uint8_t> same_turn_;  // (M,)
+  const bool inside_out_;
+  Buffer<Point> centroids_;
+  Buffer<double> areas_;
+  Buffer<Point> normals_;  // unit, or zero where a face has none
+};
+
+}  // namespace superfacets

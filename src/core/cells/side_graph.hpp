@@ -1,0 +1,202 @@
+// Which cells have a side in common, for cells whose sides are given by the vertices on them.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <tuple>
+#include <utility>
+
+#include "base/assert.hpp"
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "cells/polygon_graph.hpp"
+
+namespace superfacets {
+
+// The vertices on a side but for the lowest, as one number.
+using SideKey = std::uint64_t;
+
+// One side of one cell, listed at the lowest of its vertices.
+struct ListedSide {
+  SideKey key;
+  Cell cell;
+  std::int32_t side;
+  bool ascending;  // the direction in which the cell names its vertices
+};
+
+// The sides of all cells by their lowest vertex, and there by key, cell and side.
+struct SideList {
+  Buffer<std::int64_t> starts;  // (V + 1,)
+  Buffer<ListedSide> sides;
+};
+
+// The cells on each side of each cell, as a part of the sorted list.
+struct SharedSides {
+  Buffer<std::int64_t> firsts;  // by place of a side: the first of the list
+  Buffer<std::int32_t> sizes;   // number of cells; 0 where a side is none
+};
+
+// Counts sides by the number of cells on them.
+struct SideTally {
+  EdgeCounts sides;
+  std::uint64_t arcs = 0;  // n (n - 1) for each side of n cells; no overflow, as n < 2^31
+  std::int64_t most_cells = 0;
+
+  void add(const SideTally& other) {
+    sides.edges += other.sides.edges;
+    sides.boundary += other.sides.boundary;
+    sides.non_manifold += other.sides.non_manifold;
+    sides.inconsistent += other.sides.inconsistent;
+    arcs += other.arcs;
+    most_cells = std::max(most_cells, other.most_cells);
+  }
+
+  void count(std::span<const ListedSide> shared) {
+    const std::size_t n = shared.size();
+    ++sides.edges;
+    arcs += static_cast<std::uint64_t>(n) * (n - 1);
+    most_cells = std::max(most_cells, static_cast<std::int64_t>(n));
+    sides.boundary += n == 1;
+    sides.non_manifold += n > 2;
+    sides.inconsistent += n == 2 && shared[0].ascending == shared[1].ascending;
+  }
+};
+
+// Sides are those of
+//   Cells::n_cells() and Cells::n_vertices();
+//   Cells::first_place(cell): where its sides begin among those of all; for n_cells too, the end;
+//   Cells::for_each_side(cell, visit): calls visit(side, lowest vertex, key, ascending).
+template <typename Cells>
+SideList list_sides(const Cells& cells, ThreadTeam& team) {
+  Buffer<std::int64_t> ends(cells.n_vertices() + 1);  // counts, then write cursors, then ends
+  team.fill(ends.span(), std::int64_t{0});
+  const auto for_all = [&](const auto& visit) {
+    team.for_each_block(cells.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+      for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+        cells.for_each_side(cell, [&](std::int32_t side, Vertex low, SideKey key, bool ascending) {
+          const std::int64_t place =
+              std::atomic_ref(ends[low]).fetch_add(1, std::memory_order_relaxed);
+          visit(place, ListedSide{key, cell, side, ascending});
+        });
+      }
+    });
+  };
+  for_all([](std::int64_t, const ListedSide&) {});
+  SideList list{Buffer<std::int64_t>(cells.n_vertices() + 1), {}};
+  std::int64_t total = 0;
+  for (std::int64_t vertex = 0; vertex <= cells.n_vertices(); ++vertex) {
+    list.starts[vertex] = total;
+    total += std::exchange(ends[vertex], total);
+  }
+  list.sides = Buffer<ListedSide>(total);
+  for_all([&](std::int64_t place, const ListedSide& side) { list.sides[place] = side; });
+  // Threads write in any order; sorting makes it one.
+  team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t vertex = begin; vertex < end; ++vertex) {
+      std::sort(list.sides.data() + list.starts[vertex],
+                list.sides.data() + list.starts[vertex + 1],
+                [](const ListedSide& a, const ListedSide& b) {
+                  return std::tie(a.key, a.cell, a.side) < std::tie(b.key, b.cell, b.side);
+                });
+    }
+  });
+  return list;
+}
+
+// Finds the cells on each side at one vertex, given the sorted sides there. Of the sides by which a
+// cell is on one place more than once, only the first is kept.
+template <typename Cells>
+void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSides& shared,
+                    SideTally& tally) {
+  const std::int64_t end = list.starts[vertex + 1];
+  for (std::int64_t i = list.starts[vertex]; i < end;) {
+    const std::int64_t first = i;
+    const SideKey key = list.sides[i].key;
+    std::int64_t kept = i;
+    for (; i < end && list.sides[i].key == key; ++i) {
+      const ListedSide side = list.sides[i];
+      if (kept == first || list.sides[kept - 1].cell != side.cell) list.sides[kept++] = side;
+    }
+    const auto on_side = list.sides.span().subspan(first, kept - first);
+    tally.count(on_side);
+    for (const ListedSide& side : on_side) {
+      const std::int64_t place = cells.first_place(side.cell) + side.side;
+      shared.firsts[place] = first;
+      shared.sizes[place] = static_cast<std::int32_t>(on_side.size());
+    }
+  }
+}
+
+template <typename Cells>
+SideTally share_sides(const Cells& cells, SideList& list, ThreadTeam& team, SharedSides& shared) {
+  team.fill(shared.sizes.span(), 0);
+  SideTally total;
+  std::mutex mutex;  // of total
+  team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
+    SideTally tally;
+    for (auto vertex = static_cast<Vertex>(begin); vertex < end; ++vertex) {
+      share_sides_at(cells, list, vertex, shared, tally);
+    }
+    const std::scoped_lock lock(mutex);
+    total.add(tally);
+  });
+  return total;
+}
+
+// Writes the arcs of a cell, beginning at graph.offsets[cell].
+template <typename Cells>
+void write_arcs(const Cells& cells, const SideList& list, const SharedSides& shared, Cell cell,
+                PolygonGraph& graph) {
+  std::int64_t arc = graph.offsets[cell];
+  for (std::int64_t place = cells.first_place(cell); place < cells.first_place(cell + 1); ++place) {
+    if (shared.sizes[place] == 0) continue;
+    const auto on_side = list.sides.span().subspan(shared.firsts[place], shared.sizes[place]);
+    const auto own = std::find_if(on_side.begin(), on_side.end(),
+                                  [&](const ListedSide& side) { return side.cell == cell; });
+    for (const ListedSide& other : on_side) {
+      if (other.cell == cell) continue;
+      graph.neighbors[arc] = other.cell;
+      graph.sides[arc] = own->side;
+      graph.same_turn[arc] = static_cast<std::uint8_t>(other.ascending == own->ascending);
+      ++arc;
+    }
+  }
+  SUPERFACETS_ASSERT(arc == graph.offsets[cell + 1]);
+}
+
+// Builds one arc per shared side and direction, sorted by side, then by neighbor; all pairs of
+// cells on a side are neighbors, and no cell is its own. Throws std::length_error where there are
+// too many arcs (see check_number_of_arcs), before memory is taken for any.
+template <typename Cells>
+PolygonGraph build_side_graph(const Cells& cells, ThreadTeam& team) {
+  const std::int64_t n_cells = cells.n_cells();
+  SideList list = list_sides(cells, team);
+  const auto n_places = static_cast<std::size_t>(cells.first_place(cells.n_cells()));
+  SharedSides shared{Buffer<std::int64_t>(n_places), Buffer<std::int32_t>(n_places)};
+  const SideTally tally = share_sides(cells, list, team, shared);
+  check_number_of_arcs(tally.arcs, tally.most_cells, n_cells);
+  PolygonGraph graph;
+  graph.counts = tally.sides;
+  graph.offsets = Buffer<std::int64_t>(n_cells + 1);
+  std::int64_t total = 0;
+  for (Cell cell = 0; cell < n_cells; ++cell) {
+    graph.offsets[cell] = total;
+    for (std::int64_t place = cells.first_place(cell); place < cells.first_place(cell + 1);
+         ++place) {
+      total += std::max(shared.sizes[place] - 1, 0);
+    }
+  }
+  graph.offsets[n_cells] = total;
+  graph.neighbors = Buffer<Cell>(total);
+  graph.sides = Buffer<std::int32_t>(total);
+  graph.same_turn = Buffer<std::uint8_t>(total);
+  team.for_each_block(n_cells, [&](std::int64_t begin, std::int64_t end) {
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      write_arcs(cells, list, shared, cell, graph);
+    }
+  });
+  return graph;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,21 @@
+// Stage 2 for cells of any kind: eq. 1-3 of the measures of arcs.
+#pragma once
+
+#include "base/threads.hpp"
+#include "cells/polygon_surface.hpp"
+#include "cells/weights.hpp"
+
+namespace superfacets {
+
+// weights[a] = (step + alpha eta b theta / pi) / d, with the length of the step and of the border b
+// of an arc and the angle theta (see Surface); eta is 1 where it is positive. For faces that is
+// superfacet_weights of weights.hpp, the same bits. Where options give a crease_length, that stands
+// for b.
+void surface_weights(const Surface& surface, const WeightOptions& options, ThreadTeam& team,
+                     std::span<double> weights);
+
+// As stk02_weights of triangles.
+void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,
+                   std::span<double> weights);
+
+}  // namespace superfacets

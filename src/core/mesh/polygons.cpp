@@ -1,0 +1,200 @@
+#include "mesh/polygons.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/assert.hpp"
+#include "base/box.hpp"
+#include "mesh/geometry.hpp"
+
+namespace superfacets {
+namespace {
+
+// Calls visit(u, v) for the triangles of the fan, as the steps from corner 0 to the other two.
+template <typename Visit>
+void for_each_of_fan(std::span<const Point> vertices, std::span<const Vertex> corners,
+                     const Visit& visit) {
+  const Point& origin = vertices[corners[0]];
+  Point step = vertices[corners[1]] - origin;
+  for (const Vertex corner : corners.subspan(2)) {
+    const Point next = vertices[corner] - origin;
+    visit(step, next);
+    step = next;
+  }
+}
+
+// The longest side of the triangles of the fan, squared.
+double longest_squared(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  double longest = 0.0;
+  for_each_of_fan(vertices, corners, [&](const Point& u, const Point& v) {
+    longest = std::max({longest, squared_norm(u), squared_norm(v), squared_norm(v - u)});
+  });
+  return longest;
+}
+
+Point mean_corner(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  const Point& origin = vertices[corners[0]];  // sums of steps keep the digits of small polygons
+  Point sum{0.0, 0.0, 0.0};
+  for (const Vertex corner : corners) sum = sum + (vertices[corner] - origin);
+  return origin + (1.0 / static_cast<double>(corners.size())) * sum;
+}
+
+Point clamped(const Point& p, std::span<const Point> vertices, std::span<const Vertex> corners) {
+  Box box;
+  for (const Vertex corner : corners) box.include(vertices[corner]);
+  return {std::clamp(p.x, box.low.x, box.high.x), std::clamp(p.y, box.low.y, box.high.y),
+          std::clamp(p.z, box.low.z, box.high.z)};
+}
+
+Point centroid_of_fan(std::span<const Point> vertices, std::span<const Vertex> corners,
+                      const Point& normal) {
+  if (corners.size() == 3) return centroid(vertices, {corners[0], corners[1], corners[2]});
+  if (squared_norm(normal) == 0.0) return mean_corner(vertices, corners);
+  Point moment{0.0, 0.0, 0.0};
+  double total = 0.0;
+  for_each_of_fan(vertices, corners, [&](const Point& u, const Point& v) {
+    const double weight = dot(cross(u, v), normal);
+    moment = moment + weight * (u + v);
+    total += weight;
+  });
+  const Point center = vertices[corners[0]] + (1.0 / (3.0 * total)) * moment;
+  return clamped(center, vertices, corners);
+}
+
+// Cuts one polygon, seen along its normal, into triangles.
+class EarCutter {
+ public:
+  EarCutter(std::span<const Point> vertices, std::span<const Vertex> corners)
+      : vertices_(vertices),
+        rest_(corners.begin(), corners.end()),
+        normal_(double_area_vector(vertices, corners)) {}
+
+  void cut(std::span<Triangle> triangles) {
+    for (Triangle& triangle : triangles) {
+      const std::size_t ear = rest_.size() > 3 ? find_ear() : 1;
+      triangle = {{before(ear), rest_[ear], after(ear)}};
+      rest_.erase(rest_.begin() + static_cast<std::ptrdiff_t>(ear));
+    }
+  }
+
+ private:
+  Vertex before(std::size_t i) const { return rest_[i == 0 ? rest_.size() - 1 : i - 1]; }
+  Vertex after(std::size_t i) const { return rest_[i + 1 == rest_.size() ? 0 : i + 1]; }
+
+  // Corner 1 where there is none: what is left is then cut as a fan.
+  std::size_t find_ear() const {
+    for (std::size_t i = 1; i <= rest_.size(); ++i) {
+      if (is_ear(i % rest_.size())) return i % rest_.size();
+    }
+    return 1;
+  }
+
+  bool is_ear(std::size_t i) const {
+    const Vertex tip[] = {before(i), rest_[i], after(i)};
+    if (!(turn(tip[0], tip[1], tip[2]) > 0.0)) return false;
+    return std::none_of(rest_.begin(), rest_.end(), [&](Vertex other) {
+      if (std::find(std::begin(tip), std::end(tip), other) != std::end(tip)) return false;
+      return turn(tip[0], tip[1], other) >= 0.0 && turn(tip[1], tip[2], other) >= 0.0 &&
+             turn(tip[2], tip[0], other) >= 0.0;
+    });
+  }
+
+  // > 0 where a, b, c run counterclockwise.
+  double turn(Vertex a, Vertex b, Vertex c) const {
+    return dot(cross(vertices_[b] - vertices_[a], vertices_[c] - vertices_[a]), normal_);
+  }
+
+  std::span<const Point> vertices_;
+  std::vector<Vertex> rest_;  // corners that are not cut off
+  Point normal_;
+};
+
+// Whether no triangle of the fan folds back.
+bool is_fan_flat(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  const Point normal = double_area_vector(vertices, corners);
+  bool is_flat = true;
+  for_each_of_fan(vertices, corners, [&](const Point& u, const Point& v) {
+    is_flat &= dot(cross(u, v), normal) >= 0.0;
+  });
+  return is_flat;
+}
+
+void triangulate_one(std::span<const Point> vertices, std::span<const Vertex> corners,
+                     std::span<Triangle> triangles) {
+  if (corners.size() <= kMostCornersCut && !is_fan_flat(vertices, corners)) {
+    EarCutter(vertices, corners).cut(triangles);
+    return;
+  }
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    triangles[i] = {{corners[0], corners[i + 1], corners[i + 2]}};
+  }
+}
+
+}  // namespace
+
+bool Polygons::are_valid() const {
+  if (offsets.empty() || offsets.front() != 0) return false;
+  for (std::size_t i = 1; i < offsets.size(); ++i) {
+    if (offsets[i] - offsets[i - 1] < 3) return false;
+  }
+  return std::cmp_equal(offsets.back(), corners.size());
+}
+
+Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  Point sum{0.0, 0.0, 0.0};
+  for_each_of_fan(vertices, corners,
+                  [&](const Point& u, const Point& v) { sum = sum + cross(u, v); });
+  return sum;
+}
+
+PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners) {
+  const Point direction = double_area_vector(vertices, corners);
+  // Each triangle of the fan adds its rounding error.
+  const auto n_triangles = static_cast<double>(corners.size() - 2);
+  const Point normal =
+      unit_normal_along(direction, n_triangles * longest_squared(vertices, corners));
+  return {centroid_of_fan(vertices, corners, normal), 0.5 * norm(direction), normal};
+}
+
+void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
+                      std::span<Point> centroids, std::span<double> areas,
+                      std::span<Point> normals) {
+  SUPERFACETS_ASSERT(faces.are_valid());
+  team.for_each_block(faces.n_faces(), [&](std::int64_t begin, std::int64_t end) {
+    for (auto face = static_cast<Face>(begin); face < end; ++face) {
+      const PolygonMeasures measures = measure_polygon(vertices, faces[face]);
+      centroids[face] = measures.centroid;
+      areas[face] = measures.area;
+      normals[face] = measures.normal;
+    }
+  });
+}
+
+double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
+                           std::span<const double> areas, double min_length, double max_height,
+                           ThreadTeam& team) {
+  const auto add_slivers = [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+    for (auto face = static_cast<Face>(begin); face < end; ++face) {
+      const double squared = longest_squared(vertices, faces[face]);
+      if (squared <= min_length * min_length) continue;
+      const double times_height = (faces.n_sides(face) == 3 ? 2.0 : 1.0) * areas[face];
+      if (times_height < max_height * std::sqrt(squared)) sum += areas[face];
+    }
+    return sum;
+  };
+  return sum_of_blocks(faces.n_faces(), add_slivers, team);
+}
+
+void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
+                 std::span<Triangle> triangles) {
+  SUPERFACETS_ASSERT(std::ssize(triangles) == std::ssize(faces.corners) - 2 * faces.n_faces());
+  team.for_each_block(faces.n_faces(), [&](std::int64_t begin, std::int64_t end) {
+    for (auto face = static_cast<Face>(begin); face < end; ++face) {
+      const std::int64_t first = faces.offsets[face] - 2 * std::int64_t{face};
+      triangulate_one(vertices, faces[face], triangles.subspan(first, faces.n_sides(face) - 2));
+    }
+  });
+}
+
+}  // namespace superfacets

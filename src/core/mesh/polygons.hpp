@@ -1,0 +1,62 @@
+// Stage 0: faces with any number of corners, and what is measured of one.
+#pragma once
+
+#include "base/threads.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+// Faces of three corners or more, one after the other. Corners of a face may repeat.
+struct Polygons {
+  std::span<const std::int64_t>
+      offsets;                      // (F + 1,) face i: corners[offsets[i]] .. [offsets[i+1]-1]
+  std::span<const Vertex> corners;  // (C,)
+
+  std::int64_t n_faces() const { return static_cast<std::int64_t>(offsets.size()) - 1; }
+  int n_sides(Face face) const { return static_cast<int>(offsets[face + 1] - offsets[face]); }
+  std::span<const Vertex> operator[](Face face) const {
+    return corners.subspan(offsets[face], offsets[face + 1] - offsets[face]);
+  }
+
+  // Whether offsets rise from 0 by 3 or more to the number of corners.
+  bool are_valid() const;
+};
+
+struct PolygonMeasures {
+  Point centroid;
+  double area;
+  Point normal;  // unit, or zero where there is none
+};
+
+// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), which is that of Newell:
+// in a plane, twice the area times the unit normal, for concave polygons too.
+Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
+
+// The area is that of the polygon as seen along its normal, which is the area of the fan where the
+// corners lie in a plane: triangles that fold back count as negative. The centroid is that of the
+// fan, likewise, but never outside the box around the corners, where those of polygons that cross
+// themselves would be; the mean of the corners where there is no normal. There is no normal where
+// there is no area beyond rounding errors. Of a triangle: what mesh/geometry.hpp gives, bit for
+// bit.
+PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
+
+void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
+                      std::span<Point> centroids, std::span<double> areas,
+                      std::span<Point> normals);
+
+// As sliver_area of triangles: area of the faces whose longest side or diagonal from corner 0 is
+// longer than min_length, and which are less than max_height wide: a triangle of this area and
+// length for three corners, a rectangle for more.
+double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
+                           std::span<const double> areas, double min_length, double max_height,
+                           ThreadTeam& team);
+
+// Cuts each face of n corners into n - 2 triangles, which follow each other in `triangles`: those
+// of face i begin at offsets[i] - 2 i. Faces that are convex are cut into their fan. Others are cut
+// ear by ear, in O(n^2) mostly; what has no ear, as it crosses itself, and what has more than
+// kMostCornersCut corners, into the fan.
+inline constexpr int kMostCornersCut = 4096;
+void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
+                 std::span<Triangle> triangles);
+
+}  // namespace superfacets

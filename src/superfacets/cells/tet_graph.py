@@ -1,0 +1,190 @@
+"""Stages 1 and 2 for tetrahedra: those that share a triangle, and the steps between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._options import WeightOptions
+from .._validate import checked_threads, freeze
+from ..adapters.convert import MeshLike, as_cells
+from ..errors import MeshError
+from ..mesh.tet_mesh import TetMesh, lowest_vertices
+from .cell_graph import ArcMeasures, CellGraph, box_diagonal, checked_weights
+from .surface import Surface
+
+__all__ = ["TetGraph", "TriangleCounts", "build_tet_graph", "tet_surface", "tet_weights"]
+
+
+class TriangleCounts(NamedTuple):
+    """Triangles of a mesh by the number of tetrahedra on them."""
+
+    triangles: int
+    """All triangles."""
+    boundary: int
+    """Triangles of one tetrahedron."""
+    non_manifold: int
+    """Triangles of three tetrahedra or more."""
+
+
+@dataclass(frozen=True, eq=False)
+class TetGraph:
+    """Tetrahedra as cells, and an arc from each to each that it shares a triangle with.
+
+    Made by `build_tet_graph`.
+
+    Attributes
+    ----------
+    positions : ndarray of float64, shape (N, 3)
+        Centroids.
+    measures : ndarray of float64, shape (N,)
+        Volumes, >= 0 whichever way a tetrahedron is turned; 0 for a flat one.
+    offsets : ndarray of int64, shape (N + 1,)
+        The arcs that leave cell i are ``offsets[i]`` to ``offsets[i + 1] - 1``.
+    neighbors : ndarray of int32, shape (M,)
+        The cell that each arc leads to.
+    bounds : ndarray of float64, shape (2, 3)
+        Low and high corner of the bounding box of the vertices that tetrahedra use.
+    arc_measures : ArcMeasures
+        ``border_lengths`` are areas of triangles, ``step_lengths`` lead from centroid to centroid
+        over that of the triangle, ``sides`` are the corners opposite to it, and ``open_lengths``
+        areas of what a tetrahedron has of the outside.
+    triangle_counts : TriangleCounts
+        Triangles, and those on the outside and of three tetrahedra or more.
+    """
+
+    positions: npt.NDArray[np.float64]
+    measures: npt.NDArray[np.float64]
+    offsets: npt.NDArray[np.int64]
+    neighbors: npt.NDArray[np.int32]
+    bounds: npt.NDArray[np.float64]
+    arc_measures: ArcMeasures
+    triangle_counts: TriangleCounts
+
+    @property
+    def n_cells(self) -> int:
+        """Number of tetrahedra, N."""
+        return len(self.positions)
+
+    @property
+    def n_arcs(self) -> int:
+        """Number of arcs, M: two for each shared triangle of two tetrahedra."""
+        return len(self.neighbors)
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box, in the unit of the vertices; > 0."""
+        return box_diagonal(self.bounds)
+
+    def with_weights(
+        self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
+    ) -> CellGraph:
+        """Return the graph that the clusterer takes; steps in diagonals if there are no weights."""
+        steps = self.arc_measures.step_lengths
+        assert steps is not None
+        return CellGraph._of_checked_arcs(
+            checked_threads(n_threads),
+            positions=self.positions,
+            measures=self.measures,
+            offsets=self.offsets,
+            neighbors=self.neighbors,
+            weights=steps / self.diagonal if weights is None else weights,
+            bounds=self.bounds,
+            weight_unit=self.diagonal,
+            arc_measures=self.arc_measures,
+            dimension=3,
+        )
+
+    def quantized(
+        self, weights: npt.ArrayLike, n_threads: int
+    ) -> tuple[npt.NDArray[np.float32], float]:
+        """Return what is left of weights in `CellGraph.lengths`, and the unit of these."""
+        return _core.quantize_weights(checked_weights(weights, self.n_arcs, n_threads), n_threads)
+
+    def __repr__(self) -> str:
+        return f"TetGraph({self.n_cells} tets, {self.n_arcs} arcs)"
+
+
+def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None = None) -> TetGraph:
+    """Return the graph of the tetrahedra of a mesh that share a triangle.
+
+    All pairs of tetrahedra on one triangle are neighbors, so that one that is given twice has
+    itself as a neighbor over all four. A triangle that names a vertex twice is none. Time and
+    memory are linear in tetrahedra and arcs.
+
+    Parameters
+    ----------
+    mesh : TetMesh or mesh-like
+        As for `segment`.
+    weld : bool, default True
+        Treat vertices at exactly the same position as one.
+    n_threads : int, optional
+        As for `segment`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh has no tetrahedra, or there are more than 16 arcs for each and more than 2**24
+        in all.
+
+    Examples
+    --------
+    >>> from superfacets import TetMesh
+    >>> points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    >>> graph = build_tet_graph(TetMesh(points, [[0, 1, 2, 3], [1, 2, 3, 4]]))
+    >>> graph.neighbors, graph.triangle_counts
+    (array([1, 0], dtype=int32), TriangleCounts(triangles=7, boundary=6, non_manifold=0))
+    """
+    cells = as_cells(mesh)
+    if not isinstance(cells, TetMesh):
+        raise MeshError("the mesh has faces, not tetrahedra")
+    threads = checked_threads(n_threads)
+    try:
+        offsets, neighbors, sides, positions, volumes, *measures, counts = _core.build_tet_graph(
+            cells.vertices, cells.tets, lowest_vertices(cells, weld), threads
+        )
+    except ValueError as error:  # std::length_error
+        raise MeshError(str(error)) from None
+    borders, steps, open_areas = measures
+    arcs = ArcMeasures(borders, steps, None, sides, open_areas)
+    arrays: dict[str, Any] = {
+        "positions": positions, "measures": volumes, "offsets": offsets, "neighbors": neighbors,
+    }  # fmt: skip
+    graph = TetGraph(
+        **arrays, bounds=cells.bounds, arc_measures=arcs, triangle_counts=TriangleCounts(*counts)
+    )
+    freeze(graph, **arrays)
+    return graph
+
+
+def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
+    """Return tetrahedra as cells; a border between them has an area."""
+    given = graph.arc_measures
+    assert given.step_lengths is not None
+    assert given.sides is not None
+    assert given.open_lengths is not None
+    handle = _core.GraphSurface(
+        graph.positions, graph.measures, graph.offsets, graph.neighbors, given.border_lengths,
+        given.step_lengths, np.empty(0), given.sides, given.open_lengths,
+    )  # fmt: skip
+    return Surface(
+        handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
+        weights=given.step_lengths / graph.diagonal, dimension=3,
+    )  # fmt: skip
+
+
+def tet_weights(surface: Surface, options: WeightOptions) -> npt.ArrayLike:
+    """Return one weight per arc: the step in diagonals, as cells of a volume meet at no angle."""
+    if options.given is not None:
+        return options.given
+    if options.params["weights"] != "creases":
+        raise ValueError(
+            f"weights={options.params['weights']!r} needs faces, which meet at angles:"
+            " leave it out for tetrahedra"
+        )
+    assert surface.weights is not None
+    return surface.weights

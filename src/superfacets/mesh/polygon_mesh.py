@@ -1,0 +1,158 @@
+"""Stage 0: meshes of polygons, as three checked arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_polygons, checked_threads, freeze, polygon_arrays, restored
+from .triangle_mesh import Mesh
+
+__all__ = ["PolygonMesh", "Triangulation"]
+
+
+class Triangulation(NamedTuple):
+    """The triangles that polygons were cut into.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The same vertices; n - 2 triangles for a polygon of n corners, oriented as it, those of the
+        first polygon first.
+    sources : ndarray of int32, shape (T,)
+        The polygon that each triangle is a part of: ``labels[sources]`` are labels of triangles.
+    """
+
+    mesh: Mesh
+    sources: npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class PolygonMesh:
+    """A mesh of faces with any number of corners: checked, and safe to hand to every stage.
+
+    Faces are kept as they are, in their order, one label each. Concave and non-planar faces are
+    as good as others. Corners that repeat, faces that cross themselves and faces without an area
+    are accepted; non-manifold, open, inconsistently oriented and disconnected meshes, too.
+
+    Parameters
+    ----------
+    vertices : array_like, shape (V, 3)
+        As for `Mesh`.
+    offsets : array_like of integers, shape (F + 1,)
+        The corners of face i are ``indices[offsets[i]:offsets[i + 1]]``, three or more. F >= 1.
+        Copied as int64, read-only.
+    indices : array_like of integers, shape (C,)
+        Vertices, 0 to V - 1, of the corners of all faces, counterclockwise seen from outside.
+        Copied as int32, read-only.
+
+    Attributes
+    ----------
+    bounds : ndarray of float64, shape (2, 3)
+        Low and high corner of the bounding box of the vertices that faces use.
+
+    Raises
+    ------
+    MeshError
+        If a shape, an index or a coordinate is wrong (the first offender is named), if a face has
+        fewer than three corners, if there is no face, or if all faces lie at one point.
+
+    Examples
+    --------
+    A square and a triangle beside it:
+
+    >>> house = PolygonMesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]],
+    ...                     [0, 4, 7], [0, 1, 2, 3, 3, 2, 4])
+    >>> house, house.face(1)
+    (PolygonMesh(5 vertices, 2 faces), array([3, 2, 4], dtype=int32))
+    """
+
+    vertices: npt.NDArray[np.float64]
+    offsets: npt.NDArray[np.int64]
+    indices: npt.NDArray[np.int32]
+    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        vertices, offsets, indices, bounds = checked_polygons(
+            self.vertices, self.offsets, self.indices
+        )
+        freeze(self, vertices=vertices, offsets=offsets, indices=indices, bounds=bounds)
+
+    @classmethod
+    def of_faces(cls, vertices: npt.ArrayLike, faces: Sequence[Any] | npt.ArrayLike) -> PolygonMesh:
+        """Return a mesh of faces that are given as lists of vertices, or as rows of an array.
+
+        Examples
+        --------
+        >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]]
+        >>> PolygonMesh.of_faces(corners, [[0, 1, 2, 3], [3, 2, 4]]).offsets
+        array([0, 4, 7])
+        """
+        return cls(vertices, *polygon_arrays(faces))  # type: ignore[arg-type]  # checked there
+
+    @classmethod
+    def _of_new(
+        cls,
+        vertices: npt.NDArray[Any],
+        offsets: npt.NDArray[np.int64],
+        indices: npt.NDArray[Any],
+    ) -> PolygonMesh:
+        """Make a mesh of arrays that nothing else refers to, as readers make them: not copied."""
+        mesh = object.__new__(cls)
+        vertices, offsets, indices, bounds = checked_polygons(
+            vertices, offsets, indices, are_new=True
+        )
+        freeze(mesh, vertices=vertices, offsets=offsets, indices=indices, bounds=bounds)
+        return mesh
+
+    def __setstate__(self, state: Any) -> None:
+        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        PolygonMesh.__init__(self, *restored(state, ("vertices", "offsets", "indices")))
+
+    @property
+    def n_faces(self) -> int:
+        """Number of faces, F."""
+        return len(self.offsets) - 1
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices, V, used or not."""
+        return len(self.vertices)
+
+    @property
+    def sizes(self) -> npt.NDArray[np.int64]:
+        """Number of corners of each face, shape (F,)."""
+        return np.diff(self.offsets)
+
+    def face(self, i: int) -> npt.NDArray[np.int32]:
+        """Vertices of the corners of face i, 0 to F - 1."""
+        if not 0 <= i < self.n_faces:
+            raise IndexError(f"there is no face {i}: the mesh has {self.n_faces} faces")
+        return self.indices[self.offsets[i] : self.offsets[i + 1]]
+
+    def triangulate(self) -> Triangulation:
+        """Return the faces cut into triangles without new vertices.
+
+        Convex faces are cut into the fan of their first corner, others ear by ear. For programs
+        that want triangles; nothing here needs it.
+
+        Examples
+        --------
+        >>> square = PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+        ...                               [[0, 1, 2, 3]])
+        >>> square.triangulate().mesh.faces.tolist(), square.triangulate().sources.tolist()
+        ([[0, 1, 2], [0, 2, 3]], [0, 0])
+        """
+        triangles = _core.triangulate(
+            self.vertices, self.offsets, self.indices, checked_threads(None)
+        )
+        sources = np.repeat(np.arange(self.n_faces, dtype=np.int32), self.sizes - 2)
+        return Triangulation(Mesh._of_new(self.vertices, triangles), sources)
+
+    def __repr__(self) -> str:
+        return f"PolygonMesh({self.n_vertices} vertices, {self.n_faces} faces)"

@@ -1,0 +1,141 @@
+"""Stage 0: meshes of tetrahedra, as two checked arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_mask, checked_tets, checked_threads, freeze, restored
+from ..errors import MeshError
+from .triangle_mesh import Mesh
+
+__all__ = ["TetBoundary", "TetMesh", "signed_volumes"]
+
+# The corners of the side opposite to each corner, counterclockwise seen from outside where the
+# fourth corner lies above the first three.
+_SIDES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
+
+
+class TetBoundary(NamedTuple):
+    """The outside of a mesh of tetrahedra.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The same vertices; triangles, counterclockwise seen from outside.
+    sources : ndarray of int32, shape (F,)
+        The tetrahedron that each triangle is a side of: ``labels[sources]`` are labels of faces.
+    """
+
+    mesh: Mesh
+    sources: npt.NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class TetMesh:
+    """A mesh of tetrahedra: checked, and safe to hand to every stage.
+
+    Tetrahedra are kept as they are, in their order, one label each. Those that are turned inside
+    out, flat, given twice or that name a vertex twice are accepted.
+
+    Parameters
+    ----------
+    vertices : array_like, shape (V, 3)
+        As for `Mesh`.
+    tets : array_like of integers, shape (N, 4)
+        Vertex indices, 0 to V - 1; copied as int32, read-only. N >= 1.
+
+    Attributes
+    ----------
+    bounds : ndarray of float64, shape (2, 3)
+        Low and high corner of the bounding box of the vertices that tetrahedra use.
+
+    Raises
+    ------
+    MeshError
+        If a shape, an index or a coordinate is wrong (the first offender is named), if there is no
+        tetrahedron, or if all lie at one point.
+
+    Examples
+    --------
+    >>> corner = TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]])
+    >>> corner, corner.boundary().mesh
+    (TetMesh(4 vertices, 1 tets), Mesh(4 vertices, 4 faces))
+    """
+
+    vertices: npt.NDArray[np.float64]
+    tets: npt.NDArray[np.int32]
+    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        vertices, tets, bounds = checked_tets(self.vertices, self.tets)
+        freeze(self, vertices=vertices, tets=tets, bounds=bounds)
+
+    def __setstate__(self, state: Any) -> None:
+        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        TetMesh.__init__(self, *restored(state, ("vertices", "tets")))
+
+    @property
+    def n_tets(self) -> int:
+        """Number of tetrahedra, N."""
+        return len(self.tets)
+
+    @property
+    def n_vertices(self) -> int:
+        """Number of vertices, V, used or not."""
+        return len(self.vertices)
+
+    def boundary(self, keep: npt.ArrayLike | None = None, *, weld: bool = True) -> TetBoundary:
+        """Return the triangles that belong to one tetrahedron alone.
+
+        Parameters
+        ----------
+        keep : array_like of bool, shape (N,), optional
+            The outside of these tetrahedra instead: ``positions[:, 0] < 0.5`` is a view of what
+            lies behind a plane.
+        weld : bool, default True
+            Treat vertices at exactly the same position as one.
+
+        Raises
+        ------
+        MeshError
+            If there is no such triangle, as where every tetrahedron is given twice.
+        ValueError, TypeError
+            If there is not one bool per tetrahedron.
+        """
+        kept = checked_mask(keep, self.n_tets, "keep")
+        offsets, neighbors, sides, *_ = _core.build_tet_graph(
+            self.vertices, self.tets, lowest_vertices(self, weld), checked_threads(None)
+        )
+        is_outside = np.repeat(kept[:, np.newaxis], 4, axis=1)
+        sources = np.repeat(np.arange(self.n_tets), np.diff(offsets))
+        inner = kept[neighbors]
+        is_outside[sources[inner], sides[inner]] = False
+        tets, opposite = np.nonzero(is_outside)
+        if not len(tets):
+            raise MeshError("no triangle belongs to one tetrahedron alone: there is no outside")
+        triangles = self.tets[tets[:, np.newaxis], _SIDES[opposite]]
+        is_turned = signed_volumes(self)[tets] < 0
+        triangles[is_turned] = triangles[is_turned][:, ::-1]
+        return TetBoundary(Mesh._of_new(self.vertices, triangles), tets.astype(np.int32))
+
+    def __repr__(self) -> str:
+        return f"TetMesh({self.n_vertices} vertices, {self.n_tets} tets)"
+
+
+def lowest_vertices(mesh: TetMesh, weld: bool) -> npt.NDArray[np.int32]:
+    """The lowest vertex at the position of each, or each vertex itself where it is not welded."""
+    if weld:
+        return _core.weld_vertices(mesh.vertices, checked_threads(None))
+    return np.arange(mesh.n_vertices, dtype=np.int32)
+
+
+def signed_volumes(mesh: TetMesh) -> npt.NDArray[np.float64]:
+    """Volume of each tetrahedron, negative where the fourth corner lies below the others."""
+    a, b, c, d = (mesh.vertices[corner] for corner in mesh.tets.T)
+    volumes: npt.NDArray[np.float64] = np.einsum("ij,ij->i", d - a, np.cross(b - a, c - a)) / 6.0
+    return volumes

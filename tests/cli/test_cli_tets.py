@@ -1,0 +1,65 @@
+"""Every command on tetrahedra."""
+
+import json
+
+import numpy as np
+import pytest
+
+import superfacets as sf
+
+pytest.importorskip("meshio", reason="meshio is not installed")
+
+AROUND = [[0, 1, 3, 7], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7], [0, 4, 5, 7], [0, 5, 1, 7]]
+
+
+@pytest.fixture
+def tower(tmp_path):
+    """A file of six unit cubes above each other, each of six tetrahedra."""
+    points = [[x, y, z] for z in range(7) for y in (0, 1) for x in (0, 1)]
+    tets = [[4 * i + v for v in tet] for i in range(6) for tet in AROUND]
+    sf.write_mesh(tmp_path / "tower.vtu", sf.TetMesh(points, tets))
+    return tmp_path / "tower.vtu"
+
+
+def test_segment_writes_vtu_beside_the_input(run, tower):
+    status, out, err = run("segment", tower, "-n", 3)
+    assert status == 0, err
+    assert "tower.vtu: 36 tets, 3 regions" in out
+    labeled = tower.with_name("tower.superfacets.vtu")
+    assert len(np.unique(sf.read_labels(labeled, 36))) == 3
+    status, out, _ = run("segment", tower, "-n", 40, "--to", "npy", "--to", "vtk")
+    assert status == 0
+    assert "the mesh has 36 tets, each of which became a region" in out + _
+    assert len(np.load(tower.with_name("tower.superfacets.npy"))) == 36
+
+
+def test_info_evaluate_and_render(run, tower, tmp_path):
+    labels = tmp_path / "labels.npy"
+    np.save(labels, np.repeat(np.arange(6, dtype=np.int32), 6))
+    assert json.loads(run("info", "--json", tower)[1])["n_tets"] == 36
+    assert "tetrahedra           36" in run("info", tower)[1]
+    status, out, err = run("evaluate", tower, labels, "--gt", labels, "--json")
+    assert status == 0, err
+    values = json.loads(out)
+    assert values["compactness"] == pytest.approx(6.0)  # cubes
+    assert values["undersegmentation_error"] == 0.0
+    pytest.importorskip("pyvista", reason="PyVista is not installed")
+    for more in ([], ["--clip", "-z"]):
+        status, _, err = run("render", tower, "--labels", labels, "-o", tmp_path / "a.png", *more)
+        assert status == 0, err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["segment", "-o", "a.ply"], "tetrahedra are written as .vtu or .vtk, not as .ply"),
+        (["segment", "--subdivide"], "this needs a surface, and the mesh has tetrahedra"),
+    ],
+)
+def test_what_tetrahedra_do_not_have_is_one_line(run, tower, monkeypatch, words, message):
+    monkeypatch.chdir(tower.parent)
+    command, *options = words
+    status, _, err = run(command, tower, *options)
+    assert status == 1
+    assert message in err
+    assert err.count("\n") == 1

@@ -1,0 +1,137 @@
+"""Polygons written, and read again, in each format that holds them."""
+
+import sys
+
+import numpy as np
+import pytest
+from mesh_files import obj, off, ply_binary, ply_text
+
+import superfacets as sf
+from superfacets import MeshAttributes, MeshError, MissingExtraError, PolygonMesh
+from superfacets.io.readers.labels import has_labels
+
+POINTS = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.1], [0.5, 2, 1 / 3]]
+MIXED = PolygonMesh.of_faces(POINTS, [[0, 1, 2, 3], [3, 2, 4], [1, 2, 4, 3, 0], [4, 2, 3]])
+QUADS = PolygonMesh.of_faces(POINTS, [[0, 1, 2, 3], [3, 2, 1, 4]])
+LABELS = {4: [0, 2, 1, 2], 2: [1, 0]}
+
+
+@pytest.fixture(params=[MIXED, QUADS], ids=["mixed", "quads"])
+def mesh(request):
+    return request.param
+
+
+def faces_of(mesh):
+    return [mesh.face(i).tolist() for i in range(mesh.n_faces)]
+
+
+@pytest.mark.parametrize(
+    ("name", "make"), [("a.ply", ply_text), ("b.ply", ply_binary), ("a.obj", obj), ("a.off", off)]
+)
+def test_every_reader_keeps_the_order(tmp_path, mesh, name, make):
+    (tmp_path / name).write_bytes(make(vertices=mesh.vertices, faces=faces_of(mesh)))
+    assert faces_of(sf.read_mesh(tmp_path / name)) == faces_of(mesh)
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+def test_ply_keeps_polygons_labels_colors_and_attributes(tmp_path, mesh, ascii):
+    path = tmp_path / "a.ply"
+    labels = LABELS[mesh.n_faces]
+    weights = np.arange(mesh.n_faces) / 3
+    attributes = MeshAttributes(
+        vertex={"n": np.eye(5)[:, :2]}, face={"weight": weights, "uv": np.ones((mesh.n_faces, 2))}
+    )
+    sf.write_mesh(path, mesh, labels, attributes=attributes, ascii=ascii)
+    found = sf.read_mesh(path)
+    assert faces_of(found) == faces_of(mesh)
+    assert np.array_equal(found.vertices, mesh.vertices)
+    assert sf.read_labels(path, mesh.n_faces).tolist() == labels
+    kept = sf.read_attributes(path)
+    assert np.array_equal(kept.face["weight"], weights)
+    assert np.array_equal(kept.vertex["n"], np.eye(5)[:, :2])
+    assert kept.face["uv"].shape == (mesh.n_faces, 2)
+    colors = np.stack([kept.face[name] for name in ("red", "green", "blue")], axis=1)
+    assert np.array_equal(colors, sf.face_colors(mesh, labels))
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+def test_ply_keeps_many_rows_and_many_corners(tmp_path, ascii):
+    """More rows than are made at a time, and more corners than a byte counts."""
+    rng = np.random.default_rng(0)
+    sizes = np.append(rng.integers(3, 9, 20_000), 300)
+    indices = rng.integers(0, 5, sizes.sum())
+    mesh = PolygonMesh(POINTS, np.concatenate([[0], np.cumsum(sizes)]), indices)
+    sf.write_mesh(tmp_path / "a.ply", mesh, ascii=ascii)
+    found = sf.read_mesh(tmp_path / "a.ply")
+    assert np.array_equal(found.offsets, mesh.offsets)
+    assert np.array_equal(found.indices, mesh.indices)
+
+
+@pytest.mark.parametrize("ascii", [False, True])
+def test_vtp_keeps_polygons_labels_and_attributes(tmp_path, mesh, ascii):
+    pytest.importorskip("vtkmodules")
+    path = tmp_path / "a.vtp"
+    labels = LABELS[mesh.n_faces]
+    attributes = MeshAttributes(vertex={"height": np.arange(5.0)}, face={"part": labels[::-1]})
+    assert not path.exists()
+    sf.write_mesh(path, mesh, labels, attributes=attributes, ascii=ascii)
+    found = sf.read_mesh(path)
+    assert faces_of(found) == faces_of(mesh)
+    assert np.array_equal(found.vertices, mesh.vertices)
+    assert sf.read_labels(path, mesh.n_faces).tolist() == labels
+    assert has_labels(path)
+    pyvista = pytest.importorskip("pyvista")
+    other = pyvista.read(path)
+    assert other.cell_data["label"].tolist() == labels
+    assert other.cell_data["part"].tolist() == labels[::-1]
+    assert other.point_data["height"].tolist() == list(range(5))
+    assert other.cell_data["colors"].shape == (mesh.n_faces, 3)
+
+
+def test_vtp_of_triangles_is_a_mesh(tmp_path):
+    pytest.importorskip("vtkmodules")
+    mesh = sf.sample_mesh(5_000)
+    sf.write_mesh(tmp_path / "a.vtp", mesh)
+    found = sf.read_mesh(tmp_path / "a.vtp")
+    assert isinstance(found, sf.Mesh)
+    assert np.array_equal(found.faces, mesh.faces)
+    assert np.array_equal(found.vertices, mesh.vertices)
+    assert not has_labels(tmp_path / "a.vtp")
+    with pytest.raises(MeshError, match=r"a\.vtp: the VTP file has no cell data label"):
+        sf.read_labels(tmp_path / "a.vtp")
+
+
+def test_vtp_that_is_wrong_is_refused_without_a_word(tmp_path, capfd):
+    pyvista = pytest.importorskip("pyvista")
+    path = tmp_path / "a.vtp"
+    sf.write_mesh(path, MIXED)
+    whole = path.read_bytes()
+    for n_bytes in range(120, len(whole) - 20, 97):
+        path.write_bytes(whole[:n_bytes])
+        with pytest.raises(MeshError, match=r"a\.vtp: "):
+            sf.read_mesh(path)
+    path.write_bytes(whole.replace(b"PolyData", b"ImageData"))
+    with pytest.raises(MeshError, match="not a VTP file"):
+        sf.read_mesh(path)
+    pyvista.Sphere().strip().save(path)
+    with pytest.raises(MeshError, match="the VTP file holds triangle strips"):
+        sf.read_mesh(path)
+    pyvista.PolyData(np.eye(3)).save(path)
+    with pytest.raises(MeshError, match="the VTP file has no polygons"):
+        sf.read_mesh(path)
+    plane = pyvista.Plane(i_resolution=1, j_resolution=1)
+    plane.cell_data["label"] = [0.5]
+    plane.save(path)
+    with pytest.raises(MeshError, match="labels must be integers"):
+        sf.read_labels(path)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_vtp_without_vtk_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "vtkmodules.vtkIOXML", None)
+    (tmp_path / "a.vtp").write_bytes(b'<VTKFile type="PolyData">')
+    with pytest.raises(MissingExtraError, match=r"a \.vtp file needs an extra: .*\[io\]"):
+        sf.read_mesh(tmp_path / "a.vtp")
+    with pytest.raises(MissingExtraError):
+        sf.write_mesh(tmp_path / "b.vtp", MIXED)
+    assert not (tmp_path / "b.vtp").exists()
