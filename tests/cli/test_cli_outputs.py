@@ -63,8 +63,14 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "-o", "b/", "-o", "c/"], "-o takes one folder"),
         (["a.ply", "-o", "-", "-o", "-"], "-o takes one folder, and - once"),
         (["a.ply", "-o", "results"], "got none (a folder is written as results/)"),
-        (["a.ply", "-o", "a.off"], "expected the ending .ply, .npy, .seg, .txt, got .off (see"),
-        (["a.ply", "-o", "new.off"], "expected the ending .ply, .npy, .seg, .txt, got .off (see"),
+        (
+            ["a.ply", "-o", "a.off"],
+            "expected the ending .ply, .vtp, .vtu, .vtk, .npy, .seg, .txt, got .off (see",
+        ),
+        (
+            ["a.ply", "-o", "new.off"],
+            "expected the ending .ply, .vtp, .vtu, .vtk, .npy, .seg, .txt, got .off (see",
+        ),
         (["a.ply", "-o", ""], "'' is not a file"),
         (["a.ply", "-o", "x.npy", "--to", "npy"], "--to says nothing where -o names files"),
         (["-", "--to", "npy", "--to", "txt"], "standard output holds one format"),

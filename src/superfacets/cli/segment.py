@@ -314,8 +314,8 @@ class _Run:
         n_cells = n_cells_of(mesh)
         if asked is not None and asked > n_cells:
             notes.append(
-                f"{asked} regions were asked for; the mesh has {counted(n_cells, noun_of(mesh))}, each of"
-                " which became a region"
+                f"{asked} regions were asked for; the mesh has {counted(n_cells, noun_of(mesh))},"
+                " each of which became a region"
             )
             keywords["n_segments"] = n_cells
         with warnings.catch_warnings():  # what warnings say, notes say
