@@ -182,6 +182,16 @@ def test_labels_that_break_an_invariant_are_refused(bear):
             checks.check_invariants(bear, changed_result(result, **changes))
 
 
+def test_regions_of_the_halted_mode_may_be_in_pieces(bear):
+    result = sf.segment(tuple(bear), 400, **runs.SETTINGS["halted, 10 iterations"])
+    graph = sf.build_face_graph(tuple(bear))
+    assert checks.n_pieces(graph.offsets, graph.neighbors, result.labels) > result.n_segments
+    checks.check_invariants(bear, result)
+    fewer = changed_result(result, params=result.params | {"n_segments": 9999})
+    with pytest.raises(checks.WrongLabelsError, match="regions, 9999 asked for"):
+        checks.check_invariants(bear, fewer)
+
+
 def test_a_region_in_pieces_is_refused(bear):
     result = sf.segment(tuple(bear), 20)
     graph = sf.build_face_graph(tuple(bear))
