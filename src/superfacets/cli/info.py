@@ -12,10 +12,10 @@ from ..cells.cloud_info import CloudInfo, cloud_info
 from ..cells.info import MeshInfo, TetInfo, mesh_info
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.slivers import sliver_note
+from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells, name_of
-from ..mesh.point_cloud import PointCloud
 from .options import INPUT_FORMATS
 
 __all__ = ["info_command"]

@@ -345,8 +345,8 @@ class _Run:
         if asked is not None and asked > n_cells:
             whole = "cloud" if isinstance(mesh, PointCloud) else "mesh"
             notes.append(
-                f"{asked} regions were asked for; the {whole} has {counted(n_cells, noun_of(mesh))},"
-                " each of which became a region"
+                f"{asked} regions were asked for; the {whole} has"
+                f" {counted(n_cells, noun_of(mesh))}, each of which became a region"
             )
             keywords["n_segments"] = n_cells
         with warnings.catch_warnings():  # what warnings say, notes say
