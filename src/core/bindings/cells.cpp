@@ -54,8 +54,9 @@ void bind_graph_surface(GraphSurface* self, const Rows<double>& positions,
 
 void bind_point_surface(PointSurface* self, const Rows<double>& positions,
                         const Array<double>& areas, const Rows<double>& normals,
-                        const Array<std::int64_t>& offsets, const Array<Cell>& neighbors) {
-  new (self) PointSurface(points(positions), view(areas), points(normals),
+                        const Array<Cell>& order, const Array<std::int64_t>& offsets,
+                        const Array<Cell>& neighbors) {
+  new (self) PointSurface(points(positions), view(areas), points(normals), view(order),
                           {view(offsets), view(neighbors)});
 }
 
@@ -161,7 +162,8 @@ auto bind_build_point_graph(const Rows<double>& positions, int n_neighbors, int 
     return build_point_graph(input, options, team);
   });
   return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
-                    to_numpy(std::move(graph.measures)), to_numpy(std::move(graph.normals)));
+                    to_numpy(std::move(graph.measures)), to_numpy(std::move(graph.normals)),
+                    to_numpy(std::move(graph.order)));
 }
 
 auto bind_point_weights(const PointSurface& surface, double alpha, double eta_convex,
@@ -296,9 +298,10 @@ void bind_cells(nb::module_& module) {
            nb::keep_alive<1, 10>());
   nb::class_<PointSurface, Surface>(module, "PointSurface")
       .def("__init__", &bind_point_surface, "positions"_a.noconvert(), "areas"_a.noconvert(),
-           "normals"_a.noconvert(), "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
-           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(),
-           nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>());
+           "normals"_a.noconvert(), "order"_a.noconvert(), "offsets"_a.noconvert(),
+           "neighbors"_a.noconvert(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
+           nb::keep_alive<1, 7>());
   nb::class_<PlacedCells>(module, "PlacedCells")
       .def("__init__", &bind_placed_cells, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "n_threads"_a);

@@ -111,13 +111,13 @@ Flat averaged(std::span<const Bend> bends, std::span<const Cell> neighbors, Cell
 }  // namespace
 
 Bends find_bends(std::span<const Point> positions, std::span<const Point> normals, const Arcs& arcs,
-                 bool wants_convex, ThreadTeam& team) {
-  SUPERFACETS_ASSERT(positions.size() == normals.size());
+                 std::span<const Cell> order, bool wants_convex, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(positions.size() == normals.size() && order.size() == normals.size());
   constexpr Bend kFlat{0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
   const auto n_points = static_cast<std::int64_t>(positions.size());
   const auto for_each_bend = [&](const auto& take) {
     team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
-      for (auto point = static_cast<Cell>(begin); point < end; ++point) {
+      for (const Cell point : order.subspan(begin, end - begin)) {
         take(point, squared_norm(normals[point]) > 0.0);
       }
     });

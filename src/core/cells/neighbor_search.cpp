@@ -95,9 +95,8 @@ void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
     const double apart = squared_norm(other.low + other.high - middle);
     if (near != leaf) nearby.push_back({apart, near});
   });
-  std::sort(nearby.begin(), nearby.end(), [](const Nearby& a, const Nearby& b) {
-    return a.apart < b.apart;
-  });
+  std::sort(nearby.begin(), nearby.end(),
+            [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
 }
 
 // Offers the points of a leaf, but for the one at `from` itself, to the list of a place.

@@ -32,7 +32,7 @@ class NeighborSearch {
   Place n_points() const { return static_cast<Place>(points_.size()); }
   Cell point_at(Place place) const { return points_[place]; }
   const Point& position_at(Place place) const { return positions_[place]; }
-  std::span<const Cell> points() const { return points_.span(); }        // by place
+  std::span<const Cell> points() const { return points_.span(); }         // by place
   std::span<const Point> positions() const { return positions_.span(); }  // by place
 
   // Calls take(place, neighbors, thread) for each place, from any thread, with its n_nearest
@@ -67,8 +67,8 @@ class NeighborSearch {
 
   // The working memory of a thread.
   struct Scratch {
-    std::vector<Neighbor> lists;                // n_nearest for each place of a leaf, nearest first
-    std::vector<std::size_t> sizes;             // of these lists
+    std::vector<Neighbor> lists;     // n_nearest for each place of a leaf, nearest first
+    std::vector<std::size_t> sizes;  // of these lists
     std::vector<Nearby> nearby;
     std::span<const Neighbor> list_of(std::size_t row, std::size_t n_nearest) const {
       return {lists.data() + row * n_nearest, sizes[row]};

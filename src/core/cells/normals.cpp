@@ -37,8 +37,8 @@ Symmetric covariance_of(const Spread& spread) {
 // x^3 - x^2 + q x - det is concave and rises up to this root, so that Newton's method from 0 never
 // passes it.
 double smallest_eigenvalue(const Symmetric& c) {
-  const double q = (c.xx * c.yy - c.xy * c.xy) + (c.xx * c.zz - c.xz * c.xz) +
-                   (c.yy * c.zz - c.yz * c.yz);
+  const double q =
+      (c.xx * c.yy - c.xy * c.xy) + (c.xx * c.zz - c.xz * c.xz) + (c.yy * c.zz - c.yz * c.yz);
   const double determinant = c.xx * (c.yy * c.zz - c.yz * c.yz) -
                              c.xy * (c.xy * c.zz - c.yz * c.xz) +
                              c.xz * (c.xy * c.yz - c.yy * c.xz);
@@ -60,9 +60,8 @@ Point direction_of_least_spread(const Spread& spread) {
   const Symmetric c = covariance_of(spread);
   const double least = smallest_eigenvalue(c);
   // The rows of the matrix without the eigenvalue are at right angles to the eigenvector.
-  const Point rows[] = {{c.xx - least, c.xy, c.xz},
-                        {c.xy, c.yy - least, c.yz},
-                        {c.xz, c.yz, c.zz - least}};
+  const Point rows[] = {
+      {c.xx - least, c.xy, c.xz}, {c.xy, c.yy - least, c.yz}, {c.xz, c.yz, c.zz - least}};
   const Point crossed[] = {cross(rows[0], rows[1]), cross(rows[1], rows[2]),
                            cross(rows[2], rows[0])};
   const Point* longest = &crossed[0];

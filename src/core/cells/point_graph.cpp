@@ -18,9 +18,9 @@ constexpr std::int64_t kPlacesPerTask = 1 << 12;
 
 // What is found of the points at different positions, by place along the curve.
 struct Found {
-  Buffer<Place> rows;      // (P * n_neighbors,) nearest neighbors; kNoPlace where dropped
-  Buffer<double> areas;    // (P,)
-  Buffer<Point> normals;   // (P,) or empty
+  Buffer<Place> rows;     // (P * n_neighbors,) nearest neighbors; kNoPlace where dropped
+  Buffer<double> areas;   // (P,)
+  Buffer<Point> normals;  // (P,) or empty
 };
 
 // The mean area per point from squared distances of the nearest neighbors, in rising order. With
@@ -195,6 +195,16 @@ void spread_to_points(const NeighborSearch& search, const Found& found,
   team.for_each_block(n_points, give_to_rest);
 }
 
+// Points in their order on the curve, then those that share a position with a lower one.
+Buffer<Cell> order_of(const NeighborSearch& search, std::span<const Vertex> representative) {
+  Buffer<Cell> order(representative.size());
+  auto next = std::copy(search.points().begin(), search.points().end(), order.begin());
+  for (Cell point = 0; std::cmp_less(point, representative.size()); ++point) {
+    if (representative[point] != point) *next++ = point;
+  }
+  return order;
+}
+
 }  // namespace
 
 PointGraph build_point_graph(std::span<const Point> positions, const PointGraphOptions& options,
@@ -213,6 +223,7 @@ PointGraph build_point_graph(std::span<const Point> positions, const PointGraphO
   PointGraph graph;
   spread_to_points(search, found, representative.span(), team, graph);
   ArcBuilder(search, rows, representative.span(), team).build(graph);
+  graph.order = order_of(search, representative.span());
   return graph;
 }
 

@@ -19,6 +19,7 @@ struct PointGraph {
   Buffer<Cell> neighbors;        // (M,) ascending for each point; each arc has one back
   Buffer<double> measures;       // (N,) area around each point
   Buffer<Point> normals;         // (N,) of length 1, or 0 where none exists; empty if known before
+  Buffer<Cell> order;            // (N,) all points, near ones after each other
 };
 
 // Joins each point to its nearest neighbors, and these to it; of points at equal distances, to
@@ -31,8 +32,8 @@ struct PointGraph {
 //
 // A normal is the direction in which the neighbors around a point vary least. Normals are turned
 // consistently along a minimum spanning tree of each component, by 1 - |n_i . n_j| (Hoppe et al.
-// 1992), so that the volume they enclose is positive, seen from the mean of the component. Positions
-// are finite. Time O(N log N) in practice; memory 150 bytes a point beside the input.
+// 1992), so that the volume they enclose is positive, seen from the mean of the component.
+// Positions are finite. Time O(N log N) in practice; memory 150 bytes a point beside the input.
 PointGraph build_point_graph(std::span<const Point> positions, const PointGraphOptions& options,
                              ThreadTeam& team);
 

@@ -52,11 +52,11 @@ void point_weights(const PointSurface& surface, const WeightOptions& options, Th
       angle += options.eta_convex * turn(bends.convex, from, to, step);
     }
     const double length = options.crease_length;
-    return kCertainty * options.alpha * (length > 0.0 ? length : surface.border_length(from, arc)) * angle /
-           std::numbers::pi;  // eq. 2
+    return kCertainty * options.alpha * (length > 0.0 ? length : surface.border_length(from, arc)) *
+           angle / std::numbers::pi;  // eq. 2
   };
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto point = static_cast<Cell>(begin); point < end; ++point) {
+    for (const Cell point : surface.order().subspan(begin, end - begin)) {
       for (const auto [arc, neighbor] : surface.arcs().steps(point)) {
         const double geodesic = surface.step_length(point, arc);  // eq. 1
         const double angular = is_priced ? price(point, arc) : 0.0;

@@ -47,6 +47,7 @@ class PointGraph:
     normals: npt.NDArray[np.float64]  # (N, 3)
     offsets: npt.NDArray[np.int64]  # (N + 1,)
     neighbors: npt.NDArray[np.int32]  # (M,) ascending for each point
+    order: npt.NDArray[np.int32]  # (N,) all points, near ones after each other
     bounds: npt.NDArray[np.float64]  # (2, 3)
 
     @property
@@ -72,7 +73,7 @@ def find_point_graph(
     cutoff: float = CUTOFF,
 ) -> PointGraph:
     """Return the graph of a cloud; arguments as for `build_point_graph`, and checked."""
-    offsets, neighbors, measures, normals = _core.build_point_graph(
+    offsets, neighbors, measures, normals, order = _core.build_point_graph(
         cloud.points,
         n_neighbors,
         max(n_neighbors, n_around),
@@ -82,13 +83,13 @@ def find_point_graph(
     )
     if cloud.normals is not None:
         normals = cloud.normals
-    return PointGraph(cloud.points, measures, normals, offsets, neighbors, cloud.bounds)
+    return PointGraph(cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds)
 
 
 def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
     """Return the points of a cloud as cells."""
     handle = _core.PointSurface(
-        graph.positions, graph.measures, graph.normals, graph.offsets, graph.neighbors
+        graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
     return Surface(handle, graph.offsets, graph.neighbors, cloud.bounds, graph.diagonal, n_threads)
 
