@@ -8,7 +8,7 @@ import pytest
 import shapes
 from models import read_off
 
-from superfacets import SliverWarning, build_face_graph, segment
+from superfacets import SliverWarning, build_face_graph, build_point_graph, segment
 from superfacets.metrics import area_overlap, compactness, undersegmentation_error
 from superfacets.study.princeton import Benchmark
 
@@ -30,6 +30,38 @@ def segmented(benchmark, request):
         warnings.simplefilter("ignore", SliverWarning)  # of models 349 and 353
         results = [segment(model.mesh, 150, **request.param) for model in models]
     return request.param, list(zip(models, results, strict=True))
+
+
+def sampled(mesh, n):
+    """Points spread at random over a mesh, and the face that each is on."""
+    rng = np.random.default_rng(0)
+    areas = build_face_graph(mesh).measures
+    faces = rng.choice(mesh.n_faces, n, p=areas / areas.sum())
+    within = rng.dirichlet([1, 1, 1], n)
+    return np.einsum("pc,pcx->px", within, mesh.vertices[mesh.faces[faces]]), faces
+
+
+def test_point_clouds_of_models_are_nearly_as_good_as_the_meshes(benchmark):
+    """Of all 95 the error is 0.143 at points and 0.128 on meshes: 11 % more."""
+    errors = []
+    for number in benchmark.numbers[::12]:
+        model = benchmark.load(number)
+        points, faces = sampled(model.mesh, 100_000)
+        result = segment(points, 150, islands="nearest")
+        graph = build_point_graph(points)
+        pieces = shapes.count_pieces(graph, result.labels)
+        apart = shapes.count_pieces(graph, np.zeros(len(points), np.int32))
+        assert 150 == result.n_segments <= pieces < 150 + apart, number
+        of_mesh = segment(model.mesh, 150).labels
+        areas = build_face_graph(model.mesh).measures
+        for truth in model.ground_truths:
+            overlaps = (
+                area_overlap(result.labels, truth[faces], np.ones(len(points))),
+                area_overlap(of_mesh, truth, areas),
+            )
+            errors.append([undersegmentation_error(overlap) for overlap in overlaps])
+    of_points, of_meshes = np.mean(errors, axis=0)
+    assert of_points < 1.15 * of_meshes
 
 
 def test_every_model_falls_into_exactly_150_connected_regions(segmented):

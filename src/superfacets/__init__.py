@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from .cells.cell_graph import ArcMeasures, CellGraph
 from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
+from .cells.point_graph import build_point_graph, estimate_normals
 from .cells.subdivision import Subdivision, subdivide
 from .cells.surface import arc_measures
 from .cells.tet_graph import TetGraph, TriangleCounts, build_tet_graph
@@ -15,6 +16,7 @@ from .clustering.seeding import place_seeds
 from .clustering.segmentation import Level, Segmentation
 from .clustering.update import update_centers
 from .errors import IslandWarning, MeshError, MissingExtraError, RenderError, SliverWarning
+from .mesh.point_cloud import PointCloud
 from .mesh.polygon_mesh import PolygonMesh, Triangulation
 from .mesh.tet_mesh import TetBoundary, TetMesh
 from .mesh.triangle_mesh import Mesh
@@ -27,10 +29,11 @@ from .regions.smooth import smooth_borders
 if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
+    from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
-    from .io.readers.read import read_attributes, read_mesh
+    from .io.readers.read import read_attributes, read_cloud, read_mesh
     from .io.writers.write import write_labels, write_mesh
     from .sample import sample_mesh
     from .study import baselines as baselines
@@ -46,6 +49,7 @@ __all__ = [
     "ArcMeasures",
     "CellGraph",
     "Classification",
+    "CloudInfo",
     "EdgeCounts",
     "FaceGraph",
     "IslandWarning",
@@ -55,6 +59,7 @@ __all__ = [
     "MeshError",
     "MeshInfo",
     "MissingExtraError",
+    "PointCloud",
     "PolygonMesh",
     "RegionEdit",
     "RenderError",
@@ -70,15 +75,19 @@ __all__ = [
     "View",
     "arc_measures",
     "build_face_graph",
+    "build_point_graph",
     "build_tet_graph",
     "classify",
+    "cloud_info",
     "crease_weights",
     "enforce_connectivity",
+    "estimate_normals",
     "face_colors",
     "merge_small_regions",
     "mesh_info",
     "place_seeds",
     "read_attributes",
+    "read_cloud",
     "read_labels",
     "read_mesh",
     "render",
@@ -96,11 +105,14 @@ __all__ = [
 
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
 _LAZY_NAMES = {
+    "CloudInfo": "cells.cloud_info",
+    "cloud_info": "cells.cloud_info",
     "MeshInfo": "cells.info",
     "TetInfo": "cells.info",
     "mesh_info": "cells.info",
     "MeshAttributes": "io.attributes",
     "read_attributes": "io.readers.read",
+    "read_cloud": "io.readers.read",
     "read_labels": "io.readers.labels",
     "read_mesh": "io.readers.read",
     "write_labels": "io.writers.write",

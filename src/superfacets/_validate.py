@@ -263,15 +263,20 @@ def _raise_index_error(face: int, vertex: int, n_vertices: int) -> None:
     )
 
 
-def _check_extent(low: npt.NDArray[np.float64], high: npt.NDArray[np.float64]) -> None:
+def _check_extent(
+    low: npt.NDArray[np.float64],
+    high: npt.NDArray[np.float64],
+    what: str = "faces lie",
+    whole: str = "mesh",
+) -> None:
     """Raise a MeshError if the used vertices coincide, or their range is too small or too large."""
     if np.array_equal(low, high):
-        raise MeshError("all faces lie at one point: the bounding box has no size")
+        raise MeshError(f"all {what} at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
         diagonal = float(np.max(high - low))
     if not EXTENT_RANGE[0] <= diagonal <= EXTENT_RANGE[1]:
         raise MeshError(
-            f"the bounding box is {diagonal:.3g} across: rescale the mesh to between"
+            f"the bounding box is {diagonal:.3g} across: rescale the {whole} to between"
             f" {EXTENT_RANGE[0]:g} and {EXTENT_RANGE[1]:g}"
         )
 
@@ -285,6 +290,65 @@ def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
     if array.dtype.kind not in "fiu":
         raise MeshError(f"{name} must be numbers, got {array.dtype}")
     return array
+
+
+def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Points (N, 3) as float64 and their bounding box (2, 3); a MeshError if they are wrong."""
+    given = _rows(points, "points")
+    if not len(given):
+        raise MeshError("the cloud has no points")
+    if len(given) > MAX_CELLS:
+        raise MeshError(f"the cloud has {len(given)} points; at most {MAX_CELLS} are supported")
+    array = exact_doubles(given)
+    box = np.array([array.min(axis=0), array.max(axis=0)])
+    if not np.isfinite(box).all():
+        _raise_not_finite(array, "points")
+    _check_extent(box[0], box[1], "points lie", "cloud")
+    return array, box
+
+
+def checked_normals(normals: Any, n_points: int) -> npt.NDArray[np.float64]:
+    """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong."""
+    array = owned(exact_doubles(_rows(normals, "normals", n_points)), np.float64)
+    if not np.isfinite(array).all():
+        _raise_not_finite(array, "normals")
+    largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # lengths then do not overflow
+    np.divide(array, largest, out=array, where=largest > 0)
+    lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
+    np.divide(array, lengths, out=array, where=lengths > 0)
+    return array
+
+
+def checked_colors(colors: Any, n_points: int) -> npt.NDArray[np.float32]:
+    """Red, green and blue of each point from 0 to 1, (N, 3) float32; a MeshError if wrong."""
+    array = _numeric_array(colors, "colors")
+    if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
+        raise MeshError(f"colors must have shape ({n_points}, 3), got {array.shape}")
+    if array.dtype.kind == "i":
+        raise MeshError(f"colors must be floats or unsigned integers, got {array.dtype}")
+    if array.dtype.kind == "u":
+        shades = np.asarray(array[:, :3], np.float32)
+        return np.asarray(shades / np.float32(np.iinfo(array.dtype).max), np.float32)
+    shades = owned(array[:, :3], np.float32)
+    is_wrong = ~((shades >= 0) & (shades <= 1)).all(axis=1)  # also where one is NaN
+    if is_wrong.any():
+        first = int(np.argmax(is_wrong))
+        raise MeshError(f"colors[{first}] is not from 0 to 1: {shades[first].tolist()}")
+    return shades
+
+
+def _rows(value: Any, name: str, n_rows: int | None = None) -> npt.NDArray[Any]:
+    """An array of numbers of shape (N, 3)."""
+    array = _numeric_array(value, name)
+    if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
+        count = "N" if n_rows is None else n_rows
+        raise MeshError(f"{name} must have shape ({count}, 3), got {array.shape}")
+    return array
+
+
+def _raise_not_finite(rows: npt.NDArray[np.float64], name: str) -> None:
+    first = int(np.argmin(np.isfinite(rows).all(axis=1)))
+    raise MeshError(f"{name}[{first}] is not finite: {rows[first].tolist()}")
 
 
 def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -465,6 +529,13 @@ def checked_share(value: Any, name: str) -> float:
     if number > 1.0:
         raise ValueError(f"{name} must be 0 to 1, got {number}")
     return number
+
+
+def checked_flag(value: Any, name: str) -> bool:
+    """True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name} must be True or False, got {reprlib.repr(value)}")
+    return bool(value)
 
 
 def checked_choice(value: str, name: str, choices: tuple[str, ...]) -> str:

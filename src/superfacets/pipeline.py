@@ -27,7 +27,10 @@ from ._options import (
 )
 from ._timing import OnStage, timed
 from ._validate import checked_choice
+from .adapters.clouds import CloudLike
 from .adapters.convert import MeshLike, as_cells
+from .cells.cell_graph import checked_weights
+from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import kind_of
 from .cells.size import RegionSize, region_size
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note
@@ -58,7 +61,7 @@ Weights are those of eq. 1-3, seeds are the farthest from each other in space, e
 
 
 def segment(
-    mesh: MeshLike,
+    mesh: MeshLike | CloudLike,
     n_segments: int | None = None,
     *,
     radius: float | None = None,
@@ -73,6 +76,9 @@ def segment(
     min_size: float = 0.0,
     islands: Islands = "keep",
     smooth: bool = True,
+    features: npt.ArrayLike | None = None,
+    feature_weight: float = FEATURE_WEIGHT,
+    scale_features: bool = True,
     weld: bool = True,
     n_threads: int | None = None,
     progress: Progress | None = None,
@@ -80,11 +86,14 @@ def segment(
 ) -> Segmentation:
     """Label every face of a mesh with one of k compact regions that follow its concave creases.
 
+    Of a point cloud, every point; see `build_point_graph` for its neighbors and areas.
+
     Parameters
     ----------
     mesh : Mesh, (vertices, faces) pair, path, or mesh of trimesh, PyVista or Open3D
-        Any triangle mesh: open, non-manifold, inconsistently oriented, degenerate, in many
-        components, or soup.
+        Any mesh of triangles or polygons: open, non-manifold, inconsistently oriented, degenerate,
+        in many components, or soup. Or a point cloud: a PointCloud, an (N, 3) array, the path of a
+        file without faces, or a cloud of trimesh, PyVista or Open3D.
     n_segments : int, optional
         Number of regions k, 1 to the number of faces. 150 (or the number of faces, if that is
         less) if neither this nor `radius` is given. The result has exactly k regions with
@@ -142,6 +151,16 @@ def segment(
     smooth : bool, default True
         Make borders straight where the surface is smooth; see `smooth_borders`. Centers stay in
         their regions, and connected regions stay connected.
+    features : array_like, shape (N, F) or (V, F), optional
+        Numbers that borders are to follow, such as colors: F of each face or point, or of each
+        vertex (faces then have the mean of their corners). Finite. Crossing from one cell to the
+        next costs more where they differ.
+    feature_weight : float, default 5.0
+        How much, >= 0. The distance of the features of two cells, times this, is added to the
+        length of the step between them, in expected radii r, so that it means the same at every
+        resolution. With 0, features change nothing.
+    scale_features : bool, default True
+        Divide each feature by its standard deviation over the area first.
     weld : bool, default True
         Treat vertices at exactly the same position as one.
     n_threads : int, optional
@@ -198,11 +217,14 @@ def segment(
         max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
     )
     weight_options = WeightOptions.checked(weights, alpha, eta_convex)
+    feature_options = FeatureOptions.checked(features, feature_weight, scale_features)
     cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
     timings: dict[str, float] = {}
     with _core.Workspace():  # threads for all that follows
-        cells = _build_cells(mesh, weld, size_options, weight_options, loop, timings)
-        surface, size, share, ordered, lengths, unit = cells
+        cells = _build_cells(
+            mesh, weld, size_options, weight_options, feature_options, loop, timings
+        )
+        surface, size, share, ordered, lengths, unit, steps = cells
         del cells
         note = sliver_note(share, _advice(size.radius))
         if note is not None:
@@ -212,10 +234,16 @@ def segment(
         del ordered  # makes room
         if cleanup.is_needed:
             with timed(timings, "regions", on_stage):
-                costs = _border_costs(surface, size.radius, weight_options, lengths, unit)
+                costs = _border_costs(surface, size.radius, weight_options, steps, lengths, unit)
                 del lengths  # makes room
                 result = clean(costs, result, cleanup)
-    params = {"weld": weld, **weight_options.params, **result.params, **cleanup.params}
+    params = {
+        "weld": weld,
+        **weight_options.params,
+        **feature_options.params,
+        **result.params,
+        **cleanup.params,
+    }
     timings = _in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params)
 
@@ -226,15 +254,17 @@ def _advice(radius: float) -> str:
 
 
 def _build_cells(
-    mesh: MeshLike, weld: bool, size_options: SizeOptions, weight_options: WeightOptions,
-    loop: LoopOptions, timings: dict[str, float],
+    mesh: MeshLike | CloudLike, weld: bool, size_options: SizeOptions,
+    weight_options: WeightOptions, feature_options: FeatureOptions, loop: LoopOptions,
+    timings: dict[str, float],
 ) -> tuple[
-    Surface, RegionSize, float, _core.OrderedGraph, npt.NDArray[np.float32], float
+    Surface, RegionSize, float, _core.OrderedGraph, npt.NDArray[np.float32], float,
+    FeatureSteps | None,
 ]:  # fmt: skip
     """Run stages 0 to 2, order the cells, and return what later stages need, and no more.
 
     That is the faces as cells, the size of regions, the share of slivers, the cells as stages 3 and
-    4 take them, and the weights as paths are measured by them, with their unit.
+    4 take them, the weights as paths are measured by them, with their unit, and the features.
     """
     n_threads, on_stage = loop.n_threads, loop.on_stage
     with timed(timings, "mesh", on_stage):
@@ -248,6 +278,10 @@ def _build_cells(
         surface = kind.surface(source, graph, n_threads)
         weights = kind.weights(surface, graph, shapes, size.radius, weight_options)
         del shapes  # makes room
+        steps = feature_options.steps(source, graph.measures, n_threads)
+        if steps is not None:
+            checked = checked_weights(weights, surface.n_arcs, n_threads)
+            weights = steps.added(checked, surface.arcs, size.radius / graph.diagonal)
         lengths, unit = graph.quantized(weights, n_threads)
         del weights  # makes room
     with timed(timings, "order", on_stage):
@@ -256,13 +290,14 @@ def _build_cells(
         del graph  # a surface works centroids and areas out when asked for
         is_symmetric = weight_options.given is None  # by the formulas
         ordered = _core.OrderedGraph(placed, *arcs, n_threads, is_symmetric)
-        return surface, size, share, ordered, lengths, unit
+        return surface, size, share, ordered, lengths, unit, steps
 
 
 def _border_costs(
     surface: Surface,
     radius: float,
     options: WeightOptions,
+    steps: FeatureSteps | None,
     lengths: npt.NDArray[np.float32],
     unit: float,
 ) -> BorderCosts:
@@ -271,7 +306,10 @@ def _border_costs(
     if options.params["weights"] in ("creases", "given"):
         return BorderCosts(surface, lengths, unit, scale)
     # Others have other units, or other prices at other resolutions.
-    return BorderCosts.of_weights(surface, creases_of(surface, radius), scale)
+    prices = creases_of(surface, radius)
+    if steps is not None:
+        prices = steps.added(prices, surface.arcs, radius / surface.diagonal)
+    return BorderCosts.of_weights(surface, prices, scale)
 
 
 def _warn_of_islands(result: Segmentation) -> None:

@@ -65,11 +65,13 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (["a.ply", "-o", "results"], "got none (a folder is written as results/)"),
         (
             ["a.ply", "-o", "a.off"],
-            "expected the ending .ply, .vtp, .vtu, .vtk, .npy, .seg, .txt, got .off (see",
+            "expected the ending .ply, .vtp, .vtu, .vtk, .csv, .las, .laz, .npy, .seg, .txt,"
+            " got .off (see",
         ),
         (
             ["a.ply", "-o", "new.off"],
-            "expected the ending .ply, .vtp, .vtu, .vtk, .npy, .seg, .txt, got .off (see",
+            "expected the ending .ply, .vtp, .vtu, .vtk, .csv, .las, .laz, .npy, .seg, .txt,"
+            " got .off (see",
         ),
         (["a.ply", "-o", ""], "'' is not a file"),
         (["a.ply", "-o", "x.npy", "--to", "npy"], "--to says nothing where -o names files"),

@@ -440,7 +440,7 @@ main()
 @pytest.mark.parametrize(
     ("module", "function"),
     [
-        ("superfacets.cli.segment", "load_mesh_and_attributes"),
+        ("superfacets.cli.segment", "load_cells_and_attributes"),
         ("superfacets.cli.segment", "segment"),
         ("superfacets.io.writers.write", "write_ply"),
     ],

@@ -185,7 +185,7 @@ def test_text_of_something_else_is_refused(refuse, data, message):
         (ply_with_labels(kind="float"), "labels must be integers: the PLY file declares another"),
         (ply_with_labels(labels=(1.5, 2)), "labels must be integers, got 1.5"),
         (ply_with_labels(labels=(1, -2)), "labels[1] is -2"),
-        (ply_text(faces=[]), "the PLY file has no faces"),
+        (ply_text(faces=[]), "the PLY points have no property label"),
         (b"1\n2\n", "not a PLY file"),
     ],
 )

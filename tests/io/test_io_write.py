@@ -175,7 +175,7 @@ def test_colors_that_are_wrong_are_refused(tmp_path, mesh, colors, message):
 
 
 def test_unknown_endings_are_refused(tmp_path, mesh):
-    meshes = r"\.ply, \.vtp, \.vtu, \.vtk"
+    meshes = r"\.ply, \.vtp, \.vtu, \.vtk, \.csv, \.las, \.laz"
     with pytest.raises(ValueError, match=rf"a\.obj: expected the ending {meshes}, got \.obj"):
         write_mesh(tmp_path / "a.obj", mesh)
     with pytest.raises(ValueError, match=r"a\.ply: expected the ending \.npy, \.seg, \.txt, got"):

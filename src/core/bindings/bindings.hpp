@@ -24,6 +24,8 @@ using Array = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 template <typename T>
 using Rows = nb::ndarray<const T, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 template <typename T>
+using Table = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+template <typename T>
 using NewArray = nb::ndarray<nb::numpy, T, nb::ndim<1>, nb::c_contig>;
 using NewRows = nb::ndarray<nb::numpy, double, nb::shape<-1, 3>, nb::c_contig>;
 using NewTriangles = nb::ndarray<nb::numpy, Vertex, nb::shape<-1, 3>, nb::c_contig>;

@@ -5,8 +5,11 @@
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"
 #include "cells/face_graph.hpp"
+#include "cells/feature_steps.hpp"
 #include "cells/graph_surface.hpp"
 #include "cells/ordered_graph.hpp"
+#include "cells/point_graph.hpp"
+#include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
 #include "cells/surface_weights.hpp"
@@ -47,6 +50,14 @@ void bind_graph_surface(GraphSurface* self, const Rows<double>& positions,
   new (self) GraphSurface({view(offsets), view(neighbors)},
                           {points(positions), view(measures), view(border_lengths),
                            view(step_lengths), view(angles), view(sides), view(open_lengths)});
+}
+
+void bind_point_surface(PointSurface* self, const Rows<double>& positions,
+                        const Array<double>& areas, const Rows<double>& normals,
+                        const Array<Cell>& order, const Array<std::int64_t>& offsets,
+                        const Array<Cell>& neighbors) {
+  new (self) PointSurface(points(positions), view(areas), points(normals), view(order),
+                          {view(offsets), view(neighbors)});
 }
 
 auto bind_surface_cells(const Surface& surface, int n_threads) {
@@ -140,6 +151,42 @@ auto bind_build_tet_graph(const Rows<double>& vertices, const TetRows& tets,
       to_numpy(std::move(measures.volumes)), to_numpy(std::move(measures.border_areas)),
       to_numpy(std::move(measures.step_lengths)), to_numpy(std::move(measures.open_areas)),
       std::tuple(counts.edges, counts.boundary, counts.non_manifold));
+}
+
+auto bind_build_point_graph(const Rows<double>& positions, int n_neighbors, int n_around,
+                            double cutoff, bool has_normals, int n_threads) {
+  const auto input = points(positions);
+  const PointGraphOptions options{static_cast<std::size_t>(n_neighbors),
+                                  static_cast<std::size_t>(n_around), cutoff, has_normals};
+  PointGraph graph = on_team(input.size(), n_threads, [&](ThreadTeam& team) {
+    return build_point_graph(input, options, team);
+  });
+  return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
+                    to_numpy(std::move(graph.measures)), to_numpy(std::move(graph.normals)),
+                    to_numpy(std::move(graph.order)));
+}
+
+auto bind_point_weights(const PointSurface& surface, double alpha, double eta_convex,
+                        double crease_length, double diagonal, int n_threads) {
+  Buffer<double> weights(surface.arcs().n_arcs());
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal};
+  on_team(surface.n_cells(), n_threads,
+          [&](ThreadTeam& team) { point_weights(surface, options, team, weights.span()); });
+  return to_numpy(std::move(weights));
+}
+
+auto bind_add_feature_steps(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                            const Array<double>& weights, const Table<double>& features,
+                            double factor, int n_threads) {
+  const Arcs arcs{view(offsets), view(neighbors)};
+  const std::size_t n_features = features.shape(1);
+  const std::span<const double> values(features.data(), features.shape(0) * n_features);
+  const auto given = view(weights);
+  Buffer<double> sums(given.size());
+  on_team(arcs.n_cells(), n_threads, [&](ThreadTeam& team) {
+    add_feature_steps(arcs, given, values, n_features, factor, team, sums.span());
+  });
+  return to_numpy(std::move(sums));
 }
 
 auto bind_find_components(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
@@ -249,6 +296,12 @@ void bind_cells(nb::module_& module) {
            nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
            nb::keep_alive<1, 7>(), nb::keep_alive<1, 8>(), nb::keep_alive<1, 9>(),
            nb::keep_alive<1, 10>());
+  nb::class_<PointSurface, Surface>(module, "PointSurface")
+      .def("__init__", &bind_point_surface, "positions"_a.noconvert(), "areas"_a.noconvert(),
+           "normals"_a.noconvert(), "order"_a.noconvert(), "offsets"_a.noconvert(),
+           "neighbors"_a.noconvert(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
+           nb::keep_alive<1, 7>());
   nb::class_<PlacedCells>(module, "PlacedCells")
       .def("__init__", &bind_placed_cells, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "n_threads"_a);
@@ -270,6 +323,13 @@ void bind_cells(nb::module_& module) {
              "corners"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
   module.def("build_tet_graph", &bind_build_tet_graph, "vertices"_a.noconvert(),
              "tets"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
+  module.def("build_point_graph", &bind_build_point_graph, "positions"_a.noconvert(),
+             "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
+  module.def("point_weights", &bind_point_weights, "surface"_a, "alpha"_a, "eta_convex"_a,
+             "crease_length"_a, "diagonal"_a, "n_threads"_a);
+  module.def("add_feature_steps", &bind_add_feature_steps, "offsets"_a.noconvert(),
+             "neighbors"_a.noconvert(), "weights"_a.noconvert(), "features"_a.noconvert(),
+             "factor"_a, "n_threads"_a);
   module.def("find_components", &bind_find_components, "offsets"_a.noconvert(),
              "neighbors"_a.noconvert(), "labels"_a.noconvert());
   module.def("superfacet_weights", &bind_superfacet_weights, "surface"_a, "centroids"_a.noconvert(),

@@ -123,6 +123,39 @@ void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sort
   }
 }
 
+// Orders cells by halving the box around them until at most n_together are in a part. The halves
+// are of equal size, so that this ends where cells coincide, too.
+void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
+                     std::size_t n_together) {
+  // Sorted, because nth_element leaves them in an order that depends on the standard library.
+  if (cells.size() <= n_together) return std::sort(cells.begin(), cells.end());
+  Box box;
+  for (const Cell cell : cells) box.include(positions[cell]);
+  const Point extent = box.high - box.low;
+  double Point::* axis = &Point::x;
+  if (extent.y > extent.*axis) axis = &Point::y;
+  if (extent.z > extent.*axis) axis = &Point::z;
+  const auto middle = cells.begin() + static_cast<std::ptrdiff_t>(cells.size() / 2);
+  std::nth_element(cells.begin(), middle, cells.end(), [&](Cell a, Cell b) {
+    return std::pair(positions[a].*axis, a) < std::pair(positions[b].*axis, b);
+  });
+  order_by_halves(positions, {cells.begin(), middle}, n_together);
+  order_by_halves(positions, {middle, cells.end()}, n_together);
+}
+
+// First and one past the last place of each run of more than n_together cells on one step.
+std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std::uint32_t> codes,
+                                                             std::size_t n_together) {
+  std::vector<std::pair<std::int64_t, std::int64_t>> runs;
+  std::size_t first = 0;
+  for (std::size_t place = 1; place <= codes.size(); ++place) {
+    if (place < codes.size() && codes[place] == codes[first]) continue;
+    if (place - first > n_together) runs.emplace_back(first, place);
+    first = place;
+  }
+  return runs;
+}
+
 }  // namespace
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
@@ -136,6 +169,41 @@ Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, T
                        order.data() + begin);
   });
   return order;
+}
+
+Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
+                                  ThreadTeam& team) {
+  const Box bounds = bounds_of(positions, team);
+  const Curve curve(bounds);
+  Buffer<Cell> order = morton_order(positions, bounds, team);
+  Buffer<std::uint32_t> codes(order.size());  // by place
+  team.for_each_block(static_cast<std::int64_t>(order.size()),
+                      [&](std::int64_t begin, std::int64_t end) {
+                        for (auto place = begin; place < end; ++place) {
+                          codes[place] = curve.code_of(positions[order[place]]);
+                        }
+                      });
+  const auto runs = long_runs(codes.span(), n_together);
+  team.for_each(static_cast<std::int64_t>(runs.size()), [&](std::int64_t run, int) {
+    const auto [first, last] = runs[run];
+    order_by_halves(positions, order.span().subspan(first, last - first), n_together);
+  });
+  return order;
+}
+
+Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
+  constexpr std::int64_t kBlock = 1 << 14;  // cells per block of the reduction
+  const auto n = static_cast<std::int64_t>(positions.size());
+  std::vector<Box> boxes((n + kBlock - 1) / kBlock);
+  auto include_range = [&](std::int64_t begin, std::int64_t end) {
+    Box box;
+    for (std::int64_t cell = begin; cell < end; ++cell) box.include(positions[cell]);
+    boxes[begin / kBlock] = box;
+  };
+  team.for_each_block(n, include_range, kBlock);
+  Box bounds;
+  for (const Box& box : boxes) bounds.include(box);
+  return bounds;
 }
 
 }  // namespace superfacets

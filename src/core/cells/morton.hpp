@@ -13,4 +13,13 @@ namespace superfacets {
 // cell beside the result, or 20 where all cells are within a tenth of the axes.
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
 
+// The same over the box around all positions, but that more than n_together cells on the same step
+// are ordered by halving the box around them, so that cells are near in space wherever they are
+// near in the order, however unevenly they are spread. Expected time O(N log N) at worst.
+Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
+                                  ThreadTeam& team);
+
+// The box around all positions.
+Box bounds_of(std::span<const Point> positions, ThreadTeam& team);
+
 }  // namespace superfacets

@@ -15,27 +15,10 @@
 namespace superfacets {
 namespace {
 
-// Cells per block of the reduction of bounding boxes.
-constexpr std::int64_t kBlock = 1 << 14;
-
 // Prefetch distances, in places, for cells: they are anywhere in the input. Their arcs are asked
 // for when where these begin is known.
 constexpr std::int64_t kAhead = 32;
 constexpr std::int64_t kFarAhead = 64;
-
-Box bounds_of(std::span<const Point> positions, ThreadTeam& team) {
-  const auto n = static_cast<std::int64_t>(positions.size());
-  std::vector<Box> boxes((n + kBlock - 1) / kBlock);
-  auto include_range = [&](std::int64_t begin, std::int64_t end) {
-    Box box;
-    for (std::int64_t cell = begin; cell < end; ++cell) box.include(positions[cell]);
-    boxes[begin / kBlock] = box;
-  };
-  team.for_each_block(n, include_range, kBlock);
-  Box bounds;
-  for (const Box& box : boxes) bounds.include(box);
-  return bounds;
-}
 
 // The order of arcs in a list, for binary search.
 bool is_before(const Arc& a, const Arc& b) {

@@ -9,10 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from ..mesh.faces import AnyMesh, FaceMesh
+from ..mesh.faces import AnyCells, FaceMesh
+from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
+from .clouds import CloudLike, as_cloud, is_foreign_cloud
 
 __all__ = ["MeshLike", "as_cells", "as_mesh", "as_triangles"]
 
@@ -74,7 +76,7 @@ MeshLike: TypeAlias = (
 a mesh of trimesh, PyVista or Open3D."""
 
 
-def as_cells(source: MeshLike) -> AnyMesh:
+def as_cells(source: MeshLike | CloudLike) -> AnyCells:
     """Return `source` as one of the classes that `cells.kinds` knows, as `segment` takes it.
 
     Parameters
@@ -84,7 +86,8 @@ def as_cells(source: MeshLike) -> AnyMesh:
         are an (F, n) array, or lists of vertices that may differ in length: a `Mesh` if all are
         triangles, else a `PolygonMesh`. Meshes of trimesh, PyVista (``PolyData``, and
         ``UnstructuredGrid`` of tetrahedra) and Open3D (legacy and tensor) are recognized by their
-        attributes; none of these is imported.
+        attributes; none of these is imported. A `PointCloud`, an (N, 3) array, a file without
+        faces and clouds of these libraries are point clouds; see `as_cloud`.
 
     Raises
     ------
@@ -93,24 +96,32 @@ def as_cells(source: MeshLike) -> AnyMesh:
     TypeError
         If `source` does not look like a mesh.
     """
-    if isinstance(source, (Mesh, PolygonMesh, TetMesh)):
+    if isinstance(source, (Mesh, PolygonMesh, TetMesh, PointCloud)):
         return source
     if isinstance(source, (str, os.PathLike)):
-        from ..io.readers.read import read_mesh
+        from ..io.readers.read import read_cells
 
-        return read_mesh(source)
+        return read_cells(source)
     if isinstance(source, (tuple, list)):
         if len(source) != 2:
             raise TypeError(f"expected a (vertices, faces) pair, got {len(source)} items")
         return _mesh_of(source[0], source[1])
     if _is_grid_of_tets(source):
         return _tets_of_grid(source)
+    if isinstance(source, np.ndarray) or is_foreign_cloud(source):
+        return as_cloud(source)  # type: ignore[arg-type]  # seen to be one
     return _mesh_of(*_arrays_of_foreign(source))
 
 
-def as_mesh(source: MeshLike) -> FaceMesh:
+def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
     """Return `source` as a mesh of faces, as `as_cells`; a MeshError if it has none."""
+    if isinstance(source, (str, os.PathLike)):
+        from ..io.readers.read import read_mesh
+
+        source = read_mesh(source)
     cells = as_cells(source)
+    if isinstance(cells, PointCloud):
+        raise MeshError("this needs a surface, and a point cloud has no faces")
     if isinstance(cells, TetMesh):
         raise MeshError(
             "this needs a surface, and the mesh has tetrahedra: TetMesh.boundary() is their outside"

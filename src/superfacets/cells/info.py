@@ -9,7 +9,9 @@ import numpy as np
 from .. import _core
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_cells
+from ..errors import MeshError
 from ..mesh.faces import count_degenerate
+from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh, lowest_vertices, signed_volumes
 from .face_graph import FaceGraph, graph_and_shapes
 from .size import checked_n_segments, radius_of
@@ -108,6 +110,8 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     cells = as_cells(mesh)
     if isinstance(cells, TetMesh):
         return _tet_info(cells, weld)
+    if isinstance(cells, PointCloud):
+        raise MeshError("a point cloud has no faces: cloud_info counts its points")
     mesh = cells
     n_threads = checked_threads(None)
     graph, shapes = graph_and_shapes(mesh, weld=weld, n_threads=n_threads)

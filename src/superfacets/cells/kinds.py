@@ -13,12 +13,15 @@ import numpy.typing as npt
 
 from .._options import WeightOptions
 from .._validate import checked_threads
+from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
+from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import CellGraph
 from .face_graph import graph_and_shapes
+from .point_graph import find_point_graph, point_surface
 from .slivers import sliver_share
 from .surface import Surface
 from .tet_graph import build_tet_graph, tet_surface, tet_weights
@@ -80,7 +83,16 @@ _TETS = Kind(
     dimension=3,
 )
 
-_KINDS: dict[type, Kind] = {Mesh: _FACES, PolygonMesh: _FACES, TetMesh: _TETS}
+_POINTS = Kind(
+    build_graph=lambda cloud, weld, n_threads: (find_point_graph(cloud, n_threads), None),
+    surface=point_surface,
+    weights=lambda surface, graph, found, radius, options: arc_weights(
+        surface, graph, radius, options
+    ),
+    sliver_share=lambda *_: 0.0,
+)
+
+_KINDS: dict[type, Kind] = {Mesh: _FACES, PolygonMesh: _FACES, TetMesh: _TETS, PointCloud: _POINTS}
 
 
 def kind_of(source: object) -> Kind:
@@ -88,7 +100,9 @@ def kind_of(source: object) -> Kind:
     return _KINDS[type(source)]
 
 
-def as_surface(source: MeshLike | CellGraph, *, weld: bool, n_threads: int | None) -> Surface:
+def as_surface(
+    source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None
+) -> Surface:
     """Return the cells of a mesh, or of a graph with `ArcMeasures`; arguments as for `segment`."""
     threads = checked_threads(n_threads)
     if isinstance(source, CellGraph):

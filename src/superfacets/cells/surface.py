@@ -80,6 +80,11 @@ class Surface:
         return len(self.neighbors)
 
     @property
+    def arcs(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+        """Offsets and neighbors."""
+        return self.offsets, self.neighbors
+
+    @property
     def diagonal(self) -> float:
         """Diagonal of the bounding box, in the unit of the positions."""
         return box_diagonal(self.bounds)

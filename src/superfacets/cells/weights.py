@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 import numpy.typing as npt
 
@@ -13,16 +15,34 @@ from .face_graph import FaceGraph
 from .surface import Surface, face_surface
 
 __all__ = [
+    "NO_NORMALS",
+    "Cells",
     "arc_weights",
     "crease_weights",
     "creases_of",
+    "scaled",
     "stk02_weights",
     "superfacet_weights",
+    "weights_of",
 ]
 
 
-_NO_NORMALS = np.empty((0, 3))
+NO_NORMALS = np.empty((0, 3))
 """What the core takes for normals that it is to compute."""
+
+
+class Cells(Protocol):
+    """What a graph of cells of any kind has."""
+
+    @property
+    def positions(self) -> npt.NDArray[np.float64]:
+        """Where each cell is, shape (N, 3)."""
+        ...
+
+    @property
+    def measures(self) -> npt.NDArray[np.float64]:
+        """Area of each cell, shape (N,)."""
+        ...
 
 
 def superfacet_weights(
@@ -101,8 +121,8 @@ def superfacet_weights(
     if crease_length is not None:
         crease_length = checked_number(crease_length, "crease_length", zero=False)
     surface = Surface.of_faces(mesh, graph, threads)
-    cells = (graph.positions, graph.measures, _NO_NORMALS)
-    return _weights_of(surface, cells, alpha, eta_convex, crease_length or 0.0)
+    cells = (graph.positions, graph.measures, NO_NORMALS)
+    return weights_of(surface, cells, alpha, eta_convex, crease_length or 0.0)
 
 
 def crease_weights(
@@ -222,7 +242,7 @@ def stk02_weights(
 
 def arc_weights(
     surface: Surface,
-    faces: FaceGraph,
+    faces: Cells,
     radius: float,
     options: WeightOptions,
     normals: npt.NDArray[np.float64] | None = None,
@@ -238,25 +258,25 @@ def arc_weights(
         return _stk02_weights_of(
             surface.handle, faces.positions, params["alpha"], surface.n_threads
         )
-    cells = (faces.positions, faces.measures, _NO_NORMALS if normals is None else normals)
-    alpha, length = _scaled(params["alpha"], radius if params["weights"] == "creases" else None)
-    return _weights_of(surface, cells, alpha, params["eta_convex"], length)
+    cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
+    alpha, length = scaled(params["alpha"], radius if params["weights"] == "creases" else None)
+    return weights_of(surface, cells, alpha, params["eta_convex"], length)
 
 
 def creases_of(surface: Surface, radius: float) -> npt.NDArray[np.float64]:
     """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
     options = WEIGHTS["creases"]
-    cells = (surface.positions, surface.measures, _NO_NORMALS)
-    alpha, length = _scaled(options["alpha"], radius)
-    return _weights_of(surface, cells, alpha, options["eta_convex"], length)
+    cells = (surface.positions, surface.measures, NO_NORMALS)
+    alpha, length = scaled(options["alpha"], radius)
+    return weights_of(surface, cells, alpha, options["eta_convex"], length)
 
 
-def _scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
+def scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
     """Alpha, and the crease length as kernels take it: a length of 0 stands for no creases."""
     return (0.0, 0.0) if crease_length == 0 else (alpha, crease_length or 0.0)
 
 
-def _weights_of(
+def weights_of(
     surface: Surface,
     cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
     alpha: float,
@@ -268,6 +288,8 @@ def _weights_of(
     factors = (alpha, eta_convex, crease_length, surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
         return _core.superfacet_weights(handle, *cells, *factors, threads)
+    if isinstance(handle, _core.PointSurface):
+        return _core.point_weights(handle, *factors, threads)
     return _core.surface_weights(handle, *factors, threads)
 
 
@@ -276,5 +298,6 @@ def _stk02_weights_of(
 ) -> npt.NDArray[np.float64]:
     if isinstance(handle, _core.TriangleSurface):
         return _core.stk02_weights(handle, positions, alpha, n_threads)
-    assert isinstance(handle, _core.PolygonSurface)  # cells of other kinds have no normals
+    if not isinstance(handle, _core.PolygonSurface):
+        raise ValueError('weights="stk02" are for meshes; a cloud takes the other two')
     return _core.polygon_stk02_weights(handle, alpha, n_threads)

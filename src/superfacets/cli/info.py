@@ -8,12 +8,14 @@ from functools import partial
 
 import click
 
+from ..cells.cloud_info import CloudInfo, cloud_info
 from ..cells.info import MeshInfo, TetInfo, mesh_info
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.slivers import sliver_note
+from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
-from .inputs import check_inputs, load_mesh, name_of
+from .inputs import check_inputs, load_cells, name_of
 from .options import INPUT_FORMATS
 
 __all__ = ["info_command"]
@@ -35,7 +37,7 @@ __all__ = ["info_command"]
 def info_command(
     ctx: click.Context, inputs: tuple[str, ...], format: str | None, as_json: bool
 ) -> None:
-    """Print counts and sizes of the meshes in the files IN.
+    """Print counts and sizes of the meshes and point clouds in the files IN.
 
     IN may be - for standard input. An input that fails does not stop the others; the exit status
     is 1 if one did.
@@ -63,17 +65,31 @@ def info_command(
         ctx.exit(EXIT_DATA)
 
 
-def _info_of(text: str, format: str | None) -> MeshInfo | TetInfo:
-    return mesh_info(load_mesh(text, format))
+def _info_of(text: str, format: str | None) -> MeshInfo | TetInfo | CloudInfo:
+    cells = load_cells(text, format)
+    return cloud_info(cells) if isinstance(cells, PointCloud) else mesh_info(cells)
 
 
-def _slivers_of(info: MeshInfo | TetInfo) -> float:
+def _slivers_of(info: MeshInfo | TetInfo | CloudInfo) -> float:
     return info.sliver_share if isinstance(info, MeshInfo) else 0.0
 
 
-def _rows_of(info: MeshInfo | TetInfo) -> list[tuple[str, str]]:
+def _rows_of(info: MeshInfo | TetInfo | CloudInfo) -> list[tuple[str, str]]:
     low, high = (" ".join(f"{value:g}" for value in corner) for corner in info.bounds)
     box = f"{low} to {high}"
+    if isinstance(info, CloudInfo):
+        return [
+            ("points", str(info.n_points)),
+            ("distinct positions", str(info.n_positions)),
+            ("components", str(info.n_components)),
+            ("isolated points", str(info.n_isolated)),
+            ("normals", "yes" if info.has_normals else "no"),
+            ("colors", "yes" if info.has_colors else "no"),
+            ("bounding box", box),
+            ("diagonal", f"{info.diagonal:g}"),
+            ("spacing", f"{info.spacing:g}"),
+            ("area", f"{info.area:g}"),
+        ]
     if isinstance(info, TetInfo):
         return [
             ("tetrahedra", str(info.n_tets)),

@@ -10,12 +10,12 @@ import click
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, read_content
-from ..io.readers.read import mesh_ending, parse_mesh, parse_mesh_and_attributes
+from ..io.readers.read import cell_ending, parse_cells, parse_cells_and_attributes
 from ..io.readers.recognize import recognized_ending
-from ..mesh.faces import AnyMesh
+from ..mesh.faces import AnyCells
 from .options import STANDARD_STREAM
 
-__all__ = ["check_inputs", "load_mesh", "load_mesh_and_attributes", "name_of"]
+__all__ = ["check_inputs", "load_cells", "load_cells_and_attributes", "name_of"]
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
@@ -32,23 +32,23 @@ def name_of(text: str) -> str:
     return "standard input" if text == STANDARD_STREAM else text
 
 
-def load_mesh(text: str, format: str | None) -> AnyMesh:
-    """The mesh of a file, or of standard input for ``-``.
+def load_cells(text: str, format: str | None) -> AnyCells:
+    """The mesh or the cloud of a file, or of standard input for ``-``.
 
     Its format is the one given, or that of the file's ending, or that of the content.
     """
-    return load_mesh_and_attributes(text, format, keep=False)[0]
+    return load_cells_and_attributes(text, format, keep=False)[0]
 
 
-def load_mesh_and_attributes(
+def load_cells_and_attributes(
     text: str, format: str | None, *, keep: bool = True
-) -> tuple[AnyMesh, MeshAttributes | None]:
-    """The mesh as `load_mesh` returns it, and the attributes of a PLY if they are to be kept."""
+) -> tuple[AnyCells, MeshAttributes | None]:
+    """What `load_cells` returns, and the attributes of a PLY or a cloud if they are to be kept."""
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:
         if keep:
-            return parse_mesh_and_attributes(data, ending, folder)
-        return parse_mesh(data, ending, folder), None
+            return parse_cells_and_attributes(data, ending, folder)
+        return parse_cells(data, ending, folder), None
     except MeshError as error:
         raise MeshError(f"{name_of(text)}: {error}") from None
 
@@ -57,7 +57,7 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     """Bytes, the ending that tells their format, and the folder that they lie in."""
     if text != STANDARD_STREAM:
         path = Path(text)
-        return read_content(path), ending or mesh_ending(path), path.parent
+        return read_content(path), ending or cell_ending(path), path.parent
     if sys.stdin is None:
         raise OSError("standard input is closed")
     data = sys.stdin.buffer.read()

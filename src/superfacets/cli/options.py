@@ -70,19 +70,10 @@ STANDARD_STREAM = "-"
 """Stands for standard input or standard output."""
 
 INPUT_FORMATS = (
-    "ply",
-    "obj",
-    "off",
-    "stl",
-    "glb",
-    "gltf",
-    "tri",
-    "vtp",
-    "vtu",
-    "vtk",
-    "msh",
-    "mesh",
+    *("ply", "obj", "off", "stl", "glb", "gltf", "tri", "vtp", "vtu", "vtk", "msh", "mesh"),
+    *("xyz", "csv", "txt", "npy", "las", "laz"),
 )
+"""Of meshes and, in the second line (and PLY without faces), of point clouds."""
 
 
 def numbers(

@@ -14,13 +14,13 @@ from ..io.atomic import writable_folder
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
-from ..io.writers.write import MESH_OUTPUTS, OUTPUT_ENDINGS
+from ..io.writers.write import CLOUD_OUTPUTS, MESH_OUTPUTS, OUTPUT_ENDINGS
 from .inputs import name_of
 from .options import STANDARD_STREAM
 
 __all__ = ["OUTPUT_FORMATS", "Job", "plan_jobs"]
 
-OUTPUT_FORMATS = ("ply", "vtp", "vtu", "vtk", "npy", "seg", "txt")
+OUTPUT_FORMATS = ("ply", "vtp", "vtu", "vtk", "csv", "las", "laz", "npy", "seg", "txt")
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class Job:
     @property
     def holds_mesh(self) -> bool:
         """Whether an output is a mesh with labels, not labels alone."""
-        return bool(self._endings & {*MESH_OUTPUTS})
+        return bool(self._endings & {*MESH_OUTPUTS, *CLOUD_OUTPUTS})
 
     @property
     def holds_labels(self) -> bool:
         """Whether an output is labels alone."""
-        return not self._endings <= {*MESH_OUTPUTS}
+        return not self._endings <= {*MESH_OUTPUTS, *CLOUD_OUTPUTS}
 
     @property
     def _endings(self) -> set[str]:

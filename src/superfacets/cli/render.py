@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._options import CLIPS
 from ..io.readers.labels import has_labels, read_labels
-from ..io.readers.read import read_mesh
+from ..io.readers.read import read_cells
 from ..mesh.faces import n_cells_of
 from .failures import print_note
 from .options import FILE, Real
@@ -56,12 +56,15 @@ def render_command(
     mesh: Path, output: Path, up: Up, azimuth: float, elevation: float, labels: Path | None,
     clip: Clip | None,
 ) -> None:  # fmt: skip
-    """Draw a shaded picture of the mesh in the file IN, with its regions and dark borders."""
+    """Draw a shaded picture of the mesh or point cloud in the file IN, with its regions.
+
+    Borders between regions of a mesh are dark lines.
+    """
     from ..view.rendering import View, render
 
     if output.suffix.lower() != ".png":
         raise click.UsageError(f"{output}: pictures are written as .png")
-    surface = read_mesh(mesh)
+    surface = read_cells(mesh)
     n_cells = n_cells_of(surface)
     shown = _labels_of(mesh, n_cells) if labels is None else read_labels(labels, n_cells)
     if shown is None:
@@ -72,5 +75,5 @@ def render_command(
 
 
 def _labels_of(path: Path, n_cells: int) -> npt.NDArray[Any] | None:
-    """The labels that a file holds along with its mesh; None if it has none."""
+    """The labels that a file holds along with its mesh or cloud; None if it has none."""
     return read_labels(path, n_cells) if has_labels(path) else None

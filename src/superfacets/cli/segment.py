@@ -23,6 +23,7 @@ from .._options import (
     WeightOptions,
 )
 from .._timing import timed
+from .._validate import checked_threads
 from ..adapters.convert import as_mesh
 from ..cells.slivers import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
@@ -31,11 +32,13 @@ from ..errors import IslandWarning, SliverWarning
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.writers.write import check_outputs, write_outputs
-from ..mesh.faces import AnyMesh, n_cells_of, noun_of
+from ..mesh.faces import AnyCells, n_cells_of, noun_of
+from ..mesh.point_cloud import PointCloud
 from ..pipeline import PAPER, segment
 from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
-from .inputs import check_inputs, load_mesh_and_attributes, name_of
+from .features import features_of
+from .inputs import check_inputs, load_cells_and_attributes, name_of
 from .options import COUNT, INPUT_FORMATS, NOT_NEGATIVE, POSITIVE
 from .outputs import OUTPUT_FORMATS, Job, plan_jobs
 from .progress import Bar, open_bar
@@ -138,6 +141,18 @@ __all__ = ["segment_command"]
     help="Subdivide until no edge is longer than this, in the unit of the mesh.",
 )
 @click.option(
+    "--features",
+    metavar="NAME",
+    multiple=True,
+    help="What borders follow besides creases: color, normals, height (z), or a property of the"
+    " faces, points or vertices in IN; may be given several times.",
+)
+@click.option(
+    "--feature-weight",
+    type=NOT_NEGATIVE,
+    help="How much features count, in radii per standard deviation.  [default: 5]",
+)
+@click.option(
     "--threads",
     "n_threads",
     type=COUNT,
@@ -150,8 +165,8 @@ __all__ = ["segment_command"]
     metavar="OUT",
     type=click.Path(allow_dash=True),
     multiple=True,
-    help="A .ply or .vtp (mesh with labels and colors; of tetrahedra a .vtu or .vtk) or a .npy,"
-    " .seg or .txt (labels); may be"
+    help="A .ply or .vtp (mesh with labels and colors; of tetrahedra a .vtu or .vtk; of a point"
+    " cloud a .ply, .csv, .las or .laz) or a .npy, .seg or .txt (labels); may be"
     " given several times. Or a folder (results/) for the files of all inputs, or - for standard"
     " output.  [default: IN.superfacets.ply beside IN]",
 )
@@ -193,9 +208,10 @@ def segment_command(
     as_json: bool,
     is_subdivided: bool,
     max_edge: float | None,
+    features: tuple[str, ...],
     **options: Any,
 ) -> None:
-    """Segment the meshes in the files IN and write their labels.
+    """Segment the meshes and point clouds in the files IN and write their labels.
 
     IN may be - for standard input; the result then goes to standard output, if -o names no other
     place. What is printed goes to stderr where standard output holds the result. An input that
@@ -208,6 +224,7 @@ def segment_command(
     run = _Run(
         keywords, format, is_subdivided or max_edge is not None, max_edge, ascii=ascii,
         keeps_attributes=not drop_attributes, is_quiet=is_quiet, as_json=as_json,
+        features=features,
     )  # fmt: skip
     n_failed = sum(not run.try_job(job, is_one_of_many=len(jobs) > 1) for job in jobs)
     if n_failed and len(jobs) > 1:
@@ -220,7 +237,7 @@ def segment_command(
 class _Outcome:
     """The data to write for one input."""
 
-    mesh: AnyMesh
+    mesh: AnyCells
     attributes: MeshAttributes | None
     result: Segmentation
     listed: npt.NDArray[np.int64] | None  # labels of the input's faces, where it was subdivided
@@ -238,6 +255,7 @@ class _Run:
     keeps_attributes: bool
     is_quiet: bool
     as_json: bool
+    features: tuple[str, ...]  # names
 
     def try_job(self, job: Job, *, is_one_of_many: bool) -> bool:
         """Do one job; if it fails, print why and return False."""
@@ -283,23 +301,29 @@ class _Run:
         """Read, subdivide and segment; write nothing."""
         keeps = self.keeps_attributes and job.holds_mesh
         with timed(timings, "mesh", bar.on_stage):
-            mesh, attributes = load_mesh_and_attributes(job.input, self.format, keep=keeps)
+            mesh, attributes = load_cells_and_attributes(
+                job.input, self.format, keep=keeps or bool(self.features)
+            )
+            threads = checked_threads(self.keywords.get("n_threads"))
+            features = features_of(self.features, mesh, attributes, threads)
+            attributes = attributes if keeps else None
         parts = None
         if self.is_subdivided:
             with timed(timings, "subdivide"):
                 parts = self._subdivide(mesh)
             mesh = parts.mesh
+            features = None if features is None else features[parts.sources]
             notes.append(f"{parts.n_sources} faces were subdivided into {mesh.n_faces}")
             attributes = None if attributes is None else attributes_of_parts(attributes, parts)
-        result = self._segment(mesh, bar, notes)
+        result = self._segment(mesh, features, bar, notes)
         listed = None if parts is None else parts.labels_back(result.labels)
         if listed is not None and job.holds_labels:
             notes += notes_on_listed(result, listed)
         if attributes is not None:
-            notes += notes_on_attributes(attributes)
+            notes += notes_on_attributes(attributes, of_points=isinstance(mesh, PointCloud))
         return _Outcome(mesh, attributes, result, listed)
 
-    def _subdivide(self, source: AnyMesh) -> Subdivision:
+    def _subdivide(self, source: AnyCells) -> Subdivision:
         """Subdivide; without a given edge length, to suit the size of the regions."""
         mesh = as_mesh(source)
         get = self.keywords.get
@@ -308,20 +332,33 @@ class _Run:
             max_edge = advised_max_edge(mesh, get("n_segments"), get("radius"))
         return subdivide(mesh, max_edge, n_threads=get("n_threads"))
 
-    def _segment(self, mesh: AnyMesh, bar: Bar, notes: list[str]) -> Segmentation:
+    def _segment(
+        self,
+        mesh: AnyCells,
+        features: npt.NDArray[np.float64] | None,
+        bar: Bar,
+        notes: list[str],
+    ) -> Segmentation:
         keywords = dict(self.keywords)
         asked = keywords.get("n_segments")
         n_cells = n_cells_of(mesh)
         if asked is not None and asked > n_cells:
+            whole = "cloud" if isinstance(mesh, PointCloud) else "mesh"
             notes.append(
-                f"{asked} regions were asked for; the mesh has {counted(n_cells, noun_of(mesh))},"
-                " each of which became a region"
+                f"{asked} regions were asked for; the {whole} has"
+                f" {counted(n_cells, noun_of(mesh))}, each of which became a region"
             )
             keywords["n_segments"] = n_cells
         with warnings.catch_warnings():  # what warnings say, notes say
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
-            result = segment(mesh, progress=bar.on_iteration, on_stage=bar.on_stage, **keywords)
+            result = segment(
+                mesh,
+                features=features,
+                progress=bar.on_iteration,
+                on_stage=bar.on_stage,
+                **keywords,
+            )
         notes += notes_on_regions(result, result.params["n_segments"])
         return result
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -9,6 +11,7 @@ from .. import _core
 from .._options import Init, Islands, LoopOptions, Progress, Seeds, SizeOptions
 from .._timing import timed
 from ..cells.cell_graph import CellGraph, checked_graph
+from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from ..cells.size import RegionSize, region_size
 from .iteration import Iteration
 from .levels import can_be_coarse, coarse_graphs
@@ -28,6 +31,9 @@ def segment_graph(
     max_num_iter: int = 50,
     tol: float = 0.02,
     islands: Islands = "keep",
+    features: npt.ArrayLike | None = None,
+    feature_weight: float = FEATURE_WEIGHT,
+    scale_features: bool = True,
     n_threads: int | None = None,
     progress: Progress | None = None,
 ) -> Segmentation:
@@ -42,6 +48,9 @@ def segment_graph(
     n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
         As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``. Where arcs
         lead one way, cells that no path from a center leads to are islands, too.
+    features, feature_weight, scale_features
+        As for `segment`, a row of features per cell. What they add to a weight is in units of
+        ``graph.weight_unit``, as the weights are.
 
     Returns
     -------
@@ -69,9 +78,28 @@ def segment_graph(
     checked_graph(graph)
     options = SizeOptions.checked(n_segments, radius, init)
     loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
+    feature_options = FeatureOptions.checked(features, feature_weight, scale_features)
     size = region_size(options, graph.measures, graph.diagonal, loop.n_threads, graph.dimension)
+    steps = feature_options.steps(graph, graph.measures, loop.n_threads)
+    if steps is not None:
+        graph = _with_features(graph, steps, size.radius)
     ordered = graph.ordered(loop.n_threads)
-    return segment_cells(ordered, graph.bounds, size, options, init, loop)
+    result = segment_cells(ordered, graph.bounds, size, options, init, loop)
+    return replace(result, params={**result.params, **feature_options.params})
+
+
+def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
+    """The graph with what differences of features add to its weights."""
+    arcs = (graph.offsets, graph.neighbors)
+    return CellGraph(
+        graph.positions,
+        graph.measures,
+        *arcs,
+        steps.added(graph.weights, arcs, radius / graph.weight_unit),
+        graph.bounds,
+        weight_unit=graph.weight_unit,
+        dimension=graph.dimension,
+    )
 
 
 def segment_cells(

@@ -8,11 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .point_cloud import PointCloud
 from .polygon_mesh import PolygonMesh
 from .tet_mesh import TetMesh
 from .triangle_mesh import Mesh
 
 __all__ = [
+    "AnyCells",
     "AnyMesh",
     "FaceMesh",
     "VertexGraph",
@@ -33,6 +35,7 @@ __all__ = [
 
 FaceMesh: TypeAlias = Mesh | PolygonMesh
 AnyMesh: TypeAlias = FaceMesh | TetMesh
+AnyCells: TypeAlias = AnyMesh | PointCloud
 
 Floats = npt.NDArray[np.float64]
 
@@ -45,13 +48,17 @@ class VertexGraph(NamedTuple):
     lengths: Floats
 
 
-def n_cells_of(mesh: AnyMesh) -> int:
-    """Return the number of faces or tetrahedra, which is that of labels."""
+def n_cells_of(mesh: AnyCells) -> int:
+    """Return the number of faces, tetrahedra or points, which is that of labels."""
+    if isinstance(mesh, PointCloud):
+        return mesh.n_points
     return mesh.n_tets if isinstance(mesh, TetMesh) else mesh.n_faces
 
 
-def noun_of(mesh: AnyMesh) -> str:
+def noun_of(mesh: AnyCells) -> str:
     """What messages call a cell of a mesh."""
+    if isinstance(mesh, PointCloud):
+        return "point"
     return "tet" if isinstance(mesh, TetMesh) else "face"
 
 

@@ -14,6 +14,7 @@ from ..cells.kinds import as_surface
 from ..cells.sums import positive_total
 from ..cells.surface import Surface
 from ..mesh.faces import FaceMesh, is_same_mesh
+from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh
 from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement_of, cut_discrepancy_of
 from .edges import MeshEdges
@@ -139,7 +140,7 @@ def evaluate(
     """
     tolerance = checked_number(tolerance, "tolerance", zero=True)
     cells = as_cells(mesh)
-    if isinstance(cells, TetMesh):
+    if isinstance(cells, (TetMesh, PointCloud)):
         if isinstance(ground_truths, GroundTruths):
             raise ValueError("the ground truths were prepared for another mesh")
         return _of_volume(as_surface(cells, weld=weld, n_threads=n_threads), labels, ground_truths)

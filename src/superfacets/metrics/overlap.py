@@ -11,8 +11,10 @@ import numpy.typing as npt
 from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_labels
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.cell_graph import CellGraph
+from ..cells.point_graph import find_point_graph
 from ..cells.sums import positive_total, sums_by_label
 from ..mesh.faces import measure_faces
+from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh, signed_volumes
 
 __all__ = [
@@ -357,6 +359,8 @@ def _prepared(
     mesh = as_cells(source)
     if isinstance(mesh, TetMesh):
         return area_overlap(labels, truth, np.abs(signed_volumes(mesh)))
+    if isinstance(mesh, PointCloud):
+        return area_overlap(labels, truth, find_point_graph(mesh, checked_threads(None)).measures)
     _, areas = measure_faces(mesh, checked_threads(None))
     return area_overlap(labels, truth, areas)
 

@@ -10,6 +10,7 @@ from .coarsening import coarse_arcs, coarse_cells
 from .face_graph import Arc, build_face_graph, build_tet_graph, measure_faces, measure_polygons
 from .graphs import find_components
 from .loop import iterate
+from .point_graph import build_point_graph, point_normals
 from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
 from .smooth import smooth_borders
 from .subdivision import Part, subdivide
@@ -20,6 +21,7 @@ __all__ = [
     "Arc",
     "Part",
     "build_face_graph",
+    "build_point_graph",
     "build_tet_graph",
     "classify_exact",
     "classify_halted",
@@ -34,6 +36,7 @@ __all__ = [
     "join_islands",
     "measure_faces",
     "measure_polygons",
+    "point_normals",
     "quantize_weights",
     "smooth_borders",
     "subdivide",

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_labels
+from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph, checked_weights
 from ..cells.kinds import as_surface
@@ -75,7 +76,7 @@ class RegionEdit(NamedTuple):
 
 
 def read_regions(
-    source: MeshLike | CellGraph,
+    source: MeshLike | CloudLike | CellGraph,
     labels: npt.ArrayLike,
     weights: npt.ArrayLike | None,
     weld: bool,
@@ -90,7 +91,6 @@ def read_regions(
     radius = radius_of(surface.measures, n_regions, surface.n_threads, surface.dimension)
     radius = radius or surface.diagonal or 1.0
     if weights is None:
-        weights = surface.weights if surface.mesh is None else creases_of(surface, radius)
-    assert weights is not None  # a graph has its own
+        weights = creases_of(surface, radius) if surface.weights is None else surface.weights
     checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
     return BorderCosts.of_weights(surface, checked, radius), array, n_regions

@@ -10,10 +10,13 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_labels, checked_threads, compact_labels
+from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.cell_graph import CellGraph
 from ..cells.face_graph import build_face_graph, find_arcs
+from ..cells.point_graph import find_point_graph
 from ..cells.tet_graph import build_tet_graph
+from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 
@@ -50,12 +53,14 @@ class _Arcs(Protocol):
     def neighbors(self) -> npt.NDArray[np.int32]: ...
 
 
-def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+def face_colors(
+    mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike
+) -> npt.NDArray[np.uint8]:
     """Return a color for each face, by region, clearly different where regions share an edge.
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like, or CellGraph
+    mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
         As for `segment`; or cells of one's own.
     labels : array_like of integers, shape (F,)
         Region of each face, any numbers.
@@ -84,6 +89,9 @@ def face_colors(mesh: MeshLike | CellGraph, labels: npt.ArrayLike) -> npt.NDArra
     if isinstance(cells, TetMesh):
         compact, _ = compact_labels(labels, cells.n_tets)
         return region_colors(build_tet_graph(cells), compact)[compact]
+    if isinstance(cells, PointCloud):
+        compact, _ = compact_labels(labels, cells.n_points)
+        return region_colors(find_point_graph(cells, checked_threads(None)), compact)[compact]
     mesh = cells
     compact, n_regions = compact_labels(labels, mesh.n_faces)
     if isinstance(mesh, PolygonMesh):

@@ -12,9 +12,11 @@ import numpy.typing as npt
 
 from .._options import CLIPS, Clip
 from .._validate import checked_choice, checked_count, checked_number, compact_labels
+from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..io.atomic import atomic_outputs, checked_targets
 from ..mesh.faces import AnyMesh, FaceMesh
+from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh
 from .borders import default_border_width
 from .camera import View, place_camera
@@ -22,14 +24,14 @@ from .colors import face_colors
 from .drawing import MAX_SIDE, draw
 from .gl import ensure_gl
 from .needs import import_pillow, import_vtk
-from .scene import Picture, build_scene
+from .scene import Picture, build_cloud_scene, build_scene
 from .upright import guess_up
 
 __all__ = ["View", "check_rendering", "render"]
 
 
 def render(
-    mesh: MeshLike,
+    mesh: MeshLike | CloudLike,
     labels: npt.ArrayLike | None = None,
     *,
     output: str | os.PathLike[str] | None = None,
@@ -49,10 +51,11 @@ def render(
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
-        As for `segment`.
+    mesh : Mesh or mesh-like, PointCloud or cloud-like
+        As for `segment`. Points are drawn as small squares on the surface, without borders.
     labels : array_like of integers, shape (F,), optional
-        Region of each face, any numbers. Without labels the mesh is plain.
+        Region of each face or point, any numbers. Without labels a mesh is plain, and a cloud has
+        its own colors, if it has any.
     output : path, optional
         Where to write the picture, as PNG.
     colors : array_like of uint8, shape (F, 3), optional
@@ -96,7 +99,10 @@ def render(
         border_width = checked_number(border_width, "border_width", zero=True)
     import_vtk()
     backdrop = _checked_background(background)
-    scene = build_scene(*_outside(cells, labels, colors, clip))
+    if isinstance(cells, PointCloud):
+        scene = build_cloud_scene(cells, labels, colors)
+    else:
+        scene = build_scene(*_outside(cells, labels, colors, clip))
     if view.up == "auto":
         view = replace(view, up=guess_up(scene))
     camera = place_camera(scene.points, view, frame[0] / frame[1])

@@ -11,16 +11,22 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import checked_threads, compact_labels, refuse_mask
 from ..cells.face_graph import build_face_graph
+from ..cells.point_graph import PointGraph, find_point_graph
 from ..mesh.faces import FaceMesh, cut_into_triangles
+from ..mesh.point_cloud import PointCloud
 from .borders import border_edges
 from .colors import region_colors
 
-__all__ = ["FloatArray", "Picture", "Scene", "build_scene"]
+__all__ = ["FloatArray", "Picture", "Scene", "build_cloud_scene", "build_scene"]
 
 FloatArray = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
 
 _PLAIN_COLOR = (205, 197, 184)
+
+# Half a side of the square that is drawn for a point, in square roots of the area around it. Gaps
+# between points spread at random are closed, but for a few.
+_HALF_SIDE = 1.2
 
 
 @dataclass(frozen=True)
@@ -81,3 +87,40 @@ def build_scene(
     if sources is not None:
         face_colors = face_colors[sources]
     return Scene(points, triangles, face_colors, borders, n_regions)
+
+
+def build_cloud_scene(
+    cloud: PointCloud, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
+) -> Scene:
+    """Make a square on the surface of each point, scaled to unit size, and color it."""
+    graph = find_point_graph(cloud, checked_threads(None))
+    point_colors, n_regions = np.tile(np.array(_PLAIN_COLOR, np.uint8), (cloud.n_points, 1)), 1
+    if labels is not None:
+        checked, n_regions = compact_labels(labels, cloud.n_points)
+        point_colors = region_colors(graph, checked)[checked]
+    elif cloud.colors is not None:
+        point_colors = np.rint(cloud.colors * 255).astype(np.uint8)
+    if colors is not None:
+        point_colors = _checked_colors(colors, cloud.n_points)
+    low, high = cloud.bounds
+    corners = (_squares(graph) - (low + high) / 2) / np.linalg.norm(high - low)
+    first = 4 * np.arange(cloud.n_points)[:, np.newaxis, np.newaxis]
+    triangles = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+    no_borders = np.empty((0, 2), dtype=np.int64)
+    return Scene(corners, triangles, np.repeat(point_colors, 2, axis=0), no_borders, n_regions)
+
+
+def _squares(graph: PointGraph) -> FloatArray:
+    """Corners, (4 N, 3), of a square around each point, counterclockwise seen from outside."""
+    areas = graph.measures
+    known = areas[areas > 0]
+    areas = np.where(areas > 0, areas, np.median(known) if len(known) else 0.0)
+    is_flat = np.abs(graph.normals[:, :1]) < 0.7
+    across = np.cross(graph.normals, np.where(is_flat, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]]))
+    lengths = np.linalg.norm(across, axis=1, keepdims=True)
+    across = np.where(lengths > 0, across / np.where(lengths > 0, lengths, 1), [[1.0, 0.0, 0.0]])
+    has_normal = (graph.normals != 0).any(axis=1, keepdims=True)
+    up = np.where(has_normal, np.cross(graph.normals, across), [[0.0, 1.0, 0.0]])
+    half = _HALF_SIDE * np.sqrt(areas)[:, np.newaxis]
+    sides = [-across - up, across - up, across + up, up - across]
+    return np.stack([graph.positions + half * side for side in sides], axis=1).reshape(-1, 3)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import io
+import math
 import os
 import reprlib
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +24,7 @@ from .tets import TET_ENDINGS, has_tet_labels, read_tet_labels
 from .text import split_lines
 from .vtp import has_vtp_labels, read_vtp_labels
 
-__all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "read_labels"]
+__all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "npy_array", "read_labels"]
 
 MAX_LABEL = 2**31 - 1
 """Labels are int32."""
@@ -43,8 +44,9 @@ def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt
     path : path-like
         The ending, in any case, tells the format: ``.npy`` (one-dimensional, any integer type),
         ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
-        ``label``; the faces may be polygons), ``.vtp``, ``.vtu``, ``.vtk``, ``.msh`` and
-        ``.mesh`` (integer cell data ``label``; they need the extra ``io``).
+        ``label``; the faces may be polygons; where there are none, of the vertices), ``.vtp``,
+        ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``; they need the extra
+        ``io``).
     n_faces : int, optional
         Faces of the mesh that the labels are for; checked where given.
 
@@ -99,8 +101,10 @@ def has_labels(path: str | os.PathLike[str]) -> bool:
 
 def _has_ply_labels(data: Content) -> bool:
     header = parse_header(data)
-    face = header.find("face")
-    return face is not None and header.elements[face].find("label") is not None
+    place = header.find("face")
+    if place is None or not header.elements[place].n_rows:
+        place = header.find("vertex")
+    return place is not None and header.elements[place].find("label") is not None
 
 
 def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.int32]:
@@ -134,38 +138,46 @@ def _read_text(data: Content) -> npt.NDArray[Any]:
 
 
 def _read_npy(data: Content) -> npt.NDArray[Any]:
+    shape, dtype, _, _ = _npy_header(data)
+    if dtype.kind not in "iu":
+        raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
+    if len(shape) != 1:
+        raise MeshError(f"labels must be one-dimensional: the .npy header declares {list(shape)}")
+    return npy_array(data, "labels")
+
+
+def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
     """The array of a .npy file.
 
     numpy.load would take the memory that a damaged header claims, and would run what a pickle
     holds: only the header is left to numpy, and compared with the size of the file.
     """
-    (*shape,), dtype, begin = _npy_header(data)
-    if dtype.kind not in "iu":
-        raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
-    if len(shape) != 1:
-        raise MeshError(f"labels must be one-dimensional: the .npy header declares {shape}")
-    n_bytes = shape[0] * dtype.itemsize
+    shape, dtype, is_fortran, begin = _npy_header(data)
+    if dtype.hasobject:
+        raise MeshError(f"expected an array of numbers: the .npy header declares {dtype}")
+    n_bytes = math.prod(shape) * dtype.itemsize
     if n_bytes != len(data) - begin:
         raise MeshError(
-            f"the .npy header declares {n_bytes} bytes of labels but"
+            f"the .npy header declares {n_bytes} bytes of {what} but"
             f" {len(data) - begin} follow: is the file cut?"
         )
-    return np.frombuffer(data, dtype=dtype, offset=begin)
+    order: Literal["F", "C"] = "F" if is_fortran else "C"
+    return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)
 
 
-def _npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], int]:
-    """Shape and type that a .npy file declares, and where the numbers begin."""
+def _npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
+    """Shape, type and order that a .npy file declares, and where the numbers begin."""
     start = io.BytesIO(data[: _NPY_FIXED + MAX_NPY_HEADER])
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of Python 2's integers, and of odd escapes in strings
             version = npy.read_magic(start)
             read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-            shape, _, dtype = read(start, max_header_size=MAX_NPY_HEADER)
+            shape, is_fortran, dtype = read(start, max_header_size=MAX_NPY_HEADER)
     except Exception as error:  # numpy evaluates the header: a damaged one may raise anything
         reason = reprlib.repr(str(error))
         raise MeshError(f"the header of the .npy file cannot be read: {reason}") from None
-    return shape, dtype, start.tell()
+    return shape, dtype, is_fortran, start.tell()
 
 
 _READERS: dict[str, Callable[[Content], npt.NDArray[Any]]] = {

@@ -67,10 +67,11 @@ def _corners_in_a_row(indices: Column) -> npt.NDArray[Any]:
 def read_ply_labels(data: Content) -> npt.NDArray[Any]:
     """The face property `label` of a PLY file; the faces may be polygons."""
     header = parse_header(data)
-    face, faces = _find_faces(header)
+    face, faces = _find_labeled(header)
     column = None if faces.name == STRIPS else faces.find("label")  # strips are not faces
     if column is None or faces.properties[column].is_list:
-        raise MeshError("the PLY faces have no property label")
+        things = "faces" if faces.name in ("face", STRIPS) else "points"
+        raise MeshError(f"the PLY {things} have no property label")
     if not faces.properties[column].is_integer:
         raise MeshError("labels must be integers: the PLY file declares another type")
     return as_integers(_present(read_tables(header, data)[face][column].values), "labels")
@@ -91,7 +92,16 @@ def _find_faces(header: Header) -> tuple[int, Element]:
     place = header.find(STRIPS)
     if place is not None and header.elements[place].n_rows:
         return place, header.elements[place]
-    raise MeshError("the PLY file has no faces: is it a point cloud?")
+    raise MeshError("the PLY file has no faces: is it a point cloud? read_cloud reads those")
+
+
+def _find_labeled(header: Header) -> tuple[int, Element]:
+    """Place and declaration of the faces; of the vertices where there are no faces."""
+    place = header.find("vertex")
+    faces = [element for element in header.elements if element.name in ("face", STRIPS)]
+    if place is not None and not any(element.n_rows for element in faces):
+        return place, header.elements[place]
+    return _find_faces(header)
 
 
 def _find_scalar(element: Element, name: str) -> int:

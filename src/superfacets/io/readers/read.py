@@ -7,12 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...errors import MeshError
-from ...mesh.faces import AnyMesh
+from ...mesh.faces import AnyCells, AnyMesh
+from ...mesh.point_cloud import PointCloud
 from ...mesh.polygon_mesh import PolygonMesh
 from ...mesh.tet_mesh import TetMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, Polygons, known_ending, read_content
+from .clouds import CLOUD_READERS, holds_cloud
 from .gltf import read_gltf
 from .obj import read_obj
 from .off import read_off
@@ -23,11 +25,16 @@ from .tri import read_tri
 from .vtp import read_vtp
 
 __all__ = [
+    "CELL_ENDINGS",
     "MESH_ENDINGS",
+    "cell_ending",
     "mesh_ending",
+    "parse_cells",
+    "parse_cells_and_attributes",
     "parse_mesh",
-    "parse_mesh_and_attributes",
     "read_attributes",
+    "read_cells",
+    "read_cloud",
     "read_mesh",
 ]
 
@@ -43,6 +50,8 @@ _READERS: dict[str, Callable[[Content], Arrays]] = {
 _GLTF_ENDINGS = (".glb", ".gltf")
 
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
+CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
+"""Of meshes and of point clouds."""
 
 
 def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
@@ -107,6 +116,64 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         raise MeshError(f"{path}: {error}") from None
 
 
+def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
+    r"""Return the points that a file holds, with their normals and colors, if it has any.
+
+    Parameters
+    ----------
+    path : path-like
+        The ending, in any case, tells the format. ``.ply``: its vertices, with properties x, y, z,
+        and perhaps nx, ny, nz and red, green, blue. ``.xyz``, ``.csv`` and ``.txt``: a line per
+        point, of numbers between blanks, commas or semicolons, which a first line may name (as in
+        PLY); without names three numbers behind x, y and z are colors if they are whole and at most
+        255, and normals if they are of length 1. ``.npy``: an (N, 3) array; more columns as in
+        text. ``.las`` and ``.laz`` need the extra ``las``.
+
+    Returns
+    -------
+    PointCloud
+        The vertices of a mesh, too.
+
+    Raises
+    ------
+    MeshError
+        If the file is empty, cut, damaged or of another format than its ending says, or a
+        coordinate is invalid. The message is one line that begins with the path.
+    MissingExtraError
+        If laspy is not installed.
+    OSError
+        If there is no such file, or it cannot be read.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "three.csv")
+    ...     _ = path.write_text("x,y,z,red,green,blue\n0,0,0,255,0,0\n1,0,0,0,255,0\n")
+    ...     read_cloud(path)
+    PointCloud(2 points, colors)
+    """
+    path = Path(path)
+    ending = known_ending(path, tuple(CLOUD_READERS))
+    data = read_content(path)
+    try:
+        return CLOUD_READERS[ending](data).cloud
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
+
+
+def read_cells(path: str | os.PathLike[str]) -> AnyCells:
+    """Return the mesh that a file holds or, where there are no faces, its points."""
+    path = Path(path)
+    ending = cell_ending(path)
+    data = read_content(path)
+    try:
+        return parse_cells(data, ending, path.parent)
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
+
+
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     """Return what a PLY file stores with the mesh that `read_mesh` returns.
 
@@ -152,15 +219,26 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     known_ending(path, (".ply",))
     data = read_content(path)
     try:
+        if holds_cloud(data, ".ply"):
+            return CLOUD_READERS[".ply"](data).attributes
         return read_ply_with_attributes(data)[1]
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 
 
 def mesh_ending(path: Path) -> str:
-    """The ending of a file that is to be read; a MeshError if no reader knows it."""
+    """The ending of a file that is to be read as a mesh; a MeshError if no reader knows it."""
+    return _ending_of(path, MESH_ENDINGS)
+
+
+def cell_ending(path: Path) -> str:
+    """The ending of a file that is to be read as a mesh or a cloud; likewise."""
+    return _ending_of(path, CELL_ENDINGS)
+
+
+def _ending_of(path: Path, endings: tuple[str, ...]) -> str:
     try:
-        return known_ending(path, MESH_ENDINGS)
+        return known_ending(path, endings)
     except MeshError as error:
         advice = ": convert the file first" if path.suffix else ""
         raise MeshError(f"{error}{advice}") from None
@@ -175,10 +253,19 @@ def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
     return _mesh_of(_READERS[ending](data))
 
 
-def parse_mesh_and_attributes(
+def parse_cells(data: Content, ending: str, folder: Path | None) -> AnyCells:
+    """The mesh in a file's content, or the point cloud where there are no faces."""
+    if holds_cloud(data, ending):
+        return CLOUD_READERS[ending](data).cloud
+    return parse_mesh(data, ending, folder)
+
+
+def parse_cells_and_attributes(
     data: Content, ending: str, folder: Path | None
-) -> tuple[AnyMesh, MeshAttributes | None]:
-    """The mesh in a file's content, and its attributes where the format is PLY."""
+) -> tuple[AnyCells, MeshAttributes | None]:
+    """As `parse_cells`, and the attributes of clouds, and of meshes where the format is PLY."""
+    if holds_cloud(data, ending):
+        return CLOUD_READERS[ending](data)
     if ending != ".ply":
         return parse_mesh(data, ending, folder), None
     arrays, attributes = read_ply_with_attributes(data)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...mesh.faces import FaceMesh
+from ...mesh.point_cloud import PointCloud
 from ...mesh.polygon_mesh import PolygonMesh
 from ..attributes import PLY_TYPES, MeshAttributes
 from ..readers.ply_header import INDEX_NAMES
@@ -27,19 +28,22 @@ OWN_NAMES = {
 """Names that attributes cannot have in a file with labels: the mesh's and the labels' own."""
 
 
-def names_replaced(attributes: MeshAttributes) -> list[str]:
-    """MeshAttributes, in words, that `write_ply` leaves out where there are labels."""
+def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
+    """MeshAttributes, in words, that `write_ply` leaves out where there are labels.
+
+    A cloud has labels and colors where a mesh has its vertices.
+    """
     return [
         f"{owner} property {name}"
         for owner, values in (("vertex", attributes.vertex), ("face", attributes.face))
         for name in values
-        if name in OWN_NAMES[owner]
+        if name in OWN_NAMES["face" if of_points else owner]
     ]
 
 
 def write_ply(
     file: IO[bytes],
-    mesh: FaceMesh,
+    mesh: FaceMesh | PointCloud,
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
     *,
@@ -47,16 +51,22 @@ def write_ply(
     attributes: MeshAttributes | None = None,
 ) -> None:
     """Write checked arrays; see `superfacets.write_mesh` for what the file holds."""
-    vertices, faces = _vertex_columns(mesh), _face_columns(mesh, labels, colors)
+    if isinstance(mesh, PointCloud):
+        vertices, faces = _point_columns(mesh, labels, colors), []
+        counts = (mesh.n_points, 0)
+    else:
+        vertices, faces = _vertex_columns(mesh.vertices), _face_columns(mesh, labels, colors)
+        counts = (mesh.n_vertices, mesh.n_faces)
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0"]
     if attributes is not None:
         lines += attributes.comments
         vertices += _further_columns(attributes.vertex, vertices)
-        faces += _further_columns(attributes.face, faces)
-    lines += [f"element vertex {mesh.n_vertices}", *map(_declaration, vertices)]
-    lines += [f"element face {mesh.n_faces}", *map(_declaration, faces)]
+        faces += _further_columns(attributes.face, faces) if faces else []
+    for name, columns, n_rows in zip(("vertex", "face"), (vertices, faces), counts, strict=True):
+        if columns:
+            lines += [f"element {name} {n_rows}", *map(_declaration, columns)]
     file.write("\n".join([*lines, "end_header\n"]).encode("utf-8", "surrogateescape"))
-    for columns, n_rows in ((vertices, mesh.n_vertices), (faces, mesh.n_faces)):
+    for columns, n_rows in zip((vertices, faces), counts, strict=True):
         for begin in range(0, n_rows, ROWS_AT_ONCE):
             end = min(begin + ROWS_AT_ONCE, n_rows)
             file.write(b"".join(_rows(columns, slice(begin, end), ascii=ascii)))
@@ -86,11 +96,26 @@ class _Column:
         return _Column(self.name, self.dtype, values, self.length)
 
 
-def _vertex_columns(mesh: FaceMesh) -> list[_Column]:
-    dtype = "<f4" if _fits_single(mesh.vertices) else "<f8"
-    return [
-        _Column(axis, dtype, values) for axis, values in zip("xyz", mesh.vertices.T, strict=True)
-    ]
+def _vertex_columns(vertices: npt.NDArray[np.float64]) -> list[_Column]:
+    dtype = "<f4" if _fits_single(vertices) else "<f8"
+    return [_Column(axis, dtype, values) for axis, values in zip("xyz", vertices.T, strict=True)]
+
+
+def _point_columns(
+    cloud: PointCloud,
+    labels: npt.NDArray[np.int32] | None,
+    colors: npt.NDArray[np.uint8] | None,
+) -> list[_Column]:
+    """Points with their normals, labels and colors; the cloud's own colors where no others are."""
+    columns = _vertex_columns(cloud.points)
+    if cloud.normals is not None:
+        columns += [
+            _Column(name, "<f4", values)
+            for name, values in zip(("nx", "ny", "nz"), cloud.normals.T, strict=True)
+        ]
+    if colors is None and cloud.colors is not None:
+        colors = np.rint(cloud.colors * 255).astype(np.uint8)
+    return columns + _label_columns(labels, colors)
 
 
 def _fits_single(values: npt.NDArray[np.float64]) -> bool:
@@ -107,7 +132,13 @@ def _face_columns(
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
 ) -> list[_Column]:
-    columns = [_corner_column(mesh)]
+    return [_corner_column(mesh), *_label_columns(labels, colors)]
+
+
+def _label_columns(
+    labels: npt.NDArray[np.int32] | None, colors: npt.NDArray[np.uint8] | None
+) -> list[_Column]:
+    columns = []
     if labels is not None:
         columns += [_Column("label", "<i4", labels), _Column("quality", "<f4", labels)]
     if colors is not None:

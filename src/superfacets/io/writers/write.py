@@ -14,17 +14,20 @@ import numpy.typing as npt
 from ..._validate import refuse_mask
 from ...adapters.convert import as_cells
 from ...errors import MeshError
-from ...mesh.faces import AnyMesh, FaceMesh, n_cells_of
+from ...mesh.faces import AnyCells, FaceMesh, n_cells_of, noun_of
+from ...mesh.point_cloud import PointCloud
 from ...mesh.tet_mesh import TetMesh
 from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..attributes import MeshAttributes
 from ..guards import known_ending
 from ..readers.labels import checked_labels
+from .clouds import CLOUD_WRITERS
 from .ply import write_ply
 from .tets import TET_OUTPUTS, write_tets
 from .vtp import write_vtp
 
 __all__ = [
+    "CLOUD_OUTPUTS",
     "MESH_OUTPUTS",
     "OUTPUT_ENDINGS",
     "check_outputs",
@@ -35,8 +38,10 @@ __all__ = [
 
 FACE_OUTPUTS = (".ply", ".vtp")
 MESH_OUTPUTS = FACE_OUTPUTS + TET_OUTPUTS
+CLOUD_OUTPUTS = (".csv", ".las", ".laz")
+"""Of point clouds alone."""
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
-OUTPUT_ENDINGS = MESH_OUTPUTS + LABEL_OUTPUTS
+OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS)
 
 NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 
@@ -65,10 +70,12 @@ def write_mesh(
     ----------
     path : path-like
         Ends in ``.ply``, or in ``.vtp``, which needs the extra ``io``; for a `TetMesh`, in
-        ``.vtu`` or ``.vtk``, which need it too and hold the labels alone. A file there is replaced
-        once all is written, and keeps its permissions.
-    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
-        As for `segment`. Polygons stay polygons.
+        ``.vtu`` or ``.vtk``, which need it too and hold the labels alone; for a `PointCloud`, in
+        ``.ply``, in ``.csv`` (x, y, z and label), or in ``.las`` or ``.laz``, which need the extra
+        ``las``. A file there is replaced once all is written, and keeps its permissions.
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
+        As for `segment`. Polygons stay polygons. Labels and colors of a cloud are properties of
+        its vertices; LAS has the labels as a further dimension ``label``.
     labels : array_like of integers, shape (F,), optional
         0 and up.
     colors : array_like of uint8, shape (F, 3), optional
@@ -104,7 +111,7 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
-    ending = known_ending(Path(path), MESH_OUTPUTS)
+    ending = known_ending(Path(path), MESH_OUTPUTS + CLOUD_OUTPUTS)
     cells = as_cells(mesh)
     cell_labels = None if labels is None else checked_labels(labels, n_cells_of(cells))
     write = _mesh_writer(cells, cell_labels, colors, attributes, ascii=ascii)
@@ -189,7 +196,7 @@ def write_outputs(
     cells = as_cells(mesh)
     cell_labels = checked_labels(labels, n_cells_of(cells))
     listed_labels = cell_labels if listed is None else checked_labels(listed)
-    meshes = [ending for ending in (*endings, *streams) if ending in MESH_OUTPUTS]
+    meshes = [ending for ending in (*endings, *streams) if ending not in LABEL_OUTPUTS]
     for ending in meshes:
         _check_kind(cells, ending)
     if meshes:
@@ -210,17 +217,19 @@ def write_outputs(
             stream.flush()
 
 
-def _check_kind(mesh: AnyMesh, ending: str) -> None:
-    """Raise a MeshError where a format does not hold cells of this kind."""
-    if isinstance(mesh, TetMesh) != (ending in TET_OUTPUTS):
-        is_tets = isinstance(mesh, TetMesh)
-        fitting = TET_OUTPUTS if is_tets else FACE_OUTPUTS
-        what = "tetrahedra" if is_tets else "faces"
+def _check_kind(mesh: AnyCells, ending: str) -> None:
+    """Raise a MeshError if files of this kind hold other cells."""
+    if isinstance(mesh, PointCloud):
+        fitting: tuple[str, ...] = tuple(CLOUD_WRITERS)
+    else:
+        fitting = TET_OUTPUTS if isinstance(mesh, TetMesh) else FACE_OUTPUTS
+    if ending not in fitting:
+        what = "tetrahedra" if isinstance(mesh, TetMesh) else f"{noun_of(mesh)}s"
         raise MeshError(f"{what} are written as {' or '.join(fitting)}, not as {ending}")
 
 
 def _mesh_writer(
-    mesh: AnyMesh,
+    mesh: AnyCells,
     labels: npt.NDArray[np.int32] | None,
     colors: Any,
     attributes: MeshAttributes | None,
@@ -236,8 +245,12 @@ def _mesh_writer(
     _check_attributes(attributes, mesh)
 
     def write(file: IO[bytes], ending: str) -> None:
-        write_faces = write_vtp if ending == ".vtp" else write_ply
-        write_faces(file, mesh, labels, face_colors, ascii=ascii, attributes=attributes)
+        if isinstance(mesh, PointCloud):
+            write_points = CLOUD_WRITERS[ending]
+            write_points(file, mesh, labels, face_colors, ascii=ascii, attributes=attributes)
+        else:
+            write_faces = write_vtp if ending == ".vtp" else write_ply
+            write_faces(file, mesh, labels, face_colors, ascii=ascii, attributes=attributes)
 
     return write
 
@@ -258,7 +271,7 @@ def check_outputs(paths: Sequence[StrPath]) -> None:
 
 
 def _checked_colors(
-    colors: Any, mesh: FaceMesh, labels: npt.NDArray[np.int32] | None
+    colors: Any, mesh: FaceMesh | PointCloud, labels: npt.NDArray[np.int32] | None
 ) -> npt.NDArray[np.uint8] | None:
     """The colors as given, or those of the labels, or None where there are neither."""
     if colors is None:
@@ -269,22 +282,27 @@ def _checked_colors(
         return face_colors(mesh, labels)
     refuse_mask(colors, "colors")
     array = np.asarray(colors)
-    if array.shape != (mesh.n_faces, 3):
-        raise ValueError(f"colors must have shape ({mesh.n_faces}, 3), got {array.shape}")
+    n_cells = n_cells_of(mesh)
+    if array.shape != (n_cells, 3):
+        raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")
     if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > 255:
         raise ValueError("colors must be integers from 0 to 255")
     return array.astype(np.uint8)
 
 
-def _check_attributes(attributes: Any, mesh: FaceMesh) -> None:
+def _check_attributes(attributes: Any, mesh: FaceMesh | PointCloud) -> None:
     """Raise an error where they are no attributes, or not of this mesh."""
     if attributes is None:
         return
     if not isinstance(attributes, MeshAttributes):
         raise TypeError(f"attributes must be MeshAttributes, got {type(attributes).__name__}")
+    if isinstance(mesh, PointCloud):
+        n_vertices, n_faces = mesh.n_points, 0
+    else:
+        n_vertices, n_faces = mesh.n_vertices, mesh.n_faces
     for owner, values, n_rows in (
-        ("vertex", attributes.vertex, mesh.n_vertices),
-        ("face", attributes.face, mesh.n_faces),
+        ("vertex", attributes.vertex, n_vertices),
+        ("face", attributes.face, n_faces),
     ):
         for name, array in values.items():
             if len(array) != n_rows:

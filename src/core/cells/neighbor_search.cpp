@@ -1,0 +1,118 @@
+#include "cells/neighbor_search.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "base/assert.hpp"
+#include "cells/morton.hpp"
+
+namespace superfacets {
+namespace {
+
+// The distance between two boxes, as a lower bound in floating point too: see squared_distance.
+double squared_gap(const Box& a, const Box& b) {
+  auto gap = [](double a_low, double a_high, double b_low, double b_high) {
+    return std::max({b_low - a_high, 0.0, a_low - b_high});
+  };
+  return squared_norm({gap(a.low.x, a.high.x, b.low.x, b.high.x),
+                       gap(a.low.y, a.high.y, b.low.y, b.high.y),
+                       gap(a.low.z, a.high.z, b.low.z, b.high.z)});
+}
+
+// Puts a neighbor into its place in a list that keeps the nearest, as many as it has room for.
+void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& size) {
+  if (size == list.size() && !(neighbor < list[size - 1])) return;
+  if (size < list.size()) ++size;
+  std::size_t slot = size - 1;
+  for (; slot > 0 && neighbor < list[slot - 1]; --slot) list[slot] = list[slot - 1];
+  list[slot] = neighbor;
+}
+
+// The squared distance beyond which nothing can be among the nearest.
+double squared_reach(std::span<const Neighbor> list, std::size_t size) {
+  return size < list.size() ? kInfinity : list[size - 1].squared;
+}
+
+}  // namespace
+
+NeighborSearch::NeighborSearch(std::span<const Point> positions, std::span<const Cell> points,
+                               ThreadTeam& team)
+    : positions_(points.size()) {
+  Buffer<Point> found(points.size());
+  const auto n = static_cast<std::int64_t>(points.size());
+  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = begin; i < end; ++i) found[i] = positions[points[i]];
+  });
+  points_ = refined_morton_order(found.span(), BoxTree::kLeaf, team);
+  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
+    for (auto place = begin; place < end; ++place) {
+      positions_[place] = found[points_[place]];
+      points_[place] = points[points_[place]];
+    }
+  });
+  tree_ = BoxTree(positions_.span(), team);
+}
+
+// Finds the neighbors of all places of a leaf at once, so that the tree is walked once for them.
+void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratch& scratch) const {
+  const auto [first, last] = tree_.places(leaf);
+  scratch.lists.resize(BoxTree::kLeaf * n_nearest);
+  scratch.sizes.assign(BoxTree::kLeaf, 0);
+  const auto list_of = [&](std::size_t place) {
+    return std::span(scratch.lists).subspan((place - first) * n_nearest, n_nearest);
+  };
+  // The leaf itself gives an upper bound of the distances.
+  double farthest = 0.0;
+  for (auto place = first; place < last; ++place) {
+    std::size_t& size = scratch.sizes[place - first];
+    scan_leaf(leaf, static_cast<Place>(place), list_of(place), size);
+    farthest = std::max(farthest, squared_reach(list_of(place), size));
+  }
+  find_nearby(leaf, farthest, scratch.nearby);
+  for (auto place = first; place < last; ++place) {
+    std::size_t& size = scratch.sizes[place - first];
+    for (const Nearby& near : scratch.nearby) {
+      const double gap = tree_.level(0)[near.leaf].squared_distance(positions_[place]);
+      if (gap > squared_reach(list_of(place), size)) continue;
+      scan_leaf(near.leaf, static_cast<Place>(place), list_of(place), size);
+    }
+  }
+}
+
+// Lists the other leaves that are not farther from a leaf than the square root of `farthest`, those
+// first whose centers are near: after them, most of the others are out of reach.
+void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
+                                 std::vector<Nearby>& nearby) const {
+  const Box& box = tree_.level(0)[leaf];
+  const Point middle = box.low + box.high;
+  nearby.clear();
+  const auto may_hold = [&](std::size_t level, std::size_t index) {
+    return squared_gap(tree_.level(level)[index], box) <= farthest;
+  };
+  tree_.visit_leaves(may_hold, [&](std::size_t begin, std::size_t) {
+    const std::size_t near = begin / BoxTree::kLeaf;
+    const Box& other = tree_.level(0)[near];
+    const double apart = squared_norm(other.low + other.high - middle);
+    if (near != leaf) nearby.push_back({apart, near});
+  });
+  std::sort(nearby.begin(), nearby.end(),
+            [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
+}
+
+// Offers the points of a leaf, but for the one at `from` itself, to the list of a place.
+void NeighborSearch::scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list,
+                               std::size_t& size) const {
+  const Point center = positions_[from];
+  const auto [first, last] = tree_.places(leaf);
+  std::array<double, BoxTree::kLeaf> squared;  // in a loop of its own, which needs no branches
+  for (auto place = first; place < last; ++place) {
+    squared[place - first] = squared_norm(positions_[place] - center);
+  }
+  for (auto place = first; place < last; ++place) {
+    if (squared[place - first] > squared_reach(list, size)) continue;
+    if (place == static_cast<std::size_t>(from)) continue;
+    insert({squared[place - first], points_[place], static_cast<Place>(place)}, list, size);
+  }
+}
+
+}  // namespace superfacets

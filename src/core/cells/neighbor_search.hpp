@@ -1,0 +1,87 @@
+// The nearest neighbors of all points of a cloud.
+#pragma once
+
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "base/types.hpp"
+#include "cells/box_tree.hpp"
+
+namespace superfacets {
+
+// A point as it is seen from another.
+struct Neighbor {
+  double squared;  // distance
+  Cell point;
+  Place place;
+};
+
+// Nearer is less, the lower index among equals.
+inline bool operator<(const Neighbor& a, const Neighbor& b) {
+  return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
+}
+
+// Points along a space-filling curve, with a tree of boxes over them. Where many points lie on one
+// step of the curve, as in a cloud with a far outlier, they are ordered by halving their box.
+class NeighborSearch {
+ public:
+  // Of some points of a cloud, in rising order; they have different positions.
+  NeighborSearch(std::span<const Point> positions, std::span<const Cell> points, ThreadTeam& team);
+
+  Place n_points() const { return static_cast<Place>(points_.size()); }
+  Cell point_at(Place place) const { return points_[place]; }
+  const Point& position_at(Place place) const { return positions_[place]; }
+  std::span<const Cell> points() const { return points_.span(); }         // by place
+  std::span<const Point> positions() const { return positions_.span(); }  // by place
+
+  // Calls take(place, neighbors, thread) for each place, from any thread, with its n_nearest
+  // nearest other points, nearest first, or all others where there are fewer. About a microsecond
+  // for eight of them.
+  template <typename Take>
+  void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const {
+    std::vector<Scratch> scratch(team.size());
+    const auto n_leaves = static_cast<std::int64_t>(tree_.level(0).size());
+    team.for_each((n_leaves + kLeavesPerTask - 1) / kLeavesPerTask,
+                  [&](std::int64_t task, int thread) {
+                    const auto end = std::min(n_leaves, (task + 1) * kLeavesPerTask);
+                    for (auto leaf = task * kLeavesPerTask; leaf < end; ++leaf) {
+                      search_leaf(leaf, n_nearest, scratch[thread]);
+                      const auto [first, last] = tree_.places(leaf);
+                      for (auto place = first; place < last; ++place) {
+                        take(static_cast<Place>(place),
+                             scratch[thread].list_of(place - first, n_nearest), thread);
+                      }
+                    }
+                  });
+  }
+
+ private:
+  static constexpr std::int64_t kLeavesPerTask = 64;
+
+  // A leaf that may hold neighbors of another's points.
+  struct Nearby {
+    double apart;  // squared distance of the centers of their boxes, times four
+    std::size_t leaf;
+  };
+
+  // The working memory of a thread.
+  struct Scratch {
+    std::vector<Neighbor> lists;     // n_nearest for each place of a leaf, nearest first
+    std::vector<std::size_t> sizes;  // of these lists
+    std::vector<Nearby> nearby;
+    std::span<const Neighbor> list_of(std::size_t row, std::size_t n_nearest) const {
+      return {lists.data() + row * n_nearest, sizes[row]};
+    }
+  };
+
+  void search_leaf(std::size_t leaf, std::size_t n_nearest, Scratch& scratch) const;
+  void find_nearby(std::size_t leaf, double farthest, std::vector<Nearby>& nearby) const;
+  void scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list, std::size_t& size) const;
+
+  Buffer<Cell> points_;      // by place
+  Buffer<Point> positions_;  // by place
+  BoxTree tree_;
+};
+
+}  // namespace superfacets

@@ -1,0 +1,76 @@
+#include "cells/normals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace superfacets {
+namespace {
+
+// A direction exists if the variances across it differ from its own by more than this fraction of
+// the largest, multiplied: points in a strip a thousand times as long as wide still have one.
+constexpr double kLeastDifference = 1e-7;
+
+// Newton's method for the smallest root converges from below; the last steps double the digits.
+constexpr int kMaxSteps = 60;
+
+// A symmetric matrix.
+struct Symmetric {
+  double xx, xy, xz, yy, yz, zz;
+};
+
+// The covariance matrix, scaled so that its trace, the sum of the variances, is 1; zero where all
+// points are at one place.
+Symmetric covariance_of(const Spread& spread) {
+  const Point mean = (1.0 / spread.n) * spread.sum;
+  const Symmetric c{
+      spread.xx - spread.sum.x * mean.x, spread.xy - spread.sum.x * mean.y,
+      spread.xz - spread.sum.x * mean.z, spread.yy - spread.sum.y * mean.y,
+      spread.yz - spread.sum.y * mean.z, spread.zz - spread.sum.z * mean.z,
+  };
+  const double trace = c.xx + c.yy + c.zz;
+  if (!(trace > 0.0)) return {};
+  const double scale = 1.0 / trace;
+  return {scale * c.xx, scale * c.xy, scale * c.xz, scale * c.yy, scale * c.yz, scale * c.zz};
+}
+
+// The smallest eigenvalue of a covariance matrix with trace 1: its characteristic polynomial
+// x^3 - x^2 + q x - det is concave and rises up to this root, so that Newton's method from 0 never
+// passes it.
+double smallest_eigenvalue(const Symmetric& c) {
+  const double q =
+      (c.xx * c.yy - c.xy * c.xy) + (c.xx * c.zz - c.xz * c.xz) + (c.yy * c.zz - c.yz * c.yz);
+  const double determinant = c.xx * (c.yy * c.zz - c.yz * c.yz) -
+                             c.xy * (c.xy * c.zz - c.yz * c.xz) +
+                             c.xz * (c.xy * c.yz - c.yy * c.xz);
+  double x = 0.0;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    const double value = ((x - 1.0) * x + q) * x - determinant;
+    const double slope = (3.0 * x - 2.0) * x + q;
+    if (!(value < 0.0) || !(slope > 0.0)) break;
+    const double next = x - value / slope;
+    if (!(next > x)) break;
+    x = next;
+  }
+  return x;
+}
+
+}  // namespace
+
+Point direction_of_least_spread(const Spread& spread) {
+  const Symmetric c = covariance_of(spread);
+  const double least = smallest_eigenvalue(c);
+  // The rows of the matrix without the eigenvalue are at right angles to the eigenvector.
+  const Point rows[] = {
+      {c.xx - least, c.xy, c.xz}, {c.xy, c.yy - least, c.yz}, {c.xz, c.yz, c.zz - least}};
+  const Point crossed[] = {cross(rows[0], rows[1]), cross(rows[1], rows[2]),
+                           cross(rows[2], rows[0])};
+  const Point* longest = &crossed[0];
+  for (const Point& vector : crossed) {
+    if (squared_norm(vector) > squared_norm(*longest)) longest = &vector;
+  }
+  const double length = norm(*longest);
+  if (!(length > kLeastDifference)) return {0.0, 0.0, 0.0};
+  return (1.0 / length) * *longest;
+}
+
+}  // namespace superfacets

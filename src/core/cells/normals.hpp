@@ -1,0 +1,34 @@
+// Normals of points: estimated from their neighbors, and turned to agree with each other.
+#pragma once
+
+#include "base/threads.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+// Sums of the coordinates of points relative to the first, and of the products of these.
+struct Spread {
+  Point origin;
+  double n = 0.0;
+  Point sum{0.0, 0.0, 0.0};
+  double xx = 0.0, xy = 0.0, xz = 0.0, yy = 0.0, yz = 0.0, zz = 0.0;
+
+  explicit Spread(const Point& first) : origin(first) {}
+  void include(const Point& point) {
+    const Point p = point - origin;
+    n += 1.0;
+    sum = sum + p;
+    xx += p.x * p.x;
+    xy += p.x * p.y;
+    xz += p.x * p.z;
+    yy += p.y * p.y;
+    yz += p.y * p.z;
+    zz += p.z * p.z;
+  }
+};
+
+// The unit vector in the direction in which the points included vary least, of either sign, or zero
+// where there is none such: where they lie on a line or at one place.
+Point direction_of_least_spread(const Spread& spread);
+
+}  // namespace superfacets

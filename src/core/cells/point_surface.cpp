@@ -1,0 +1,69 @@
+#include "cells/point_surface.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "base/arctangent.hpp"
+#include "cells/triangle_surface.hpp"
+
+namespace superfacets {
+namespace {
+
+// What a turn counts, against one at an edge of a mesh: normals of a cloud are uncertain, and their
+// noise adds up along a path. Undersegmentation error of 12 benchmark models, sampled at 100,000
+// points: 0.161 at 0.5, 0.157 at 0.7, 0.161 at 1.
+constexpr double kCertainty = 0.7;
+
+}  // namespace
+
+double PointSurface::border_per_arc(Cell point) const {
+  double sum = 0.0;
+  for (const Cell neighbor : arcs().neighbors(point)) {
+    sum += norm(positions_[neighbor] - positions_[point]);
+  }
+  return sum > 0.0 ? std::numbers::pi * areas_[point] / sum : 0.0;
+}
+
+double PointSurface::border_length(Cell from, std::int64_t arc) const {
+  return 0.5 * (border_per_arc(from) + border_per_arc(arcs().targets[arc]));
+}
+
+double PointSurface::angle(Cell from, std::int64_t arc) const {
+  const Cell to = arcs().targets[arc];
+  const Fold fold = fold_of(normals_[from], normals_[to], positions_[to] - positions_[from]);
+  const double theta = arctangent(fold.sine, fold.cosine);
+  return fold.is_concave(false) ? theta : -theta;
+}
+
+void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
+                   std::span<double> weights) {
+  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
+  const bool is_priced = options.alpha > 0.0;
+  const Bends bends = is_priced ? surface.find_bends(options.eta_convex > 0.0, team) : Bends{};
+  // The smaller of the turns at both ends, at most half a turn.
+  const auto turn = [](const Buffer<Bend>& of, Cell from, Cell to, const Point& step) {
+    return std::min({of[from].turn(step), of[to].turn(step), std::numbers::pi});
+  };
+  const auto price = [&](Cell from, std::int64_t arc) {
+    const Cell to = surface.arcs().targets[arc];
+    const Point step = surface.position(to) - surface.position(from);
+    double angle = turn(bends.concave, from, to, step);
+    if (options.eta_convex > 0.0) {
+      angle += options.eta_convex * turn(bends.convex, from, to, step);
+    }
+    const double length = options.crease_length;
+    return kCertainty * options.alpha * (length > 0.0 ? length : surface.border_length(from, arc)) *
+           angle / std::numbers::pi;  // eq. 2
+  };
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    for (const Cell point : surface.order().subspan(begin, end - begin)) {
+      for (const auto [arc, neighbor] : surface.arcs().steps(point)) {
+        const double geodesic = surface.step_length(point, arc);  // eq. 1
+        const double angular = is_priced ? price(point, arc) : 0.0;
+        weights[arc] = (geodesic + angular) / options.diagonal;  // eq. 3
+      }
+    }
+  });
+}
+
+}  // namespace superfacets

@@ -1,0 +1,64 @@
+// Points as cells: the measures of arcs between neighbors in a cloud.
+#pragma once
+
+#include "base/assert.hpp"
+#include "base/threads.hpp"
+#include "cells/bending.hpp"
+#include "cells/surface.hpp"
+#include "cells/weights.hpp"
+
+namespace superfacets {
+
+// A cloud and the arcs of its graph, which lead both ways. There are no corners: the order of
+// neighbors around a point is not known. Memory: none of its own.
+class PointSurface final : public Surface {
+ public:
+  // Normals are of length 1, or zero where a point has none. The order holds all points, near ones
+  // after each other.
+  PointSurface(std::span<const Point> positions, std::span<const double> areas,
+               std::span<const Point> normals, std::span<const Cell> order, const Arcs& arcs)
+      : Surface(arcs), positions_(positions), areas_(areas), normals_(normals), order_(order) {
+    SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(positions.size(), arcs.n_cells()));
+    SUPERFACETS_ASSERT(areas.size() == positions.size() && normals.size() == positions.size());
+    SUPERFACETS_ASSERT(order.size() == positions.size() && all_below(order, arcs.n_cells()));
+  }
+
+  Point position(Cell point) const override { return positions_[point]; }
+  double measure(Cell point) const override { return areas_[point]; }
+  std::span<const Cell> order() const { return order_; }
+  Bends find_bends(bool wants_convex, ThreadTeam& team) const {
+    return superfacets::find_bends(positions_, normals_, arcs(), order_, wants_convex, team);
+  }
+
+  // The distance between the points.
+  double step_length(Cell from, std::int64_t arc) const override {
+    return norm(positions_[arcs().targets[arc]] - positions_[from]);
+  }
+
+  // pi a / (sum of the lengths of its arcs), the mean of both points, where a is the area around a
+  // point: with it, the borders of the arcs that cross a line add up to the length of the line, on
+  // average over its directions (Cauchy and Crofton).
+  double border_length(Cell from, std::int64_t arc) const override;
+
+  double angle(Cell from, std::int64_t arc) const override;
+  int side(Cell from, std::int64_t arc) const override {
+    return static_cast<int>(arc - arcs().offsets[from]);
+  }
+  double open_length(Cell) const override { return 0.0; }
+
+ private:
+  double border_per_arc(Cell point) const;
+
+  const std::span<const Point> positions_;
+  const std::span<const double> areas_;
+  const std::span<const Point> normals_;
+  const std::span<const Cell> order_;
+};
+
+// Weights by eq. 1-3 (weights.hpp), where the distance of the points is eq. 1, and the turn of the
+// surface on the way, by its curvature at that end where it is less, is theta in eq. 2. Symmetric
+// in the two points, bit for bit.
+void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
+                   std::span<double> weights);
+
+}  // namespace superfacets

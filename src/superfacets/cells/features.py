@@ -1,0 +1,139 @@
+"""Stage 2: features of cells, and what arcs cost more where they differ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_flag, checked_number, exact_doubles, refuse_mask
+from ..mesh.faces import corners_in_a_row
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
+
+__all__ = ["FEATURE_WEIGHT", "FeatureOptions", "FeatureSteps", "means_of_corners"]
+
+FEATURE_WEIGHT = 5.0
+"""Default: a step by one standard deviation costs as much as five radii of a region. Of three color
+photographs, smoothed a little, 200 regions find 70 % of the edges at 5, and 71 % at 20."""
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FeatureOptions:
+    """Features as `segment` is given them, and how much they count."""
+
+    given: Any  # None: no features
+    weight: float
+    is_scaled: bool
+
+    @classmethod
+    def checked(cls, features: Any, feature_weight: float, scale_features: bool) -> FeatureOptions:
+        """Raise an error if arguments are wrong for every mesh."""
+        weight = checked_number(feature_weight, "feature_weight", zero=True)
+        return cls(features, weight, checked_flag(scale_features, "scale_features"))
+
+    @property
+    def is_used(self) -> bool:
+        """Whether weights change at all."""
+        return self.given is not None and self.weight > 0
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """As they are reported; nothing where there are no features."""
+        if self.given is None:
+            return {}
+        return {"feature_weight": self.weight, "scale_features": self.is_scaled}
+
+    def steps(self, source: object, measures: Floats, n_threads: int) -> FeatureSteps | None:
+        """Return features of the cells of a source, or None where there are none to be used.
+
+        A ValueError if they are not one row per cell or vertex, finite. The source is a mesh, whose
+        vertices may have features, or anything else with cells.
+        """
+        if self.given is None:
+            return None
+        table = _checked_table(self.given, len(measures), source)
+        if not self.weight:
+            return None
+        if self.is_scaled:
+            table = table * _scales(table, measures)
+        return FeatureSteps(np.ascontiguousarray(table), self.weight, n_threads)
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureSteps:
+    """Scaled features of cells."""
+
+    features: Floats  # (N, F)
+    weight: float
+    n_threads: int
+
+    def added(
+        self,
+        weights: npt.ArrayLike,
+        arcs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]],
+        radius: float,
+    ) -> Floats:
+        """Return the weights with what differences of features add for regions of this radius.
+
+        The radius is in units of the weights. With a radius of 0 (no cell has an area), nothing.
+        """
+        factor = self.weight * radius
+        given = exact_doubles(np.asarray(weights))
+        return _core.add_feature_steps(*arcs, given, self.features, factor, self.n_threads)
+
+
+def _checked_table(given: Any, n_cells: int, source: object) -> Floats:
+    """One row of finite features per cell, (N, F)."""
+    refuse_mask(given, "features")
+    array = np.asarray(given)
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"features must be numbers, got {array.dtype}")
+    if array.ndim == 1:
+        array = array[:, np.newaxis]
+    if array.ndim != 2 or not array.shape[1]:
+        raise ValueError(f"features must have shape (N, F) with F >= 1, got {np.shape(given)}")
+    table = exact_doubles(array)
+    is_finite = np.isfinite(table).all(axis=1)
+    if not is_finite.all():
+        first = int(np.argmin(is_finite))
+        raise ValueError(f"features[{first}] is not finite: {table[first].tolist()}")
+    if len(table) == n_cells:
+        return table
+    n_vertices = getattr(source, "n_vertices", None)
+    if len(table) == n_vertices:
+        return means_of_corners(source, table)
+    vertices = "" if n_vertices is None else f" and {n_vertices} vertices"
+    raise ValueError(f"there are {len(table)} features for {n_cells} cells{vertices}")
+
+
+def means_of_corners(mesh: Any, table: Floats) -> Floats:
+    """The mean over the corners of each face or tetrahedron."""
+    if isinstance(mesh, TetMesh):
+        return np.asarray(table[mesh.tets].mean(axis=1))
+    corners = corners_in_a_row(mesh)
+    if not isinstance(mesh, PolygonMesh):
+        return np.asarray(table[corners.reshape(-1, 3)].mean(axis=1))
+    sums = np.add.reduceat(table[corners], mesh.offsets[:-1], axis=0)
+    return np.asarray(sums / mesh.sizes[:, np.newaxis])
+
+
+def _scales(table: Floats, measures: Floats) -> Floats:
+    """One over the standard deviation of each feature by area; 0 where it is the same everywhere.
+
+    By the number of cells if none has an area.
+    """
+    total = float(measures.sum())
+    shares = measures / total if total > 0 else np.full(len(measures), 1 / len(measures))
+    largest = np.abs(table).max(axis=0)
+    unit = np.where(largest > 0, largest, 1.0)  # squares then do not overflow
+    part = table / unit
+    variance = shares @ (part - shares @ part) ** 2
+    is_spread = variance > (1e-12) ** 2  # rounding errors of a constant are less
+    deviation = np.sqrt(np.where(is_spread, variance, 1.0)) * unit
+    return np.asarray(np.where(is_spread, 1.0 / deviation, 0.0))

@@ -1,0 +1,262 @@
+"""Stages 1 and 2 for point clouds: who is a neighbor of whom, areas, normals and weights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._options import WEIGHTS
+from .._validate import checked_count, checked_number, checked_threads
+from ..adapters.clouds import CloudLike, as_cloud
+from ..mesh.point_cloud import PointCloud
+from .cell_graph import ArcMeasures, CellGraph, box_diagonal, checked_measures, checked_weights
+from .surface import Surface
+from .weights import NO_NORMALS, scaled, weights_of
+
+__all__ = [
+    "N_AROUND",
+    "N_NEIGHBORS",
+    "PointGraph",
+    "build_point_graph",
+    "estimate_normals",
+    "find_point_graph",
+    "point_surface",
+]
+
+N_NEIGHBORS = 6
+"""Nearest neighbors that arcs lead to; with those that lead back a point has seven arcs."""
+
+N_AROUND = 12
+"""Nearest neighbors that a normal is estimated from."""
+
+CUTOFF = 4.0
+"""Longest arc, in square roots of the smaller area at its ends. At random spread points, one in ten
+thousand of the six nearest neighbors is farther than 3.3."""
+
+
+@dataclass(frozen=True, eq=False)
+class PointGraph:
+    """Points as cells, with arcs between near ones. What our own kernel made: not checked."""
+
+    positions: npt.NDArray[np.float64]  # (N, 3)
+    measures: npt.NDArray[np.float64]  # (N,) area around each point
+    normals: npt.NDArray[np.float64]  # (N, 3)
+    offsets: npt.NDArray[np.int64]  # (N + 1,)
+    neighbors: npt.NDArray[np.int32]  # (M,) ascending for each point
+    order: npt.NDArray[np.int32]  # (N,) all points, near ones after each other
+    bounds: npt.NDArray[np.float64]  # (2, 3)
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box, in the unit of the points; > 0."""
+        return box_diagonal(self.bounds)
+
+    def quantized(
+        self, weights: npt.ArrayLike, n_threads: int
+    ) -> tuple[npt.NDArray[np.float32], float]:
+        """Return what is left of weights in `CellGraph.lengths`, and the unit of these."""
+        checked_measures(self.measures, len(self.measures), n_threads)
+        checked = checked_weights(weights, len(self.neighbors), n_threads)
+        return _core.quantize_weights(checked, n_threads)
+
+
+def find_point_graph(
+    cloud: PointCloud,
+    n_threads: int,
+    *,
+    n_neighbors: int = N_NEIGHBORS,
+    n_around: int = N_AROUND,
+    cutoff: float = CUTOFF,
+) -> PointGraph:
+    """Return the graph of a cloud; arguments as for `build_point_graph`, and checked."""
+    offsets, neighbors, measures, normals, order = _core.build_point_graph(
+        cloud.points,
+        n_neighbors,
+        max(n_neighbors, n_around),
+        cutoff,
+        cloud.normals is not None,
+        n_threads,
+    )
+    if cloud.normals is not None:
+        normals = cloud.normals
+    return PointGraph(cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds)
+
+
+def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
+    """Return the points of a cloud as cells."""
+    handle = _core.PointSurface(
+        graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
+    )
+    return Surface(handle, graph.offsets, graph.neighbors, cloud.bounds, graph.diagonal, n_threads)
+
+
+def build_point_graph(
+    cloud: CloudLike,
+    n_neighbors: int = N_NEIGHBORS,
+    *,
+    cutoff: float = CUTOFF,
+    expected_radius: float = 0.0,
+    alpha: float = WEIGHTS["creases"]["alpha"],
+    eta_convex: float = WEIGHTS["creases"]["eta_convex"],
+    n_threads: int | None = None,
+) -> CellGraph:
+    r"""Return the points of a cloud as cells, with arcs between near ones.
+
+    Two points are joined if one is among the `n_neighbors` nearest of the other, and if they are
+    not farther apart than `cutoff` times the square root of the smaller of the areas around them.
+    The graph is symmetric, and as connected as the surface that the points were taken from, where
+    they are spread evenly. Points at the same position count as one: all are joined to the lowest
+    of them by arcs of length 0, and share its area.
+
+    Parameters
+    ----------
+    cloud : PointCloud or cloud-like
+        As for `segment`.
+    n_neighbors : int, default 6
+        Nearest neighbors that arcs lead to, the lowest index among equally near ones.
+    cutoff : float, default 4.0
+        > 0. Longer arcs are dropped: an outlier, or a point on the other side of a gap, is no
+        neighbor.
+    expected_radius : float, default 0.0
+        r = sqrt(A / (pi k)), >= 0, in the unit of the points, for weights as `crease_weights` of
+        meshes. With 0, weights are distances.
+    alpha, eta_convex
+        As for `crease_weights`.
+    n_threads : int, optional
+        As for `segment`.
+
+    Returns
+    -------
+    CellGraph
+        ``measures`` is the area around each point, from the squared distances of the neighbors that
+        it is joined to: :math:`2 \pi \overline{d^2} / (n + 1)`, which is unbiased where points are
+        spread at random. A point that no arc leads to has none. ``weights`` are in units of the
+        diagonal. ``arc_measures`` holds for each arc the length of the border that it crosses,
+        :math:`\pi a / \sum d` as the mean of both points, so that the arcs across a line add up to
+        its length; and the angle between the normals, positive where points lie above each other's
+        tangent planes. Normals are those of the cloud or, if it has none, of `estimate_normals`.
+
+    Raises
+    ------
+    MeshError
+        If the cloud is not valid.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    Notes
+    -----
+    Time O(N log N) in practice. `segment` computes arc measures only where borders are, which takes
+    less memory.
+
+    Examples
+    --------
+    Three points on a line, and one apart from them:
+
+    >>> graph = build_point_graph([[0, 0, 0], [1, 0, 0], [2, 0, 0], [90, 0, 0]], 2)
+    >>> [graph.neighbors[a:b].tolist() for a, b in zip(graph.offsets, graph.offsets[1:])]
+    [[1, 2], [0, 2], [0, 1], []]
+    """
+    checked = as_cloud(cloud)
+    threads = checked_threads(n_threads)
+    n_neighbors = checked_count(n_neighbors, "n_neighbors")
+    cutoff = checked_number(cutoff, "cutoff", zero=False)
+    radius = checked_number(expected_radius, "expected_radius", zero=True)
+    alpha = checked_number(alpha, "alpha", zero=True)
+    eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+    n_neighbors = min(n_neighbors, checked.n_points - 1)
+    graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
+    surface = point_surface(checked, graph, threads)
+    cells = (graph.positions, graph.measures, NO_NORMALS)
+    alpha, length = scaled(alpha, radius)
+    borders, steps, angles, sides, open_lengths = surface.handle.arc_measures(threads)
+    return CellGraph(
+        graph.positions,
+        graph.measures,
+        graph.offsets,
+        graph.neighbors,
+        weights_of(surface, cells, alpha, eta_convex, length),
+        graph.bounds,
+        weight_unit=graph.diagonal,
+        arc_measures=ArcMeasures(borders, steps, angles, sides, open_lengths),
+    )
+
+
+def estimate_normals(
+    cloud: CloudLike,
+    *,
+    n_neighbors: int = N_AROUND,
+    viewpoint: npt.ArrayLike | None = None,
+    n_threads: int | None = None,
+) -> npt.NDArray[np.float64]:
+    """Return a normal for each point: the direction in which its neighbors vary least.
+
+    Normals of neighbors are turned to agree, along a minimum spanning tree of each component of
+    the neighbor graph (Hoppe et al. 1992). Without a viewpoint, all normals of a component then
+    point outwards: they enclose a positive volume, seen from its center. That is right for solids.
+    Of an open surface it is the side that bulges out; where that is the wrong one, as for a room
+    seen from within, give the place that it was seen from.
+
+    Parameters
+    ----------
+    cloud : PointCloud or cloud-like
+        As for `segment`. Normals that it has are not used.
+    n_neighbors : int, default 12
+        Nearest neighbors that a normal is estimated from. More of them smooth noise, and edges.
+    viewpoint : array_like, shape (3,), optional
+        A place from which all points were seen: most normals of each component, by area, are
+        turned towards it. For ground seen from above, a place far up.
+    n_threads : int, optional
+        As for `segment`.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, 3)
+        Of length 1; zero where there is none: where neighbors lie on a line.
+
+    Raises
+    ------
+    MeshError
+        If the cloud is not valid.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    References
+    ----------
+    Hoppe, DeRose, Duchamp, McDonald and Stuetzle, "Surface Reconstruction from Unorganized Points",
+    1992.
+
+    Examples
+    --------
+    >>> grid = [[x, y, 0] for x in range(4) for y in range(4)]
+    >>> estimate_normals(grid, viewpoint=[0, 0, 9])[:, 2].round(3).min().tolist()
+    1.0
+    """
+    checked = as_cloud(cloud)
+    threads = checked_threads(n_threads)
+    n_neighbors = min(checked_count(n_neighbors, "n_neighbors"), checked.n_points - 1)
+    bare = PointCloud(checked.points)
+    graph = find_point_graph(
+        bare, threads, n_neighbors=min(n_neighbors, N_NEIGHBORS), n_around=n_neighbors
+    )
+    if viewpoint is None:
+        return graph.normals
+    place = np.asarray(viewpoint, dtype=np.float64)
+    if place.shape != (3,) or not np.isfinite(place).all():
+        raise ValueError(f"viewpoint must be three finite numbers, got {viewpoint!r}")
+    return _turned_to(place, graph)
+
+
+def _turned_to(place: npt.NDArray[np.float64], graph: PointGraph) -> npt.NDArray[np.float64]:
+    """The normals, where most of each component point to a place."""
+    labels = np.zeros(len(graph.positions), np.int32)
+    components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
+    toward = place - graph.positions
+    facing = graph.measures * np.einsum("ij,ij->i", graph.normals, toward)
+    lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
+    np.divide(facing, lengths, out=facing, where=lengths > 0)
+    sums: npt.NDArray[Any] = np.bincount(components, weights=facing, minlength=n_components)
+    return np.where(sums[components] < 0, -1.0, 1.0)[:, None] * graph.normals

@@ -1,0 +1,213 @@
+"""Point clouds: PLY without faces, text, NPY, LAS and LAZ."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError, MissingExtraError
+from ...mesh.point_cloud import PointCloud
+from ..attributes import MeshAttributes
+from ..foreign import file_of
+from ..guards import Content, as_doubles
+from .labels import npy_array
+from .ply_attributes import attributes_of
+from .ply_body import read_tables
+from .ply_header import parse_header
+from .ply_strips import STRIPS
+from .text import Lines, split_lines
+
+__all__ = ["CLOUD_ENDINGS", "CLOUD_READERS", "CloudFile", "holds_cloud"]
+
+_NORMALS = ("nx", "ny", "nz")
+_COLORS = ("red", "green", "blue")
+_UNIT = 0.01
+"""How far from 1 the length of a normal in a file may be."""
+
+_OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal_y": "ny",
+                "normal_z": "nz"}  # fmt: skip
+
+
+class CloudFile(NamedTuple):
+    """A cloud, and what the file holds for each point, by name."""
+
+    cloud: PointCloud
+    attributes: MeshAttributes
+
+
+def holds_cloud(data: Content, ending: str) -> bool:
+    """Whether a file of this content and ending holds points and no faces."""
+    if ending != ".ply":
+        return ending in CLOUD_READERS
+    header = parse_header(data)
+    return not any(
+        element.name in ("face", STRIPS) and element.n_rows for element in header.elements
+    )
+
+
+def _read_ply(data: Content) -> CloudFile:
+    header = parse_header(data)
+    tables = read_tables(header, data)
+    attributes = attributes_of(header, tables)
+    columns = {name: values for name, values in attributes.vertex.items() if values.ndim == 1}
+    place = header.find("vertex")
+    for axis in "xyz":
+        column = None if place is None else header.elements[place].find(axis)
+        values = None if place is None or column is None else tables[place][column].values
+        if values is None or values.ndim != 1:
+            raise MeshError(f"the PLY file has no vertices with a number {axis}")
+        columns[axis] = values
+    return _cloud_of(columns, attributes)
+
+
+def _read_text(data: Content) -> CloudFile:
+    """Lines of numbers, between blanks, commas or semicolons; a first line may name them."""
+    lines = split_lines(_with_blanks(data), comment=b"#")
+    names = _names_in(lines)
+    if names is not None:
+        lines = lines[1:]
+    if not len(lines):
+        raise MeshError("the file has no points")
+    n_columns = int(lines.counts[0])
+    odd = np.flatnonzero(lines.counts != n_columns)
+    if len(odd):
+        line = int(odd[0])
+        raise MeshError(
+            f"line {lines.number(line)} has {lines.counts[line]} numbers, those before {n_columns}"
+        )
+    if names is not None and len(names) != n_columns:
+        raise MeshError(f"the first line has {len(names)} names, the next {n_columns} numbers")
+    return _cloud_of_table(lines.parse(np.float64).reshape(-1, n_columns), names)
+
+
+def _with_blanks(data: Content) -> Content:
+    if data.find(b",") < 0 and data.find(b";") < 0:
+        return data
+    return data[:].translate(bytes.maketrans(b",;", b"  "))
+
+
+def _names_in(lines: Lines) -> list[str] | None:
+    """Names in the first line, in lower case; None where it holds numbers."""
+    if not len(lines):
+        return None
+    words = lines.content(0).decode("latin-1").strip().lower().split()
+    names = [word.strip("\"'/") for word in words]
+    if not names or not re.fullmatch(r"[a-z_].*", names[0]) or names[0] in ("nan", "inf"):
+        return None
+    return [_OTHER_NAMES.get(name, name) for name in names]
+
+
+def _read_npy(data: Content) -> CloudFile:
+    array = npy_array(data)
+    if array.ndim != 2 or array.dtype.kind not in "fiu":
+        raise MeshError(f"expected an (N, 3) array of numbers, got {array.shape}, {array.dtype}")
+    return _cloud_of_table(as_doubles(array), None)
+
+
+def _cloud_of_table(table: npt.NDArray[np.float64], names: list[str] | None) -> CloudFile:
+    """A cloud of rows x y z, and three numbers more that are colors or normals, or named ones."""
+    n_columns = table.shape[1]
+    if n_columns < 3:
+        raise MeshError(f"a point needs 3 numbers, got {n_columns}")
+    if names is None:
+        names = ["x", "y", "z", *_meaning_of(table[:, 3:6])]
+        names += [f"column_{place}" for place in range(len(names) + 1, n_columns + 1)]
+    if not {"x", "y", "z"} <= set(names):
+        raise MeshError(f"the first line names {', '.join(names)}, but not x, y and z")
+    columns = {name: _narrowed(table[:, place]) for place, name in enumerate(names)}
+    others = {
+        name: values for name, values in columns.items() if name not in "xyz" and name.isascii()
+    }
+    return _cloud_of(columns, MeshAttributes(vertex=others))
+
+
+def _narrowed(column: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
+    """Whole numbers as integers: as bytes where they fit, so that 0 to 255 can be colors."""
+    if not np.isfinite(column).all() or np.any(column != np.floor(column)):
+        return column
+    low, high = column.min(), column.max()
+    for kind in (np.uint8, np.int32):
+        if np.iinfo(kind).min <= low and high <= np.iinfo(kind).max:
+            return column.astype(kind)
+    return column
+
+
+def _meaning_of(further: npt.NDArray[np.float64]) -> tuple[str, ...]:
+    """Names of three columns behind x, y and z that have none."""
+    if further.shape[1] < 3:
+        return ()
+    if np.all((further >= 0) & (further <= 255) & (further == np.floor(further))):
+        return _COLORS
+    lengths = np.einsum("ij,ij->i", further, further)
+    return _NORMALS if np.all(np.abs(lengths - 1) < 2 * _UNIT) else ()
+
+
+def _read_las(data: Content) -> CloudFile:
+    """LAS and LAZ, by laspy; coordinates with the scale and offset that the file declares."""
+    laspy = las_module()
+    with file_of(data, ".laz") as path:
+        try:
+            las = laspy.read(path)
+        except Exception as error:  # laspy and lazrs raise many kinds on damaged files
+            raise MeshError(f"the LAS file cannot be read: {error}") from None
+    columns: dict[str, npt.NDArray[Any]] = {axis: np.asarray(getattr(las, axis)) for axis in "xyz"}
+    stored = {}
+    for name in las.point_format.dimension_names:
+        values = np.asarray(las[name])
+        if name not in ("X", "Y", "Z") and values.ndim == 1 and values.dtype.itemsize <= 8:
+            stored[name] = values
+    if all(name in stored for name in _COLORS):
+        columns |= {name: _las_shades(stored, name) for name in _COLORS}
+    return _cloud_of(columns, MeshAttributes(vertex=stored))
+
+
+def _las_shades(stored: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[Any]:
+    """Colors of LAS have 16 bits, but many programs fill 8 of them only."""
+    is_short = max(int(stored[channel].max(initial=0)) for channel in _COLORS) <= 255
+    return stored[name].astype(np.uint8) if is_short else stored[name]
+
+
+def las_module() -> Any:
+    """Return laspy, which reads and writes LAS."""
+    try:
+        import laspy
+    except ModuleNotFoundError:
+        raise MissingExtraError("a .las or .laz file", "las") from None
+    return laspy
+
+
+def _cloud_of(columns: dict[str, npt.NDArray[Any]], attributes: MeshAttributes) -> CloudFile:
+    points = _beside_each_other(columns, "xyz", np.float64)
+    has_normals = all(name in columns for name in _NORMALS)
+    normals = _beside_each_other(columns, _NORMALS, np.float64) if has_normals else None
+    colors = None
+    if all(name in columns for name in _COLORS):
+        kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in _COLORS}
+        if len(kinds) == 1 and kinds <= {"u1", "u2", "f4", "f8"}:
+            colors = _beside_each_other(columns, _COLORS, columns["red"].dtype)
+    return CloudFile(PointCloud(points, normals, colors), attributes)
+
+
+def _beside_each_other(columns: dict[str, npt.NDArray[Any]], names: Any, dtype: Any) -> Any:
+    rows = np.empty((len(columns[names[0]]), len(names)), dtype=dtype)
+    with np.errstate(invalid="ignore"):  # of some kinds of NaN, which PointCloud refuses
+        for place, name in enumerate(names):
+            rows[:, place] = columns[name]
+    return rows
+
+
+CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {
+    ".ply": _read_ply,
+    ".xyz": _read_text,
+    ".txt": _read_text,
+    ".csv": _read_text,
+    ".npy": _read_npy,
+    ".las": _read_las,
+    ".laz": _read_las,
+}
+
+CLOUD_ENDINGS = tuple(CLOUD_READERS)

@@ -1,0 +1,123 @@
+"""Point clouds with a label per point: PLY, CSV, LAS and LAZ."""
+
+from __future__ import annotations
+
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ...mesh.point_cloud import PointCloud
+from ..attributes import MeshAttributes
+from ..foreign import file_to_fill
+from ..readers.clouds import las_module
+from .ply import write_ply
+
+__all__ = ["CLOUD_WRITERS"]
+
+Labels = npt.NDArray[np.int32] | None
+Colors = npt.NDArray[np.uint8] | None
+
+ROWS_AT_ONCE = 1 << 14
+"""Rows turned into text at a time."""
+
+_LAS_STEPS = 2.0**31 - 2
+"""Coordinates in LAS are whole numbers of 32 bits."""
+
+
+def _write_csv(
+    file: IO[bytes],
+    cloud: PointCloud,
+    labels: Labels,
+    colors: Colors,
+    *,
+    ascii: bool,
+    attributes: MeshAttributes | None = None,
+) -> None:
+    """A line of names, and a line per point: x, y, z and its label."""
+    names = ["x", "y", "z"] + ([] if labels is None else ["label"])
+    file.write((",".join(names) + "\n").encode())
+    row = ",".join(["%.17g"] * 3 + ([] if labels is None else ["%d"])) + "\n"
+    for begin in range(0, cloud.n_points, ROWS_AT_ONCE):
+        part = slice(begin, begin + ROWS_AT_ONCE)
+        columns: list[list[Any]] = [axis.tolist() for axis in cloud.points[part].T]
+        if labels is not None:
+            columns.append(labels[part].tolist())
+        flat = tuple(value for values in zip(*columns, strict=True) for value in values)
+        file.write((row * len(columns[0]) % flat).encode())
+
+
+def _write_las(
+    file: IO[bytes],
+    cloud: PointCloud,
+    labels: Labels,
+    colors: Colors,
+    *,
+    ascii: bool,
+    attributes: MeshAttributes | None = None,
+) -> None:
+    """LAS 1.4 with what attributes hold, and the labels as a further dimension `label`."""
+    _write_laspy(file, ".las", cloud, labels, attributes)
+
+
+def _write_laz(
+    file: IO[bytes],
+    cloud: PointCloud,
+    labels: Labels,
+    colors: Colors,
+    *,
+    ascii: bool,
+    attributes: MeshAttributes | None = None,
+) -> None:
+    _write_laspy(file, ".laz", cloud, labels, attributes)
+
+
+def _write_laspy(
+    file: IO[bytes],
+    ending: str,
+    cloud: PointCloud,
+    labels: Labels,
+    attributes: MeshAttributes | None,
+) -> None:
+    laspy = las_module()
+    header = laspy.LasHeader(point_format=7 if cloud.colors is not None else 6, version="1.4")
+    low, high = cloud.bounds
+    header.offsets = low
+    header.scales = np.maximum(_round_step((high - low) / _LAS_STEPS), 1e-12)
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = cloud.points.T
+    stored = {} if attributes is None else dict(attributes.vertex)
+    if cloud.colors is not None:
+        for name, shades in zip(("red", "green", "blue"), cloud.colors.T, strict=True):
+            stored[name] = np.rint(shades * 65535).astype(np.uint16)
+    if labels is not None:
+        stored["label"] = labels
+    known = set(las.point_format.dimension_names)
+    for name, values in stored.items():
+        if values.ndim != 1:
+            continue
+        if name not in known:
+            las.add_extra_dim(laspy.ExtraBytesParams(name=name[:31], type=values.dtype))
+        las[name[:31]] = values
+    with file_to_fill(ending) as path:
+        try:
+            las.write(str(path))
+        except Exception as error:  # laspy raises many kinds
+            raise MeshError(f"the cloud cannot be written as {ending}: {error}") from None
+        file.write(path.read_bytes())
+
+
+def _round_step(least: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The next power of ten, as scales in LAS usually are, from 1e-6 on."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))
+
+
+CLOUD_WRITERS = {
+    ".ply": write_ply,
+    ".csv": _write_csv,
+    ".las": _write_las,
+    ".laz": _write_laz,
+}
+"""As the writers of meshes, but for a `PointCloud`."""

@@ -1,0 +1,79 @@
+"""Stage 0: point clouds, as checked arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_colors, checked_normals, checked_points, freeze, restored
+
+__all__ = ["PointCloud"]
+
+
+@dataclass(frozen=True, eq=False)
+class PointCloud:
+    """A point cloud: checked, and safe to hand to every stage.
+
+    Points are kept as they are, in their order; several may be at the same position.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 3)
+        Positions, finite; kept as float64, read-only. N >= 2, and not all the same. An array that
+        is contiguous float64 already is not copied (a memory map is): leave it as it is while the
+        cloud is in use.
+    normals : array_like, shape (N, 3), optional
+        Vectors that point away from the surface, all to the same side of it: on the outside of a
+        solid, upwards from the ground. Kept with length 1, as float64; a zero vector says that a
+        point has none. Where normals are not given, `segment` estimates them; see
+        `estimate_normals`.
+    colors : array_like, shape (N, 3) or (N, 4), optional
+        Red, green and blue, from 0 to 1 if they are floats, or of the full range of an unsigned
+        integer type (uint8: 0 to 255). Kept as float32 from 0 to 1, without a fourth column.
+
+    Attributes
+    ----------
+    bounds : ndarray of float64, shape (2, 3)
+        Low and high corner of the bounding box.
+
+    Raises
+    ------
+    MeshError
+        If a shape, a type or a value is wrong (the first offender is named), or if all points are
+        at one position.
+
+    Examples
+    --------
+    >>> cloud = PointCloud([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> cloud.n_points, cloud.bounds.tolist()
+    (4, [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
+    """
+
+    points: npt.NDArray[np.float64]
+    normals: npt.NDArray[np.float64] | None = None
+    colors: npt.NDArray[np.float32] | None = None
+    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        points, bounds = checked_points(self.points)
+        freeze(self, points=points, bounds=bounds)
+        if self.normals is not None:
+            freeze(self, normals=checked_normals(self.normals, len(points)))
+        if self.colors is not None:
+            freeze(self, colors=checked_colors(self.colors, len(points)))
+
+    def __setstate__(self, state: Any) -> None:
+        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        PointCloud.__init__(self, *restored(state, ("points", "normals", "colors")))
+
+    @property
+    def n_points(self) -> int:
+        """Number of points, N."""
+        return len(self.points)
+
+    def __repr__(self) -> str:
+        also = [name for name in ("normals", "colors") if getattr(self, name) is not None]
+        return f"PointCloud({', '.join([f'{self.n_points} points', *also])})"

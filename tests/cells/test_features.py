@@ -1,0 +1,140 @@
+"""Features: what borders follow besides creases."""
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets as sf
+from superfacets import Mesh, segment, segment_graph
+from superfacets.cells.features import FeatureOptions
+
+
+def plane(n):
+    """A flat square of 2 n^2 triangles."""
+    vertices = [[x, y, 0] for y in range(n + 1) for x in range(n + 1)]
+    corners = [v for v in range(n * (n + 1)) if v % (n + 1) < n]
+    halves = [((v, v + 1, v + n + 2), (v, v + n + 2, v + n + 1)) for v in corners]
+    return Mesh(vertices, [face for pair in halves for face in pair])
+
+
+def checks(positions):
+    """A color for each of the oblique stripes that positions are in."""
+    return ((positions[:, 0] + 0.4 * positions[:, 1]) // 7 % 2).astype(float)
+
+
+def impurity(labels, colors):
+    """Share of the cells that are not of the color that most of their region have."""
+    of_one = np.bincount(labels, colors)
+    return np.minimum(of_one, np.bincount(labels) - of_one).sum() / len(labels)
+
+
+def test_borders_follow_colors_and_ignore_them_at_weight_0():
+    mesh = plane(40)
+    colors = checks(mesh.vertices[mesh.faces].mean(axis=1))
+    plain = segment(mesh, 30)
+    ignored = segment(mesh, 30, features=colors, feature_weight=0)
+    assert np.array_equal(ignored.labels, plain.labels)
+    assert np.array_equal(ignored.centers, plain.centers)
+    followed = segment(mesh, 30, features=colors)
+    assert impurity(plain.labels, colors) > 0.1
+    assert impurity(followed.labels, colors) < 0.01
+    assert followed.params["feature_weight"] == 5.0
+    assert "feature_weight" not in plain.params
+
+
+def test_clouds_and_graphs_have_features_too():
+    points = np.column_stack([np.random.default_rng(0).random((4000, 2)) * 40, np.zeros(4000)])
+    colors = checks(points)
+    assert impurity(segment(points, 30).labels, colors) > 0.1
+    assert impurity(segment(points, 30, features=colors).labels, colors) < 0.02
+    graph = sf.build_point_graph(points)
+    assert impurity(segment_graph(graph, 30, features=colors).labels, colors) < 0.02
+    same = segment_graph(graph, 30, features=colors, feature_weight=0)
+    assert np.array_equal(same.labels, segment_graph(graph, 30).labels)
+
+
+def test_a_step_costs_what_the_docs_say():
+    graph = sf.CellGraph(
+        [[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 2], [1, 0], [1.0, 1.0], weight_unit=2.0
+    )
+    options = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, False)
+    steps = options.steps(graph, graph.measures, 1)
+    arcs = (graph.offsets, graph.neighbors)
+    assert steps.added(graph.weights, arcs, 2.0).tolist() == [6.0, 6.0]  # 1 + 0.5 * 5 * 2
+    scaled = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, True)
+    of_two = scaled.steps(graph, graph.measures, 1).added(graph.weights, arcs, 2.0)
+    assert of_two == pytest.approx([1 + 8**0.5] * 2)  # two standard deviations in each
+
+
+def test_scaled_features_do_not_depend_on_their_unit():
+    mesh = plane(20)
+    colors = checks(mesh.vertices[mesh.faces].mean(axis=1))
+    table = np.column_stack([colors, np.full(len(colors), 1e9)])
+    first = segment(mesh, 12, features=colors).labels
+    assert np.array_equal(segment(mesh, 12, features=1024 * colors).labels, first)
+    assert np.array_equal(segment(mesh, 12, features=table).labels, first)
+    flat = segment(mesh, 12, features=np.ones(len(colors)))
+    assert np.array_equal(flat.labels, segment(mesh, 12).labels)
+
+
+@pytest.mark.parametrize("weights", ["superfacets", "stk02", "given"])
+def test_other_weights_take_features(weights):
+    mesh = plane(30)
+    colors = checks(mesh.vertices[mesh.faces].mean(axis=1))
+    if weights == "given":
+        graph = sf.build_face_graph(mesh)
+        weights = np.full(graph.n_arcs, 1 / graph.diagonal).tolist()
+    plain = segment(mesh, 20, weights=weights)
+    followed = segment(mesh, 20, weights=weights, features=colors, feature_weight=50)
+    assert impurity(followed.labels, colors) < 0.3 * impurity(plain.labels, colors)
+
+
+def test_features_of_vertices_are_means_of_corners():
+    mesh = plane(8)
+    of_vertices = np.random.default_rng(0).random((mesh.n_vertices, 2))
+    of_faces = of_vertices[mesh.faces].mean(axis=1)
+    both = [segment(mesh, 6, features=table).labels for table in (of_vertices, of_faces)]
+    assert np.array_equal(*both)
+
+
+def test_features_of_vertices_of_polygons():
+    faces = [[0, 1, 2, 3], [1, 4, 2], [3, 2, 4, 5]]
+    positions = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 2, 0], [0, 3, 0]]
+    mesh = sf.PolygonMesh.of_faces(positions, faces)
+    options = FeatureOptions.checked(np.arange(6.0), 1, False)
+    table = options.steps(mesh, np.ones(3), 1).features
+    assert table.ravel() == pytest.approx([1.5, 7 / 3, 3.5])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"features": np.zeros(3)}, ValueError, "3 features for 8 cells and 9 vertices"),
+        ({"features": np.zeros((8, 0))}, ValueError, r"shape \(N, F\)"),
+        ({"features": np.zeros((8, 1, 1))}, ValueError, r"shape \(N, F\)"),
+        ({"features": [np.nan] * 8}, ValueError, r"features\[0\] is not finite"),
+        ({"features": ["a"] * 8}, TypeError, "features must be numbers"),
+        ({"features": np.ma.masked_equal(np.zeros(8), 0)}, ValueError, "masked entries"),
+        ({"features": np.zeros(8), "feature_weight": -1}, ValueError, "feature_weight must be"),
+        ({"features": np.zeros(8), "scale_features": 1}, TypeError, "True or False"),
+        ({"features": np.zeros(3), "feature_weight": 0}, ValueError, "3 features for 8 cells"),
+    ],
+)
+def test_wrong_features_are_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        segment(plane(2), 2, **arguments)
+
+
+def test_labels_do_not_depend_on_the_number_of_threads():
+    mesh = plane(180)
+    colors = np.random.default_rng(0).random((mesh.n_faces, 3))
+    first = segment(mesh, 50, features=colors, n_threads=1).labels
+    for n_threads in 2, 3, 8:
+        assert np.array_equal(segment(mesh, 50, features=colors, n_threads=n_threads).labels, first)
+
+
+def test_regions_stay_connected():
+    mesh = plane(40)
+    colors = np.random.default_rng(0).random(mesh.n_faces)
+    labels = segment(mesh, 30, features=colors, feature_weight=20).labels
+    assert shapes.count_pieces(sf.build_face_graph(mesh), labels) == 30

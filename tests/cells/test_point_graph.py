@@ -1,0 +1,250 @@
+"""The graph of a point cloud: neighbors, areas, normals, borders, weights."""
+
+import numpy as np
+import pytest
+from shapes import count_pieces
+
+import superfacets as sf
+from superfacets import PointCloud, build_point_graph, estimate_normals, reference, segment
+
+
+def sphere(n, seed=0):
+    """Points spread at random on the unit sphere."""
+    points = np.random.default_rng(seed).normal(size=(n, 3))
+    return points / np.linalg.norm(points, axis=1, keepdims=True)
+
+
+def plane(n, seed=0):
+    """Points spread at random on the unit square."""
+    xy = np.random.default_rng(seed).random((n, 2))
+    return np.column_stack([xy, np.zeros(n)])
+
+
+def ring(n):
+    """Points on the unit circle, at equal distances."""
+    angles = 2 * np.pi * np.arange(n) / n
+    return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(n)])
+
+
+def rows_of(graph):
+    return [row.tolist() for row in np.split(graph.neighbors, graph.offsets[1:-1])]
+
+
+def test_a_ring_of_points():
+    """Each point has its two neighbors: all numbers are known."""
+    n = 12
+    graph = build_point_graph(ring(n), 2)
+    assert rows_of(graph) == [sorted([(i - 1) % n, (i + 1) % n]) for i in range(n)]
+    step = 2 * np.sin(np.pi / n)
+    area = 2 * np.pi * step**2 / 3  # of two neighbors at that distance
+    assert graph.measures == pytest.approx(np.full(n, area))
+    assert graph.weights == pytest.approx(np.full(2 * n, step / graph.diagonal))
+    assert graph.diagonal == pytest.approx(8**0.5)
+    measures = graph.arc_measures
+    assert measures.border_lengths == pytest.approx(np.full(2 * n, np.pi * area / (2 * step)))
+    assert measures.step_lengths == pytest.approx(np.full(2 * n, step))
+    assert measures.open_lengths.tolist() == [0.0] * n
+    labels = sf.segment_graph(graph, 3, init=[0, 4, 8]).labels
+    assert sorted(np.bincount(labels).tolist()) == [3, 4, 5]  # half ways are the lower label's
+
+
+def test_equally_near_points_are_taken_by_index():
+    cross = [[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]
+    graph = build_point_graph(cross, 1)
+    assert rows_of(graph) == [[1, 2, 3, 4], [0], [0], [0], [0]]
+    assert rows_of(build_point_graph(np.roll(cross, -1, axis=0), 1))[4] == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize("points", [sphere(400), plane(300), ring(50), np.repeat(plane(60), 3, 0)])
+def test_it_equals_its_twin(points):
+    graph = build_point_graph(points, 5)
+    expected = reference.build_point_graph(points, 5, cutoff=4.0)
+    assert np.array_equal(graph.offsets, expected.offsets)
+    assert np.array_equal(graph.neighbors, expected.neighbors)
+    assert graph.measures == pytest.approx(expected.measures, rel=1e-12)
+    borders = graph.arc_measures.border_lengths
+    assert borders == pytest.approx(expected.border_lengths, rel=1e-9)
+    normals = estimate_normals(points, n_neighbors=12)
+    of_twin = reference.point_normals(points, 12)
+    along = np.abs(np.einsum("ij,ij->i", normals, of_twin))
+    assert along == pytest.approx(np.linalg.norm(of_twin, axis=1), abs=1e-6)
+
+
+def test_neighbors_equal_those_of_a_search_in_a_tree():
+    spatial = pytest.importorskip("scipy.spatial")
+    points = np.concatenate([sphere(4000), [[1e6, 0, 0]]])  # an outlier fills the curve's steps
+    graph = build_point_graph(points, 6, cutoff=1e9)
+    _, nearest = spatial.cKDTree(points).query(points, 7)
+    wanted = [set() for _ in points]
+    for point, others in enumerate(nearest[:, 1:].tolist()):
+        for other in others:
+            wanted[point].add(other)
+            wanted[other].add(point)
+    assert rows_of(graph) == [sorted(row) for row in wanted]
+
+
+def test_areas_and_borders_are_those_of_the_surface():
+    graph = build_point_graph(sphere(20_000))
+    assert graph.measures.sum() == pytest.approx(4 * np.pi, rel=0.01)
+    equator = graph.positions[:, 2] > 0
+    source = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    is_crossing = equator[source] & ~equator[graph.neighbors]
+    length = graph.arc_measures.border_lengths[is_crossing].sum()
+    assert length == pytest.approx(2 * np.pi, rel=0.05)
+
+
+def test_arcs_lead_both_ways_with_the_same_measures():
+    graph = build_point_graph(sphere(3000), expected_radius=0.2)
+    source = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    order = np.lexsort((source, graph.neighbors))
+    assert np.array_equal(source[order], graph.neighbors)
+    assert np.array_equal(graph.neighbors[order], source)
+    assert np.array_equal(graph.weights[order], graph.weights)
+    assert np.array_equal(
+        graph.arc_measures.border_lengths[order], graph.arc_measures.border_lengths
+    )
+    assert np.array_equal(graph.arc_measures.angles[order], graph.arc_measures.angles)
+
+
+def test_duplicates_share_the_area_and_hang_on_the_lowest():
+    points = plane(200)
+    alone = build_point_graph(points)
+    doubled = build_point_graph(np.concatenate([points, points[:50], points[:50]]))
+    assert doubled.measures.sum() == pytest.approx(alone.measures.sum())
+    assert doubled.measures[:50] == pytest.approx(alone.measures[:50] / 3)
+    assert rows_of(doubled)[200:250] == [[i] for i in range(50)]
+    assert rows_of(doubled)[0] == [*rows_of(alone)[0], 200, 250]
+    result = segment(np.repeat(points, 3, axis=0), 10)
+    assert result.n_segments == 10
+
+
+def test_isolated_points_have_no_arcs_and_no_area():
+    points = np.concatenate([plane(500), [[9.0, 9.0, 9.0], [-7.0, 0.0, 0.0]]])
+    graph = build_point_graph(points)
+    assert rows_of(graph)[500:] == [[], []]
+    assert graph.measures[500:].tolist() == [0.0, 0.0]
+    assert graph.measures.sum() == pytest.approx(1.0, rel=0.2)
+    with pytest.warns(sf.IslandWarning):
+        assert segment(points, 8).n_segments == 10
+    assert segment(points, 8, islands="nearest").n_segments == 8
+
+
+def test_a_gap_is_not_crossed():
+    points = np.concatenate([plane(800), plane(800, 1) + [1.4, 0, 0]])
+    graph = build_point_graph(points)
+    assert count_pieces(graph, np.zeros(1600, np.int32)) == 2
+
+
+def test_points_on_a_line_and_few_points_work():
+    line = np.column_stack([np.arange(30.0), np.zeros(30), np.zeros(30)])
+    assert segment(line, 5).n_segments == 5
+    assert estimate_normals(line).tolist() == np.zeros((30, 3)).tolist()
+    assert sorted(segment(line[:3], 3).labels.tolist()) == [0, 1, 2]
+    assert segment(line[:2]).n_segments == 2
+    with pytest.raises(ValueError, match="n_segments is 4 but there are only 3"):
+        segment(line[:3], 4)
+
+
+def test_normals_point_out_of_a_solid_and_to_a_viewpoint():
+    points = sphere(3000)
+    normals = estimate_normals(points)
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(np.ones(3000))
+    assert np.all(np.einsum("ij,ij->i", normals, points) > 0.99)
+    inward = estimate_normals(points, viewpoint=[0, 0, 0])
+    assert np.array_equal(inward, -normals)
+    ground = plane(300)
+    assert np.all(estimate_normals(ground, viewpoint=[0, 0, -5])[:, 2] < 0)
+
+
+def valley(n, seed=0):
+    """Points on two squares that meet at a right angle, seen from within the angle."""
+    points = plane(n, seed)
+    is_wall = np.arange(n) % 2 == 1
+    points[is_wall] = points[is_wall][:, [2, 1, 0]]
+    normals = np.where(is_wall[:, None], [[1.0, 0, 0]], [[0, 0, 1.0]])
+    return points, normals
+
+
+def test_a_valley_costs_and_a_ridge_does_not():
+    points, normals = valley(4000)
+    turned = {}
+    for name, sign in ("valley", 1), ("ridge", -1):
+        cloud = PointCloud(points, sign * normals)
+        graph = build_point_graph(cloud, expected_radius=0.3)
+        flat = build_point_graph(cloud)
+        turned[name] = (graph.weights - flat.weights).sum()
+        angles = graph.arc_measures.angles
+        assert np.abs(angles).max() == pytest.approx(np.pi / 2)
+        assert np.sign(angles[np.abs(angles) > 0.1]).tolist() == [sign] * np.sum(
+            np.abs(angles) > 0.1
+        )
+    assert turned["valley"] > 20
+    assert turned["ridge"] < 0.05 * turned["valley"]  # what least squares make of a sharp edge
+    both = build_point_graph(PointCloud(points, -normals), expected_radius=0.3, eta_convex=1.0)
+    assert (both.weights - flat.weights).sum() == pytest.approx(sum(turned.values()))
+
+
+def test_regions_follow_the_valley():
+    points, normals = valley(6000)
+    labels = segment(PointCloud(points, normals), 8).labels
+    is_wall = points[:, 0] == 0
+    purity = np.maximum(np.bincount(labels, is_wall), np.bincount(labels, ~is_wall))
+    assert purity.sum() / 6000 > 0.98
+
+
+@pytest.mark.parametrize("weights", ["creases", "superfacets"])
+def test_labels_do_not_depend_on_the_number_of_threads(weights):
+    points = np.concatenate([sphere(40_000), sphere(30_000, 1) * 0.5 + [3, 0, 0], plane(100)])
+    first = segment(points, 60, n_threads=1, weights=weights)
+    for n_threads in 2, 3, 8:
+        again = segment(points, 60, n_threads=n_threads, weights=weights)
+        assert np.array_equal(again.labels, first.labels)
+
+
+def test_labels_do_not_depend_on_the_unit_or_the_place():
+    points = np.round(sphere(5000), 3)
+    first = segment(points, 40).labels
+    assert np.array_equal(segment(8 * points, 40).labels, first)
+
+
+def test_regions_are_connected_and_clean_up_knows_clouds():
+    points = sphere(20_000)
+    result = segment(points, 100)
+    graph = build_point_graph(points)
+    assert result.n_segments == 100
+    assert count_pieces(graph, result.labels) == 100
+    assert result.sliver_share == 0.0
+    rough = segment(points, 100, smooth=False).labels
+    assert sf.metrics.compactness(points, result.labels) < sf.metrics.compactness(points, rough)
+    merged = sf.merge_small_regions(points, result.labels, 0.8)
+    assert 0 < merged.n_joined < 60
+    radius = (graph.measures.sum() / (100 * np.pi)) ** 0.5
+    weighted = build_point_graph(points, expected_radius=radius)
+    assert np.array_equal(sf.smooth_borders(points, rough), sf.smooth_borders(weighted, rough))
+
+
+def test_weights_of_meshes_alone_are_refused():
+    with pytest.raises(ValueError, match="stk02"):
+        segment(sphere(100), 5, weights="stk02")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"n_neighbors": 0}, ValueError, "n_neighbors must be at least 1"),
+        ({"n_neighbors": 2.5}, TypeError, "n_neighbors must be an integer"),
+        ({"cutoff": 0}, ValueError, "cutoff must be finite and positive"),
+        ({"expected_radius": -1}, ValueError, "expected_radius must be finite"),
+        ({"alpha": np.nan}, ValueError, "alpha must be finite"),
+        ({"eta_convex": -1}, ValueError, "eta_convex must be finite"),
+    ],
+)
+def test_wrong_arguments_are_refused(arguments, error, message):
+    with pytest.raises(error, match=message):
+        build_point_graph(plane(20), **arguments)
+
+
+@pytest.mark.parametrize("viewpoint", [[0, 0], [0, 0, np.inf]])
+def test_a_viewpoint_is_three_finite_numbers(viewpoint):
+    with pytest.raises(ValueError, match="viewpoint must be three finite numbers"):
+        estimate_normals(plane(20), viewpoint=viewpoint)

@@ -1,0 +1,95 @@
+"""Point clouds and features at the command line."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import superfacets as sf
+from superfacets.cli.main import commands
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    xy = np.random.default_rng(0).random((3000, 2))
+    points = np.column_stack([xy, 0.2 * (xy[:, 0] > 0.5)])
+    colors = np.where(xy[:, :1] + 0.3 * xy[:, 1:] > 0.6, [[255, 0, 0]], [[0, 0, 255]])
+    sf.write_mesh("cloud.ply", sf.PointCloud(points, colors=colors.astype(np.uint8)))
+    sf.write_mesh("bear.ply", sf.sample_mesh(5000))
+    return tmp_path
+
+
+def run(*arguments, status=0):
+    result = CliRunner().invoke(commands, [str(argument) for argument in arguments])
+    assert result.exit_code == status, result.output
+    return result.output
+
+
+def test_a_cloud_is_segmented_and_described(folder):
+    output = run("segment", "cloud.ply", "-n", 20, "-o", "labels.npy", "-o", "out.ply")
+    assert "cloud.ply: 3000 points, 20 regions" in output
+    assert "replaced by those of the labels: vertex property red" in output
+    assert np.array_equal(sf.read_labels("out.ply"), np.load("labels.npy"))
+    assert json.loads(run("info", "--json", "cloud.ply"))["n_points"] == 3000
+    assert "isolated points      0" in run("info", "cloud.ply")
+
+
+def test_a_cloud_is_drawn(folder):
+    pytest.importorskip("vtkmodules")
+    run("segment", "cloud.ply", "-n", 5, "-q", "-o", "out.ply")
+    run("render", "out.ply", "-o", "picture.png")
+    assert (folder / "picture.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("names", [["color"], ["red", "blue"], ["color", "height", "normals"]])
+def test_features_by_name(folder, names):
+    run("segment", "cloud.ply", "-n", 12, "-q", "--to", "npy")
+    options = [word for name in names for word in ("--features", name)]
+    run("segment", "cloud.ply", "-n", 12, "-q", "-o", "with.npy", *options, "--feature-weight", 9)
+    is_red = sf.read_cloud("cloud.ply").colors[:, 0] > 0.5
+    mixed = [
+        np.minimum(np.bincount(labels, is_red), np.bincount(labels, ~is_red)).sum()
+        for labels in (np.load("cloud.superfacets.npy"), np.load("with.npy"))
+    ]
+    assert mixed[1] < 0.3 * mixed[0]
+
+
+@pytest.mark.parametrize("name", ["normals", "height"])
+def test_features_of_a_mesh(folder, name):
+    run("segment", "bear.ply", "-n", 30, "-q", "-o", "with.npy", "--features", name)
+    run("segment", "bear.ply", "-n", 30, "-q", "-o", "without.npy")
+    assert not np.array_equal(np.load("with.npy"), np.load("without.npy"))
+    run("segment", "bear.ply", "-n", 30, "-q", "-o", "zero.npy", "--features", name,
+        "--feature-weight", 0)  # fmt: skip
+    assert np.array_equal(np.load("zero.npy"), np.load("without.npy"))
+
+
+def test_properties_of_faces_and_vertices(folder):
+    mesh = sf.sample_mesh(5000)
+    height = mesh.vertices[:, 1]
+    of_faces = height[mesh.faces].mean(axis=1)
+    attributes = sf.MeshAttributes(vertex={"h": height}, face={"g": of_faces})
+    sf.write_mesh("fields.ply", mesh, attributes=attributes)
+    for name in "hg":
+        run("segment", "fields.ply", "-n", 9, "-q", "-o", f"{name}.npy", "--features", name)
+    assert np.array_equal(np.load("h.npy"), np.load("g.npy"))
+    run("segment", "fields.ply", "-n", 9, "-q", "-o", "a.ply", "--features", "g", "--subdivide")
+
+
+def test_what_the_file_does_not_have_is_an_error(folder):
+    output = run("segment", "bear.ply", "--features", "color", status=1)
+    assert "--features color: the file has no red green blue; it has no such data" in output
+    output = run("segment", "cloud.ply", "--features", "heat", status=1)
+    assert "it has alpha, blue, green, red" in output
+
+
+def test_a_cloud_is_not_subdivided(folder):
+    assert "a point cloud has no faces" in run("segment", "cloud.ply", "--subdivide", status=1)
+
+
+def test_more_regions_than_points(folder):
+    np.save("few.npy", np.eye(3))
+    output = run("segment", "few.npy", "-n", 9, "-o", "labels.npy")
+    assert "the cloud has 3 points" in output
