@@ -182,16 +182,6 @@ def test_labels_that_break_an_invariant_are_refused(bear):
             checks.check_invariants(bear, changed_result(result, **changes))
 
 
-def test_regions_of_the_halted_mode_may_be_in_pieces(bear):
-    result = sf.segment(tuple(bear), 400, **runs.SETTINGS["halted, 10 iterations"])
-    graph = sf.build_face_graph(tuple(bear))
-    assert checks.n_pieces(graph.offsets, graph.neighbors, result.labels) > result.n_segments
-    checks.check_invariants(bear, result)
-    fewer = changed_result(result, params=result.params | {"n_segments": 9999})
-    with pytest.raises(checks.WrongLabelsError, match="regions, 9999 asked for"):
-        checks.check_invariants(bear, fewer)
-
-
 def test_a_region_in_pieces_is_refused(bear):
     result = sf.segment(tuple(bear), 20)
     graph = sf.build_face_graph(tuple(bear))
@@ -205,6 +195,11 @@ def test_a_region_in_pieces_is_refused(bear):
     labels[inner[0]] = (labels[inner[0]] + 10) % 20
     with pytest.raises(checks.WrongLabelsError, match="20 regions are in 21 pieces"):
         checks.check_invariants(bear, changed_result(result, labels=labels))
+    halted = result.params | {"radius_factor": 2.0}  # may leave pieces, not too few regions
+    checks.check_invariants(bear, changed_result(result, labels=labels, params=halted))
+    fewer = changed_result(result, params=halted | {"n_segments": 21})
+    with pytest.raises(checks.WrongLabelsError, match="20 regions, 21 asked for"):
+        checks.check_invariants(bear, fewer)
 
 
 def test_labels_are_those_of_the_reference():
