@@ -124,7 +124,8 @@ def check_invariants(arrays: Arrays, result: sf.Segmentation) -> None:
     require(np.array_equal(own, np.arange(n_segments)), "a center lies in another region")
     asked = result.params["n_segments"]
     if result.params["radius_factor"] is not None:
-        return require(n_segments >= asked, f"{n_segments} regions, {asked} asked for")
+        require(n_segments >= asked, f"{n_segments} regions, {asked} asked for")
+        return
     graph = sf.build_face_graph(arrays)
     pieces = n_pieces(graph.offsets, graph.neighbors, labels)
     require(pieces == n_segments, f"{n_segments} regions are in {pieces} pieces")
