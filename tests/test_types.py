@@ -11,6 +11,7 @@ import numpy as np
 import superfacets as sf
 
 mesh = sf.read_mesh("scan.ply")
+assert isinstance(mesh, sf.Mesh)  # not of polygons or tetrahedra
 labels: np.ndarray = sf.segment(mesh, 150).labels
 sf.segment("scan.ply", radius=0.03, weights="superfacets", init="flood")
 sf.segment((mesh.vertices, mesh.faces), init=[0, 1], weights=np.ones(9), islands="nearest")
