@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -20,7 +21,10 @@ class _Points(Protocol):
     def point(self) -> Any: ...
 
 
-CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | npt.ArrayLike | _Points
+Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
+"""Points, not `ArrayLike`, which would accept a number."""
+
+CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
 """What functions accept as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of
 trimesh, PyVista or Open3D."""
 
