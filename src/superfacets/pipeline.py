@@ -124,11 +124,11 @@ def segment(
         are connected. If given, expansions halt at this many r from their center (2 in the paper),
         and regions may be disconnected.
     max_num_iter : int, default 50
-        Maximum number of iterations. Each labels all faces once, or all coarse cells: where regions
-        have about a hundred faces or more, the loop runs on connected groups of 4 to 16 faces (on
-        groups of those where they have thousands), and all faces are labeled once after it. It does
-        not with given seeds, `radius_factor`, ``tol=0``, ``max_num_iter=1``, and weights that are
-        not the same both ways.
+        Maximum number of iterations, on each level. Each labels all faces once, or all coarse
+        cells: where regions have about a hundred faces or more, the loop runs on connected groups
+        of 4 to 16 faces (on groups of those where they have thousands), and all faces are labeled
+        once after it. It does not with given seeds, `radius_factor`, ``tol=0``,
+        ``max_num_iter=1``, and weights that are not the same both ways.
     tol : float, default 0.02
         Stop when the root mean square of the centers' moves is at most this fraction of r. With 0,
         stop when no center changes, as in the paper; all iterations are then on all faces.
@@ -173,9 +173,9 @@ def segment(
         if it returns False, the loop ends with ``stop_reason="cancelled"``.
     on_stage : callable, optional
         Called with the name of each stage when it begins: ``"mesh"``, ``"face_graph"``,
-        ``"weights"``, ``"order"``, ``"coarsen"`` (unless all iterations are to be on all faces),
-        ``"seeding"``, ``"classify"`` (once, for the whole loop), and ``"regions"`` if regions are
-        cleaned up. An exception that it raises ends the run.
+        ``"weights"``, ``"order"``, ``"coarsen"`` (not with options that rule it out, see
+        `max_num_iter`), ``"seeding"``, ``"classify"`` (once, for the whole loop), and ``"regions"``
+        if regions are cleaned up. An exception that it raises ends the run.
 
     Returns
     -------

@@ -52,7 +52,7 @@ GRAPHS = {
     "slivers": lambda: weighted(shapes.slivers()),
     "specks": lambda: weighted(specks()),
     "random": lambda: shapes.random_graph(300, 900, seed=5, weight_values=[1.0, 2.0, 1000.0]),
-    "star": lambda: shapes.random_graph(60, 1500, seed=6),
+    "dense": lambda: shapes.random_graph(60, 1500, seed=6),
 }
 
 
@@ -159,6 +159,16 @@ def test_k_regions_where_components_are_many():
     assert (kept.n_segments, kept.n_unreached) == (63, 60)
 
 
+def test_cells_of_islands_do_not_count_as_those_of_regions():
+    """A sheet of 1,152 faces and 9,000 in specks: 100 regions on the sheet, as on one level."""
+    mesh = specks(4500)
+    options = {"islands": "nearest", "smooth": False}
+    result = segment(mesh, 100, **options)
+    assert (result.n_segments, result.n_unreached) == (100, 4500)
+    assert len(result.levels) == 1
+    assert len(segment(mesh, 4, **options).levels) > 1
+
+
 @pytest.mark.parametrize(
     "options",
     [PAPER, {"tol": 0}, {"max_num_iter": 1}, {"radius_factor": 3.0}, {"init": [0, 700, 1400]}],
@@ -196,6 +206,14 @@ def test_progress_counts_through_the_levels_and_ends_all_of_them():
     assert cancelled.stop_reason == "cancelled"
     assert {level.n_iter for level in cancelled.levels} == {1}
     check_classification(weighted_as_segmented(mesh, 4), cancelled)
+
+
+def test_a_cancel_in_the_iteration_that_converges_is_a_cancel():
+    mesh = shapes.bumpy_sheet(60)
+    first = segment(mesh, 4).levels[0].n_iter
+    result = segment(mesh, 4, progress=lambda n_iter, n_moved: n_iter < first)
+    assert result.stop_reason == "cancelled"
+    assert {level.n_iter for level in result.levels[1:]} == {1}
 
 
 def weighted_as_segmented(mesh, k):

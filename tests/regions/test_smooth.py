@@ -344,6 +344,13 @@ def test_arcs_that_lead_one_way_only_are_followed_in_turn():
         assert np.array_equal(smooth_borders(graph, labels, n_threads=n_threads), expected)
 
 
+def test_a_region_that_is_touched_and_touches_none():
+    graph = CellGraph(
+        [[0, 0, 0], [1, 0, 0]], [1, 1], [0, 1, 1], [1], [1], arc_measures=ArcMeasures([1.0])
+    )
+    assert smooth_borders(graph, [0, 1]).tolist() == [0, 1]
+
+
 def test_the_labels_given_are_left_as_they_are():
     mesh, labels = sheet("""
         00 00 01 11

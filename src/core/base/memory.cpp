@@ -17,7 +17,7 @@ namespace superfacets {
 #if defined(__linux__)
 namespace {
 
-constexpr std::size_t kPage = 1 << 12;
+constexpr std::size_t kPage = 1 << 16;      // whole pages of every system
 constexpr std::size_t kHugePage = 1 << 21;  // of most systems
 
 // Kept of what was returned: what a mesh of some hundred thousand faces takes, and this part of
@@ -81,8 +81,14 @@ class Pool {
     const std::size_t n_mapped = rounded_up(n_bytes, kHugePage);
     const std::size_t n_left = n_mapped - n_bytes;
     shrink(n_free_ - std::min(n_free_, n_mapped));
-    const auto begin = reinterpret_cast<std::uintptr_t>(map_memory(n_mapped));
-    if (n_left > 0) add(begin, n_left);
+    void* const memory = map_memory(n_mapped);
+    const auto begin = reinterpret_cast<std::uintptr_t>(memory);
+    try {
+      if (n_left > 0) add(begin, n_left);
+    } catch (...) {
+      ::munmap(memory, n_mapped);
+      throw;
+    }
     return reinterpret_cast<void*>(begin + n_left);
   }
 
@@ -91,7 +97,6 @@ class Pool {
     const auto before = next == ranges_.begin() ? ranges_.end() : std::prev(next);
     const bool joins_next = next != ranges_.end() && begin + size == next->first;
     const bool joins_before = before != ranges_.end() && before->first + before->second == begin;
-    n_free_ += size;
     const std::size_t total = size + (joins_next ? next->second : 0);
     if (joins_before) {
       before->second += total;
@@ -99,6 +104,7 @@ class Pool {
       ranges_.emplace_hint(next, begin, total);
     }
     if (joins_next) ranges_.erase(next);
+    n_free_ += size;
   }
 
   // Returns ranges to the system, the largest first, until no more than n_kept bytes are left.
@@ -141,11 +147,11 @@ void* take_memory(std::size_t n_bytes) {
 void return_memory(void* memory, std::size_t n_bytes) noexcept {
   const std::size_t n_returned = rounded_up(n_bytes, kPage);
   const std::unique_lock lock(pool_mutex, std::try_to_lock);
-  if (!lock.owns_lock()) {
-    ::munmap(memory, n_returned);
-    return;
+  try {
+    if (lock.owns_lock()) return pool().give(memory, n_returned);
+  } catch (const std::bad_alloc&) {  // not even for the record of a range
   }
-  pool().give(memory, n_returned);
+  ::munmap(memory, n_returned);
 }
 
 #else

@@ -19,6 +19,13 @@ Cell bind_central_cell(const OrderedGraph& graph, int n_threads) {
                  [&](ThreadTeam& team) { return central_cell(graph, team); });
 }
 
+std::int64_t bind_n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds,
+                                              int n_threads) {
+  return on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return n_cells_of_large_components(graph, n_seeds, team);
+  });
+}
+
 auto bind_farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, Islands islands,
                          int n_threads) {
   return to_numpy(on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
@@ -138,6 +145,8 @@ void bind_clustering_stages(nb::module_& module) {
   nb::enum_<Islands>(module, "Islands")
       .value("KEEP", Islands::kKeep)
       .value("NEAREST", Islands::kNearest);
+  module.def("n_cells_of_large_components", &bind_n_cells_of_large_components, "graph"_a,
+             "n_seeds"_a, "n_threads"_a);
   module.def("farthest_seeds", &bind_farthest_seeds, "graph"_a, "first"_a, "n_seeds"_a, "islands"_a,
              "n_threads"_a);
   module.def("geodesic_seeds", &bind_geodesic_seeds, "graph"_a, "first"_a, "n_seeds"_a,

@@ -210,6 +210,22 @@ Cell central_cell(const OrderedGraph& graph, ThreadTeam& team) {
   return graph.cells[graph.nearest(mean, 0, [](Place) { return true; })];
 }
 
+std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds,
+                                         ThreadTeam& team) {
+  const Components components = find_components_of(graph, team);
+  std::vector<double> measures(components.n_components, 0.0);
+  std::vector<std::int64_t> counts(components.n_components, 0);
+  for (const Place place : graph.place_of) {
+    measures[components.of[place]] += graph.measures[place];
+    ++counts[components.of[place]];
+  }
+  std::int64_t n_cells = 0;
+  for (std::size_t component = 0; component < counts.size(); ++component) {
+    if (measures[component] >= 0.5 * graph.total_measure / n_seeds) n_cells += counts[component];
+  }
+  return n_cells;
+}
+
 std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  Islands islands, ThreadTeam& team) {
   FarthestPoints points(graph, team);

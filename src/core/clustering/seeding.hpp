@@ -16,6 +16,10 @@ namespace superfacets {
 // The cell nearest to the measure-weighted mean of all positions, lowest index among equals.
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);
 
+// The number of cells in components with at least half of the measure expected of a region. The
+// others are islands, as long as these have enough cells for n_seeds seeds.
+std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds, ThreadTeam& team);
+
 // `first`, then again and again the cell farthest (Euclidean) from all cells chosen so far, lowest
 // index among equals, until there are n_seeds <= N of them. Time O(N log N + k log N) in practice:
 // a tree of bounding boxes skips groups of cells to which a new center cannot be nearer. Memory: 9

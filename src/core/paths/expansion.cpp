@@ -31,9 +31,10 @@ int chunk_bits_for(std::int64_t n_cells, int n_threads) {
   return std::clamp(static_cast<int>(std::bit_width(wanted)), kMinChunkBits, kMaxChunkBits);
 }
 
-// No shortest path is as long (see kTotalBits), nor is one made longer by a detour. Expansions may
-// begin with the latter, so what is compared is shorter than four of the former.
-constexpr PathLength kLongest = PathLength{4} << kTotalBits;
+// No path is as long. Shortest ones are below 2^kTotalBits, those made longer by a detour below
+// twice that. A way through a coarse cell goes in and out along paths of finer cells, so it is at
+// most twice as long as these on each of a few levels.
+constexpr PathLength kLongest = PathLength{1} << 60;
 
 PathLength longer_by(PathLength length, const Arc& arc) {
   SUPERFACETS_ASSERT(length < kLongest);

@@ -7,7 +7,7 @@
 namespace superfacets {
 namespace {
 
-// A block takes a few microseconds, little compared with the expansion from a new center.
+// A block takes less than a microsecond, little compared with the expansion from a new center.
 constexpr std::int64_t kBlock = 1 << 8;
 
 }  // namespace

@@ -89,10 +89,8 @@ class Smoother {
 
   GroupedCells by_region(const Lists& lists) const {
     const std::span<const Label> labels = regions_.labels();
-    Label n_regions = 0;  // of those that touch another
-    for (const std::vector<Cell>& list : lists) {
-      for (const Cell cell : list) n_regions = std::max(n_regions, labels[cell] + 1);
-    }
+    // All of them: where arcs lead one way, a region may be touched that touches no other.
+    const Label n_regions = *std::max_element(labels.begin(), labels.end()) + 1;
     return group_cells(lists, [&](Cell cell) { return labels[cell]; }, n_regions);
   }
 

@@ -47,7 +47,7 @@ class Iteration:
     @property
     def stop_reason(self) -> StopReason:
         """Why the iterations of the last level ended."""
-        return self.levels[-1].stop_reason if self.levels else "max_num_iter"
+        return self.levels[-1].stop_reason
 
     def run(
         self, coarse: list[_core.CoarseGraph], graph: _core.OrderedGraph, centers: Centers
@@ -78,16 +78,18 @@ class Iteration:
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
             clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
-        n_iter, reason = 1, self.stop_reason
-        if not (must_stay or self.is_cancelled):
-            n_iter, reason = self._iterate(graph, clustering)
+        n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 
     def _iterate(
-        self, graph: _core.OrderedGraph, clustering: _core.Clustering
+        self, graph: _core.OrderedGraph, clustering: _core.Clustering, *, must_stay: bool
     ) -> tuple[int, StopReason]:
         """Return the number of iterations, and which rule ended them."""
+        if self.is_cancelled:
+            return 1, "cancelled"
+        if must_stay:
+            return 1, self.stop_reason
         max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()
         n_before = sum(level.n_iter for level in self.levels)

@@ -21,6 +21,9 @@ error and compactness of the 95 benchmark models are those of the loop on all ce
 (k = 50: .2088 to .2109 / 4.21 to 4.22, against .2143 / 4.23; k = 150: .1279 to .1287 / 4.47 to
 4.48, against .1283 / 4.48)."""
 
+ENOUGH_OF_SEEDED = 0.75
+"""The share of these cells that must be in components that get seeds."""
+
 MIN_REDUCTION = 2
 """How many times fewer cells a level must have."""
 
@@ -46,6 +49,9 @@ def coarse_graphs(
         larger = _core.CoarseGraph(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
             break  # nearly all cells are alone
+        n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)
+        if n_seeded < ENOUGH_OF_SEEDED * n_enough:
+            break  # most cells are those of islands, which get no seeds
         coarse.append(larger)
         graph = larger.graph
         sizes = (NEXT_CELL_SIZE,)
