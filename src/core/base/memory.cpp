@@ -6,7 +6,7 @@
 #include <sys/mman.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <cstddef>
 #include <limits>
 #include <map>
 #include <mutex>
@@ -49,12 +49,12 @@ class Pool {
 
   void give(void* memory, std::size_t n_bytes) {
     n_used_ -= std::min(n_used_, n_bytes);  // some was taken past the pool
-    add(reinterpret_cast<std::uintptr_t>(memory), n_bytes);
+    add(static_cast<std::byte*>(memory), n_bytes);
     shrink(std::max(kAlwaysKept, n_used_ / kKeptPart));
   }
 
  private:
-  using Ranges = std::map<std::uintptr_t, std::size_t>;  // where each begins, and its size
+  using Ranges = std::map<std::byte*, std::size_t>;  // where each begins, and its size
 
   // The smallest range that is large enough.
   Ranges::iterator best_fit(std::size_t n_bytes) {
@@ -71,7 +71,7 @@ class Pool {
   void* cut(Ranges::iterator range, std::size_t n_bytes) {
     range->second -= n_bytes;
     n_free_ -= n_bytes;
-    void* const memory = reinterpret_cast<void*>(range->first + range->second);
+    void* const memory = range->first + range->second;
     if (range->second == 0) ranges_.erase(range);
     return memory;
   }
@@ -82,17 +82,17 @@ class Pool {
     const std::size_t n_left = n_mapped - n_bytes;
     shrink(n_free_ - std::min(n_free_, n_mapped));
     void* const memory = map_memory(n_mapped);
-    const auto begin = reinterpret_cast<std::uintptr_t>(memory);
+    auto* const begin = static_cast<std::byte*>(memory);
     try {
       if (n_left > 0) add(begin, n_left);
     } catch (...) {
       ::munmap(memory, n_mapped);
       throw;
     }
-    return reinterpret_cast<void*>(begin + n_left);
+    return begin + n_left;
   }
 
-  void add(std::uintptr_t begin, std::size_t size) {
+  void add(std::byte* begin, std::size_t size) {
     const auto next = ranges_.lower_bound(begin);
     const auto before = next == ranges_.begin() ? ranges_.end() : std::prev(next);
     const bool joins_next = next != ranges_.end() && begin + size == next->first;
@@ -116,7 +116,7 @@ class Pool {
       const std::size_t size = std::min(largest->second, rounded_up(n_free_ - n_kept, kPage));
       largest->second -= size;
       n_free_ -= size;
-      ::munmap(reinterpret_cast<void*>(largest->first + largest->second), size);
+      ::munmap(largest->first + largest->second, size);
       if (largest->second == 0) ranges_.erase(largest);
     }
   }
@@ -147,11 +147,15 @@ void* take_memory(std::size_t n_bytes) {
 void return_memory(void* memory, std::size_t n_bytes) noexcept {
   const std::size_t n_returned = rounded_up(n_bytes, kPage);
   const std::unique_lock lock(pool_mutex, std::try_to_lock);
-  try {
-    if (lock.owns_lock()) return pool().give(memory, n_returned);
-  } catch (const std::bad_alloc&) {  // not even for the record of a range
+  if (!lock.owns_lock()) {
+    ::munmap(memory, n_returned);
+    return;
   }
-  ::munmap(memory, n_returned);
+  try {
+    pool().give(memory, n_returned);
+  } catch (const std::bad_alloc&) {  // there is no memory for the record of a range
+    ::munmap(memory, n_returned);
+  }
 }
 
 #else

@@ -31,7 +31,8 @@ thread_local Kept kept;
 // end.
 std::unique_ptr<ThreadTeam> take_kept(int n_threads) {
   if (kept.team != nullptr && kept.process != process_id()) {
-    static_cast<void>(kept.team.release());
+    const ThreadTeam* const lost = kept.team.release();
+    static_cast<void>(lost);
   }
   if (kept.team == nullptr || kept.team->most() < n_threads) return nullptr;
   return std::exchange(kept.team, nullptr);

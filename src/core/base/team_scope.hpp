@@ -8,7 +8,8 @@
 namespace superfacets {
 
 // While one lives, the kernels that its thread calls share one team of threads, which the first of
-// them starts; objects that live longer than a call have their own. Starting threads takes as long as most kernels on ten thousand faces.
+// them starts; objects that live longer than a call have their own. Starting threads takes as long
+// as most kernels on ten thousand faces.
 class TeamScope {
  public:
   TeamScope();

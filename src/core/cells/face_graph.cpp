@@ -389,6 +389,7 @@ class Linker {
 Tally link_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team, Rings& rings) {
   const Files files = file_faces(corners, n_vertices, team);
   std::vector<Linker> linkers;
+  linkers.reserve(team.size());
   for (int thread = 0; thread < team.size(); ++thread) linkers.emplace_back(corners, rings);
   team.for_each(files.n_parts(), [&](std::int64_t part, int thread) {
     linkers[thread].link_part(files.part(part), files.part_bits, part);
@@ -550,7 +551,7 @@ FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vert
 
   FaceGraph graph;
   graph.counts = tally.edges;
-  if (tally.edges.non_manifold == 0 && tally.arcs == static_cast<std::uint64_t>(3 * n_faces)) {
+  if (tally.edges.non_manifold == 0 && std::cmp_equal(tally.arcs, 3 * n_faces)) {
     take_rings(std::move(rings), n_faces, team, graph);
   } else {
     collect_arcs(ArcReader(corners, rings), n_faces, team, graph);

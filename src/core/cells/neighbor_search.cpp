@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "base/assert.hpp"
 #include "cells/morton.hpp"
@@ -110,7 +111,7 @@ void NeighborSearch::scan_leaf(std::size_t leaf, Place from, std::span<Neighbor>
   }
   for (auto place = first; place < last; ++place) {
     if (squared[place - first] > squared_reach(list, size)) continue;
-    if (place == static_cast<std::size_t>(from)) continue;
+    if (std::cmp_equal(place, from)) continue;
     insert({squared[place - first], points_[place], static_cast<Place>(place)}, list, size);
   }
 }

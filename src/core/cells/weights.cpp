@@ -93,9 +93,10 @@ SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Fac
   const auto neighbors = arcs.neighbors(from);
   const std::int64_t first = arcs.offsets[from];
   if (neighbors.size() == 3) {  // nearly all
-    const int is_second = static_cast<int>(neighbors[1] == to);
-    const int is_third = static_cast<int>(neighbors[2] == to);
-    const int n_found = static_cast<int>(neighbors[0] == to) + is_second + is_third;
+    const auto is_second = static_cast<std::int64_t>(neighbors[1] == to);
+    const auto is_third = static_cast<std::int64_t>(neighbors[2] == to);
+    const std::int64_t n_found =
+        static_cast<std::int64_t>(neighbors[0] == to) + is_second + is_third;
     return n_found == 1 ? first + is_second + 2 * is_third : -1;
   }
   if (std::cmp_greater(neighbors.size(), kFewArcs)) return -1;
