@@ -54,7 +54,7 @@ class Segmentation:
         Number of regions, K.
     n_iter : int
         Number of iterations, on all levels together. Where regions have many faces, most of them
-        are on coarser cells; see `levels`.
+        are on coarser cells; see ``levels``.
     stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
         Why the loop ended: the centers moved less than `tol`; a set of centers occurred again; the
         maximum number of iterations; `progress` returned False. With several levels, why it ended
