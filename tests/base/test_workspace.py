@@ -84,6 +84,7 @@ def test_an_error_ends_a_workspace():
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are not forked")
+@pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer aborts then")
 def test_a_process_that_is_forked_within_a_call_starts_threads_of_its_own():
     mesh = sample_mesh()
     expected = build_face_graph(mesh, n_threads=2).neighbors
