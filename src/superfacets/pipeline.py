@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -210,40 +210,58 @@ def segment(
     (20, dtype('int32'), 19)
     """
     # Wrong parameters are found before the mesh is read.
-    size_options = SizeOptions.checked(n_segments, radius, init)
+    size = SizeOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", INITS)
-    loop = LoopOptions.checked(
-        max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
+    options = _Options(
+        weld,
+        init,
+        size,
+        WeightOptions.checked(weights, alpha, eta_convex),
+        FeatureOptions.checked(features, feature_weight, scale_features),
+        LoopOptions.checked(
+            max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
+        ),
+        CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
     )
-    weight_options = WeightOptions.checked(weights, alpha, eta_convex)
-    feature_options = FeatureOptions.checked(features, feature_weight, scale_features)
-    cleanup = CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands)
-    timings: dict[str, float] = {}
     with _core.Workspace():  # threads for all that follows
-        cells = _build_cells(
-            mesh, weld, size_options, weight_options, feature_options, loop, timings
-        )
-        surface, size, share, ordered, lengths, unit, steps = cells
-        del cells
-        note = sliver_note(share, _advice(size.radius))
-        if note is not None:
-            warnings.warn(note, SliverWarning, stacklevel=2)
-        result = segment_cells(ordered, surface.bounds, size, size_options, init, loop)
-        _warn_of_islands(result)
-        del ordered  # makes room
-        if cleanup.is_needed:
-            with timed(timings, "regions", on_stage):
-                costs = _border_costs(surface, size.radius, weight_options, steps, lengths, unit)
-                del lengths  # makes room
-                result = clean(costs, result, cleanup)
-    params = {
-        "weld": weld,
-        **weight_options.params,
-        **feature_options.params,
-        **result.params,
-        **cleanup.params,
-    }
+        return _run(mesh, options)
+
+
+@dataclass(frozen=True)
+class _Options:
+    """The checked options of all stages."""
+
+    weld: bool
+    init: Init | Seeds
+    size: SizeOptions
+    weights: WeightOptions
+    features: FeatureOptions
+    loop: LoopOptions
+    cleanup: CleanupOptions
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """As they are reported, but for those that `segment_cells` reports."""
+        return {"weld": self.weld, **self.weights.params, **self.features.params}
+
+
+def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
+    """Run all stages; the caller of `segment` is warned."""
+    timings: dict[str, float] = {}
+    surface, size, share, ordered, lengths, unit, steps = _build_cells(mesh, options, timings)
+    note = sliver_note(share, _advice(size.radius))
+    if note is not None:
+        warnings.warn(note, SliverWarning, stacklevel=3)
+    result = segment_cells(ordered, surface.bounds, size, options.size, options.init, options.loop)
+    _warn_of_islands(result)
+    del ordered  # makes room
+    if options.cleanup.is_needed:
+        with timed(timings, "regions", options.loop.on_stage):
+            costs = _border_costs(surface, size.radius, options.weights, steps, lengths, unit)
+            del lengths  # makes room
+            result = clean(costs, result, options.cleanup)
+    params = {**options.params, **result.params, **options.cleanup.params}
     timings = _in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params)
 
@@ -254,9 +272,7 @@ def _advice(radius: float) -> str:
 
 
 def _build_cells(
-    mesh: MeshLike | CloudLike, weld: bool, size_options: SizeOptions,
-    weight_options: WeightOptions, feature_options: FeatureOptions, loop: LoopOptions,
-    timings: dict[str, float],
+    mesh: MeshLike | CloudLike, options: _Options, timings: dict[str, float]
 ) -> tuple[
     Surface, RegionSize, float, _core.OrderedGraph, npt.NDArray[np.float32], float,
     FeatureSteps | None,
@@ -266,19 +282,19 @@ def _build_cells(
     That is the faces as cells, the size of regions, the share of slivers, the cells as stages 3 and
     4 take them, the weights as paths are measured by them, with their unit, and the features.
     """
-    n_threads, on_stage = loop.n_threads, loop.on_stage
+    n_threads, on_stage = options.loop.n_threads, options.loop.on_stage
     with timed(timings, "mesh", on_stage):
         source = as_cells(mesh)
         kind = kind_of(source)
     with timed(timings, "face_graph", on_stage):
-        graph, shapes = kind.build_graph(source, weld, n_threads)
-        size = region_size(size_options, graph.measures, graph.diagonal, n_threads, kind.dimension)
+        graph, shapes = kind.build_graph(source, options.weld, n_threads)
+        size = region_size(options.size, graph.measures, graph.diagonal, n_threads, kind.dimension)
         share = kind.sliver_share(source, graph, shapes, size.radius, n_threads)
     with timed(timings, "weights", on_stage):
         surface = kind.surface(source, graph, n_threads)
-        weights = kind.weights(surface, graph, shapes, size.radius, weight_options)
+        weights = kind.weights(surface, graph, shapes, size.radius, options.weights)
         del shapes  # makes room
-        steps = feature_options.steps(source, graph.measures, n_threads)
+        steps = options.features.steps(source, graph.measures, n_threads)
         if steps is not None:
             checked = checked_weights(weights, surface.n_arcs, n_threads)
             weights = steps.added(checked, surface.arcs, size.radius / graph.diagonal)
@@ -288,7 +304,7 @@ def _build_cells(
         placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
         arcs = (graph.offsets, graph.neighbors, lengths)
         del graph  # a surface works centroids and areas out when asked for
-        is_symmetric = weight_options.given is None  # by the formulas
+        is_symmetric = options.weights.given is None  # by the formulas
         ordered = _core.OrderedGraph(placed, *arcs, n_threads, is_symmetric)
         return surface, size, share, ordered, lengths, unit, steps
 
@@ -323,7 +339,7 @@ def _warn_of_islands(result: Segmentation) -> None:
         f"{result.n_segments} regions in place of {asked}: {result.n_unreached} components of the"
         " mesh got no seed; islands='nearest' lets them join the nearest region",
         IslandWarning,
-        stacklevel=3,
+        stacklevel=4,
     )
 
 

@@ -9,6 +9,7 @@
 #include "base/arctangent.hpp"
 #include "base/assert.hpp"
 #include "base/buffer.hpp"
+#include "base/point_block.hpp"
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
 #include "base/versions.hpp"
@@ -142,20 +143,7 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
 }
 
 using Numbers = std::array<double, kArcsPerBlock>;
-
-// Points of a block of arcs, each coordinate in an array of its own, as vectorized loops want it.
-struct Points {
-  Numbers x;
-  Numbers y;
-  Numbers z;
-
-  SUPERFACETS_ALWAYS_INLINE Point get(std::size_t i) const { return {x[i], y[i], z[i]}; }
-  SUPERFACETS_ALWAYS_INLINE void set(std::size_t i, const Point& p) {
-    x[i] = p.x;
-    y[i] = p.y;
-    z[i] = p.z;
-  }
-};
+using Points = PointBlock<kArcsPerBlock>;
 
 struct Block {
   Points start;

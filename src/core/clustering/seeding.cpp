@@ -64,6 +64,27 @@ Components find_components_of(const OrderedGraph& graph, ThreadTeam& team) {
   return find_components(graph, same.span());
 }
 
+struct Size {
+  double measure = 0.0;
+  Cell n_cells = 0;
+};
+
+std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& components) {
+  std::vector<Size> sizes(components.n_components);
+  for (const Place place : graph.place_of) {  // in the order of cells
+    sizes[components.of[place]].measure += graph.measures[place];
+    ++sizes[components.of[place]].n_cells;
+  }
+  return sizes;
+}
+
+// The measure that a component must have in order not to be an island: half of a region's.
+double least_measure(const OrderedGraph& graph, Cell n_seeds) {
+  double total = 0.0;
+  for (const Place place : graph.place_of) total += graph.measures[place];
+  return 0.5 * total / n_seeds;
+}
+
 // The components of a graph, and which of them are large enough for seeds of their own.
 class SeededComponents {
  public:
@@ -92,20 +113,6 @@ class SeededComponents {
   }
 
  private:
-  struct Size {
-    double measure = 0.0;
-    Cell n_cells = 0;
-  };
-
-  std::vector<Size> sizes() const {
-    std::vector<Size> sizes(n_components());
-    for (const Place place : graph_.place_of) {  // in the order of cells
-      sizes[component(place)].measure += graph_.measures[place];
-      ++sizes[component(place)].n_cells;
-    }
-    return sizes;
-  }
-
   // All components, the largest first.
   std::vector<Cell> by_size(std::span<const Size> sizes) const {
     std::vector<Cell> order(sizes.size());
@@ -118,10 +125,8 @@ class SeededComponents {
   }
 
   void choose(Cell n_seeds) {
-    double total = 0.0;
-    for (const Place place : graph_.place_of) total += graph_.measures[place];
-    const double enough = 0.5 * total / n_seeds;
-    const std::vector<Size> sizes = this->sizes();
+    const double enough = least_measure(graph_, n_seeds);
+    const std::vector<Size> sizes = sizes_of(graph_, components_);
     Cell n_cells = 0;
     for (const Cell component : by_size(sizes)) {
       const bool is_wanted = sizes[component].measure >= enough || n_cells < n_seeds;
@@ -212,16 +217,10 @@ Cell central_cell(const OrderedGraph& graph, ThreadTeam& team) {
 
 std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds,
                                          ThreadTeam& team) {
-  const Components components = find_components_of(graph, team);
-  std::vector<double> measures(components.n_components, 0.0);
-  std::vector<std::int64_t> counts(components.n_components, 0);
-  for (const Place place : graph.place_of) {
-    measures[components.of[place]] += graph.measures[place];
-    ++counts[components.of[place]];
-  }
+  const double enough = least_measure(graph, n_seeds);
   std::int64_t n_cells = 0;
-  for (std::size_t component = 0; component < counts.size(); ++component) {
-    if (measures[component] >= 0.5 * graph.total_measure / n_seeds) n_cells += counts[component];
+  for (const Size& size : sizes_of(graph, find_components_of(graph, team))) {
+    if (size.measure >= enough) n_cells += size.n_cells;
   }
   return n_cells;
 }

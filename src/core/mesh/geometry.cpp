@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/assert.hpp"
+#include "base/point_block.hpp"
 #include "base/threads.hpp"
 #include "base/versions.hpp"
 
@@ -19,20 +20,7 @@ constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 constexpr std::size_t kFacesAtOnce = 64;
 
 using Numbers = std::array<double, kFacesAtOnce>;
-
-// Points of a block of faces, each coordinate in an array of its own, as vectorized loops want it.
-struct Points {
-  Numbers x;
-  Numbers y;
-  Numbers z;
-
-  SUPERFACETS_ALWAYS_INLINE Point get(std::size_t i) const { return {x[i], y[i], z[i]}; }
-  SUPERFACETS_ALWAYS_INLINE void set(std::size_t i, const Point& p) {
-    x[i] = p.x;
-    y[i] = p.y;
-    z[i] = p.z;
-  }
-};
+using Points = PointBlock<kFacesAtOnce>;
 
 struct Shapes {
   Points centroids;

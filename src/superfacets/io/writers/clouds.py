@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import IO, Any
 
 import numpy as np
@@ -56,30 +58,9 @@ def _write_las(
     *,
     ascii: bool,
     attributes: MeshAttributes | None = None,
+    ending: str = ".las",
 ) -> None:
     """LAS 1.4 with what attributes hold, and the labels as a further dimension `label`."""
-    _write_laspy(file, ".las", cloud, labels, attributes)
-
-
-def _write_laz(
-    file: IO[bytes],
-    cloud: PointCloud,
-    labels: Labels,
-    colors: Colors,
-    *,
-    ascii: bool,
-    attributes: MeshAttributes | None = None,
-) -> None:
-    _write_laspy(file, ".laz", cloud, labels, attributes)
-
-
-def _write_laspy(
-    file: IO[bytes],
-    ending: str,
-    cloud: PointCloud,
-    labels: Labels,
-    attributes: MeshAttributes | None,
-) -> None:
     laspy = las_module()
     header = laspy.LasHeader(point_format=7 if cloud.colors is not None else 6, version="1.4")
     low, high = cloud.bounds
@@ -114,10 +95,10 @@ def _round_step(least: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))
 
 
-CLOUD_WRITERS = {
+CLOUD_WRITERS: Mapping[str, Callable[..., None]] = {
     ".ply": write_ply,
     ".csv": _write_csv,
     ".las": _write_las,
-    ".laz": _write_laz,
+    ".laz": partial(_write_las, ending=".laz"),
 }
 """As the writers of meshes, but for a `PointCloud`."""
