@@ -15,7 +15,7 @@ demo: $(BIN)/superfacets ## segment the sample mesh, write a labeled mesh and a 
 
 test: $(VENV)/group-test ## run all tests
 	@tools/ensure-gl $(BIN)/python
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadscope
 
 lowest: $(VENV)/group-bounds ## run tests with the lowest versions declared of all dependencies
 	@tools/ensure-gl $(BIN)/python
