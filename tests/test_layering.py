@@ -23,6 +23,7 @@ PYTHON_LAYERS = [
     "io.readers",
     "adapters",
     "cells",
+    "regions.region_graph",  # of cells and labels alone: the result of the clustering offers it
     "clustering",
     "regions",
     "metrics",

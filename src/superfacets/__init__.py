@@ -35,6 +35,9 @@ if TYPE_CHECKING:
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
     from .io.writers.write import write_labels, write_mesh
+    from .regions.lines import BorderLines, border_lines, find_boundaries
+    from .regions.region_graph import RegionGraph, region_graph
+    from .regions.parts import Submesh, split_regions, submesh
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
@@ -47,6 +50,7 @@ __version__ = "0.1.0"
 __all__ = [
     "PAPER",
     "ArcMeasures",
+    "BorderLines",
     "CellGraph",
     "Classification",
     "CloudInfo",
@@ -62,10 +66,12 @@ __all__ = [
     "PointCloud",
     "PolygonMesh",
     "RegionEdit",
+    "RegionGraph",
     "RenderError",
     "Segmentation",
     "SliverWarning",
     "Subdivision",
+    "Submesh",
     "TetBoundary",
     "TetGraph",
     "TetInfo",
@@ -74,6 +80,7 @@ __all__ = [
     "Triangulation",
     "View",
     "arc_measures",
+    "border_lines",
     "build_face_graph",
     "build_point_graph",
     "build_tet_graph",
@@ -83,6 +90,7 @@ __all__ = [
     "enforce_connectivity",
     "estimate_normals",
     "face_colors",
+    "find_boundaries",
     "merge_small_regions",
     "mesh_info",
     "place_seeds",
@@ -90,13 +98,16 @@ __all__ = [
     "read_cloud",
     "read_labels",
     "read_mesh",
+    "region_graph",
     "render",
     "sample_mesh",
     "segment",
     "segment_graph",
     "smooth_borders",
+    "split_regions",
     "stk02_weights",
     "subdivide",
+    "submesh",
     "superfacet_weights",
     "update_centers",
     "write_labels",
@@ -117,6 +128,14 @@ _LAZY_NAMES = {
     "read_mesh": "io.readers.read",
     "write_labels": "io.writers.write",
     "write_mesh": "io.writers.write",
+    "BorderLines": "regions.lines",
+    "border_lines": "regions.lines",
+    "find_boundaries": "regions.lines",
+    "RegionGraph": "regions.region_graph",
+    "region_graph": "regions.region_graph",
+    "Submesh": "regions.parts",
+    "split_regions": "regions.parts",
+    "submesh": "regions.parts",
     "sample_mesh": "sample",
     "face_colors": "view.colors",
     "View": "view.camera",

@@ -473,6 +473,24 @@ def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return array, len(counts)
 
 
+def checked_partial_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels as `checked_labels`, of which -1 stands for cells in no region; K >= 1."""
+    given = _integer_array(labels, "labels")
+    if len(given) != n_cells:
+        raise ValueError(f"there are {len(given)} labels for {n_cells} cells")
+    is_wrong = (given < -1) | (given >= n_cells)
+    if is_wrong.any():
+        place = int(np.argmax(is_wrong))
+        raise ValueError(f"labels[{place}] is {given[place]}; labels are -1..K-1, K <= {n_cells}")
+    array = owned_indices(given)
+    counts = np.bincount(array if array.min() >= 0 else array[array >= 0])
+    if not len(counts):
+        raise ValueError("no cell has a label: all are -1")
+    if not counts.all():
+        raise ValueError(f"no cell has label {int(np.argmin(counts))}")
+    return array, len(counts)
+
+
 def checked_face_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
     """Labels of any numbers as an (N,) int64 array."""
     given = _integer_array(labels, "labels")

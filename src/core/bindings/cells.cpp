@@ -14,6 +14,7 @@
 #include "cells/polygon_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
+#include "cells/tet_surface.hpp"
 #include "cells/triangle_surface.hpp"
 #include "cells/weights.hpp"
 
@@ -50,6 +51,27 @@ void bind_graph_surface(GraphSurface* self, const Rows<double>& positions,
   new (self) GraphSurface({view(offsets), view(neighbors)},
                           {points(positions), view(measures), view(border_lengths),
                            view(step_lengths), view(angles), view(sides), view(open_lengths)});
+}
+
+using TetRows = nb::ndarray<const Vertex, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
+
+std::span<const Tet> tet_span(const TetRows& tets) {
+  return {reinterpret_cast<const Tet*>(tets.data()), tets.shape(0)};
+}
+
+void bind_tet_surface(TetSurface* self, const Rows<double>& vertices, const TetRows& tets,
+                      const Rows<double>& positions, const Array<double>& volumes,
+                      const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                      const Array<double>& border_areas, const Array<double>& step_lengths,
+                      const Array<std::int32_t>& sides, const Array<double>& open_areas) {
+  new (self) TetSurface(points(vertices), tet_span(tets), {view(offsets), view(neighbors)},
+                        {points(positions),
+                         view(volumes),
+                         view(border_areas),
+                         view(step_lengths),
+                         {},
+                         view(sides),
+                         view(open_areas)});
 }
 
 void bind_point_surface(PointSurface* self, const Rows<double>& positions,
@@ -132,12 +154,10 @@ auto bind_build_polygon_graph(const Array<std::int64_t>& offsets, const Array<Ve
       std::tuple(counts.edges, counts.boundary, counts.non_manifold, counts.inconsistent));
 }
 
-using TetRows = nb::ndarray<const Vertex, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
-
 auto bind_build_tet_graph(const Rows<double>& vertices, const TetRows& tets,
                           const Array<Vertex>& representative, int n_threads) {
   const auto positions = points(vertices);
-  const std::span input(reinterpret_cast<const Tet*>(tets.data()), tets.shape(0));
+  const auto input = tet_span(tets);
   const auto lowest = view(representative);
   auto [graph, measures] = on_team(input.size(), n_threads, [&](ThreadTeam& team) {
     PolygonGraph arcs = build_tet_graph(input, lowest, team);
@@ -296,6 +316,14 @@ void bind_cells(nb::module_& module) {
            nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
            nb::keep_alive<1, 7>(), nb::keep_alive<1, 8>(), nb::keep_alive<1, 9>(),
            nb::keep_alive<1, 10>());
+  nb::class_<TetSurface, GraphSurface>(module, "TetSurface")
+      .def("__init__", &bind_tet_surface, "vertices"_a.noconvert(), "tets"_a.noconvert(),
+           "positions"_a.noconvert(), "volumes"_a.noconvert(), "offsets"_a.noconvert(),
+           "neighbors"_a.noconvert(), "border_areas"_a.noconvert(), "step_lengths"_a.noconvert(),
+           "sides"_a.noconvert(), "open_areas"_a.noconvert(), nb::keep_alive<1, 2>(),
+           nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(),
+           nb::keep_alive<1, 6>(), nb::keep_alive<1, 7>(), nb::keep_alive<1, 8>(),
+           nb::keep_alive<1, 9>(), nb::keep_alive<1, 10>(), nb::keep_alive<1, 11>());
   nb::class_<PointSurface, Surface>(module, "PointSurface")
       .def("__init__", &bind_point_surface, "positions"_a.noconvert(), "areas"_a.noconvert(),
            "normals"_a.noconvert(), "order"_a.noconvert(), "offsets"_a.noconvert(),

@@ -1,8 +1,10 @@
 // Bindings of stage 5. The headers of the stage describe the functions; superfacets/_validate.py
 // ensures their preconditions.
 #include "bindings/bindings.hpp"
+#include "regions/lines.hpp"
 #include "regions/borders.hpp"
 #include "regions/join.hpp"
+#include "regions/region_graph.hpp"
 #include "regions/smooth.hpp"
 
 namespace superfacets {
@@ -33,6 +35,45 @@ auto bind_region_perimeters(const Surface& surface, const Array<Label>& labels, 
   return to_numpy(on_team(regions.size(), n_threads, [&](ThreadTeam& team) {
     return region_perimeters(surface, regions, n_regions, team);
   }));
+}
+
+auto bind_measure_regions(const Surface& surface, const Array<Label>& labels, Label n_regions,
+                          int n_threads) {
+  const auto input = view(labels);
+  RegionShapes shapes = on_team(input.size(), n_threads, [&](ThreadTeam& team) {
+    return measure_regions(surface, input, n_regions, team);
+  });
+  return std::tuple(to_numpy(std::move(shapes.measures)), to_numpy(std::move(shapes.centroids)),
+                    to_numpy(std::move(shapes.squares)), to_numpy(std::move(shapes.products)),
+                    to_numpy(std::move(shapes.normal_sums)), to_numpy(std::move(shapes.lows)),
+                    to_numpy(std::move(shapes.highs)), to_numpy(std::move(shapes.open_lengths)),
+                    to_numpy(std::move(shapes.centers)));
+}
+
+template <typename T, typename Number>
+auto column(const std::vector<RegionArc>& arcs, Number RegionArc::* member) {
+  std::vector<T> values;
+  values.reserve(arcs.size());
+  for (const RegionArc& arc : arcs) values.push_back(arc.*member);
+  return to_numpy(std::move(values));
+}
+
+auto bind_region_arcs(const Surface& surface, const Array<Label>& labels, int n_threads) {
+  const auto input = view(labels);
+  const std::vector<RegionArc> arcs = on_team(
+      input.size(), n_threads, [&](ThreadTeam& team) { return region_arcs(surface, input, team); });
+  return std::tuple(
+      column<Label>(arcs, &RegionArc::low), column<Label>(arcs, &RegionArc::high),
+      column<double>(arcs, &RegionArc::border_length), column<double>(arcs, &RegionArc::mean_angle),
+      column<double>(arcs, &RegionArc::signed_angle), column<double>(arcs, &RegionArc::max_angle),
+      column<std::int64_t>(arcs, &RegionArc::n_sides));
+}
+
+auto bind_trace_lines(const Array<std::int64_t>& partners) {
+  const auto input = view(partners);
+  Lines lines = without_gil([&] { return trace_lines(input); });
+  return std::tuple(to_numpy(std::move(lines.offsets)), to_numpy(std::move(lines.entries)),
+                    to_numpy(std::move(lines.are_closed)));
 }
 
 auto bind_join_regions(const Surface& surface, const Array<float>& lengths, double unit,
@@ -74,6 +115,10 @@ void bind_regions(nb::module_& module) {
              "least_area"_a, "n_threads"_a);
   module.def("region_perimeters", &bind_region_perimeters, "surface"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
+  module.def("measure_regions", &bind_measure_regions, "surface"_a, "labels"_a.noconvert(),
+             "n_regions"_a, "n_threads"_a);
+  module.def("region_arcs", &bind_region_arcs, "surface"_a, "labels"_a.noconvert(), "n_threads"_a);
+  module.def("trace_lines", &bind_trace_lines, "partners"_a.noconvert());
   module.def("smooth_borders", &bind_smooth_borders, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
              "crease_scale"_a, "labels"_a.noconvert(), "fixed"_a.noconvert(), "max_distance"_a,
              "max_chain"_a, "max_sweeps"_a, "n_threads"_a);

@@ -18,7 +18,7 @@ struct GivenMeasures {
 };
 
 // There are no corners: the order of cells around a corner is not known.
-class GraphSurface final : public Surface {
+class GraphSurface : public Surface {
  public:
   GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {
     SUPERFACETS_ASSERT(is_valid());

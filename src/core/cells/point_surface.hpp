@@ -25,6 +25,10 @@ class PointSurface final : public Surface {
 
   Point position(Cell point) const override { return positions_[point]; }
   double measure(Cell point) const override { return areas_[point]; }
+  CellShape shape(Cell point) const override {
+    const Point& at = positions_[point];
+    return {at, areas_[point], areas_[point] * normals_[point], {}, {at, at}};
+  }
   std::span<const Cell> order() const { return order_; }
   Bends find_bends(bool wants_convex, ThreadTeam& team) const {
     return superfacets::find_bends(positions_, normals_, arcs(), order_, wants_convex, team);

@@ -21,6 +21,26 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
   measure_polygons(vertices, faces, team, centroids_.span(), areas_.span(), normals_.span());
 }
 
+// The second moment is that of the fan of triangles (0, i, i + 1), as areas and centroids are: of a
+// triangle A / 12 times the sum over its corners and over the sum of these. What folds back counts
+// as negative.
+CellShape PolygonSurface::shape(Cell face) const {
+  const Point& center = centroids_[face];
+  CellShape shape{center, areas_[face], areas_[face] * normals_[face], {}, {}};
+  const auto corners = faces_[face];
+  for (const Vertex corner : corners) shape.box.include(vertices_[corner]);
+  const Point first = vertices_[corners[0]] - center;
+  for (std::size_t i = 2; i < corners.size(); ++i) {
+    const Point second = vertices_[corners[i - 1]] - center;
+    const Point third = vertices_[corners[i]] - center;
+    const double area = 0.5 * dot(cross(second - first, third - first), normals_[face]);
+    for (const Point& p : {first, second, third, first + second + third}) {
+      shape.spread.add(area / 12.0, p);
+    }
+  }
+  return shape;
+}
+
 // Whether arrays agree, and hold what they should.
 bool PolygonSurface::is_valid() const {
   const std::size_t n_arcs = arcs().targets.size();

@@ -22,6 +22,7 @@ class PolygonSurface final : public Surface {
 
   Point position(Cell face) const override { return centroids_[face]; }
   double measure(Cell face) const override { return areas_[face]; }
+  CellShape shape(Cell face) const override;
   double step_length(Cell from, std::int64_t arc) const override;
   double border_length(Cell from, std::int64_t arc) const override;
   double angle(Cell from, std::int64_t arc) const override;

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "base/box.hpp"
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
 
@@ -20,6 +21,31 @@ struct CrossedBorder {
   double step_length;
 };
 
+// The integral of p p^T over something, where p runs from some origin: a symmetric matrix.
+struct SecondMoment {
+  Point squares{0.0, 0.0, 0.0};   // xx, yy, zz
+  Point products{0.0, 0.0, 0.0};  // xy, xz, yz
+
+  void add(const SecondMoment& other) {
+    squares = squares + other.squares;
+    products = products + other.products;
+  }
+  void add(double weight, const Point& p) {
+    squares = squares + weight * Point{p.x * p.x, p.y * p.y, p.z * p.z};
+    products = products + weight * Point{p.x * p.y, p.x * p.z, p.y * p.z};
+  }
+  SecondMoment times(double factor) const { return {factor * squares, factor * products}; }
+};
+
+// What a cell is in space.
+struct CellShape {
+  Point position;
+  double measure;
+  Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero where there is no normal
+  SecondMoment spread;               // about the position, over the measure; 0 if all is there
+  Box box;                           // around its vertices
+};
+
 // Each kind of cell implements this. Measures are computed on request, because few arcs are near a
 // border between regions, and arrays for all arcs would be larger than the rest. Lengths are in the
 // unit of the positions.
@@ -35,6 +61,12 @@ class Surface {
 
   virtual Point position(Cell cell) const = 0;
   virtual double measure(Cell cell) const = 0;
+
+  // All that is known of a cell in space. Of a kind without vertices: a point.
+  virtual CellShape shape(Cell cell) const {
+    const Point at = position(cell);
+    return {at, measure(cell), {}, {}, {at, at}};
+  }
 
   // Length of the step from cell to cell across the border (eq. 1 of the paper).
   virtual double step_length(Cell from, std::int64_t arc) const = 0;

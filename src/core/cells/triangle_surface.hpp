@@ -77,6 +77,7 @@ class TriangleSurface final : public Surface {
 
   Point position(Cell face) const override { return centroid(vertices_, faces_[face]); }
   double measure(Cell face) const override { return area(vertices_, faces_[face]); }
+  CellShape shape(Cell face) const override;
   double step_length(Cell from, std::int64_t arc) const override;
   double border_length(Cell from, std::int64_t arc) const override;
   void write_crossed(Cell from, std::int64_t arc, std::span<CrossedBorder> crossed) const override;

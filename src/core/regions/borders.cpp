@@ -123,13 +123,12 @@ std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCos
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team) {
   SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
-  SUPERFACETS_ASSERT(all_below(labels, n_regions));
   const std::int64_t n_blocks = (std::int64_t{surface.n_cells()} + kBlock - 1) / kBlock;
   std::vector<std::vector<RegionLength>> found(n_blocks);
   const auto collect = [&](std::int64_t begin, std::int64_t end) {
     std::vector<RegionLength> lengths;
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      append_border(surface, labels, cell, lengths);
+      if (labels[cell] != kNoLabel) append_border(surface, labels, cell, lengths);
     }
     found[begin / kBlock] = std::move(lengths);
   };

@@ -167,9 +167,9 @@ def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
     assert given.step_lengths is not None
     assert given.sides is not None
     assert given.open_lengths is not None
-    handle = _core.GraphSurface(
-        graph.positions, graph.measures, graph.offsets, graph.neighbors, given.border_lengths,
-        given.step_lengths, np.empty(0), given.sides, given.open_lengths,
+    handle = _core.TetSurface(
+        mesh.vertices, mesh.tets, graph.positions, graph.measures, graph.offsets, graph.neighbors,
+        given.border_lengths, given.step_lengths, given.sides, given.open_lengths,
     )  # fmt: skip
     return Surface(
         handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,

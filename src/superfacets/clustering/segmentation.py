@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
+
+from ..cells.cell_graph import CellGraph
+from ..cells.kinds import as_surface
+from ..mesh.faces import AnyCells
+from ..regions.region_graph import RegionGraph, region_graph_of
 
 __all__ = ["Level", "Segmentation", "StopReason"]
 
@@ -80,6 +86,9 @@ class Segmentation:
     params : dict
         The parameters as used. ``expected_radius`` is r in the unit of the vertices, where
         ``radius`` is the fraction of the diagonal that was asked for, or None.
+    cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
+        What was segmented, as `segment` understood it; it is not copied. `regions` needs it. None
+        for a result that was made by hand.
     """
 
     labels: npt.NDArray[np.int32]
@@ -94,11 +103,31 @@ class Segmentation:
     n_islands: int = 0
     sliver_share: float | None = None
     levels: tuple[Level, ...] = field(default=(), repr=False)
+    cells: AnyCells | CellGraph | None = field(default=None, repr=False)
 
     @property
     def n_segments(self) -> int:
         """Number of regions, K."""
         return len(self.centers)
+
+    @cached_property
+    def regions(self) -> RegionGraph:
+        """The region graph: areas, centroids, neighbors and borders; see `region_graph`.
+
+        Made when it is first asked for, and kept. Its centers are those of the segmentation.
+
+        Raises
+        ------
+        ValueError
+            If ``cells`` is None, or a `CellGraph` without `ArcMeasures`.
+        """
+        if self.cells is None:
+            raise ValueError(
+                "the segmentation does not know its cells: call region_graph(mesh, labels)"
+            )
+        weld = self.params.get("weld", True)
+        surface = as_surface(self.cells, weld=weld, n_threads=None)
+        return region_graph_of(surface, self.labels, self.n_segments, self.centers)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
         if copy is None:  # which `array` of numpy 1 does not take

@@ -11,6 +11,7 @@ from .face_graph import Arc, build_face_graph, build_tet_graph, measure_faces, m
 from .graphs import find_components
 from .loop import iterate
 from .point_graph import build_point_graph, point_normals
+from .region_graph import RegionArc, region_arcs, region_shapes
 from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
 from .smooth import smooth_borders
 from .subdivision import Part, subdivide
@@ -20,6 +21,7 @@ from .weights import quantize_weights, superfacet_weights
 __all__ = [
     "Arc",
     "Part",
+    "RegionArc",
     "build_face_graph",
     "build_point_graph",
     "build_tet_graph",
@@ -38,6 +40,8 @@ __all__ = [
     "measure_polygons",
     "point_normals",
     "quantize_weights",
+    "region_arcs",
+    "region_shapes",
     "smooth_borders",
     "subdivide",
     "superfacet_weights",

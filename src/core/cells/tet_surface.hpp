@@ -1,0 +1,34 @@
+// Tetrahedra as cells: the measures of arcs are given, and the vertices are known.
+#pragma once
+
+#include "cells/graph_surface.hpp"
+#include "cells/tet_graph.hpp"
+
+namespace superfacets {
+
+// Arcs lead both ways, and there are no corners.
+class TetSurface final : public GraphSurface {
+ public:
+  TetSurface(std::span<const Point> vertices, std::span<const Tet> tets, const Arcs& arcs,
+             const GivenMeasures& given)
+      : GraphSurface(arcs, given), vertices_(vertices), tets_(tets) {
+    SUPERFACETS_ASSERT(std::cmp_equal(tets.size(), arcs.n_cells()));
+  }
+
+  // Of a tetrahedron the second moment about the centroid is V / 20 times the sum over its corners.
+  CellShape shape(Cell tet) const override {
+    CellShape shape{position(tet), measure(tet), {}, {}, {}};
+    for (const Vertex corner : tets_[tet].corners) {
+      shape.spread.add(shape.measure / 20.0, vertices_[corner] - shape.position);
+      shape.box.include(vertices_[corner]);
+    }
+    return shape;
+  }
+  bool may_have_one_way_arcs() const override { return false; }
+
+ private:
+  const std::span<const Point> vertices_;
+  const std::span<const Tet> tets_;
+};
+
+}  // namespace superfacets

@@ -1,0 +1,53 @@
+// Stage 5: the region graph. What regions are in space, and what lies between those that touch.
+// A cell may have kNoLabel: it belongs to no region.
+#pragma once
+
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "base/types.hpp"
+#include "cells/surface.hpp"
+
+namespace superfacets {
+
+// Arrays of one entry per region.
+struct RegionShapes {
+  Buffer<double> measures;
+  Buffer<Point> centroids;    // weighted by measure; the plain mean where all measures are 0
+  Buffer<Point> squares;      // xx, yy, zz of the covariance, weighted likewise
+  Buffer<Point> products;     // xy, xz, yz
+  Buffer<Point> normal_sums;  // the sum of area vectors
+  Buffer<Point> lows;         // of the box around the vertices
+  Buffer<Point> highs;
+  Buffer<double> open_lengths;  // of border that no arc crosses
+  Buffer<Cell> centers;         // the cell nearest to the centroid, the lowest among equals
+
+  explicit RegionShapes(std::size_t n_regions);
+};
+
+// Measures regions 0..n_regions-1, each of which has a cell. Time O(N); the same bits on any number
+// of threads. Memory: 4 bytes per cell.
+RegionShapes measure_regions(const Surface& surface, std::span<const Label> labels, Label n_regions,
+                             ThreadTeam& team);
+
+// The border between two regions. Angles are those of Surface::angle, and means are weighted by
+// border length; plain where there is none.
+struct RegionArc {
+  Label low;
+  Label high;  // > low
+  double border_length;
+  double mean_angle;    // of the absolute values
+  double signed_angle;  // the mean of the angles
+  double max_angle;     // that with the largest absolute value, the positive one of two
+  std::int64_t n_sides;
+};
+
+// The borders between regions that touch, sorted. Where several cells meet at one side of theirs,
+// the side counts once for each pair of regions there, with the mean over the pairs of their cells.
+// An arc that leads one way counts as one that leads both ways. Time O(N + M), and O(n log n) for n
+// arcs that cross borders; the same bits on any number of threads.
+std::vector<RegionArc> region_arcs(const Surface& surface, std::span<const Label> labels,
+                                   ThreadTeam& team);
+
+}  // namespace superfacets

@@ -1,0 +1,164 @@
+"""Stage 5: the region graph. What regions are in space, and what lies between those that touch."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..cells.cell_graph import ArcMeasures
+from ..mesh.faces import AnyMesh
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
+
+__all__ = ["RegionArc", "RegionShape", "region_arcs", "region_shapes"]
+
+Floats = npt.NDArray[np.float64]
+
+
+class RegionShape(NamedTuple):
+    """A region in space."""
+
+    measure: float
+    centroid: Floats
+    covariance: Floats
+    area_vector: Floats
+    box: Floats
+    center: int
+
+
+class RegionArc(NamedTuple):
+    """The border of two regions."""
+
+    low: int
+    high: int
+    border_length: float
+    mean_angle: float
+    concavity: float
+    max_angle: float
+    edge_count: int
+
+
+class _Simplex(NamedTuple):
+    """A triangle or a tetrahedron, of a measure that is negative where a polygon folds back."""
+
+    corners: Floats
+    measure: float
+
+
+def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
+    """Each region as the simplices that its cells are made of."""
+    cells = _simplices(mesh)
+    regions = np.asarray(labels)
+    return [
+        _shape_of({int(cell): cells[cell] for cell in np.flatnonzero(regions == region)})
+        for region in range(int(regions.max()) + 1)
+    ]
+
+
+def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
+    """The simplices of each cell: of a polygon, the triangles of the fan of its first corner."""
+    if isinstance(mesh, TetMesh):
+        return [[_Simplex(corners, _volume(corners))] for corners in mesh.vertices[mesh.tets]]
+    if not isinstance(mesh, PolygonMesh):
+        return [[_Simplex(c, _length(_area_vector(c)))] for c in mesh.vertices[mesh.faces]]
+    cells = []
+    for face in range(mesh.n_faces):
+        first, *others = mesh.vertices[mesh.face(face)]
+        fan = [np.array([first, second, third]) for second, third in pairwise(others)]
+        total = np.sum([_area_vector(corners) for corners in fan], axis=0)
+        normal = total / _length(total)
+        cells.append([_Simplex(c, float(_area_vector(c) @ normal)) for c in fan])
+    return cells
+
+
+def _volume(corners: Floats) -> float:
+    a, b, c, d = corners
+    return abs(float(np.dot(np.cross(b - a, c - a), d - a))) / 6
+
+
+def _area_vector(corners: Floats) -> Floats:
+    a, b, c = corners
+    return np.asarray(np.cross(b - a, c - a) / 2)
+
+
+def _length(vector: Floats) -> float:
+    return float(np.linalg.norm(vector))
+
+
+def _shape_of(cells: dict[int, list[_Simplex]]) -> RegionShape:
+    simplices = [simplex for parts in cells.values() for simplex in parts]
+    measure = sum(simplex.measure for simplex in simplices)
+    centroid = _mean(simplices)
+    moment = np.zeros((3, 3))
+    for simplex in simplices:
+        # The integral of p p^T over a simplex of n corners, from a sum over the corners.
+        steps = simplex.corners - centroid
+        n, total = len(steps), steps.sum(axis=0)
+        moment += simplex.measure / (n * (n + 1)) * (steps.T @ steps + np.outer(total, total))
+    is_flat = len(simplices[0].corners) == 3
+    vectors = [_area_vector(simplex.corners) for simplex in simplices] if is_flat else [np.zeros(3)]
+    corners = np.concatenate([simplex.corners for simplex in simplices])
+    box = np.array([corners.min(axis=0), corners.max(axis=0)])
+    distances = {cell: _length(_mean(parts) - centroid) for cell, parts in cells.items()}
+    center = min(distances, key=lambda cell: (distances[cell], cell))
+    return RegionShape(
+        measure, centroid, moment / measure, np.sum(vectors, axis=0), box, center
+    )  # fmt: skip
+
+
+def _mean(simplices: list[_Simplex]) -> Floats:
+    """The centroid of simplices together."""
+    total = sum(simplex.measure for simplex in simplices)
+    moments = [simplex.measure * simplex.corners.mean(axis=0) for simplex in simplices]
+    return np.asarray(np.sum(moments, axis=0) / total)
+
+
+def region_arcs(
+    offsets: npt.NDArray[np.int64],
+    neighbors: npt.NDArray[np.int32],
+    measures: ArcMeasures,
+    labels: npt.ArrayLike,
+) -> list[RegionArc]:
+    """The borders between regions, sorted; of an arc and the one that leads back, one counts."""
+    regions = np.asarray(labels).tolist()
+    targets = neighbors.tolist()
+    arcs_of = [range(a, b) for a, b in pairwise(offsets.tolist())]
+    sides = list(range(len(targets))) if measures.sides is None else measures.sides.tolist()
+    crossed: dict[tuple[int, int], list[tuple[float, int]]] = defaultdict(list)
+    for cell, arcs in enumerate(arcs_of):
+        for arc in arcs:
+            own, other = regions[cell], regions[targets[arc]]
+            leads_back = cell in [targets[back] for back in arcs_of[targets[arc]]]
+            if -1 in (own, other) or own == other or (own > other and leads_back):
+                continue
+            on_side = [own] + [regions[targets[a]] for a in arcs if sides[a] == sides[arc]]
+            share = 1 / (on_side.count(own) * on_side.count(other))
+            crossed[min(own, other), max(own, other)].append((share, arc))
+    angles = np.zeros(len(targets)) if measures.angles is None else measures.angles
+    return [
+        _border_of(pair, shares, measures.border_lengths, angles)
+        for pair, shares in sorted(crossed.items())
+    ]
+
+
+def _border_of(
+    pair: tuple[int, int], shares: list[tuple[float, int]], lengths: Floats, angles: Floats
+) -> RegionArc:
+    length = math.fsum(share * lengths[arc] for share, arc in shares)
+    edges = math.fsum(share for share, _ in shares)
+    weights = {arc: share * lengths[arc] / length for share, arc in shares} if length else {
+        arc: share / edges for share, arc in shares
+    }  # fmt: skip
+    return RegionArc(
+        *pair,
+        length,
+        math.fsum(weight * abs(angles[arc]) for arc, weight in weights.items()),
+        math.fsum(weight * angles[arc] for arc, weight in weights.items()),
+        max((float(angles[arc]) for arc in weights), key=lambda angle: (abs(angle), angle)),
+        round(edges),
+    )

@@ -1,0 +1,297 @@
+"""Stage 5: the borders of regions as lines along edges, and the cells beside them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_partial_labels, checked_threads, freeze
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_mesh
+from ..cells.cell_graph import CellGraph
+from ..cells.face_graph import FaceGraph, build_face_graph
+from ..cells.kinds import as_surface
+from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
+
+__all__ = ["BorderLines", "border_lines", "find_boundaries"]
+
+Ints = npt.NDArray[np.int32]
+Longs = npt.NDArray[np.int64]
+
+NO_REGION = -1
+"""What a border separates a region from where there is no other: at the boundary of the mesh."""
+
+
+@dataclass(frozen=True, eq=False)
+class BorderLines:
+    """L lines along edges, each between two regions; made by `border_lines`.
+
+    ``len(lines)`` is L.
+
+    Attributes
+    ----------
+    vertices : ndarray of int32, shape (P,)
+        Vertices of all lines, one line after the other; the lowest of those at the same position,
+        unless vertices were not welded.
+    offsets : ndarray of int64, shape (L + 1,)
+        Line i has ``vertices[offsets[i]:offsets[i + 1]]``, in order; see `line`.
+    regions : ndarray of int32, shape (L, 2)
+        The two regions that each separates, the lower one first; -1 in place of the second where
+        there is none: at the boundary of an open mesh, or of cells in no region. Seen from outside,
+        the first region lies to the left, as far as faces are consistently oriented.
+    is_closed : ndarray of bool, shape (L,)
+        Whether the line goes on from its last vertex to its first, which is not repeated.
+    lengths : ndarray of float64, shape (L,)
+        Length of each, in the unit of the vertices.
+    junctions : ndarray of int32, shape (J,)
+        Vertices where lines end, ascending: those where the regions on both sides change, or where
+        border edges do not meet in pairs.
+    """
+
+    vertices: Ints
+    offsets: Longs
+    regions: Ints
+    is_closed: npt.NDArray[np.bool_]
+    lengths: npt.NDArray[np.float64]
+    junctions: Ints
+
+    def __len__(self) -> int:
+        """Number of lines, L."""
+        return len(self.regions)
+
+    def line(self, i: int) -> Ints:
+        """Vertices of line i, 0 to L - 1, in order."""
+        if not 0 <= i < len(self):
+            raise IndexError(f"there is no line {i}: there are {len(self)}")
+        return self.vertices[self.offsets[i] : self.offsets[i + 1]]
+
+    def __repr__(self) -> str:
+        return f"BorderLines({len(self)} lines, {len(self.junctions)} junctions)"
+
+
+def border_lines(
+    mesh: MeshLike, labels: npt.ArrayLike, *, weld: bool = True, n_threads: int | None = None
+) -> BorderLines:
+    """Return the borders between regions, and the boundary of an open mesh, as ordered lines.
+
+    A line runs along edges of the mesh from junction to junction, or around.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        As for `segment`; it needs faces.
+    labels : array_like of int, shape (F,)
+        0..K-1, each at least once; -1 for faces in no region.
+    weld, n_threads
+        As for `segment`.
+
+    Returns
+    -------
+    BorderLines
+        Those that end come first, then closed ones.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid, or has no faces.
+    ValueError, TypeError
+        If the labels are not integers, not one per face, below -1 or with gaps.
+
+    Notes
+    -----
+    At an edge where faces of three regions meet there is a line for each pair of them. Time
+    O(F + B log B) for B border edges.
+
+    Examples
+    --------
+    A square of two triangles: its diagonal separates the two, each of which has two open sides.
+
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> lines = border_lines(square, [0, 1])
+    >>> [(line, lines.line(i).tolist()) for i, line in enumerate(lines.regions.tolist())]
+    [([0, 1], [2, 0]), ([0, -1], [0, 1, 2]), ([1, -1], [2, 3, 0])]
+    """
+    checked = as_mesh(mesh)
+    threads = checked_threads(n_threads)
+    array, _ = checked_partial_labels(labels, checked.n_faces)
+    graph = build_face_graph(checked, weld=weld, n_threads=threads)
+    segments = _Segments.of(checked, graph, array, weld, threads)
+    return _lines_of(segments, checked)
+
+
+@dataclass(frozen=True, eq=False)
+class _Segments:
+    """Border edges, once for each pair of regions that they separate, sorted by edge and pair."""
+
+    edges: Longs  # (S,) number of the edge, 0..B-1
+    ends: Ints  # (S, 2) vertices, in the direction in which the first region has them
+    regions: Ints  # (S, 2)
+
+    @classmethod
+    def of(
+        cls, mesh: FaceMesh, graph: FaceGraph, labels: Ints, weld: bool, n_threads: int
+    ) -> _Segments:
+        """Return those of checked labels."""
+        faces, sides, others = _border_sides(mesh, graph, labels)
+        ends = ends_of_sides(mesh, faces, sides)
+        if weld:
+            ends = _core.weld_vertices(mesh.vertices, n_threads)[ends]
+        is_edge = ends[:, 0] != ends[:, 1]
+        ends, regions = ends[is_edge], np.stack([labels[faces], others], axis=1)[is_edge]
+        low, high = ends.min(axis=1), ends.max(axis=1)
+        columns = np.stack([low, high, *regions.T])
+        order = np.lexsort(columns[::-1])
+        columns = columns[:, order]
+        is_new = np.ones(len(order), dtype=bool)
+        is_new[1:] = np.any(columns[:, 1:] != columns[:, :-1], axis=0)
+        order, columns = order[is_new], columns[:, is_new]
+        starts = np.any(columns[:2, 1:] != columns[:2, :-1], axis=0)
+        edges = np.concatenate([np.zeros(min(len(order), 1), bool), starts]).cumsum()
+        return cls(edges, ends[order], regions[order])
+
+    @property
+    def kinds(self) -> Longs:
+        """By edge, a number that is the same for edges that separate the same regions, (B,)."""
+        firsts = np.flatnonzero(np.diff(self.edges, prepend=-1))
+        keys = self.regions[:, 0].astype(np.int64) << 32 | (self.regions[:, 1] + 1)
+        kinds = keys[firsts]
+        # An edge of several pairs, which is rare, gets a number that no pair has.
+        several: dict[tuple[int, ...], int] = {}
+        stops = np.append(firsts[1:], len(keys))
+        for edge in np.flatnonzero(stops - firsts > 1).tolist():
+            pairs = tuple(keys[firsts[edge] : stops[edge]].tolist())
+            kinds[edge] = several.setdefault(pairs, -1 - len(several))
+        return kinds
+
+
+def _border_sides(
+    mesh: FaceMesh, graph: FaceGraph, labels: Ints
+) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
+    """Sides of faces on borders: the faces of the first region, their sides, and the others."""
+    sources = np.repeat(np.arange(graph.n_cells, dtype=np.int32), np.diff(graph.offsets))
+    own, others = labels[sources], labels[graph.neighbors]
+    arcs = np.flatnonzero((own != NO_REGION) & ((own < others) | (others == NO_REGION)))
+    starts = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
+    is_open = np.ones(starts[-1], dtype=bool)
+    is_open[starts[sources] + graph.sides] = False
+    corners = np.flatnonzero(is_open)
+    faces = (np.searchsorted(starts, corners, side="right") - 1).astype(np.int32)
+    has_region = labels[faces] != NO_REGION
+    corners, faces = corners[has_region], faces[has_region]
+    return (
+        np.concatenate([sources[arcs], faces]),
+        np.concatenate([graph.sides[arcs].astype(np.int64), corners - starts[faces]]),
+        np.concatenate([others[arcs], np.full(len(faces), NO_REGION, np.int32)]),
+    )
+
+
+def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
+    vertices, places = np.unique(segments.ends, return_inverse=True)
+    ends = places.reshape(-1, 2)  # as places among the vertices of borders
+    goes_on = _goes_on(segments, ends, len(vertices))
+    partners = _partners_of(ends.ravel(), segments.regions, goes_on)
+    offsets, entries, is_closed = _core.trace_lines(partners)
+    is_open = is_closed == 0
+    steps = mesh.vertices[segments.ends[:, 1]] - mesh.vertices[segments.ends[:, 0]]
+    lengths = np.sqrt(np.einsum("ij,ij->i", steps, steps))[entries >> 1]
+    # A line that ends has one vertex more than segments.
+    ends_before = np.concatenate([[0], np.cumsum(is_open)])
+    numbers = np.repeat(np.arange(len(is_open)), np.diff(offsets))
+    along = np.empty(len(entries) + ends_before[-1], dtype=np.int32)
+    along[np.arange(len(entries)) + ends_before[numbers]] = segments.ends.ravel()[entries]
+    last = entries[offsets[1:][is_open] - 1] ^ 1
+    along[(offsets + ends_before)[1:][is_open] - 1] = segments.ends.ravel()[last]
+    arrays = {
+        "vertices": along,
+        "offsets": offsets + ends_before,
+        "regions": segments.regions[entries[offsets[:-1]] >> 1],
+        "is_closed": ~is_open,
+        "lengths": np.bincount(numbers, weights=lengths, minlength=len(is_open)),
+        "junctions": vertices[~goes_on],
+    }
+    lines = BorderLines(**arrays)
+    freeze(lines, **arrays)
+    return lines
+
+
+def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> npt.NDArray[np.bool_]:
+    """Whether borders run through each vertex: two edges meet there, with the same regions."""
+    firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
+    at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
+    lowest = np.full(n_vertices, np.iinfo(np.int64).max)
+    highest = np.full(n_vertices, np.iinfo(np.int64).min)
+    np.minimum.at(lowest, at, kinds)
+    np.maximum.at(highest, at, kinds)
+    return (np.bincount(at, minlength=n_vertices) == 2) & (lowest == highest)
+
+
+def _partners_of(at: Longs, regions: Ints, goes_on: npt.NDArray[np.bool_]) -> Longs:
+    """The end of a segment that each end meets where a line goes on, else -1, shape (2 S,)."""
+    partners = np.full(len(at), -1, dtype=np.int64)
+    ends = np.flatnonzero(goes_on[at])
+    pairs = regions[ends >> 1]
+    ends = ends[np.lexsort((pairs[:, 1], pairs[:, 0], at[ends]))]
+    partners[ends[::2]], partners[ends[1::2]] = ends[1::2], ends[::2]
+    return partners
+
+
+def find_boundaries(
+    cells: MeshLike | CloudLike | CellGraph,
+    labels: npt.ArrayLike,
+    *,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> npt.NDArray[np.bool_]:
+    """Return which cells have a neighbor with another label.
+
+    As scikit-image's ``find_boundaries`` marks pixels on both sides of a border (its mode
+    ``"thick"``). The boundary of an open mesh is none. `border_lines` gives the edges.
+
+    Parameters
+    ----------
+    cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
+        As for `segment`, or a graph of any cells.
+    labels : array_like of int, shape (N,)
+        0..K-1, each at least once; -1 for cells in no region, beside which is a border, too.
+    weld, n_threads
+        As for `segment`.
+
+    Returns
+    -------
+    ndarray of bool, shape (N,)
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If the labels are not integers, not one per cell, below -1 or with gaps.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> vertices = [[x // 2, x % 2, 0] for x in range(7)]
+    >>> strip = Mesh(vertices, [[f, f + 1, f + 2] for f in range(5)])
+    >>> find_boundaries(strip, [0, 0, 1, 1, 1]).tolist()
+    [False, True, True, False, False]
+    """
+    offsets, neighbors = _arcs_of(cells, weld, n_threads)
+    n_cells = len(offsets) - 1
+    array, _ = checked_partial_labels(labels, n_cells)
+    sources = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(offsets))
+    differ = array[sources] != array[neighbors]
+    is_boundary = np.zeros(n_cells, dtype=bool)
+    is_boundary[sources[differ]] = True
+    is_boundary[neighbors[differ]] = True  # arcs of a graph may lead one way
+    return is_boundary
+
+
+def _arcs_of(
+    cells: MeshLike | CloudLike | CellGraph, weld: bool, n_threads: int | None
+) -> tuple[Longs, Ints]:
+    if isinstance(cells, CellGraph):
+        return cells.offsets, cells.neighbors
+    return as_surface(cells, weld=weld, n_threads=n_threads).arcs

@@ -1,0 +1,151 @@
+"""Stage 5: regions as meshes of their own, with the way back."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_partial_labels
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_cells
+from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
+from ..mesh.triangle_mesh import Mesh
+
+__all__ = ["Submesh", "split_regions", "submesh"]
+
+Ints = npt.NDArray[np.int32]
+
+
+class Submesh(NamedTuple):
+    """A part of a mesh, and where it comes from.
+
+    Attributes
+    ----------
+    mesh : Mesh, PolygonMesh, TetMesh or PointCloud
+        Of the same kind as the whole. Cells and vertices keep their order; vertices that no cell of
+        the region uses are left out. Points keep their normals and colors.
+    cells : ndarray of int32
+        For each face (tetrahedron, point) of the part, its index in the whole, ascending.
+    vertices : ndarray of int32
+        For each vertex of the part, its index in the whole, ascending; of a cloud, the same as
+        ``cells``.
+    """
+
+    mesh: AnyCells
+    cells: Ints
+    vertices: Ints
+
+
+def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> Submesh:
+    """Return the mesh of one region, with maps back to the whole.
+
+    Parameters
+    ----------
+    cells : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
+        As for `segment`.
+    labels : array_like of int, shape (N,)
+        0..K-1, each at least once; -1 for cells in no region.
+    region : int
+        0 to K - 1.
+
+    Returns
+    -------
+    Submesh
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid, or if all of the region lies at one point, as a single point does.
+    ValueError, TypeError
+        If the labels are not integers, not one per cell, below -1 or with gaps, or if there is no
+        such region.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> part = submesh(square, [0, 1], 1)
+    >>> part.mesh, part.cells.tolist(), part.vertices.tolist()
+    (Mesh(3 vertices, 1 faces), [1], [0, 2, 3])
+    """
+    whole = as_cells(cells)
+    array, n_regions = checked_partial_labels(labels, n_cells_of(whole))
+    number = operator.index(region)
+    if not 0 <= number < n_regions:
+        raise ValueError(f"there is no region {number}: there are {n_regions}")
+    return _Splitter(whole).part(np.flatnonzero(array == number).astype(np.int32))
+
+
+def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
+    """Yield the mesh of each region 0..K-1, with maps back to the whole.
+
+    Parameters
+    ----------
+    cells, labels
+        As for `submesh`.
+
+    Yields
+    ------
+    Submesh
+        In the order of the labels; each is made when it is asked for. All together take time
+        O(N log N).
+
+    Raises
+    ------
+    MeshError, ValueError, TypeError
+        As for `submesh`. What is wrong with cells or labels is raised at once.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> [part.vertices.tolist() for part in split_regions(square, [0, 1])]
+    [[0, 1, 2], [0, 2, 3]]
+    """
+    whole = as_cells(cells)
+    array, n_regions = checked_partial_labels(labels, n_cells_of(whole))
+    order = np.argsort(array, kind="stable").astype(np.int32)
+    starts = np.searchsorted(array[order], np.arange(n_regions + 1))
+    splitter = _Splitter(whole)
+    return (splitter.part(order[a:b]) for a, b in zip(starts, starts[1:], strict=False))
+
+
+class _Splitter:
+    """Cuts parts out of a mesh, in time and memory of the part once it is made."""
+
+    def __init__(self, whole: AnyCells) -> None:
+        self._whole = whole
+        n_vertices = 0 if isinstance(whole, PointCloud) else whole.n_vertices
+        # By vertex, its number in the part at hand; of other vertices, anything.
+        self._numbers = np.empty(n_vertices, dtype=np.int32)
+
+    def part(self, cells: Ints) -> Submesh:
+        """Return the mesh of these cells."""
+        whole = self._whole
+        if isinstance(whole, PointCloud):
+            kept = [None if rows is None else rows[cells] for rows in (whole.normals, whole.colors)]
+            return Submesh(PointCloud(whole.points[cells], *kept), cells, cells)
+        if isinstance(whole, PolygonMesh):
+            sizes = whole.sizes[cells]
+            offsets = np.concatenate([[0], np.cumsum(sizes)])
+            firsts = np.repeat(whole.offsets[cells] - offsets[:-1], sizes)
+            corners = whole.indices[firsts + np.arange(offsets[-1])]
+            vertices = self._renumber(corners)
+            mesh = PolygonMesh(whole.vertices[vertices], offsets, self._numbers[corners])
+            return Submesh(mesh, cells, vertices)
+        is_solid = isinstance(whole, TetMesh)
+        corners = (whole.tets if is_solid else whole.faces)[cells]
+        vertices = self._renumber(corners)
+        kind = TetMesh if is_solid else Mesh
+        return Submesh(kind(whole.vertices[vertices], self._numbers[corners]), cells, vertices)
+
+    def _renumber(self, corners: Ints) -> Ints:
+        """Number the vertices of a part, and return them."""
+        vertices = np.unique(corners)
+        self._numbers[vertices] = np.arange(len(vertices), dtype=np.int32)
+        return vertices
