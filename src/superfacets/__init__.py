@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from .io.readers.read import read_attributes, read_cloud, read_mesh
     from .io.writers.write import write_labels, write_mesh
     from .regions.lines import BorderLines, border_lines, find_boundaries
-    from .regions.region_graph import RegionGraph, region_graph
     from .regions.parts import Submesh, split_regions, submesh
+    from .regions.region_graph import RegionGraph, region_graph
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton

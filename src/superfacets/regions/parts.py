@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -112,7 +113,7 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
     splitter = _Splitter(whole)
-    return (splitter.part(order[a:b]) for a, b in zip(starts, starts[1:], strict=False))
+    return (splitter.part(order[a:b]) for a, b in pairwise(starts))
 
 
 class _Splitter:

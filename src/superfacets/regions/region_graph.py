@@ -28,7 +28,7 @@ Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 
 _ROUNDING = 1e-14
-"""Of the largest variance of a region, up to which another one is rounding error: of what is flat."""
+"""Of the largest variance of a region, up to which another one is rounding error, as of a plane."""
 
 _NO_NORMAL = 1e-12
 """Of the area of a region, up to which its area vectors cancel out: those of a closed surface."""

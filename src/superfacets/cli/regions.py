@@ -1,0 +1,119 @@
+"""The command ``superfacets regions``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import compact_labels
+from ..io.guards import counted, known_ending
+from ..io.readers.labels import read_labels
+from ..io.writers.tables import (
+    LINE_ENDINGS,
+    TABLE_ENDINGS,
+    Columns,
+    print_csv,
+    write_lines,
+    write_tables,
+)
+from ..mesh.faces import n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..mesh.tet_mesh import TetMesh
+from ..regions.lines import BorderLines, border_lines
+from ..regions.region_graph import RegionGraph, region_graph
+from .background import run_in_background
+from .inputs import load_cells
+from .options import FILE, INPUT_FORMATS
+
+__all__ = ["regions_command"]
+
+
+@click.command("regions")
+@click.argument("cells", metavar="IN", type=click.Path(allow_dash=True))
+@click.argument("labels", metavar="LABELS", type=FILE)
+@click.option(
+    "-o",
+    "--output",
+    type=FILE,
+    help="A .csv, .json or .parquet file for the table of regions.  [default: CSV, printed]",
+)
+@click.option("--arcs", type=FILE, help="The same for the table of pairs of regions that touch.")
+@click.option("--borders", type=FILE, help="An .obj file for the borders, as lines.")
+@click.option(
+    "--format",
+    type=click.Choice(INPUT_FORMATS),
+    help="Format of IN.  [default: by the ending; standard input by its content]",
+)
+def regions_command(
+    cells: str, labels: Path, output: Path | None, arcs: Path | None, borders: Path | None,
+    format: str | None,
+) -> None:  # fmt: skip
+    """Measure the regions that LABELS of the mesh in the file IN make.
+
+    IN may be a point cloud, or - for standard input. A row for each region: area, perimeter,
+    centroid, normal, shape, neighbors and more. Labels are read from .npy, .seg, .txt or labeled
+    .ply or .vtp files.
+    """
+    _check_outputs(output, arcs, borders)
+
+    def compute() -> tuple[RegionGraph, npt.NDArray[np.int64]]:
+        whole = load_cells(cells, format)
+        given = read_labels(labels, n_cells_of(whole))
+        if borders is not None and isinstance(whole, (PointCloud, TetMesh)):
+            raise click.UsageError("--borders needs a mesh of faces")
+        compact, n_regions = compact_labels(given, len(given))
+        names = np.empty(n_regions, dtype=np.int64)  # a file's labels may have gaps
+        names[compact] = given
+        graph = region_graph(whole, compact)
+        tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
+        write_tables([(path, table) for path, table in tables if path is not None])
+        if borders is not None and not isinstance(whole, (PointCloud, TetMesh)):
+            write_lines(borders, whole.vertices, _named(border_lines(whole, compact), names))
+        return graph, names
+
+    graph, names = run_in_background(compute)
+    if output is None:
+        print_csv(sys.stdout, _regions_of(graph, names))
+    found = f"{counted(graph.n_regions, 'region')}, {counted(graph.n_arcs, 'pair')} that touch"
+    for path in (output, arcs, borders):
+        if path is not None:
+            click.echo(f"wrote {path}", err=output is None)
+    click.echo(f"{cells}: {found}", err=output is None)
+
+
+def _check_outputs(output: Path | None, arcs: Path | None, borders: Path | None) -> None:
+    try:
+        for path in (output, arcs):
+            if path is not None:
+                known_ending(path, TABLE_ENDINGS)
+        if borders is not None:
+            known_ending(borders, LINE_ENDINGS)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    if output is not None and output == arcs:
+        raise click.UsageError(f"{output}: the same output is given twice")
+
+
+def _regions_of(graph: RegionGraph, names: npt.NDArray[np.int64]) -> Columns:
+    return graph.table() | {"region": names}
+
+
+def _arcs_of(graph: RegionGraph, names: npt.NDArray[np.int64]) -> Columns:
+    ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
+    return ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
+
+
+def _named(
+    lines: BorderLines, names: npt.NDArray[np.int64]
+) -> Iterator[tuple[str, npt.NDArray[np.int32]]]:
+    """Lines with names as ``border_3_7``, or ``border_3_open`` at the boundary of the mesh."""
+    for i, (low, high) in enumerate(lines.regions.tolist()):
+        line = lines.line(i)
+        other = "open" if high < 0 else names[high]
+        closed = np.append(line, line[0]) if lines.is_closed[i] else line
+        yield f"border_{names[low]}_{other}", closed

@@ -1,0 +1,111 @@
+"""Tables of numbers as CSV, JSON or Parquet, and lines along the edges of a mesh as OBJ."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MissingExtraError
+from ..atomic import StrPath, atomic_outputs
+from ..guards import known_ending
+
+__all__ = ["LINE_ENDINGS", "TABLE_ENDINGS", "Columns", "print_csv", "write_lines", "write_tables"]
+
+Columns = Mapping[str, npt.NDArray[Any]]
+"""Columns of a table by name, all of the same length."""
+
+TABLE_ENDINGS = (".csv", ".json", ".parquet")
+LINE_ENDINGS = (".obj",)
+
+
+def write_tables(tables: Sequence[tuple[StrPath, Columns]]) -> None:
+    """Write each table to its path; all of the files appear, or none.
+
+    What is NaN is left empty in CSV, and null in JSON, which is a list of one object per row.
+    Numbers are written with all their digits.
+
+    Raises
+    ------
+    MeshError
+        If a path does not end in ``.csv``, ``.json`` or ``.parquet``.
+    MissingExtraError
+        If pandas or pyarrow, which Parquet needs, is not installed.
+    OSError
+        If a file cannot be written.
+    """
+    endings = [known_ending(Path(path), TABLE_ENDINGS) for path, _ in tables]
+    with atomic_outputs([path for path, _ in tables]) as temporaries:
+        for temporary, ending, (_, columns) in zip(temporaries, endings, tables, strict=True):
+            if ending == ".parquet":
+                _write_parquet(temporary, columns)
+                continue
+            with temporary.open("w", encoding="utf-8", newline="") as file:
+                if ending == ".csv":
+                    print_csv(file, columns)
+                else:
+                    rows = (dict(zip(columns, row, strict=True)) for row in _rows(columns))
+                    json.dump(list(rows), file, indent=1)
+                    file.write("\n")
+
+
+def print_csv(file: IO[str], columns: Columns) -> None:
+    """Print a line of names and a line per row."""
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(_rows(columns))
+
+
+def _rows(columns: Columns) -> Iterable[tuple[Any, ...]]:
+    """Rows of Python's numbers, None where there is none."""
+    lists = []
+    for column in columns.values():
+        values = column.tolist()
+        if column.dtype.kind == "f":
+            values = [None if math.isnan(value) else value for value in values]
+        lists.append(values)
+    return zip(*lists, strict=True)
+
+
+def _write_parquet(path: Path, columns: Columns) -> None:
+    try:
+        import pandas
+        import pyarrow  # noqa: F401  # pandas asks for it in a message of its own
+    except ModuleNotFoundError:
+        raise MissingExtraError("a .parquet file", "graph") from None
+    pandas.DataFrame(dict(columns)).to_parquet(path, engine="pyarrow", index=False)
+
+
+def write_lines(
+    path: StrPath,
+    vertices: npt.NDArray[np.float64],
+    lines: Iterable[tuple[str, npt.NDArray[np.integer]]],
+) -> None:
+    """Write lines as OBJ, each in a group of its name; those that are closed repeat their first.
+
+    Only vertices of lines are written.
+
+    Raises
+    ------
+    MeshError
+        If the path does not end in ``.obj``.
+    OSError
+        If it cannot be written.
+    """
+    known_ending(Path(path), LINE_ENDINGS)
+    named = list(lines)
+    rows = [line for _, line in named]
+    used, numbers = np.unique(np.concatenate([np.empty(0, int), *rows]), return_inverse=True)
+    with atomic_outputs([path]) as temporaries, temporaries[0].open("w", newline="") as file:
+        file.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in vertices[used].tolist())
+        start = 0
+        for name, line in named:
+            along = " ".join(map(str, (numbers[start : start + len(line)] + 1).tolist()))
+            file.write(f"g {name}\nl {along}\n")
+            start += len(line)

@@ -1,0 +1,129 @@
+"""The command `regions`."""
+
+import csv
+import json
+import sys
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import write_mesh
+
+FOLD = shapes.fold(90)
+
+
+@pytest.fixture
+def fold(tmp_path):
+    """Two triangles of area 3 in a right angle, in regions 3 and 7."""
+    write_mesh(tmp_path / "fold.ply", FOLD)
+    (tmp_path / "labels.seg").write_text("3\n7\n")
+    return tmp_path
+
+
+def rows_of(text):
+    return list(csv.DictReader(text.splitlines()))
+
+
+def test_the_table_is_printed_with_the_numbers_of_the_file(run, fold):
+    status, printed, notes = run("regions", fold / "fold.ply", fold / "labels.seg")
+    assert status == 0
+    rows = rows_of(printed)
+    assert [row["region"] for row in rows] == ["3", "7"]
+    assert [float(row["area"]) for row in rows] == [3, 3]
+    assert [float(row["normal_z"]) for row in rows] == pytest.approx([1, 0], abs=1e-9)
+    assert notes == f"{fold / 'fold.ply'}: 2 regions, 1 pair that touch\n"
+
+
+def test_tables_and_borders_are_written(run, fold):
+    regions, arcs, borders = fold / "regions.json", fold / "arcs.csv", fold / "borders.obj"
+    status, printed, _ = run(
+        "regions", fold / "fold.ply", fold / "labels.seg", "-o", regions, "--arcs", arcs,
+        "--borders", borders,
+    )  # fmt: skip
+    assert status == 0
+    assert printed.splitlines()[:3] == [f"wrote {path}" for path in (regions, arcs, borders)]
+    table = json.loads(regions.read_text())
+    assert [row["center"] for row in table] == [0, 1]
+    [arc] = rows_of(arcs.read_text())
+    assert (arc["low"], arc["high"], float(arc["border_length"])) == ("3", "7", 2)
+    assert float(arc["concavity"]) == pytest.approx(np.pi / 2)
+    lines = borders.read_text().splitlines()
+    assert [line for line in lines if line[0] == "g"] == [
+        "g border_3_7", "g border_3_open", "g border_7_open",
+    ]  # fmt: skip
+    points = [line.split()[1:] for line in lines if line[0] == "v"]
+    along = [line.split()[1:] for line in lines if line[0] == "l"]
+    assert len(points) == 4
+    ends = [np.array(points[int(v) - 1], float) for v in along[0]]
+    assert {tuple(end) for end in ends} == {(0, 0, 0), (0, 2, 0)}
+    assert [len(line) for line in along] == [2, 3, 3]
+
+
+def test_a_closed_border_ends_where_it_begins(run, tmp_path):
+    write_mesh(tmp_path / "cube.ply", shapes.cube())
+    (tmp_path / "labels.txt").write_text("0\n0\n" + "1\n" * 10)
+    borders = tmp_path / "borders.obj"
+    run("regions", tmp_path / "cube.ply", tmp_path / "labels.txt", "--borders", borders)
+    [line] = [line for line in borders.read_text().splitlines() if line[0] == "l"]
+    vertices = line.split()[1:]
+    assert len(vertices) == 5
+    assert vertices[0] == vertices[-1]
+
+
+def test_what_is_not_there_is_empty_or_null(run, tmp_path):
+    write_mesh(tmp_path / "cube.ply", shapes.cube())  # closed: no normal
+    (tmp_path / "labels.txt").write_text("0\n" * 12)
+    given = (tmp_path / "cube.ply", tmp_path / "labels.txt")
+    [row] = rows_of(run("regions", *given)[1])
+    assert row["normal_x"] == ""
+    run("regions", *given, "-o", tmp_path / "table.json", "--arcs", tmp_path / "arcs.json")
+    [row] = json.loads((tmp_path / "table.json").read_text())
+    assert row["normal_x"] is None
+    assert json.loads((tmp_path / "arcs.json").read_text()) == []
+
+
+def test_parquet(run, fold):
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    path = fold / "table.parquet"
+    status, _, _ = run("regions", fold / "fold.ply", fold / "labels.seg", "-o", path)
+    assert status == 0
+    assert pandas.read_parquet(path)["region"].tolist() == [3, 7]
+
+
+def test_parquet_without_pandas_says_what_to_install(run, fold, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    path = fold / "table.parquet"
+    status, _, error = run("regions", fold / "fold.ply", fold / "labels.seg", "-o", path)
+    assert status == 1
+    assert "superfacets[graph]" in error
+    assert not path.exists()
+
+
+def test_a_cloud_has_regions_and_no_lines(run, tmp_path):
+    np.save(tmp_path / "cloud.npy", np.random.default_rng(0).uniform(size=(50, 3)))
+    (tmp_path / "labels.txt").write_text("0\n1\n" * 25)
+    given = (tmp_path / "cloud.npy", tmp_path / "labels.txt")
+    assert len(rows_of(run("regions", *given)[1])) == 2
+    status, _, error = run("regions", *given, "--borders", tmp_path / "borders.obj")
+    assert status == 2
+    assert "--borders needs a mesh of faces" in error
+
+
+def test_wrong_outputs_are_refused_before_anything_is_read(run, tmp_path):
+    given = ("regions", "none.ply", "none.seg")
+    for option, name in [("-o", "table.xls"), ("--arcs", "arcs"), ("--borders", "lines.ply")]:
+        status, _, error = run(*given, option, name)
+        assert status == 2
+        assert "expected the ending" in error
+    status, _, error = run(*given, "-o", "table.csv", "--arcs", "table.csv")
+    assert status == 2
+    assert "the same output is given twice" in error
+
+
+def test_labels_of_another_mesh_are_refused(run, fold):
+    (fold / "short.seg").write_text("0\n")
+    status, _, error = run("regions", fold / "fold.ply", fold / "short.seg")
+    assert status == 1
+    assert "there are 1 label but the mesh has 2 faces" in error
