@@ -112,7 +112,7 @@ def border_lines(
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> lines = border_lines(square, [0, 1])
     >>> [(line, lines.line(i).tolist()) for i, line in enumerate(lines.regions.tolist())]
-    [([0, 1], [2, 0]), ([0, -1], [0, 1, 2]), ([1, -1], [2, 3, 0])]
+    [([0, -1], [0, 1, 2]), ([0, 1], [2, 0]), ([1, -1], [2, 3, 0])]
     """
     checked = as_mesh(mesh)
     threads = checked_threads(n_threads)
