@@ -225,7 +225,8 @@ def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> npt.NDArray[n
     highest = np.full(n_vertices, np.iinfo(np.int64).min)
     np.minimum.at(lowest, at, kinds)
     np.maximum.at(highest, at, kinds)
-    return (np.bincount(at, minlength=n_vertices) == 2) & (lowest == highest)
+    is_pair = np.bincount(at, minlength=n_vertices) == 2
+    return np.asarray(is_pair & (lowest == highest))
 
 
 def _partners_of(at: Longs, regions: Ints, goes_on: npt.NDArray[np.bool_]) -> Longs:

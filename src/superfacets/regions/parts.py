@@ -129,21 +129,22 @@ class _Splitter:
         """Return the mesh of these cells."""
         whole = self._whole
         if isinstance(whole, PointCloud):
-            kept = [None if rows is None else rows[cells] for rows in (whole.normals, whole.colors)]
-            return Submesh(PointCloud(whole.points[cells], *kept), cells, cells)
+            normals = None if whole.normals is None else whole.normals[cells]
+            colors = None if whole.colors is None else whole.colors[cells]
+            return Submesh(PointCloud(whole.points[cells], normals, colors), cells, cells)
         if isinstance(whole, PolygonMesh):
             sizes = whole.sizes[cells]
             offsets = np.concatenate([[0], np.cumsum(sizes)])
             firsts = np.repeat(whole.offsets[cells] - offsets[:-1], sizes)
             corners = whole.indices[firsts + np.arange(offsets[-1])]
-            vertices = self._renumber(corners)
-            mesh = PolygonMesh(whole.vertices[vertices], offsets, self._numbers[corners])
-            return Submesh(mesh, cells, vertices)
-        is_solid = isinstance(whole, TetMesh)
-        corners = (whole.tets if is_solid else whole.faces)[cells]
+        else:
+            corners = (whole.tets if isinstance(whole, TetMesh) else whole.faces)[cells]
         vertices = self._renumber(corners)
-        kind = TetMesh if is_solid else Mesh
-        return Submesh(kind(whole.vertices[vertices], self._numbers[corners]), cells, vertices)
+        points, numbers = whole.vertices[vertices], self._numbers[corners]
+        if isinstance(whole, PolygonMesh):
+            return Submesh(PolygonMesh(points, offsets, numbers), cells, vertices)
+        kind = TetMesh if isinstance(whole, TetMesh) else Mesh
+        return Submesh(kind(points, numbers), cells, vertices)
 
     def _renumber(self, corners: Ints) -> Ints:
         """Number the vertices of a part, and return them."""

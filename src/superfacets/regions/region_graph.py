@@ -430,7 +430,9 @@ def _unit_normals(sums: Floats, measures: Floats) -> Floats:
 
 def _ratio(above: Floats, below: Floats) -> Floats:
     """A quotient, NaN where the divisor is 0."""
-    return np.divide(above, below, out=np.full(len(below), np.nan), where=below > 0)
+    quotients: Floats = np.full(len(below), np.nan)
+    np.divide(above, below, out=quotients, where=below > 0)
+    return quotients
 
 
 def _by_axis(name: str, vectors: Floats) -> dict[str, npt.NDArray[Any]]:
