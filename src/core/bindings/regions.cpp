@@ -1,9 +1,9 @@
 // Bindings of stage 5. The headers of the stage describe the functions; superfacets/_validate.py
 // ensures their preconditions.
 #include "bindings/bindings.hpp"
-#include "regions/lines.hpp"
 #include "regions/borders.hpp"
 #include "regions/join.hpp"
+#include "regions/lines.hpp"
 #include "regions/region_graph.hpp"
 #include "regions/smooth.hpp"
 

@@ -37,9 +37,9 @@ struct RegionBorder {
 std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCost& cost,
                                          std::span<const Label> labels, ThreadTeam& team);
 
-// The perimeter of each region 0..n_regions-1; a cell may have kNoLabel. A side counts once for each region on it that does
-// not hold all of its cells. Border that no arc crosses (the boundary of an open mesh) counts too.
-// Time O(N + M); the same bits on any number of threads.
+// The perimeter of each region 0..n_regions-1; a cell may have kNoLabel. A side counts once for
+// each region on it that does not hold all of its cells. Border that no arc crosses (the boundary
+// of an open mesh) counts too. Time O(N + M); the same bits on any number of threads.
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team);
 
