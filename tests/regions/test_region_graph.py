@@ -481,3 +481,31 @@ def test_regions_of_real_meshes_add_up(data_dir, name):
     inside = (graph.bounds[:, 0] <= graph.centroids) & (graph.centroids <= graph.bounds[:, 1])
     assert inside.all()
     assert np.median(graph.sphericity) < 0.2
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_ugly_meshes_have_finite_numbers(seed):
+    """Doubled corners and faces, flat cells, many on one edge, in any unit."""
+    rng = np.random.default_rng(seed)
+    n_vertices = int(rng.integers(4, 12))
+    vertices = np.round(rng.normal(size=(n_vertices, 3)), 1) * 10.0 ** rng.choice([-58, 0, 58])
+    kind = [Mesh, PolygonMesh.of_faces, TetMesh][seed % 3]
+    n_cells = int(rng.integers(4, 30))
+    mesh = kind(vertices, rng.integers(0, n_vertices, (n_cells, [3, 5, 4][seed % 3])))
+    labels = random_labels(n_cells, 3, seed)
+    graph = region_graph(mesh, labels)
+    for name, value in numbers_of(graph).items():
+        assert name == "normals" or np.isfinite(value).all(), name
+    size = np.ptp(mesh.bounds, axis=0).max()
+    inside = (graph.bounds[:, 0] - 1e-9 * size <= graph.centroids) & (
+        graph.centroids <= graph.bounds[:, 1] + 1e-9 * size
+    )
+    assert inside.all()
+    assert (graph.deviations <= size).all()
+    lengths = np.linalg.norm(graph.normals, axis=1)
+    assert ((np.abs(lengths - 1) < 1e-12) | np.isnan(lengths)).all()
+    if not isinstance(mesh, TetMesh):
+        lines = sf.border_lines(mesh, labels)
+        table = np.zeros((3, 4))
+        np.add.at(table, tuple(lines.regions.T), lines.lengths)
+        assert table[tuple(graph.edge_index)] == pytest.approx(graph.border_lengths, abs=0)

@@ -21,21 +21,22 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
   measure_polygons(vertices, faces, team, centroids_.span(), areas_.span(), normals_.span());
 }
 
-// The second moment is that of the fan of triangles (0, i, i + 1), as areas and centroids are: of a
-// triangle A / 12 times the sum over its corners and over the sum of these. What folds back counts
-// as negative.
+// The second moment is that of the fan of triangles (0, i, i + 1), as areas and centroids are: of
+// each, a twelfth of the sum over its corners and over the sum of these. What folds back counts as
+// negative. Without a normal there is no fan, and the face is where its centroid is.
 CellShape PolygonSurface::shape(Cell face) const {
   const Point& center = centroids_[face];
   CellShape shape{center, areas_[face], areas_[face] * normals_[face], {}, {}};
   const auto corners = faces_[face];
   for (const Vertex corner : corners) shape.box.include(vertices_[corner]);
+  if (squared_norm(normals_[face]) == 0.0) return shape;
   const Point first = vertices_[corners[0]] - center;
   for (std::size_t i = 2; i < corners.size(); ++i) {
     const Point second = vertices_[corners[i - 1]] - center;
     const Point third = vertices_[corners[i]] - center;
     const double area = 0.5 * dot(cross(second - first, third - first), normals_[face]);
     for (const Point& p : {first, second, third, first + second + third}) {
-      shape.spread.add(area / 12.0, p);
+      shape.spread.add(area / areas_[face] / 12.0, p);
     }
   }
   return shape;

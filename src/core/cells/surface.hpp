@@ -21,20 +21,18 @@ struct CrossedBorder {
   double step_length;
 };
 
-// The integral of p p^T over something, where p runs from some origin: a symmetric matrix.
+// The weighted mean of p p^T over something, where p runs from some origin: a symmetric matrix.
 struct SecondMoment {
   Point squares{0.0, 0.0, 0.0};   // xx, yy, zz
   Point products{0.0, 0.0, 0.0};  // xy, xz, yz
 
-  void add(const SecondMoment& other) {
-    squares = squares + other.squares;
-    products = products + other.products;
+  void add(double weight, const SecondMoment& part) {
+    squares = squares + weight * part.squares;
+    products = products + weight * part.products;
   }
   void add(double weight, const Point& p) {
-    squares = squares + weight * Point{p.x * p.x, p.y * p.y, p.z * p.z};
-    products = products + weight * Point{p.x * p.y, p.x * p.z, p.y * p.z};
+    add(weight, {{p.x * p.x, p.y * p.y, p.z * p.z}, {p.x * p.y, p.x * p.z, p.y * p.z}});
   }
-  SecondMoment times(double factor) const { return {factor * squares, factor * products}; }
 };
 
 // What a cell is in space.
@@ -42,7 +40,7 @@ struct CellShape {
   Point position;
   double measure;
   Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero where there is no normal
-  SecondMoment spread;               // about the position, over the measure; 0 if all is there
+  SecondMoment spread;               // of its points about the position; 0 if all are there
   Box box;                           // around its vertices
 };
 

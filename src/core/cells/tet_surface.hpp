@@ -15,11 +15,11 @@ class TetSurface final : public GraphSurface {
     SUPERFACETS_ASSERT(std::cmp_equal(tets.size(), arcs.n_cells()));
   }
 
-  // Of a tetrahedron the second moment about the centroid is V / 20 times the sum over its corners.
+  // The second moment of a tetrahedron about its centroid is 1/20 of the sum over its corners.
   CellShape shape(Cell tet) const override {
     CellShape shape{position(tet), measure(tet), {}, {}, {}};
     for (const Vertex corner : tets_[tet].corners) {
-      shape.spread.add(shape.measure / 20.0, vertices_[corner] - shape.position);
+      shape.spread.add(1.0 / 20.0, vertices_[corner] - shape.position);
       shape.box.include(vertices_[corner]);
     }
     return shape;

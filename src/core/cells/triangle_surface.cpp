@@ -41,12 +41,12 @@ double TriangleSurface::angle(Cell from, std::int64_t arc) const {
   return fold_of(normal_from, normal_to, position(to) - position(from)).signed_angle(inside_out_);
 }
 
-// Of a triangle the second moment about the centroid is A / 12 times the sum over its corners.
+// The second moment of a triangle about its centroid is a twelfth of the sum over its corners.
 CellShape TriangleSurface::shape(Cell face) const {
   const Point doubled = double_area_vector(vertices_, faces_[face]);
   CellShape shape{position(face), 0.5 * norm(doubled), 0.5 * doubled, {}, {}};
   for (const Vertex corner : faces_[face].corners) {
-    shape.spread.add(shape.measure / 12.0, vertices_[corner] - shape.position);
+    shape.spread.add(1.0 / 12.0, vertices_[corner] - shape.position);
     shape.box.include(vertices_[corner]);
   }
   return shape;

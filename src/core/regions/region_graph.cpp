@@ -66,14 +66,16 @@ Sums sum_cells(const Surface& surface, std::span<const Cell> cells, const Point&
   return sums;
 }
 
-// The second moment about the centroid, by measure, or by cells where there is no measure.
+// The second moment about the centroid, by measure, or by cells where all measures are 0.
 SecondMoment moment_about(const Surface& surface, std::span<const Cell> cells,
-                          const Point& centroid, bool has_measure) {
+                          const Point& centroid, double total_measure) {
   SecondMoment moment;
   for (const Cell cell : cells) {
     const CellShape shape = surface.shape(cell);
-    moment.add(shape.spread);
-    moment.add(has_measure ? shape.measure : 1.0, shape.position - centroid);
+    const double share = total_measure > 0.0 ? shape.measure / total_measure
+                                             : 1.0 / static_cast<double>(cells.size());
+    moment.add(share, shape.spread);
+    moment.add(share, shape.position - centroid);
   }
   return moment;
 }
@@ -97,9 +99,10 @@ void measure_region(const Surface& surface, std::span<const Cell> cells, std::in
   const Sums sums = sum_cells(surface, cells, origin);
   const bool has_measure = sums.measure > 0.0;
   const double weight = has_measure ? sums.measure : static_cast<double>(cells.size());
-  const Point centroid = origin + (1.0 / weight) * (has_measure ? sums.moment : sums.positions);
-  const SecondMoment covariance =
-      moment_about(surface, cells, centroid, has_measure).times(1.0 / weight);
+  const Point& moment = has_measure ? sums.moment : sums.positions;
+  // Divided one by one: the inverse of a tiny area may be infinite.
+  const Point centroid = origin + Point{moment.x / weight, moment.y / weight, moment.z / weight};
+  const SecondMoment covariance = moment_about(surface, cells, centroid, sums.measure);
   shapes.measures[region] = sums.measure;
   shapes.centroids[region] = centroid;
   shapes.squares[region] = covariance.squares;

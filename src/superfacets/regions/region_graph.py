@@ -289,7 +289,7 @@ class RegionGraph:
             ``edge_index`` (2, 2 E) int64, both directions, sorted; ``edge_attr`` (2 E, 5) float32,
             the columns `ARC_VALUES`; ``pos`` (K, 3) float32, the centroids; ``x`` (K, 10) float32,
             the columns `REGION_FEATURES`, 0 where there is none; ``super_index`` (N,) int64, the
-            region of each cell (-1: none).
+            region of each cell (-1: none). Numbers beyond float32 are infinite.
         """
         offsets, targets, arcs = self._both_ways
         sources = np.repeat(np.arange(self.n_regions), np.diff(offsets))
@@ -298,9 +298,9 @@ class RegionGraph:
         x = np.stack([columns[name] for name in self.REGION_FEATURES], axis=1)
         return {
             "edge_index": np.stack([sources, targets]).astype(np.int64),
-            "edge_attr": edge_attr[arcs].astype(np.float32),
-            "pos": self.centroids.astype(np.float32),
-            "x": np.nan_to_num(x, nan=0.0).astype(np.float32),
+            "edge_attr": _float32(edge_attr[arcs]),
+            "pos": _float32(self.centroids),
+            "x": _float32(np.where(np.isnan(x), 0.0, x)),
             "super_index": self.labels.astype(np.int64),
         }
 
@@ -433,6 +433,11 @@ def _ratio(above: Floats, below: Floats) -> Floats:
     quotients: Floats = np.full(len(below), np.nan)
     np.divide(above, below, out=quotients, where=below > 0)
     return quotients
+
+
+def _float32(values: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
 
 
 def _by_axis(name: str, vectors: Floats) -> dict[str, npt.NDArray[Any]]:
