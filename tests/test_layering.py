@@ -30,6 +30,7 @@ PYTHON_LAYERS = [
     "view",
     "io.writers",
     "pipeline",
+    "interop",
     "sample",
     "study",
     "__init__",
