@@ -118,13 +118,9 @@ def as_cells(source: MeshLike | CloudLike) -> AnyCells:
         if len(source) != 2:
             raise TypeError(f"expected a (vertices, faces) pair, got {len(source)} items")
         return _mesh_of(source[0], source[1])
-    if _is_grid_of_tets(source):
-        return _tets_of_grid(source)
-    if has_blocks(source) and cell_blocks(source):
-        return mesh_of_blocks(source)
-    if isinstance(source, np.ndarray) or is_foreign_cloud(source):
-        return as_cloud(source)  # type: ignore[arg-type]  # seen to be one
-    return _mesh_of(*_arrays_of_foreign(source))
+    if isinstance(source, np.ndarray):
+        return as_cloud(source)
+    return _cells_of_foreign(source)
 
 
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
@@ -141,6 +137,17 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
             "this needs a surface, and the mesh has tetrahedra: TetMesh.boundary() is their outside"
         )
     return cells
+
+
+def _cells_of_foreign(source: Any) -> AnyCells:
+    """Cells of an object of another library."""
+    if _is_grid_of_tets(source):
+        return _tets_of_grid(source)
+    if has_blocks(source) and cell_blocks(source):
+        return mesh_of_blocks(source)
+    if is_foreign_cloud(source):
+        return as_cloud(source)
+    return _mesh_of(*_arrays_of_foreign(source))
 
 
 def _tets_of_grid(grid: Any) -> TetMesh:
