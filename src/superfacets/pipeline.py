@@ -39,6 +39,7 @@ from .cells.weights import creases_of
 from .clustering.loop import segment_cells
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning, SliverWarning
+from .mesh.faces import AnyCells
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 
@@ -249,7 +250,9 @@ class _Options:
 def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
     """Run all stages; the caller of `segment` is warned."""
     timings: dict[str, float] = {}
-    surface, size, share, ordered, lengths, unit, steps = _build_cells(mesh, options, timings)
+    cells, surface, size, share, ordered, lengths, unit, steps = _build_cells(
+        mesh, options, timings
+    )
     note = sliver_note(share, _advice(size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=3)
@@ -263,7 +266,7 @@ def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
             result = clean(costs, result, options.cleanup)
     params = {**options.params, **result.params, **options.cleanup.params}
     timings = _in_order(timings | result.timings)
-    return replace(result, sliver_share=share, timings=timings, params=params)
+    return replace(result, sliver_share=share, timings=timings, params=params, cells=cells)
 
 
 def _advice(radius: float) -> str:
@@ -274,13 +277,14 @@ def _advice(radius: float) -> str:
 def _build_cells(
     mesh: MeshLike | CloudLike, options: _Options, timings: dict[str, float]
 ) -> tuple[
-    Surface, RegionSize, float, _core.OrderedGraph, npt.NDArray[np.float32], float,
+    AnyCells, Surface, RegionSize, float, _core.OrderedGraph, npt.NDArray[np.float32], float,
     FeatureSteps | None,
 ]:  # fmt: skip
     """Run stages 0 to 2, order the cells, and return what later stages need, and no more.
 
-    That is the faces as cells, the size of regions, the share of slivers, the cells as stages 3 and
-    4 take them, the weights as paths are measured by them, with their unit, and the features.
+    That is the mesh, its faces as cells, the size of regions, the share of slivers, the cells as
+    stages 3 and 4 take them, the weights as paths are measured by them, with their unit, and the
+    features.
     """
     n_threads, on_stage = options.loop.n_threads, options.loop.on_stage
     with timed(timings, "mesh", on_stage):
@@ -306,7 +310,7 @@ def _build_cells(
         del graph  # a surface works centroids and areas out when asked for
         is_symmetric = options.weights.given is None  # by the formulas
         ordered = _core.OrderedGraph(placed, *arcs, n_threads, is_symmetric)
-        return surface, size, share, ordered, lengths, unit, steps
+        return source, surface, size, share, ordered, lengths, unit, steps
 
 
 def _border_costs(

@@ -76,6 +76,7 @@ def segment_graph(
     (array([0, 0, 1], dtype=int32), array([0, 0, 0], dtype=int32))
     """
     checked_graph(graph)
+    given = graph
     options = SizeOptions.checked(n_segments, radius, init)
     loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
     feature_options = FeatureOptions.checked(features, feature_weight, scale_features)
@@ -85,7 +86,7 @@ def segment_graph(
         graph = _with_features(graph, steps, size.radius)
     ordered = graph.ordered(loop.n_threads)
     result = segment_cells(ordered, graph.bounds, size, options, init, loop)
-    return replace(result, params={**result.params, **feature_options.params})
+    return replace(result, params={**result.params, **feature_options.params}, cells=given)
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:

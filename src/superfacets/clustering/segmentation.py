@@ -8,6 +8,9 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..cells.cell_graph import CellGraph
+from ..mesh.faces import AnyCells
+
 __all__ = ["Level", "Segmentation", "StopReason"]
 
 StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
@@ -80,6 +83,9 @@ class Segmentation:
     params : dict
         The parameters as used. ``expected_radius`` is r in the unit of the vertices, where
         ``radius`` is the fraction of the diagonal that was asked for, or None.
+    cells : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or None
+        What was segmented, as `segment` understood it; it is not copied. `regions` needs it. None
+        for a result that was made by hand.
     """
 
     labels: npt.NDArray[np.int32]
@@ -94,6 +100,7 @@ class Segmentation:
     n_islands: int = 0
     sliver_share: float | None = None
     levels: tuple[Level, ...] = field(default=(), repr=False)
+    cells: AnyCells | CellGraph | None = field(default=None, repr=False)
 
     @property
     def n_segments(self) -> int:
