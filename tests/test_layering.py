@@ -23,11 +23,11 @@ PYTHON_LAYERS = [
     "io.readers",
     "adapters",
     "cells",
+    "view",  # of cells and labels alone: the result of the clustering shows itself
     "clustering",
     "regions",
     "metrics",
     "reference",
-    "view",
     "io.writers",
     "pipeline",
     "interop",

@@ -33,18 +33,18 @@ def rows_of(tree):
 
 def test_the_picture_is_a_png_of_the_regions(gl, result):
     image = pytest.importorskip("PIL.Image")
-    png = notebook.png_of(result, SHEET)
+    png = result._repr_png_()
     picture = image.open(io.BytesIO(png)).convert("RGB")
     assert picture.size == (640, 480)
     assert len(np.unique(np.asarray(picture).reshape(-1, 3), axis=0)) > 6
-    source = parsed(notebook.html_of(result, SHEET)).find("img").get("src")
+    source = parsed(result._repr_html_()).find("img").get("src")
     assert base64.b64decode(source.removeprefix("data:image/png;base64,")) == png
-    assert notebook.png_of(result, SHEET) is png  # drawn once
+    assert result._repr_png_() is png  # drawn once
 
 
 def test_counts_and_bars_add_up(result, monkeypatch):
     monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
-    tree = parsed(notebook.html_of(result, SHEET))
+    tree = parsed(result._repr_html_())
     assert tree.find("img") is None
     rows, sizes = rows_of(tree), np.bincount(result.labels)
     assert (rows["faces"], rows["regions"]) == ("288", "6")
@@ -58,23 +58,31 @@ def test_counts_and_bars_add_up(result, monkeypatch):
         assert np.count_nonzero((sizes >= low) & (sizes <= high)) == count
 
 
-def test_regions_of_one_size_make_one_bar():
+def test_regions_of_one_size_make_one_bar(monkeypatch):
+    monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
     two = sf.segment(shapes.strip(2), 2)
-    tree = parsed(notebook.html_of(two, None))
-    assert [title.text for title in tree.iter("title")] == ["2 of 1 to 1 cells"]
-    assert rows_of(tree)["cells"] == "2"
+    tree = parsed(two._repr_html_())
+    assert [title.text for title in tree.iter("title")] == ["2 of 1 to 1 faces"]
+    assert rows_of(tree)["faces"] == "2"
 
 
-def test_cells_that_were_left_out_are_counted_apart(result):
+def test_cells_that_were_left_out_are_counted_apart(result, monkeypatch):
+    monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
     masked = replace(result, labels=np.where(np.arange(288) < 10, -1, result.labels))
-    rows = rows_of(parsed(notebook.html_of(masked, None)))
-    assert (rows["cells"], rows["left out"]) == ("288", "10 cells")
+    rows = rows_of(parsed(masked._repr_html_()))
+    assert (rows["faces"], rows["left out"]) == ("288", "10 faces")
 
 
-def test_points_and_tetrahedra_are_called_so(monkeypatch):
+def test_cells_are_called_what_they_are(monkeypatch):
     monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
     cloud = sf.PointCloud(SHEET.vertices)
-    assert rows_of(parsed(notebook.html_of(sf.segment(cloud, 3), cloud)))["points"] == "169"
+    assert rows_of(parsed(sf.segment(cloud, 3)._repr_html_()))["points"] == "169"
+    graph = sf.build_face_graph(SHEET).with_weights(np.ones(sf.build_face_graph(SHEET).n_arcs))
+    assert rows_of(parsed(sf.segment_graph(graph, 3)._repr_html_()))["cells"] == "288"
+
+
+def test_a_result_without_its_cells_has_no_picture(result):
+    assert replace(result, cells=None)._repr_png_() is None
 
 
 @pytest.mark.parametrize(
@@ -85,11 +93,11 @@ def test_without_the_extra_or_opengl_there_is_no_picture(result, monkeypatch, er
         raise error
 
     monkeypatch.setattr(notebook, "render", fail)
-    assert notebook.png_of(result, SHEET) is None
-    assert "<img" not in notebook.html_of(result, SHEET)
-    assert "<svg" in notebook.html_of(result, SHEET)
+    assert result._repr_png_() is None
+    assert "<img" not in result._repr_html_()
+    assert "<svg" in result._repr_html_()
 
 
 def test_a_large_mesh_is_not_drawn(result, monkeypatch):
     monkeypatch.setattr(notebook, "MAX_DRAWN", SHEET.n_faces - 1)
-    assert notebook.png_of(result, SHEET) is None
+    assert result._repr_png_() is None

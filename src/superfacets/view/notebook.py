@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import Any
+from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 
-from ..clustering.segmentation import Segmentation
+from ..cells.cell_graph import CellGraph
 from ..errors import MissingExtraError, RenderError
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from .colors import PALETTE
@@ -33,35 +33,52 @@ _N_COLORS = 256
 _CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
 
 # Pictures of results that are still in use: a notebook asks for all forms of each.
-_drawn: WeakKeyDictionary[Segmentation, bytes | None] = WeakKeyDictionary()
+_drawn: WeakKeyDictionary[_Result, bytes | None] = WeakKeyDictionary()
 
 
-def png_of(result: Segmentation, source: AnyCells | None) -> bytes | None:
+class _Result(Protocol):
+    """A `Segmentation`, whose class is of a higher layer."""
+
+    @property
+    def labels(self) -> npt.NDArray[np.int32]: ...
+    @property
+    def cells(self) -> AnyCells | CellGraph | None: ...
+    @property
+    def n_segments(self) -> int: ...
+    @property
+    def n_iter(self) -> int: ...
+    @property
+    def stop_reason(self) -> str: ...
+    @property
+    def timings(self) -> dict[str, float]: ...
+
+
+def png_of(result: _Result) -> bytes | None:
     """Return a picture of a result as PNG, or None where there is none.
 
-    There is none without the mesh or cloud that the labels are of, of more than `MAX_DRAWN` cells,
+    There is none without the mesh or cloud that was segmented, of more than `MAX_DRAWN` cells,
     without the extra `viz`, and on a machine without OpenGL. No display is needed.
     """
     if result not in _drawn:
-        _drawn[result] = _draw(result.labels, source)
+        _drawn[result] = _draw(result.labels, result.cells)
     return _drawn[result]
 
 
-def _draw(labels: npt.NDArray[np.int32], source: AnyCells | None) -> bytes | None:
-    if source is None or n_cells_of(source) > MAX_DRAWN:
+def _draw(labels: npt.NDArray[np.int32], cells: AnyCells | CellGraph | None) -> bytes | None:
+    if cells is None or isinstance(cells, CellGraph) or n_cells_of(cells) > MAX_DRAWN:
         return None
     file = io.BytesIO()
     try:
-        picture = import_pillow("Image").fromarray(render(source, labels, size=_SIZE))
+        picture = import_pillow("Image").fromarray(render(cells, labels, size=_SIZE))
         picture.quantize(_N_COLORS).save(file, format="PNG", optimize=True)
     except (MissingExtraError, RenderError):
         return None
     return file.getvalue()
 
 
-def html_of(result: Segmentation, source: AnyCells | None) -> str:
+def html_of(result: _Result) -> str:
     """Return HTML that stands alone: the picture, if there is one, counts and the histogram."""
-    png = png_of(result, source)
+    png = png_of(result)
     picture = ""
     if png is not None:
         data = base64.b64encode(png).decode("ascii")
@@ -69,7 +86,8 @@ def html_of(result: Segmentation, source: AnyCells | None) -> str:
             f'<img width="{_SHOWN_WIDTH}" alt="The regions, each in a color of its own"'
             f' src="data:image/png;base64,{data}">'
         )
-    noun = "cell" if source is None else noun_of(source)
+    cells = result.cells
+    noun = "cell" if cells is None or isinstance(cells, CellGraph) else noun_of(cells)
     sizes = np.bincount(result.labels[result.labels >= 0], minlength=result.n_segments)
     rows = "".join(
         f'<tr><th style="text-align:left">{name}</th><td style="text-align:left">{value}</td></tr>'
@@ -81,7 +99,7 @@ def html_of(result: Segmentation, source: AnyCells | None) -> str:
     )
 
 
-def _facts(result: Segmentation, noun: str, sizes: npt.NDArray[Any]) -> dict[str, str]:
+def _facts(result: _Result, noun: str, sizes: npt.NDArray[Any]) -> dict[str, str]:
     """Names and values of the rows of the table."""
     left_out = len(result.labels) - int(sizes.sum())
     facts = {f"{noun}s": f"{len(result.labels):,}", "regions": f"{result.n_segments:,}"}
