@@ -27,8 +27,9 @@ _SKIPPED = ("vertex", "line", "line3")
 def has_blocks(source: Any) -> bool:
     """Whether this is a mesh of meshio, with cells or without."""
     blocks = getattr(source, "cells", None)
-    is_list = isinstance(blocks, list) and hasattr(source, "points")
-    return is_list and all(hasattr(block, "type") and hasattr(block, "data") for block in blocks)
+    if not isinstance(blocks, list) or not hasattr(source, "points"):
+        return False
+    return all(hasattr(block, "type") and hasattr(block, "data") for block in blocks)
 
 
 def cell_blocks(source: Any) -> list[int]:

@@ -83,12 +83,13 @@ def attach_labels(
         raise TypeError(f"name must be a string that is not empty, got {name!r}")
     checked_choice(location, "location", get_args(Location))
     cells = as_cells(target)
-    is_cloud = isinstance(cells, PointCloud)
-    of_vertices = location == "points" and not is_cloud
-    n_rows = len(cells.vertices) if of_vertices else n_cells_of(cells)
+    n_rows, of_vertices = n_cells_of(cells), False
+    if location == "points" and not isinstance(cells, PointCloud):
+        n_rows, of_vertices = cells.n_vertices, True
     checked = _checked_labels(labels, n_rows)
     shades = _checked_colors(cells, checked, colors, of_vertices)
-    put_results(target, Results(name, checked, shades, of_vertices or is_cloud))
+    on_points = of_vertices or isinstance(cells, PointCloud)
+    put_results(target, Results(name, checked, shades, on_points))
 
 
 def _checked_labels(labels: npt.ArrayLike, n_rows: int) -> npt.NDArray[np.int32]:
