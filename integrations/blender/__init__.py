@@ -1,7 +1,5 @@
 """Superfacets in Blender: regions of the active mesh as face sets, an attribute, and seams."""
 
-from __future__ import annotations
-
 import warnings
 
 import bpy
