@@ -75,6 +75,7 @@ def test_cells_that_were_left_out_are_counted_apart(result, monkeypatch):
 
 def test_cells_are_called_what_they_are(monkeypatch):
     monkeypatch.setattr(notebook, "MAX_DRAWN", 0)
+    monkeypatch.setattr(notebook, "MAX_DRAWN_POINTS", 0)
     cloud = sf.PointCloud(SHEET.vertices)
     assert rows_of(parsed(sf.segment(cloud, 3)._repr_html_()))["points"] == "169"
     graph = sf.build_face_graph(SHEET).with_weights(np.ones(sf.build_face_graph(SHEET).n_arcs))
@@ -98,6 +99,10 @@ def test_without_the_extra_or_opengl_there_is_no_picture(result, monkeypatch, er
     assert "<svg" in result._repr_html_()
 
 
-def test_a_large_mesh_is_not_drawn(result, monkeypatch):
+def test_what_is_large_is_not_drawn(result, monkeypatch):
+    monkeypatch.setattr(notebook, "render", None)  # is not called
     monkeypatch.setattr(notebook, "MAX_DRAWN", SHEET.n_faces - 1)
     assert result._repr_png_() is None
+    cloud = sf.segment(sf.PointCloud(SHEET.vertices), 3)
+    monkeypatch.setattr(notebook, "MAX_DRAWN_POINTS", SHEET.n_vertices - 1)
+    assert cloud._repr_png_() is None

@@ -44,7 +44,7 @@ class Segmentation:
     """The result of `segment`: a label for every face, and facts about the run.
 
     ``np.asarray(segmentation)`` is ``labels``. A notebook shows it with a picture, drawn without a
-    display, if the extra `viz` is there and there are at most 500,000 cells.
+    display, if the extra `viz` is there and there are at most 200,000 faces or 50,000 points.
 
     Attributes
     ----------

@@ -38,7 +38,7 @@ class SuperfacetsAccessor:
     >>> import pyvista
     >>> sphere = pyvista.Sphere()
     >>> result = sphere.superfacets.segment(20)
-    >>> result.n_segments, sphere.cell_data["superfacets"].max()
+    >>> result.n_segments, int(sphere.cell_data["superfacets"].max())
     (20, 19)
     """
 

@@ -13,15 +13,19 @@ import numpy.typing as npt
 from ..cells.cell_graph import CellGraph
 from ..errors import MissingExtraError, RenderError
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
+from ..mesh.point_cloud import PointCloud
 from .colors import PALETTE
 from .needs import import_pillow
 from .rendering import render
 
-__all__ = ["MAX_DRAWN", "html_of", "png_of"]
+__all__ = ["MAX_DRAWN", "MAX_DRAWN_POINTS", "html_of", "png_of"]
 
-MAX_DRAWN = 500_000
-"""Most cells that are drawn: a notebook shows a result whenever it ends a block, and more would
-take seconds without a graphics card. `render` draws more."""
+MAX_DRAWN = 200_000
+"""Most faces or tetrahedra that are drawn: a notebook shows a result whenever it ends a block, and
+more would take seconds without a graphics card. `render` draws more."""
+
+MAX_DRAWN_POINTS = 50_000
+"""Most points, whose neighbors have to be found again."""
 
 # Of the picture, and of what is shown of it: two pixels to one, for fine screens.
 _SIZE = (640, 480)
@@ -56,8 +60,9 @@ class _Result(Protocol):
 def png_of(result: _Result) -> bytes | None:
     """Return a picture of a result as PNG, or None where there is none.
 
-    There is none without the mesh or cloud that was segmented, of more than `MAX_DRAWN` cells,
-    without the extra `viz`, and on a machine without OpenGL. No display is needed.
+    There is none without the mesh or cloud that was segmented, of more cells than `MAX_DRAWN` or
+    `MAX_DRAWN_POINTS`, without the extra `viz`, and on a machine without OpenGL. No display is
+    needed.
     """
     if result not in _drawn:
         _drawn[result] = _draw(result.labels, result.cells)
@@ -65,7 +70,9 @@ def png_of(result: _Result) -> bytes | None:
 
 
 def _draw(labels: npt.NDArray[np.int32], cells: AnyCells | CellGraph | None) -> bytes | None:
-    if cells is None or isinstance(cells, CellGraph) or n_cells_of(cells) > MAX_DRAWN:
+    if cells is None or isinstance(cells, CellGraph):
+        return None
+    if n_cells_of(cells) > (MAX_DRAWN_POINTS if isinstance(cells, PointCloud) else MAX_DRAWN):
         return None
     file = io.BytesIO()
     try:
