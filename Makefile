@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -type f ! -name "*.pyc")
 
-.PHONY: help demo test lowest newest lint workflows docs stub figures gallery bench timings fuzz sanitize compilers dist clean
+.PHONY: help demo test lowest newest lint workflows docs stub figures gallery bench timings fuzz sanitize compilers dist blender clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -69,6 +69,9 @@ compilers: $(BIN)/superfacets ## check that labels are the same with GCC, less o
 
 dist: $(VENV)/group-dist ## build sdist and wheel, and try the wheel where there is no compiler
 	tools/try-dist $(BIN)/python
+
+blender: ## zip the Blender extension; WHEELS="dist/*.whl" puts wheels of superfacets into it
+	$(PYTHON) tools/make-blender-extension dist/superfacets-blender.zip $(WHEELS)
 
 clean: ## remove all that was built
 	rm -rf $(VENV) build dist wheelhouse demo docs/_build docs/api bench.json

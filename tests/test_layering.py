@@ -24,13 +24,14 @@ PYTHON_LAYERS = [
     "adapters",
     "cells",
     "regions.region_graph",  # of cells and labels alone: the result of the clustering offers it
+    "view",  # of cells and labels alone: the result of the clustering shows itself
     "clustering",
     "regions",
     "metrics",
     "reference",
-    "view",
     "io.writers",
     "pipeline",
+    "interop",
     "sample",
     "study",
     "__init__",

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from . import reference as reference
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
+    from .interop.attach import attach_labels
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
@@ -80,6 +81,7 @@ __all__ = [
     "Triangulation",
     "View",
     "arc_measures",
+    "attach_labels",
     "border_lines",
     "build_face_graph",
     "build_point_graph",
@@ -116,6 +118,7 @@ __all__ = [
 
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
 _LAZY_NAMES = {
+    "attach_labels": "interop.attach",
     "CloudInfo": "cells.cloud_info",
     "cloud_info": "cells.cloud_info",
     "MeshInfo": "cells.info",

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..mesh.point_cloud import PointCloud
+from .blocks import cell_blocks, has_blocks
 
 __all__ = ["CloudLike", "as_cloud", "is_foreign_cloud"]
 
@@ -26,7 +27,7 @@ Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Seq
 
 CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
 """What functions accept as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of
-trimesh, PyVista or Open3D."""
+trimesh, PyVista, Open3D or meshio."""
 
 
 def as_cloud(source: CloudLike) -> PointCloud:
@@ -36,8 +37,9 @@ def as_cloud(source: CloudLike) -> PointCloud:
     ----------
     source : PointCloud, (N, 3) array, path, or cloud of another library
         A path is read by `read_cloud`. Clouds of trimesh (``PointCloud``), PyVista (``PolyData``
-        without faces) and Open3D (legacy and tensor) are recognized by their attributes, of which
-        points, normals and colors are taken; none of these is imported.
+        without faces), Open3D (legacy and tensor) and meshio (without faces) are recognized
+        by their attributes, of which points, normals and colors are taken; none of these is
+        imported.
 
     Raises
     ------
@@ -61,6 +63,8 @@ def as_cloud(source: CloudLike) -> PointCloud:
 
 def is_foreign_cloud(source: Any) -> bool:
     """Whether an object has points, and nothing that could be faces."""
+    if has_blocks(source):
+        return not cell_blocks(source)
     if hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista
         has_faces = np.size(getattr(source, "faces", 0)) or getattr(source, "n_strips", 0)
         return hasattr(source, "verts") and source.n_points > 0 and not has_faces
@@ -74,6 +78,8 @@ def is_foreign_cloud(source: Any) -> bool:
 
 def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
     """Points, normals and colors of a cloud of another library; None where it has none."""
+    if has_blocks(source):
+        return source.points, None, None
     if hasattr(source, "n_cells"):
         data = source.point_data
         return source.points, data.get("Normals"), data.get("RGB", data.get("RGBA"))

@@ -14,6 +14,7 @@ from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
+from .blocks import cell_blocks, has_blocks, mesh_of_blocks
 from .clouds import CloudLike, as_cloud, is_foreign_cloud
 
 __all__ = ["MeshLike", "as_cells", "as_mesh", "as_triangles"]
@@ -59,6 +60,15 @@ class _PolyData(Protocol):
     def faces(self) -> Any: ...
 
 
+class _Blocks(Protocol):
+    """A mesh of meshio."""
+
+    @property
+    def points(self) -> Any: ...
+    @property
+    def cells(self) -> Any: ...
+
+
 MeshLike: TypeAlias = (
     Mesh
     | PolygonMesh
@@ -71,9 +81,10 @@ MeshLike: TypeAlias = (
     | _Triangles
     | _Tensors
     | _PolyData
+    | _Blocks
 )
 """What functions accept as a mesh: a `Mesh` or `PolygonMesh`, a path, a (vertices, faces) pair, or
-a mesh of trimesh, PyVista or Open3D."""
+a mesh of trimesh, PyVista, Open3D or meshio."""
 
 
 def as_cells(source: MeshLike | CloudLike) -> AnyCells:
@@ -85,9 +96,10 @@ def as_cells(source: MeshLike | CloudLike) -> AnyCells:
         None of the classes is made into another. A path is read by `read_mesh`. Faces of a pair
         are an (F, n) array, or lists of vertices that may differ in length: a `Mesh` if all are
         triangles, else a `PolygonMesh`. Meshes of trimesh, PyVista (``PolyData``, and
-        ``UnstructuredGrid`` of tetrahedra) and Open3D (legacy and tensor) are recognized by their
-        attributes; none of these is imported. A `PointCloud`, an (N, 3) array, a file without
-        faces and clouds of these libraries are point clouds; see `as_cloud`.
+        ``UnstructuredGrid`` of tetrahedra), Open3D (legacy and tensor) and meshio (the tetrahedra,
+        or the faces where there are none, of all blocks) are recognized by their attributes; none
+        of these is imported. A `PointCloud`, an (N, 3) array, a file without faces and clouds of
+        these libraries are point clouds; see `as_cloud`.
 
     Raises
     ------
@@ -106,11 +118,9 @@ def as_cells(source: MeshLike | CloudLike) -> AnyCells:
         if len(source) != 2:
             raise TypeError(f"expected a (vertices, faces) pair, got {len(source)} items")
         return _mesh_of(source[0], source[1])
-    if _is_grid_of_tets(source):
-        return _tets_of_grid(source)
-    if isinstance(source, np.ndarray) or is_foreign_cloud(source):
-        return as_cloud(source)  # type: ignore[arg-type]  # seen to be one
-    return _mesh_of(*_arrays_of_foreign(source))
+    if isinstance(source, np.ndarray):
+        return as_cloud(source)
+    return _cells_of_foreign(source)
 
 
 def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
@@ -127,6 +137,17 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
             "this needs a surface, and the mesh has tetrahedra: TetMesh.boundary() is their outside"
         )
     return cells
+
+
+def _cells_of_foreign(source: Any) -> AnyCells:
+    """Cells of an object of another library."""
+    if _is_grid_of_tets(source):
+        return _tets_of_grid(source)
+    if has_blocks(source) and cell_blocks(source):
+        return mesh_of_blocks(source)
+    if is_foreign_cloud(source):
+        return as_cloud(source)
+    return _mesh_of(*_arrays_of_foreign(source))
 
 
 def _tets_of_grid(grid: Any) -> TetMesh:
@@ -185,8 +206,8 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
         return source.points, _faces_of_polydata(source)
     raise TypeError(
         f"{type(source).__name__} does not look like a mesh: expected a superfacets.Mesh or"
-        " PolygonMesh, a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista (PolyData)"
-        " or Open3D; of a Scene pass .to_mesh(), of a grid .extract_surface()"
+        " PolygonMesh, a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista"
+        " (PolyData), Open3D or meshio; of a Scene pass .to_mesh(), of a grid .extract_surface()"
     )
 
 

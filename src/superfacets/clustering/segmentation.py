@@ -46,7 +46,8 @@ class Level:
 class Segmentation:
     """The result of `segment`: a label for every face, and facts about the run.
 
-    ``np.asarray(segmentation)`` is ``labels``.
+    ``np.asarray(segmentation)`` is ``labels``. A notebook shows it with a picture, drawn without a
+    display, if the extra `viz` is there and there are at most 200,000 faces or 50,000 points.
 
     Attributes
     ----------
@@ -139,3 +140,15 @@ class Segmentation:
             f"Segmentation({len(self.labels)} cells, {self.n_segments} regions, "
             f"{self.n_iter} iterations, {self.stop_reason})"
         )
+
+    def _repr_html_(self) -> str:
+        """Show a notebook a picture, where one can be drawn, counts, and the sizes of regions."""
+        from ..view.notebook import html_of
+
+        return html_of(self)
+
+    def _repr_png_(self) -> bytes | None:
+        """Show a notebook that takes no HTML the picture alone."""
+        from ..view.notebook import png_of
+
+        return png_of(self)

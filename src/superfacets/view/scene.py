@@ -17,7 +17,7 @@ from ..mesh.point_cloud import PointCloud
 from .borders import border_edges
 from .colors import region_colors
 
-__all__ = ["FloatArray", "Picture", "Scene", "build_cloud_scene", "build_scene"]
+__all__ = ["FloatArray", "Picture", "Scene", "build_cloud_scene", "build_scene", "checked_colors"]
 
 FloatArray = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
@@ -51,7 +51,7 @@ class Scene:
         return float(np.linalg.norm(self.normals, axis=1).sum()) / self.n_regions
 
 
-def _checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
+def checked_colors(colors: npt.ArrayLike, n_faces: int) -> Picture:
     """Colors of faces as an (F, 3) uint8 array."""
     refuse_mask(colors, "colors")
     array = np.asarray(colors)
@@ -83,7 +83,7 @@ def build_scene(
         face_colors = region_colors(graph, checked)[checked]
         borders = places[representative[border_edges(mesh, graph, checked)]]
     if colors is not None:
-        face_colors = _checked_colors(colors, mesh.n_faces)
+        face_colors = checked_colors(colors, mesh.n_faces)
     if sources is not None:
         face_colors = face_colors[sources]
     return Scene(points, triangles, face_colors, borders, n_regions)
@@ -101,7 +101,7 @@ def build_cloud_scene(
     elif cloud.colors is not None:
         point_colors = np.rint(cloud.colors * 255).astype(np.uint8)
     if colors is not None:
-        point_colors = _checked_colors(colors, cloud.n_points)
+        point_colors = checked_colors(colors, cloud.n_points)
     low, high = cloud.bounds
     corners = (_squares(graph) - (low + high) / 2) / np.linalg.norm(high - low)
     first = 4 * np.arange(cloud.n_points)[:, np.newaxis, np.newaxis]

@@ -1,0 +1,76 @@
+"""Meshes of meshio: blocks of cells of one type each, some of which are what is segmented."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError
+from ..mesh.faces import FaceMesh
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
+from ..mesh.triangle_mesh import Mesh
+
+__all__ = ["cell_blocks", "has_blocks", "mesh_of_blocks"]
+
+_TETS = ("tetra", "tetra10")
+"""meshio's names; of one with nodes on its edges the first four are its corners."""
+
+_FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
+"""Corners of each type of face, which come before the nodes on its edges; None where they vary."""
+
+_SKIPPED = ("vertex", "line", "line3")
+
+
+def has_blocks(source: Any) -> bool:
+    """Whether this is a mesh of meshio, with cells or without."""
+    blocks = getattr(source, "cells", None)
+    if not isinstance(blocks, list) or not hasattr(source, "points"):
+        return False
+    return all(hasattr(block, "type") and hasattr(block, "data") for block in blocks)
+
+
+def cell_blocks(source: Any) -> list[int]:
+    """Return the blocks that are segmented: the tetrahedra, or the faces where there are none.
+
+    Their cells, one block after the other, are the cells that have labels. No block: the points
+    are a cloud.
+
+    Raises
+    ------
+    MeshError
+        If other cells are among them, of a volume or of a kind that is not known.
+    """
+    filled = [i for i, block in enumerate(source.cells) if len(block.data)]
+    kinds = {i: source.cells[i].type for i in filled}
+    known = (*_TETS, *_FACES, *_SKIPPED)
+    others = sorted({kind for kind in kinds.values() if kind not in known})
+    if others:
+        raise MeshError(
+            f"the mesh holds cells that are neither faces nor tetrahedra: {', '.join(others)}"
+        )
+    tets = [i for i in filled if kinds[i] in _TETS]
+    return tets or [i for i in filled if kinds[i] in _FACES]
+
+
+def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
+    """Return the tetrahedra or faces of a mesh of meshio, in the order of its blocks."""
+    blocks = [source.cells[i] for i in cell_blocks(source)]
+    if blocks[0].type in _TETS:
+        tets = np.concatenate([np.asarray(block.data)[:, :4] for block in blocks])
+        return TetMesh(source.points, tets)
+    parts = [_faces_of(block) for block in blocks]
+    if all(isinstance(part, np.ndarray) and part.shape[1] == 3 for part in parts):
+        return Mesh(source.points, np.concatenate(parts))
+    return PolygonMesh.of_faces(source.points, [face for part in parts for face in part])
+
+
+def _faces_of(block: Any) -> Any:
+    """Faces of a block, without the nodes on their edges."""
+    n_corners = _FACES[block.type]
+    if n_corners is None:
+        return [np.asarray(face) for face in block.data]
+    corners: npt.NDArray[Any] = np.asarray(block.data)[:, :n_corners]
+    return corners

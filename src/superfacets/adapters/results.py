@@ -1,0 +1,158 @@
+"""Results onto the objects of other libraries, which are known by their attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .blocks import cell_blocks, has_blocks
+
+__all__ = ["NO_COLOR", "Results", "first_face", "put_results"]
+
+NO_COLOR = (128, 128, 128)
+"""Of cells without a label."""
+
+
+@dataclass(frozen=True)
+class Results:
+    """One label, and a color if there are any, per cell or per point of a target."""
+
+    name: str
+    labels: npt.NDArray[np.int32]  # -1: no label
+    colors: npt.NDArray[np.uint8] | None  # (n, 3)
+    on_points: bool  # of vertices, or of a point cloud; otherwise of faces or tetrahedra
+
+    @property
+    def arrays(self) -> dict[str, tuple[npt.NDArray[Any], Any]]:
+        """By name the array, and what cells have that are not among those segmented."""
+        named: dict[str, tuple[npt.NDArray[Any], Any]] = {self.name: (self.labels, -1)}
+        if self.colors is not None:
+            named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
+        return named
+
+
+def put_results(target: Any, results: Results) -> None:
+    """Write results onto an object of trimesh, PyVista, Open3D or meshio, in place.
+
+    The arrays have one row per cell or point: this is not checked here.
+
+    Raises
+    ------
+    TypeError
+        If the target has no place for labels.
+    """
+    for is_of_library, put in _LIBRARIES:
+        if is_of_library(target):
+            return put(target, results)
+    raise TypeError(
+        f"{type(target).__name__} has no place for labels: expected a mesh or point cloud of"
+        " trimesh, PyVista, meshio or Open3D (of its legacy classes make a tensor one:"
+        " open3d.t.geometry.TriangleMesh.from_legacy)"
+    )
+
+
+def _is_pyvista(target: Any) -> bool:
+    return hasattr(target, "cell_data") and hasattr(target, "n_cells")
+
+
+def _put_on_pyvista(target: Any, results: Results) -> None:
+    for name, (values, nothing) in results.arrays.items():
+        if results.on_points:
+            target.point_data[name] = values
+            continue
+        first = first_face(target)
+        whole = _filled(target.n_cells, values, nothing)
+        whole[first : first + len(values)] = values
+        target.cell_data[name] = whole
+
+
+def first_face(target: Any) -> int:
+    """Number of vertices and lines among the cells of a dataset of PyVista: they come first."""
+    return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
+
+
+def _filled(n_rows: int, values: npt.NDArray[Any], nothing: Any) -> npt.NDArray[Any]:
+    """An array of rows as those of `values`, all of which say that there is nothing."""
+    whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
+    whole[:] = nothing
+    return whole
+
+
+def _put_on_meshio(target: Any, results: Results) -> None:
+    chosen = cell_blocks(target)
+    for name, (values, nothing) in results.arrays.items():
+        if results.on_points:
+            target.point_data[name] = values
+            continue
+        stored = [_filled(len(block.data), values, nothing) for block in target.cells]
+        done = 0
+        for i in chosen:
+            stored[i] = values[done : done + len(stored[i])]
+            done += len(stored[i])
+        target.cell_data[name] = stored
+
+
+def _is_tensor_mesh(target: Any) -> bool:
+    return hasattr(target, "vertex") and hasattr(target, "triangle")
+
+
+def _put_on_tensor_mesh(target: Any, results: Results) -> None:
+    _put_tensors(target.vertex if results.on_points else target.triangle, results)
+
+
+def _is_tensor_cloud(target: Any) -> bool:
+    return hasattr(target, "point") and hasattr(target.point, "positions")
+
+
+def _put_tensors(attributes: Any, results: Results) -> None:
+    """Write to a map of tensors, beside which new ones are made of the class of an old one."""
+    old = next(iter(dict(attributes.items()).values()))
+
+    def tensor(array: npt.NDArray[Any]) -> Any:
+        return type(old)(np.ascontiguousarray(array), device=old.device)
+
+    attributes[results.name] = tensor(results.labels)
+    if results.colors is not None:  # what its viewers show are numbers from 0 to 1
+        attributes["colors"] = tensor(results.colors.astype(np.float32) / 255)
+
+
+def _is_trimesh(target: Any) -> bool:
+    return hasattr(target, "face_attributes") and hasattr(target, "vertex_attributes")
+
+
+def _put_on_trimesh(target: Any, results: Results) -> None:
+    owner = target.vertex_attributes if results.on_points else target.face_attributes
+    owner[results.name] = results.labels
+    if results.colors is None:
+        return
+    if not hasattr(target.visual, "face_colors"):  # a texture
+        target.visual = target.visual.to_color()
+    if results.on_points:
+        target.visual.vertex_colors = results.colors
+    else:
+        target.visual.face_colors = results.colors
+
+
+def _is_trimesh_cloud(target: Any) -> bool:
+    return all(hasattr(target, name) for name in ("vertices", "metadata", "colors"))
+
+
+def _put_on_trimesh_cloud(target: Any, results: Results) -> None:
+    """Its points have no attributes but a color."""
+    target.metadata[results.name] = results.labels
+    if results.colors is not None:
+        target.colors = results.colors
+
+
+_LIBRARIES: tuple[tuple[Callable[[Any], bool], Callable[[Any, Results], None]], ...] = (
+    (has_blocks, _put_on_meshio),
+    (_is_pyvista, _put_on_pyvista),
+    (_is_tensor_mesh, _put_on_tensor_mesh),
+    (_is_tensor_cloud, lambda target, results: _put_tensors(target.point, results)),
+    (_is_trimesh, _put_on_trimesh),
+    (_is_trimesh_cloud, _put_on_trimesh_cloud),
+)

@@ -1,0 +1,119 @@
+"""Labels and colors onto meshes and point clouds of other libraries, in one call."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_choice, checked_face_labels
+from ..adapters.convert import as_cells
+from ..adapters.results import NO_COLOR, Results, put_results
+from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..view.colors import face_colors
+from ..view.scene import checked_colors
+
+__all__ = ["DEFAULT_NAME", "Location", "attach_labels"]
+
+DEFAULT_NAME = "superfacets"
+"""What arrays of labels are called on objects of other libraries."""
+
+Location = Literal["cells", "points"]
+
+
+def attach_labels(
+    target: Any,
+    labels: npt.ArrayLike,
+    *,
+    name: str = DEFAULT_NAME,
+    location: Location = "cells",
+    colors: bool | npt.ArrayLike = False,
+) -> None:
+    """Write labels onto a mesh or point cloud of another library, in place.
+
+    Where they go, as int32 under `name`, and the colors:
+
+    - trimesh: ``face_attributes``, ``visual.face_colors``; of points ``vertex_attributes``,
+      ``visual.vertex_colors``; of a ``PointCloud``, which has no attributes, ``metadata`` and
+      ``colors``;
+    - PyVista: ``cell_data`` or ``point_data``, colors as ``f"{name}_colors"``;
+    - Open3D (``open3d.t.geometry``): attributes of ``triangle``, ``vertex`` or ``point``, colors as
+      ``"colors"``, from 0 to 1. Its legacy classes have no place for labels;
+    - meshio: ``cell_data`` or ``point_data``, colors as ``f"{name}_colors"``.
+
+    An array of that name is replaced. Cells that are not segmented, such as the lines of a
+    ``PolyData`` and the triangles beside the tetrahedra of a meshio mesh, get -1, and gray.
+
+    Parameters
+    ----------
+    target : mesh or point cloud of trimesh, PyVista, Open3D or meshio
+        That `segment` takes. None of these libraries is imported.
+    labels : Segmentation, or array_like of integers, shape (N,)
+        One per face, tetrahedron or point, in the order of the target. -1 is no label.
+    name : str, default "superfacets"
+        Of the array.
+    location : {"cells", "points"}
+        What the labels are of: of what `segment` labels, or of the vertices of a mesh. Of a point
+        cloud both are the points.
+    colors : bool or array_like of uint8, shape (N, 3), default False
+        Write colors too: True those of `face_colors`, which are made for cells alone.
+
+    Raises
+    ------
+    MeshError
+        If the target is not a valid mesh.
+    ValueError
+        If there is not one label or color per cell or point, or colors of points are asked for
+        without being given.
+    TypeError
+        If the target has no place for labels, labels are not integers, or another argument is of
+        the wrong type.
+
+    Examples
+    --------
+    >>> import superfacets, trimesh
+    >>> box = trimesh.creation.box()
+    >>> superfacets.attach_labels(box, superfacets.segment(box, 2, weights="superfacets"))
+    >>> box.face_attributes["superfacets"].shape
+    (12,)
+    """
+    if not isinstance(name, str) or not name:
+        raise TypeError(f"name must be a string that is not empty, got {name!r}")
+    checked_choice(location, "location", get_args(Location))
+    cells = as_cells(target)
+    n_rows, of_vertices = n_cells_of(cells), False
+    if location == "points" and not isinstance(cells, PointCloud):
+        n_rows, of_vertices = cells.n_vertices, True
+    checked = _checked_labels(labels, n_rows)
+    shades = _checked_colors(cells, checked, colors, of_vertices)
+    on_points = of_vertices or isinstance(cells, PointCloud)
+    put_results(target, Results(name, checked, shades, on_points))
+
+
+def _checked_labels(labels: npt.ArrayLike, n_rows: int) -> npt.NDArray[np.int32]:
+    """Any numbers that fit; never the caller's own array."""
+    array = checked_face_labels(labels, n_rows)
+    limits = np.iinfo(np.int32)
+    if array.min() < limits.min or array.max() > limits.max:
+        raise ValueError("labels must fit in int32")
+    return array.astype(np.int32)
+
+
+def _checked_colors(
+    cells: AnyCells,
+    labels: npt.NDArray[np.int32],
+    colors: bool | npt.ArrayLike,
+    of_vertices: bool,
+) -> npt.NDArray[np.uint8] | None:
+    """Colors as given, or those that are made for regions of cells; None where none are wanted."""
+    if colors is False:
+        return None
+    if colors is not True:
+        return checked_colors(colors, len(labels))
+    if of_vertices:
+        raise ValueError("colors of vertices are not made: give colors as an array")
+    shades = face_colors(cells, labels)
+    shades[labels < 0] = NO_COLOR
+    return shades

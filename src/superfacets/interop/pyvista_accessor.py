@@ -1,0 +1,105 @@
+"""The methods ``dataset.superfacets`` of PyVista, which finds this module by its entry point."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyvista
+
+from .._validate import compact_labels
+from ..adapters.convert import as_mesh
+from ..adapters.results import first_face
+from ..cells.face_graph import build_face_graph
+from ..clustering.segmentation import Segmentation
+from ..pipeline import segment
+from ..view.borders import border_edges
+from .attach import DEFAULT_NAME, attach_labels
+
+__all__ = ["SuperfacetsAccessor"]
+
+
+class SuperfacetsAccessor:
+    """What ``dataset.superfacets`` offers, on every dataset of PyVista 0.48 or newer.
+
+    Nothing has to be imported for it but PyVista, which finds it by the entry point of the
+    installed package. Where the package lies on the path without being installed, import this
+    module.
+
+    Parameters
+    ----------
+    dataset : pyvista.DataSet
+        A ``PolyData``, of faces or of points alone, or an ``UnstructuredGrid`` of tetrahedra. Of
+        others ``extract_surface()`` makes one; their methods raise a TypeError.
+
+    Examples
+    --------
+    >>> import pyvista
+    >>> sphere = pyvista.Sphere()
+    >>> result = sphere.superfacets.segment(20)
+    >>> result.n_segments, int(sphere.cell_data["superfacets"].max())
+    (20, 19)
+    """
+
+    def __init__(self, dataset: Any) -> None:
+        self._dataset = dataset
+
+    def segment(
+        self,
+        n_segments: int | None = None,
+        *,
+        name: str = DEFAULT_NAME,
+        colors: bool = False,
+        **options: Any,
+    ) -> Segmentation:
+        """Segment the dataset, write the labels to it, and return the result.
+
+        Parameters
+        ----------
+        n_segments : int, optional
+            As for `superfacets.segment`.
+        name : str, default "superfacets"
+            Of the array in ``cell_data``, or in ``point_data`` of a dataset of points alone.
+        colors : bool, default False
+            Write colors too, as ``f"{name}_colors"``: what
+            ``dataset.plot(scalars=f"{name}_colors", rgb=True)`` shows.
+        **options
+            All others of `superfacets.segment`.
+        """
+        result = segment(self._dataset, n_segments, **options)
+        self.attach(result, name=name, colors=colors)
+        return result
+
+    def attach(
+        self, labels: npt.ArrayLike, *, name: str = DEFAULT_NAME, colors: bool = False
+    ) -> None:
+        """Write labels of its faces, tetrahedra or points; see `superfacets.attach_labels`."""
+        attach_labels(self._dataset, labels, name=name, colors=colors)
+
+    def borders(self, name: str = DEFAULT_NAME) -> Any:
+        """Return the edges between regions of faces, as lines in a new ``PolyData``.
+
+        Parameters
+        ----------
+        name : str, default "superfacets"
+            Of the labels in ``cell_data``.
+
+        Raises
+        ------
+        MeshError
+            If the dataset has no faces.
+        KeyError
+            If it has no such array.
+        """
+        mesh = as_mesh(self._dataset)
+        first = first_face(self._dataset)
+        stored = np.asarray(self._dataset.cell_data[name])
+        labels, _ = compact_labels(stored[first : first + mesh.n_faces], mesh.n_faces)
+        ends = border_edges(mesh, build_face_graph(mesh), labels)
+        used, lines = np.unique(ends, return_inverse=True)
+        lines = np.insert(lines.reshape(-1, 2), 0, 2, axis=1)
+        return pyvista.PolyData(mesh.vertices[used], lines=lines.ravel())
+
+
+pyvista.register_dataset_accessor("superfacets", pyvista.DataSet)(SuperfacetsAccessor)

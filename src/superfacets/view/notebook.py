@@ -1,0 +1,145 @@
+"""How a result shows itself in a notebook: a picture, counts, a histogram of sizes."""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any, Protocol
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import numpy.typing as npt
+
+from ..cells.cell_graph import CellGraph
+from ..errors import MissingExtraError, RenderError
+from ..mesh.faces import AnyCells, n_cells_of, noun_of
+from ..mesh.point_cloud import PointCloud
+from .colors import PALETTE
+from .needs import import_pillow
+from .rendering import render
+
+__all__ = ["MAX_DRAWN", "MAX_DRAWN_POINTS", "html_of", "png_of"]
+
+MAX_DRAWN = 200_000
+"""Most faces or tetrahedra that are drawn: a notebook shows a result whenever it ends a block, and
+more would take seconds without a graphics card. `render` draws more."""
+
+MAX_DRAWN_POINTS = 50_000
+"""Most points, whose neighbors have to be found again."""
+
+# Of the picture, and of what is shown of it: two pixels to one, for fine screens.
+_SIZE = (640, 480)
+_SHOWN_WIDTH = 320
+
+# A notebook keeps what it shows: a palette makes the file a fifth of the size.
+_N_COLORS = 256
+
+_CHART_WIDTH, _CHART_HEIGHT, _MAX_BARS = 240, 64, 24
+
+# Pictures of results that are still in use: a notebook asks for all forms of each.
+_drawn: WeakKeyDictionary[_Result, bytes | None] = WeakKeyDictionary()
+
+
+class _Result(Protocol):
+    """A `Segmentation`, whose class is of a higher layer."""
+
+    @property
+    def labels(self) -> npt.NDArray[np.int32]: ...
+    @property
+    def cells(self) -> AnyCells | CellGraph | None: ...
+    @property
+    def n_segments(self) -> int: ...
+    @property
+    def n_iter(self) -> int: ...
+    @property
+    def stop_reason(self) -> str: ...
+    @property
+    def timings(self) -> dict[str, float]: ...
+
+
+def png_of(result: _Result) -> bytes | None:
+    """Return a picture of a result as PNG, or None where there is none.
+
+    There is none without the mesh or cloud that was segmented, of more cells than `MAX_DRAWN` or
+    `MAX_DRAWN_POINTS`, without the extra `viz`, and on a machine without OpenGL. No display is
+    needed.
+    """
+    if result not in _drawn:
+        _drawn[result] = _draw(result.labels, result.cells)
+    return _drawn[result]
+
+
+def _draw(labels: npt.NDArray[np.int32], cells: AnyCells | CellGraph | None) -> bytes | None:
+    if cells is None or isinstance(cells, CellGraph):
+        return None
+    if n_cells_of(cells) > (MAX_DRAWN_POINTS if isinstance(cells, PointCloud) else MAX_DRAWN):
+        return None
+    file = io.BytesIO()
+    try:
+        picture = import_pillow("Image").fromarray(render(cells, labels, size=_SIZE))
+        picture.quantize(_N_COLORS).save(file, format="PNG", optimize=True)
+    except (MissingExtraError, RenderError):
+        return None
+    return file.getvalue()
+
+
+def html_of(result: _Result) -> str:
+    """Return HTML that stands alone: the picture, if there is one, counts and the histogram."""
+    png = png_of(result)
+    picture = ""
+    if png is not None:
+        data = base64.b64encode(png).decode("ascii")
+        picture = (
+            f'<img width="{_SHOWN_WIDTH}" alt="The regions, each in a color of its own"'
+            f' src="data:image/png;base64,{data}">'
+        )
+    cells = result.cells
+    noun = "cell" if cells is None or isinstance(cells, CellGraph) else noun_of(cells)
+    sizes = np.bincount(result.labels[result.labels >= 0], minlength=result.n_segments)
+    rows = "".join(
+        f'<tr><th style="text-align:left">{name}</th><td style="text-align:left">{value}</td></tr>'
+        for name, value in _facts(result, noun, sizes).items()
+    )
+    return (
+        '<div style="display:flex;flex-wrap:wrap;align-items:center;gap:1em">'
+        f"{picture}<div><table>{rows}</table>{_histogram(sizes, noun)}</div></div>"
+    )
+
+
+def _facts(result: _Result, noun: str, sizes: npt.NDArray[Any]) -> dict[str, str]:
+    """Names and values of the rows of the table."""
+    left_out = len(result.labels) - int(sizes.sum())
+    facts = {f"{noun}s": f"{len(result.labels):,}", "regions": f"{result.n_segments:,}"}
+    if left_out:
+        facts["left out"] = f"{left_out:,} {noun}s"
+    low, middle, high = (int(number) for number in np.quantile(sizes, [0, 0.5, 1]))
+    facts[f"{noun}s a region"] = f"{low:,} to {high:,}, median {middle:,}"
+    facts["iterations"] = f"{result.n_iter}, {result.stop_reason}"
+    facts["time"] = f"{sum(result.timings.values()):.3g} s"
+    return facts
+
+
+def _histogram(sizes: npt.NDArray[Any], noun: str) -> str:
+    """Inline SVG of the numbers of cells that regions have, in bars of equal width."""
+    low, high = int(sizes.min()), int(sizes.max())
+    n_bars = min(_MAX_BARS, high - low + 1)
+    counts, edges = np.histogram(sizes, bins=n_bars, range=(low, high + 1))
+    step, tallest = _CHART_WIDTH / n_bars, int(counts.max())
+    red, green, blue = PALETTE[1]
+    bars = [
+        f'<rect x="{i * step:.1f}" y="{_CHART_HEIGHT * (1 - count / tallest):.1f}"'
+        f' width="{max(step - 1, 0.5):.1f}" height="{_CHART_HEIGHT * count / tallest:.1f}">'
+        f"<title>{count:,} of {np.ceil(edges[i]):,.0f} to"
+        f" {np.ceil(edges[i + 1]) - 1:,.0f} {noun}s</title></rect>"
+        for i, count in enumerate(counts.tolist())
+        if count
+    ]
+    base = _CHART_HEIGHT + 14
+    return (
+        f'<svg width="{_CHART_WIDTH}" height="{base + 4}" role="img"'
+        f' aria-label="Histogram of the sizes of regions, from {low:,} to {high:,} {noun}s">'
+        f'<g fill="rgb({red},{green},{blue})">{"".join(bars)}</g>'
+        '<g fill="currentColor" font-size="11" font-family="sans-serif">'
+        f'<text x="0" y="{base}">{low:,}</text>'
+        f'<text x="{_CHART_WIDTH}" y="{base}" text-anchor="end">{high:,} {noun}s</text></g></svg>'
+    )
