@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
     from .io.writers.write import write_labels, write_mesh
+    from .regions.vertex_labels import vertex_labels
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
@@ -99,6 +100,7 @@ __all__ = [
     "subdivide",
     "superfacet_weights",
     "update_centers",
+    "vertex_labels",
     "write_labels",
     "write_mesh",
 ]
@@ -117,6 +119,7 @@ _LAZY_NAMES = {
     "read_mesh": "io.readers.read",
     "write_labels": "io.writers.write",
     "write_mesh": "io.writers.write",
+    "vertex_labels": "regions.vertex_labels",
     "sample_mesh": "sample",
     "face_colors": "view.colors",
     "View": "view.camera",

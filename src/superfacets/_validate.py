@@ -473,6 +473,34 @@ def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return array, len(counts)
 
 
+def checked_partial_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels as an (N,) int32 array, -1 for cells in no region, and the number K of regions.
+
+    Each of 0..K-1 must occur.
+    """
+    array = checked_classes(labels, n_cells, "labels")
+    if array.max(initial=-1) >= n_cells:
+        place = int(np.argmax(array >= n_cells))
+        raise ValueError(f"labels[{place}] is {array[place]}; labels are -1..K-1, K <= {n_cells}")
+    counts = np.bincount(array + 1)[1:]
+    if not counts.all():
+        raise ValueError(f"no cell has label {int(np.argmin(counts))}")
+    return array, len(counts)
+
+
+def checked_classes(labels: Any, n_cells: int, name: str) -> npt.NDArray[np.int32]:
+    """Labels that may have gaps as an (N,) int32 array: 0 and up, or -1 where there is none."""
+    given = _integer_array(labels, name)
+    if len(given) != n_cells:
+        raise ValueError(f"{name} must have one value per cell: {len(given)} for {n_cells} cells")
+    array = given.astype(np.int32, order="C")  # a copy
+    is_wrong = (array < -1) | (array != given)
+    if is_wrong.any():
+        place = int(np.argmax(is_wrong))
+        raise ValueError(f"{name}[{place}] is {given[place]}; it must be -1 to {MAX_CELLS}")
+    return array
+
+
 def checked_face_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
     """Labels of any numbers as an (N,) int64 array."""
     given = _integer_array(labels, "labels")
