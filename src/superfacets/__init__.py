@@ -31,10 +31,13 @@ if TYPE_CHECKING:
     from . import reference as reference
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
+    from .cells.nearest import NearestFaces, nearest_faces
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
     from .io.writers.write import write_labels, write_mesh
+    from .regions.pool import pool, snap, unpool
+    from .regions.transfer import transfer
     from .regions.vertex_labels import vertex_labels
     from .sample import sample_mesh
     from .study import baselines as baselines
@@ -60,6 +63,7 @@ __all__ = [
     "MeshError",
     "MeshInfo",
     "MissingExtraError",
+    "NearestFaces",
     "PointCloud",
     "PolygonMesh",
     "RegionEdit",
@@ -86,7 +90,9 @@ __all__ = [
     "face_colors",
     "merge_small_regions",
     "mesh_info",
+    "nearest_faces",
     "place_seeds",
+    "pool",
     "read_attributes",
     "read_cloud",
     "read_labels",
@@ -96,9 +102,12 @@ __all__ = [
     "segment",
     "segment_graph",
     "smooth_borders",
+    "snap",
     "stk02_weights",
     "subdivide",
     "superfacet_weights",
+    "transfer",
+    "unpool",
     "update_centers",
     "vertex_labels",
     "write_labels",
@@ -112,6 +121,8 @@ _LAZY_NAMES = {
     "MeshInfo": "cells.info",
     "TetInfo": "cells.info",
     "mesh_info": "cells.info",
+    "NearestFaces": "cells.nearest",
+    "nearest_faces": "cells.nearest",
     "MeshAttributes": "io.attributes",
     "read_attributes": "io.readers.read",
     "read_cloud": "io.readers.read",
@@ -119,6 +130,10 @@ _LAZY_NAMES = {
     "read_mesh": "io.readers.read",
     "write_labels": "io.writers.write",
     "write_mesh": "io.writers.write",
+    "pool": "regions.pool",
+    "snap": "regions.pool",
+    "unpool": "regions.pool",
+    "transfer": "regions.transfer",
     "vertex_labels": "regions.vertex_labels",
     "sample_mesh": "sample",
     "face_colors": "view.colors",

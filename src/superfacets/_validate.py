@@ -307,6 +307,17 @@ def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np
     return array, box
 
 
+def checked_queries(points: Any) -> npt.NDArray[np.float64]:
+    """Points (M, 3) as float64, M >= 0; a MeshError if they are wrong."""
+    array = exact_doubles(_rows(points, "points"))
+    if not np.isfinite(array).all():
+        _raise_not_finite(array, "points")
+    largest = float(np.abs(array).max(initial=0.0))
+    if largest > VALUE_RANGE[1]:
+        raise MeshError(f"points are at up to {largest:.3g}: rescale them to {VALUE_RANGE[1]:g}")
+    return array
+
+
 def checked_normals(normals: Any, n_points: int) -> npt.NDArray[np.float64]:
     """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong."""
     array = owned(exact_doubles(_rows(normals, "normals", n_points)), np.float64)
@@ -473,15 +484,17 @@ def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return array, len(counts)
 
 
-def checked_partial_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+def checked_partial_labels(
+    labels: Any, n_cells: int, name: str = "labels"
+) -> tuple[npt.NDArray[np.int32], int]:
     """Labels as an (N,) int32 array, -1 for cells in no region, and the number K of regions.
 
     Each of 0..K-1 must occur.
     """
-    array = checked_classes(labels, n_cells, "labels")
+    array = checked_classes(labels, n_cells, name)
     if array.max(initial=-1) >= n_cells:
         place = int(np.argmax(array >= n_cells))
-        raise ValueError(f"labels[{place}] is {array[place]}; labels are -1..K-1, K <= {n_cells}")
+        raise ValueError(f"{name}[{place}] is {array[place]}; labels are -1..K-1, K <= {n_cells}")
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
         raise ValueError(f"no cell has label {int(np.argmin(counts))}")

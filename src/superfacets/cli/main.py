@@ -20,6 +20,7 @@ COMMANDS = {
     "segment": "Segment the meshes and point clouds in the files IN and write their labels.",
     "info": "Print counts and sizes of the meshes and point clouds in the files IN.",
     "render": "Draw a shaded picture of the mesh or point cloud in the file IN.",
+    "transfer": "Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.",
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",
     "demo": "Segment the sample mesh of the package.",
     "reproduce": "Repeat the paper's comparison on the benchmark in the folder BENCHMARK.",
