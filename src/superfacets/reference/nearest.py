@@ -47,8 +47,8 @@ def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
         of_b = dot(cross(ap, ac), normal) / squared
         of_c = dot(cross(ab, ap), normal) / squared
         if of_b >= 0 and of_c >= 0 and of_b + of_c <= 1:
-            inside = a + of_b * ab + of_c * ac
-            return np.clip(inside, corners.min(axis=0), corners.max(axis=0))
+            inside: Floats = a + of_b * ab + of_c * ac
+            return inside.clip(corners.min(axis=0), corners.max(axis=0))
     return _nearest_of(p, [nearest_on_segment(p, *ends) for ends in combinations((a, b, c), 2)])
 
 
