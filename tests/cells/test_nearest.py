@@ -61,12 +61,12 @@ def test_no_point_of_a_triangle_is_nearer(seed):
         assert shares.min() > -1e-3
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(4))
 def test_faces_are_those_of_the_reference(seed):
     rng = np.random.default_rng(seed)
     vertices = rng.integers(0, 4, (30, 3)) if seed % 2 else rng.normal(size=(30, 3))
-    faces = rng.integers(0, 30, (150, 3))  # some are segments, some are points
-    points = np.concatenate([rng.normal(0, 3, (60, 3)), vertices[:20], rng.integers(0, 4, (20, 3))])
+    faces = rng.integers(0, 30, (60, 3))  # some are segments, some are points
+    points = np.concatenate([rng.normal(0, 3, (30, 3)), vertices[:10], rng.integers(0, 4, (10, 3))])
     expected = nearest_faces(vertices, faces, points)
     found = sf.nearest_faces((vertices, faces), points)
     for ours, theirs in zip(found, expected, strict=True):
@@ -77,9 +77,9 @@ def test_faces_are_those_of_the_reference(seed):
 def test_tetrahedra_are_those_of_the_reference(seed):
     rng = np.random.default_rng(seed)
     vertices = rng.integers(0, 4, (14, 3)) if seed % 2 else rng.normal(size=(14, 3))
-    tets = rng.integers(0, 14, (40, 4)).astype(np.int32)  # some are flat
+    tets = rng.integers(0, 14, (16, 4)).astype(np.int32)  # some are flat
     vertices = vertices.astype(float)
-    points = np.concatenate([rng.normal(0, 2, (40, 3)), vertices, vertices[tets].mean(axis=1)])
+    points = np.concatenate([rng.normal(0, 2, (20, 3)), vertices, vertices[tets].mean(axis=1)])
     expected = nearest_tets(vertices, tets, points)
     for ours, theirs in zip(_core.nearest_tets(vertices, tets, points, math.inf, 2), expected,
                             strict=True):  # fmt: skip
@@ -153,9 +153,9 @@ def test_polygons_are_found_through_their_triangles():
 
 def test_far_points_small_meshes_and_large_ones():
     mesh = shapes.cube()
-    found = sf.nearest_faces(mesh, [[1e150, 0.5, 0.5], [0.3, 0.2, -1e40]])
-    assert_array_equal(found.points[0, 0], 1.0)
-    assert_allclose(found.distances, [1e150, 1e40])
+    found = sf.nearest_faces(mesh, [[1e12, 0.5, 0.25], [0.3, 0.2, -1e40], [1e150, 0, 0]])
+    assert found.points[0, 0] == 1.0  # all of that side is as far, but for rounding
+    assert_allclose(found.distances, [1e12 - 1, 1e40, 1e150], rtol=1e-15)
     points = np.random.default_rng(0).random((50, 3)) + 1
     expected = sf.nearest_faces(mesh, points)
     for scale in (2.0**-190, 2.0**190):
@@ -178,7 +178,7 @@ def test_distances_are_those_of_trimesh():
     trimesh = pytest.importorskip("trimesh")
     rng = np.random.default_rng(3)
     mesh = sf.sample_mesh(5_000)
-    points = rng.normal(0, 0.7, (300, 3))
+    points = rng.normal(0, 0.7, (60, 3))
     found = sf.nearest_faces(mesh, points)
     theirs = trimesh.proximity.closest_point_naive(
         trimesh.Trimesh(mesh.vertices, mesh.faces, process=False), points

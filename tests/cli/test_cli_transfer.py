@@ -18,7 +18,9 @@ def folder(tmp_path, monkeypatch):
     sf.write_mesh("coarse.ply", coarse, labels)
     sf.write_labels("labels.npy", labels)
     fine = sf.Mesh(*split_in_four(coarse.vertices, coarse.faces))
-    attributes = sf.MeshAttributes(face={"part": np.arange(fine.n_faces)}, comments=("by hand",))
+    attributes = sf.MeshAttributes(
+        face={"part": np.arange(fine.n_faces)}, comments=("comment by hand",)
+    )
     sf.write_mesh("fine.ply", fine, attributes=attributes)
     sf.write_mesh("points.ply", sf.PointCloud([*coarse.vertices, [9.0, 9, 9]]))
     return tmp_path
@@ -33,7 +35,7 @@ def test_labels_are_carried_to_a_finer_mesh(run, folder):
     assert np.array_equal(carried, np.repeat(labels, 4))
     attributes = sf.read_attributes("fine.superfacets.ply")
     assert np.array_equal(attributes.face["part"], np.arange(len(carried)))
-    assert attributes.comments == ("by hand",)
+    assert attributes.comments == ("comment by hand",)
 
 
 def test_a_labeled_file_is_given_twice_and_several_are_written(run, folder):
@@ -69,12 +71,9 @@ def test_labels_go_to_standard_output(run, folder):
 
 
 def test_properties_that_labels_replace_are_named(run, folder):
+    assert run("transfer", "coarse.ply", "labels.npy", "fine.ply")[2] == ""
     _, _, err = run("transfer", "coarse.ply", "labels.npy", "coarse.ply", "-o", "again.ply")
-    assert err == ""
-    attributes = sf.MeshAttributes(face={"red": np.zeros(len(np.load("labels.npy")), np.uint8)})
-    sf.write_mesh("red.ply", "coarse.ply", attributes=attributes)
-    _, _, err = run("transfer", "coarse.ply", "labels.npy", "red.ply", "-o", "again.ply")
-    assert "note: replaced by those of the labels: face property red" in err
+    assert "note: replaced by those of the labels: face property label, face prop" in err
 
 
 def test_no_input_is_replaced(run, folder):
@@ -90,8 +89,8 @@ def test_what_does_not_fit_is_one_line(run, folder):
     sf.write_labels("short.seg", [0, 1])
     cases = [
         (("coarse.ply", "short.seg", "fine.ply"), 1, "short.seg: there are 2 labels but the mesh"),
-        (("coarse.ply", "labels.npy", "missing.ply"), 1, "missing.ply: No such file"),
-        (("missing.ply", "labels.npy", "fine.ply"), 1, "missing.ply: No such file"),
+        (("coarse.ply", "labels.npy", "missing.ply"), 1, "missing.ply: no such file"),
+        (("missing.ply", "labels.npy", "fine.ply"), 1, "missing.ply: no such file"),
         (("coarse.ply", "labels.npy", "fine.ply", "-o", "a.docx"), 2, "expected the ending"),
         (("coarse.ply", "labels.npy", "fine.ply", "--max-distance", "-1"), 2, "-1"),
         (("coarse.ply", "labels.npy"), 2, "Missing argument 'TARGET'"),

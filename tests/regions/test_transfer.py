@@ -125,7 +125,7 @@ def test_labels_of_random_points_are_those_of_a_comparison():
     rng = np.random.default_rng(5)
     mesh = shapes.gears(2)
     labels = with_labels(mesh.n_faces)
-    points = rng.uniform(*mesh.bounds, (50, 3))
+    points = rng.uniform(*mesh.bounds, (12, 3))
     expected = sf.reference.nearest_faces(mesh.vertices, mesh.faces, points)[0]
     assert_array_equal(sf.transfer(mesh, labels, points), labels[expected])
 

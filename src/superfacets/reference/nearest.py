@@ -29,7 +29,8 @@ def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
     t = dot(p - a, along) / squared
     if t <= 0 or t >= 1:
         return a if t <= 0 else b
-    return np.clip(a + t * along, np.minimum(a, b), np.maximum(a, b))
+    between: Floats = a + t * along
+    return between.clip(np.minimum(a, b), np.maximum(a, b))
 
 
 def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
