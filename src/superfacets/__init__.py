@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .interop.attach import attach_labels
+    from .cells.nearest import NearestFaces, nearest_faces
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
     from .regions.lines import BorderLines, border_lines, find_boundaries
     from .regions.parts import Submesh, split_regions, submesh
     from .regions.region_graph import RegionGraph, region_graph
+    from .regions.pool import pool, snap, unpool
+    from .regions.transfer import transfer
+    from .regions.vertex_labels import vertex_labels
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
@@ -64,6 +68,7 @@ __all__ = [
     "MeshError",
     "MeshInfo",
     "MissingExtraError",
+    "NearestFaces",
     "PointCloud",
     "PolygonMesh",
     "RegionEdit",
@@ -95,7 +100,9 @@ __all__ = [
     "find_boundaries",
     "merge_small_regions",
     "mesh_info",
+    "nearest_faces",
     "place_seeds",
+    "pool",
     "read_attributes",
     "read_cloud",
     "read_labels",
@@ -107,11 +114,15 @@ __all__ = [
     "segment_graph",
     "smooth_borders",
     "split_regions",
+    "snap",
     "stk02_weights",
     "subdivide",
     "submesh",
     "superfacet_weights",
+    "transfer",
+    "unpool",
     "update_centers",
+    "vertex_labels",
     "write_labels",
     "write_mesh",
 ]
@@ -124,6 +135,8 @@ _LAZY_NAMES = {
     "MeshInfo": "cells.info",
     "TetInfo": "cells.info",
     "mesh_info": "cells.info",
+    "NearestFaces": "cells.nearest",
+    "nearest_faces": "cells.nearest",
     "MeshAttributes": "io.attributes",
     "read_attributes": "io.readers.read",
     "read_cloud": "io.readers.read",
@@ -139,6 +152,11 @@ _LAZY_NAMES = {
     "Submesh": "regions.parts",
     "split_regions": "regions.parts",
     "submesh": "regions.parts",
+    "pool": "regions.pool",
+    "snap": "regions.pool",
+    "unpool": "regions.pool",
+    "transfer": "regions.transfer",
+    "vertex_labels": "regions.vertex_labels",
     "sample_mesh": "sample",
     "face_colors": "view.colors",
     "View": "view.camera",

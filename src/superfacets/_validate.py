@@ -307,6 +307,17 @@ def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np
     return array, box
 
 
+def checked_queries(points: Any) -> npt.NDArray[np.float64]:
+    """Points (M, 3) as float64, M >= 0; a MeshError if they are wrong."""
+    array = exact_doubles(_rows(points, "points"))
+    if not np.isfinite(array).all():
+        _raise_not_finite(array, "points")
+    largest = float(np.abs(array).max(initial=0.0))
+    if largest > VALUE_RANGE[1]:
+        raise MeshError(f"points are at up to {largest:.3g}: rescale them to {VALUE_RANGE[1]:g}")
+    return array
+
+
 def checked_normals(normals: Any, n_points: int) -> npt.NDArray[np.float64]:
     """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong."""
     array = owned(exact_doubles(_rows(normals, "normals", n_points)), np.float64)
@@ -473,22 +484,49 @@ def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return array, len(counts)
 
 
-def checked_partial_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels as `checked_labels`, of which -1 stands for cells in no region; K >= 1."""
-    given = _integer_array(labels, "labels")
-    if len(given) != n_cells:
-        raise ValueError(f"there are {len(given)} labels for {n_cells} cells")
+def checked_partial_labels(
+    labels: Any, n_cells: int, name: str = "labels"
+) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels as an (N,) int32 array, -1 for cells in no region, and the number K of regions.
+
+    Each of 0..K-1 must occur.
+    """
+    given = _row_of_labels(labels, n_cells, name)
     is_wrong = (given < -1) | (given >= n_cells)
     if is_wrong.any():
         place = int(np.argmax(is_wrong))
-        raise ValueError(f"labels[{place}] is {given[place]}; labels are -1..K-1, K <= {n_cells}")
+        raise ValueError(f"{name}[{place}] is {given[place]}; labels are -1..K-1, K <= {n_cells}")
     array = owned_indices(given)
-    counts = np.bincount(array if array.min() >= 0 else array[array >= 0])
-    if not len(counts):
-        raise ValueError("no cell has a label: all are -1")
+    counts = np.bincount(array + 1)[1:]
     if not counts.all():
         raise ValueError(f"no cell has label {int(np.argmin(counts))}")
     return array, len(counts)
+
+
+def checked_regions(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels as `checked_partial_labels`, of one region at least."""
+    array, n_regions = checked_partial_labels(labels, n_cells)
+    if not n_regions:
+        raise ValueError("no cell has a label: all are -1")
+    return array, n_regions
+
+
+def checked_classes(labels: Any, n_cells: int, name: str) -> npt.NDArray[np.int32]:
+    """Labels that may have gaps as an (N,) int32 array: 0 and up, or -1 where there is none."""
+    given = _row_of_labels(labels, n_cells, name)
+    array = given.astype(np.int32, order="C")  # a copy
+    is_wrong = (array < -1) | (array != given)
+    if is_wrong.any():
+        place = int(np.argmax(is_wrong))
+        raise ValueError(f"{name}[{place}] is {given[place]}; it must be -1 to {MAX_CELLS}")
+    return array
+
+
+def _row_of_labels(labels: Any, n_cells: int, name: str) -> npt.NDArray[Any]:
+    given = _integer_array(labels, name)
+    if len(given) != n_cells:
+        raise ValueError(f"there are {len(given)} {name} for {n_cells} cells")
+    return given
 
 
 def checked_face_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:

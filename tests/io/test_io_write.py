@@ -143,7 +143,7 @@ def test_label_files_hold_what_the_documentation_says(tmp_path):
         ([[1, 2]], "labels must be one-dimensional, got shape"),
         ([1.0, 2.0], "labels must be integers, got float64"),
         ([True, False], "labels must be integers, got bool"),
-        ([0, -1], r"labels\[1\] is -1; it must be 0 to 2147483647"),
+        ([0, -2], r"labels\[1\] is -2; it must be -1 to 2147483647"),
         ([0, 2**31], r"labels\[1\] is 2147483648"),
         ([], "there are no labels"),
     ],
@@ -228,6 +228,6 @@ def test_label_files_may_hold_labels_of_another_mesh(tmp_path):
     write_outputs([mesh, listed], square, [4, 2], listed=[7])
     assert read_labels(mesh).tolist() == [4, 2]
     assert np.load(listed).tolist() == [7]
-    with pytest.raises(ValueError, match=r"labels\[0\] is -1"):
-        write_outputs([mesh, listed], square, [4, 2], listed=[-1])
+    with pytest.raises(ValueError, match=r"labels\[0\] is -2"):
+        write_outputs([mesh, listed], square, [4, 2], listed=[-2])
     assert np.load(listed).tolist() == [7]

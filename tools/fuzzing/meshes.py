@@ -26,6 +26,7 @@ def check_mesh(rng: np.random.Generator, _folder: Path) -> None:
         mesh = _random_mesh(rng)
         _check_segmentation(mesh, rng)
         _check_clean_up(mesh, rng)
+        _check_carried(mesh, rng)
         if mesh.n_faces <= MOST_FACES_OF_TWINS:
             check_mesh_stages(mesh, weld=bool(rng.integers(2)))
 
@@ -125,3 +126,25 @@ def _check_clean_up(mesh: sf.Mesh, rng: np.random.Generator) -> None:
     check_pieces(smooth, graph)
     values = evaluate(mesh, labels, [connected.labels])
     assert all(np.isfinite(value) and value >= 0 for value in values.values()), values
+
+
+def _check_carried(mesh: sf.Mesh, rng: np.random.Generator) -> None:
+    """Values and labels of regions at faces, vertices and points."""
+    labels = np.unique(rng.integers(0, 9, mesh.n_faces), return_inverse=True)[1]
+    field = rng.normal(size=labels.max() + 1)
+    assert np.array_equal(sf.pool(sf.unpool(field, labels), labels, cells=mesh), field)
+    assert np.array_equal(sf.snap(labels, labels, cells=mesh), labels)
+    of_vertices = sf.vertex_labels(mesh, labels)
+    is_used = np.isin(np.arange(mesh.n_vertices), mesh.faces)
+    assert np.array_equal(of_vertices >= 0, is_used)
+    low, high = mesh.bounds
+    points = rng.uniform(1.5 * low - 0.5 * high, 1.5 * high - 0.5 * low, (200, 3))
+    found = sf.nearest_faces(mesh, points, n_threads=1)
+    corner = mesh.vertices[mesh.faces[found.faces, 0]]
+    to_corner = np.linalg.norm((points - corner) / np.ptp(mesh.bounds), axis=1)
+    assert np.all(found.distances / np.ptp(mesh.bounds) <= to_corner * (1 + 1e-9))
+    for n_threads in THREADS[1:]:
+        carried = sf.transfer(mesh, labels, points, n_threads=n_threads)
+        assert np.array_equal(carried, labels[found.faces]), f"{n_threads} threads"
+    own = sf.transfer(mesh, labels, mesh)  # faces in one place may take the labels of each other
+    assert np.isin(own, labels).all()

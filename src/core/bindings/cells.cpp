@@ -7,6 +7,7 @@
 #include "cells/face_graph.hpp"
 #include "cells/feature_steps.hpp"
 #include "cells/graph_surface.hpp"
+#include "cells/nearest_cell.hpp"
 #include "cells/ordered_graph.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
@@ -264,6 +265,42 @@ auto bind_quantize_weights(const Array<double>& weights, int n_threads) {
   return std::tuple(to_numpy(std::move(lengths)), unit);
 }
 
+// Calls a search for the cells nearest to queries: both take about a microsecond each.
+template <typename Search>
+auto on_nearest(std::size_t n_cells, std::size_t n_queries, int n_threads, const Search& search) {
+  constexpr std::int64_t kMinPerSearchThread = 1 << 10;
+  NearestCells found = on_team(n_cells + n_queries, n_threads, search, kMinPerSearchThread);
+  return std::tuple(to_numpy(std::move(found.cells)), to_numpy(std::move(found.distances)),
+                    to_numpy(std::move(found.points)));
+}
+
+auto bind_nearest_triangles(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                            const Rows<double>& queries, double max_distance, int n_threads) {
+  const auto mesh = std::pair(points(vertices), triangles(faces));
+  const auto from = points(queries);
+  return on_nearest(mesh.second.size(), from.size(), n_threads, [&](ThreadTeam& team) {
+    return nearest_triangles(mesh.first, mesh.second, from, max_distance, team);
+  });
+}
+
+auto bind_nearest_tets(const Rows<double>& vertices, const TetRows& tets,
+                       const Rows<double>& queries, double max_distance, int n_threads) {
+  const auto mesh = std::pair(points(vertices), tet_span(tets));
+  const auto from = points(queries);
+  return on_nearest(mesh.second.size(), from.size(), n_threads, [&](ThreadTeam& team) {
+    return nearest_tets(mesh.first, mesh.second, from, max_distance, team);
+  });
+}
+
+auto bind_nearest_points(const Rows<double>& positions, const Rows<double>& queries,
+                         double max_distance, int n_threads) {
+  const auto cloud = points(positions);
+  const auto from = points(queries);
+  return on_nearest(cloud.size(), from.size(), n_threads, [&](ThreadTeam& team) {
+    return nearest_points(cloud, from, max_distance, team);
+  });
+}
+
 void bind_placed_cells(PlacedCells* self, const Rows<double>& positions,
                        const Array<double>& measures, int n_threads) {
   const auto input = std::pair(points(positions), view(measures));
@@ -371,6 +408,12 @@ void bind_cells(nb::module_& module) {
              "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);
   module.def("sum_of", &bind_sum_of, "values"_a.noconvert(), "n_threads"_a);
+  module.def("nearest_triangles", &bind_nearest_triangles, "vertices"_a.noconvert(),
+             "faces"_a.noconvert(), "queries"_a.noconvert(), "max_distance"_a, "n_threads"_a);
+  module.def("nearest_tets", &bind_nearest_tets, "vertices"_a.noconvert(), "tets"_a.noconvert(),
+             "queries"_a.noconvert(), "max_distance"_a, "n_threads"_a);
+  module.def("nearest_points", &bind_nearest_points, "positions"_a.noconvert(),
+             "queries"_a.noconvert(), "max_distance"_a, "n_threads"_a);
 }
 
 }  // namespace superfacets

@@ -2,15 +2,12 @@
 
 namespace superfacets {
 
-BoxTree::BoxTree(std::span<const Point> positions, ThreadTeam& team) : n_cells_(positions.size()) {
-  std::vector<Box> leaves((n_cells_ + kLeaf - 1) / kLeaf);
-  auto build_leaves = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t leaf = begin; leaf < end; ++leaf) {
-      const auto [first, last] = places(leaf);
-      for (auto place = first; place < last; ++place) leaves[leaf].include(positions[place]);
-    }
-  };
-  team.for_each_block(static_cast<std::int64_t>(leaves.size()), build_leaves);
+BoxTree::BoxTree(std::span<const Point> positions, ThreadTeam& team)
+    : BoxTree(
+          positions.size(), kLeaf,
+          [&](std::size_t place) { return Box{positions[place], positions[place]}; }, team) {}
+
+void BoxTree::build_nodes(std::vector<Box> leaves) {
   levels_.push_back(std::move(leaves));
   while (levels_.back().size() > 1) {
     const std::vector<Box>& below = levels_.back();

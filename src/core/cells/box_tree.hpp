@@ -9,7 +9,8 @@
 
 namespace superfacets {
 
-// A leaf holds kLeaf consecutive places on the curve, a node kFanOut nodes of the level below.
+// A leaf holds consecutive places on the curve, kLeaf where nothing else is asked for; a node
+// kFanOut nodes of the level below.
 class BoxTree {
  public:
   static constexpr std::size_t kLeaf = 32;   // positions of a leaf fill twelve cache lines
@@ -19,6 +20,21 @@ class BoxTree {
 
   // Of the cells in their order on the curve.
   BoxTree(std::span<const Point> positions, ThreadTeam& team);
+
+  // Of cells that are more than points: box_of(place) is called once for each, from any thread.
+  template <typename BoxOf>
+  BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
+      : n_cells_(n_cells), leaf_size_(leaf_size) {
+    std::vector<Box> leaves((n_cells + leaf_size - 1) / leaf_size);
+    auto build_leaves = [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t leaf = begin; leaf < end; ++leaf) {
+        const auto [first, last] = places(leaf);
+        for (auto place = first; place < last; ++place) leaves[leaf].include(box_of(place));
+      }
+    };
+    team.for_each_block(static_cast<std::int64_t>(leaves.size()), build_leaves);
+    build_nodes(std::move(leaves));
+  }
 
   // Levels, the leaves first and the root alone in the last.
   std::size_t n_levels() const { return levels_.size(); }
@@ -31,8 +47,8 @@ class BoxTree {
   }
   // Of a leaf: its places, likewise.
   std::pair<std::size_t, std::size_t> places(std::size_t leaf) const {
-    SUPERFACETS_ASSERT(leaf * kLeaf < n_cells_);
-    return {leaf * kLeaf, std::min((leaf + 1) * kLeaf, n_cells_)};
+    SUPERFACETS_ASSERT(leaf * leaf_size_ < n_cells_);
+    return {leaf * leaf_size_, std::min((leaf + 1) * leaf_size_, n_cells_)};
   }
 
   // Calls visit(begin, end) for the places of each leaf for which is_wanted(level, index) holds,
@@ -43,6 +59,9 @@ class BoxTree {
   }
 
  private:
+  // The levels above the leaves.
+  void build_nodes(std::vector<Box> leaves);
+
   template <typename IsWanted, typename Visit>
   void visit_below(std::size_t level, std::size_t index, const IsWanted& is_wanted,
                    const Visit& visit) const {
@@ -56,6 +75,7 @@ class BoxTree {
   }
 
   std::size_t n_cells_ = 0;
+  std::size_t leaf_size_ = kLeaf;
   std::vector<std::vector<Box>> levels_;
 };
 

@@ -21,6 +21,7 @@ COMMANDS = {
     "info": "Print counts and sizes of the meshes and point clouds in the files IN.",
     "render": "Draw a shaded picture of the mesh or point cloud in the file IN.",
     "regions": "Measure the regions that LABELS of the mesh in the file IN make.",
+    "transfer": "Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.",
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",
     "demo": "Segment the sample mesh of the package.",
     "reproduce": "Repeat the paper's comparison on the benchmark in the folder BENCHMARK.",

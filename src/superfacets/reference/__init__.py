@@ -10,6 +10,7 @@ from .coarsening import coarse_arcs, coarse_cells
 from .face_graph import Arc, build_face_graph, build_tet_graph, measure_faces, measure_polygons
 from .graphs import find_components
 from .loop import iterate
+from .nearest import nearest_faces, nearest_in_tet, nearest_on_triangle, nearest_tets
 from .point_graph import build_point_graph, point_normals
 from .region_graph import RegionArc, region_arcs, region_shapes
 from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
@@ -38,6 +39,10 @@ __all__ = [
     "join_islands",
     "measure_faces",
     "measure_polygons",
+    "nearest_faces",
+    "nearest_in_tet",
+    "nearest_on_triangle",
+    "nearest_tets",
     "point_normals",
     "quantize_weights",
     "region_arcs",

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_partial_labels, checked_threads, freeze
+from .._validate import checked_regions, checked_threads, freeze
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
@@ -116,7 +116,7 @@ def border_lines(
     """
     checked = as_mesh(mesh)
     threads = checked_threads(n_threads)
-    array, _ = checked_partial_labels(labels, checked.n_faces)
+    array, _ = checked_regions(labels, checked.n_faces)
     graph = build_face_graph(checked, weld=weld, n_threads=threads)
     segments = _Segments.of(checked, graph, array, weld, threads)
     return _lines_of(segments, checked)
@@ -281,7 +281,7 @@ def find_boundaries(
     """
     offsets, neighbors = _arcs_of(cells, weld, n_threads)
     n_cells = len(offsets) - 1
-    array, _ = checked_partial_labels(labels, n_cells)
+    array, _ = checked_regions(labels, n_cells)
     sources = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(offsets))
     differ = array[sources] != array[neighbors]
     is_boundary = np.zeros(n_cells, dtype=bool)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_partial_labels
+from .._validate import checked_regions
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..mesh.faces import AnyCells, n_cells_of
@@ -76,7 +76,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     (Mesh(3 vertices, 1 faces), [1], [0, 2, 3])
     """
     whole = as_cells(cells)
-    array, n_regions = checked_partial_labels(labels, n_cells_of(whole))
+    array, n_regions = checked_regions(labels, n_cells_of(whole))
     number = operator.index(region)
     if not 0 <= number < n_regions:
         raise ValueError(f"there is no region {number}: there are {n_regions}")
@@ -109,7 +109,7 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     [[0, 1, 2], [0, 2, 3]]
     """
     whole = as_cells(cells)
-    array, n_regions = checked_partial_labels(labels, n_cells_of(whole))
+    array, n_regions = checked_regions(labels, n_cells_of(whole))
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
     splitter = _Splitter(whole)

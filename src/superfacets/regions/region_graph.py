@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_choice, checked_partial_labels, checked_seeds, freeze
+from .._validate import checked_choice, checked_regions, checked_seeds, freeze
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -362,7 +362,7 @@ def region_graph(
     ([1.0], [1.571])
     """
     surface = as_surface(cells, weld=weld, n_threads=n_threads)
-    array, n_regions = checked_partial_labels(labels, surface.n_cells)
+    array, n_regions = checked_regions(labels, surface.n_cells)
     given = None if centers is None else _checked_centers(centers, array, n_regions)
     return region_graph_of(surface, array, n_regions, given)
 

@@ -1,0 +1,164 @@
+#include "cells/nearest_cell.hpp"
+
+#include <array>
+#include <limits>
+#include <utility>
+
+#include "base/assert.hpp"
+#include "cells/box_tree.hpp"
+#include "cells/morton.hpp"
+#include "mesh/shapes.hpp"
+
+namespace superfacets {
+namespace {
+
+// Shapes of a leaf: a test of a box costs a fifth of one of a triangle.
+constexpr std::size_t kShapesPerLeaf = 4;
+
+// Queries of a task. All but the first begin with the answer to the one before, which is near.
+constexpr std::int64_t kQueriesPerTask = 1 << 11;
+
+constexpr std::size_t kQueriesTogether = 64;  // no order among them is worth its time
+
+// The best answer so far. Before there is one, `squared` is the limit and the cell above all cells,
+// so that one at the limit is taken.
+struct Answer {
+  double squared;
+  Cell cell = std::numeric_limits<Cell>::max();
+  Place place = -1;
+
+  bool is_found() const { return place >= 0; }
+};
+
+// Shapes along a space-filling curve, with a tree of boxes over them.
+template <typename Shape>
+class ShapeSearch {
+ public:
+  template <typename ShapeOf>
+  ShapeSearch(std::int64_t n_shapes, const ShapeOf& shape_of, ThreadTeam& team)
+      : shapes_(n_shapes) {
+    Buffer<Point> middles(n_shapes);  // times two
+    team.for_each_block(n_shapes, [&](std::int64_t begin, std::int64_t end) {
+      for (auto cell = begin; cell < end; ++cell) {
+        const Box box = shape_of(cell).box();
+        middles[cell] = box.low + box.high;
+      }
+    });
+    cells_ = refined_morton_order(middles.span(), kShapesPerLeaf, team);
+    const auto take_place = [&](std::size_t place) {
+      shapes_[place] = shape_of(cells_[place]);
+      return shapes_[place].box();
+    };
+    tree_ = BoxTree(shapes_.size(), kShapesPerLeaf, take_place, team);
+  }
+
+  // The nearest shape within a squared distance. The answer to another query makes this one fast
+  // where both are near; it does not change it.
+  Answer nearest_to(const Point& p, double max_squared, const Answer& hint) const {
+    Answer best{max_squared};
+    if (hint.is_found()) offer(p, hint.place, best);
+    const std::size_t top = tree_.n_levels() - 1;
+    if (tree_.level(top)[0].squared_distance(p) <= best.squared) search(p, top, 0, best);
+    return best;
+  }
+
+  Point point_of(const Answer& answer, const Point& p) const {
+    return shapes_[answer.place].nearest(p);
+  }
+
+ private:
+  struct Open {
+    double squared;  // to its box
+    std::size_t index;
+  };
+
+  // Takes what a node holds into account, nearest boxes first. A box at exactly the best distance
+  // may hold a lower cell.
+  void search(const Point& p, std::size_t level, std::size_t index, Answer& best) const {
+    if (level == 0) {
+      const auto [begin, end] = tree_.places(index);
+      for (auto place = begin; place < end; ++place) offer(p, static_cast<Place>(place), best);
+      return;
+    }
+    std::array<Open, BoxTree::kFanOut> open;
+    std::size_t n_open = 0;
+    const std::span<const Box> below = tree_.level(level - 1);
+    const auto [begin, end] = tree_.children(level, index);
+    for (auto child = begin; child < end; ++child) {
+      const double squared = below[child].squared_distance(p);
+      if (squared > best.squared) continue;
+      std::size_t slot = n_open++;
+      for (; slot > 0 && squared < open[slot - 1].squared; --slot) open[slot] = open[slot - 1];
+      open[slot] = {squared, child};
+    }
+    for (std::size_t i = 0; i < n_open && open[i].squared <= best.squared; ++i) {
+      search(p, level - 1, open[i].index, best);
+    }
+  }
+
+  void offer(const Point& p, Place place, Answer& best) const {
+    const double squared = squared_norm(p - shapes_[place].nearest(p));
+    const Cell cell = cells_[place];
+    if (squared > best.squared || (squared == best.squared && cell > best.cell)) return;
+    best = {squared, cell, place};
+  }
+
+  Buffer<Cell> cells_;    // by place
+  Buffer<Shape> shapes_;  // by place
+  BoxTree tree_;
+};
+
+template <typename Shape>
+NearestCells find_nearest(const ShapeSearch<Shape>& shapes, std::span<const Point> queries,
+                          double max_distance, ThreadTeam& team) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  const std::size_t n = queries.size();
+  NearestCells found{Buffer<Cell>(n), Buffer<double>(n), Buffer<Point>(n)};
+  const Buffer<Cell> order = refined_morton_order(queries, kQueriesTogether, team);
+  const auto answer_range = [&](std::int64_t begin, std::int64_t end) {
+    Answer answer{};
+    for (auto i = begin; i < end; ++i) {
+      const Cell query = order[i];
+      const Point& p = queries[query];
+      answer = shapes.nearest_to(p, max_distance * max_distance, answer);
+      const bool is_found = answer.is_found();
+      found.cells[query] = is_found ? answer.cell : kNoLabel;
+      found.distances[query] = is_found ? std::sqrt(answer.squared) : kInfinity;
+      found.points[query] = is_found ? shapes.point_of(answer, p) : Point{kNaN, kNaN, kNaN};
+    }
+  };
+  team.for_each_block(static_cast<std::int64_t>(n), answer_range, kQueriesPerTask);
+  return found;
+}
+
+}  // namespace
+
+NearestCells nearest_triangles(std::span<const Point> vertices, std::span<const Triangle> triangles,
+                               std::span<const Point> queries, double max_distance,
+                               ThreadTeam& team) {
+  const auto shape_of = [&](std::int64_t cell) {
+    const auto& [a, b, c] = triangles[cell].corners;
+    return TriangleShape(vertices[a], vertices[b], vertices[c]);
+  };
+  const ShapeSearch<TriangleShape> shapes(std::ssize(triangles), shape_of, team);
+  return find_nearest(shapes, queries, max_distance, team);
+}
+
+NearestCells nearest_tets(std::span<const Point> vertices, std::span<const Tet> tets,
+                          std::span<const Point> queries, double max_distance, ThreadTeam& team) {
+  const auto shape_of = [&](std::int64_t cell) {
+    const auto& [a, b, c, d] = tets[cell].corners;
+    return TetShape(vertices[a], vertices[b], vertices[c], vertices[d]);
+  };
+  const ShapeSearch<TetShape> shapes(std::ssize(tets), shape_of, team);
+  return find_nearest(shapes, queries, max_distance, team);
+}
+
+NearestCells nearest_points(std::span<const Point> points, std::span<const Point> queries,
+                            double max_distance, ThreadTeam& team) {
+  const auto shape_of = [&](std::int64_t cell) { return PointShape{points[cell]}; };
+  const ShapeSearch<PointShape> shapes(std::ssize(points), shape_of, team);
+  return find_nearest(shapes, queries, max_distance, team);
+}
+
+}  // namespace superfacets

@@ -1,0 +1,134 @@
+// The point of a shape (a point, a triangle, a tetrahedron) that is nearest to a given one.
+//
+// Each shape has a box(), and the nearest() point lies within it in floating point too: then
+// box().squared_distance(p) is a lower bound of the computed squared distance, and a search that
+// prunes by boxes finds what a comparison with all shapes finds, bit for bit.
+#pragma once
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "base/box.hpp"
+#include "base/types.hpp"
+
+namespace superfacets {
+
+inline Point clamp_to(const Box& box, const Point& p) {
+  return {std::clamp(p.x, box.low.x, box.high.x), std::clamp(p.y, box.low.y, box.high.y),
+          std::clamp(p.z, box.low.z, box.high.z)};
+}
+
+// The one of two points that is nearer to p, the first where they are equally near.
+inline Point nearer(const Point& p, const Point& one, const Point& other) {
+  return squared_norm(p - other) < squared_norm(p - one) ? other : one;
+}
+
+inline Point nearest_on_segment(const Point& p, const Point& a, const Point& b) {
+  const Point along = b - a;
+  const double squared = squared_norm(along);
+  if (!(squared > 0.0)) return a;
+  const double t = dot(p - a, along) / squared;
+  if (t <= 0.0) return a;
+  if (t >= 1.0) return b;
+  Box box;
+  box.include(a);
+  box.include(b);
+  return clamp_to(box, a + t * along);
+}
+
+struct PointShape {
+  Point at;
+
+  Box box() const { return {at, at}; }
+  Point nearest(const Point&) const { return at; }
+};
+
+// The corners are sorted by x, y, z: faces that share an edge find the same point on it.
+class TriangleShape {
+ public:
+  TriangleShape() = default;
+  TriangleShape(const Point& a, const Point& b, const Point& c) : a_(a), b_(b), c_(c) {
+    if (precedes(b_, a_)) std::swap(a_, b_);
+    if (precedes(c_, b_)) std::swap(b_, c_);
+    if (precedes(b_, a_)) std::swap(a_, b_);
+  }
+
+  Box box() const {
+    Box box;
+    for (const Point& corner : {a_, b_, c_}) box.include(corner);
+    return box;
+  }
+
+  // Inside by barycentric coordinates, else on one of the sides. In a triangle as good as flat only
+  // the sides count: no point of it is farther from them than its height.
+  Point nearest(const Point& p) const {
+    const Point ab = b_ - a_;
+    const Point ac = c_ - a_;
+    const Point normal = cross(ab, ac);
+    const double squared = squared_norm(normal);
+    if (squared > kFlat * squared_norm(ab) * squared_norm(ac)) {
+      const Point ap = p - a_;
+      const double of_b = dot(cross(ap, ac), normal) / squared;
+      const double of_c = dot(cross(ab, ap), normal) / squared;
+      const bool is_inside = of_b >= 0.0 && of_c >= 0.0 && of_b + of_c <= 1.0;
+      if (is_inside) return clamp_to(box(), a_ + of_b * ab + of_c * ac);
+    }
+    const Point on_ab = nearest_on_segment(p, a_, b_);
+    const Point on_ac = nearest_on_segment(p, a_, c_);
+    return nearer(p, nearer(p, on_ab, on_ac), nearest_on_segment(p, b_, c_));
+  }
+
+ private:
+  // Squared sine of the angle at the first corner below which coordinates are rounding errors.
+  static constexpr double kFlat = 1e-20;
+
+  static bool precedes(const Point& a, const Point& b) {
+    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  }
+
+  Point a_, b_, c_;
+};
+
+// All that is inside. One without a volume is its sides.
+class TetShape {
+ public:
+  TetShape() = default;
+  TetShape(const Point& a, const Point& b, const Point& c, const Point& d)
+      : a_(a), b_(b), c_(c), d_(d) {}
+
+  Box box() const {
+    Box box;
+    for (const Point& corner : {a_, b_, c_, d_}) box.include(corner);
+    return box;
+  }
+
+  Point nearest(const Point& p) const {
+    if (contains(p)) return p;
+    const Point on_first =
+        nearer(p, TriangleShape(a_, b_, c_).nearest(p), TriangleShape(a_, b_, d_).nearest(p));
+    const Point on_last =
+        nearer(p, TriangleShape(a_, c_, d_).nearest(p), TriangleShape(b_, c_, d_).nearest(p));
+    return nearer(p, on_first, on_last);
+  }
+
+ private:
+  // Whether p is on the inner side of all four sides, or in them.
+  bool contains(const Point& p) const {
+    if (box().squared_distance(p) > 0.0) return false;
+    const double whole = volume(a_, b_, c_, d_);
+    const double sign = whole > 0.0 ? 1.0 : -1.0;
+    return whole != 0.0 && sign * volume(p, b_, c_, d_) >= 0.0 &&
+           sign * volume(a_, p, c_, d_) >= 0.0 && sign * volume(a_, b_, p, d_) >= 0.0 &&
+           sign * volume(a_, b_, c_, p) >= 0.0;
+  }
+
+  // Six times the signed volume.
+  static double volume(const Point& a, const Point& b, const Point& c, const Point& d) {
+    return dot(cross(b - a, c - a), d - a);
+  }
+
+  Point a_, b_, c_, d_;
+};
+
+}  // namespace superfacets

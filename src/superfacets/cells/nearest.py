@@ -1,0 +1,131 @@
+"""The cell that is nearest to a point, for any kind of cells."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_number, checked_queries, checked_threads
+from ..adapters.clouds import CloudLike, as_cloud
+from ..adapters.convert import MeshLike, as_mesh
+from ..mesh.faces import AnyCells, cut_into_triangles
+from ..mesh.point_cloud import PointCloud
+from ..mesh.tet_mesh import TetMesh
+from .cell_graph import CellGraph
+
+__all__ = ["NearestFaces", "checked_distance", "nearest_cells", "nearest_faces", "query_points"]
+
+
+class NearestFaces(NamedTuple):
+    """For each of M points, the face of a mesh that is nearest to it.
+
+    Attributes
+    ----------
+    faces : ndarray of int32, shape (M,)
+        The lowest of equally near ones; -1 where all are farther than `max_distance`.
+    distances : ndarray of float64, shape (M,)
+        To that face, in the unit of the mesh; infinite where there is none.
+    points : ndarray of float64, shape (M, 3)
+        The nearest point of that face; NaN where there is none.
+    """
+
+    faces: npt.NDArray[np.int32]
+    distances: npt.NDArray[np.float64]
+    points: npt.NDArray[np.float64]
+
+
+def nearest_faces(
+    mesh: MeshLike,
+    points: CloudLike,
+    *,
+    max_distance: float | None = None,
+    n_threads: int | None = None,
+) -> NearestFaces:
+    """Return the nearest face of a mesh to each point, its distance, and the nearest point of it.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh or mesh-like
+        As for `segment`. Faces without an area are as good as others. Of a polygon, the triangles
+        of ``PolygonMesh.triangulate()`` count.
+    points : array_like, shape (M, 3), or PointCloud or cloud-like
+        Positions, finite; there may be none.
+    max_distance : float, optional
+        Faces that are farther are not found, >= 0, in the unit of the mesh.
+    n_threads : int, optional
+        As for `segment`. The result does not depend on it.
+
+    Returns
+    -------
+    NearestFaces
+        For points whose nearest point is on an edge or at a vertex, the lowest of its faces.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid or has no faces, or the points are not finite or not of shape
+        (M, 3).
+    ValueError, TypeError
+        If another parameter is out of range or of the wrong type.
+
+    Notes
+    -----
+    A tree of boxes: O(F log F) for the tree and O(log F) for a point near the surface. Points are
+    taken in an order in which neighbors follow each other.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> found = nearest_faces(square, [[0.2, 0.8, 1], [0.5, 0.5, 0], [1, -2, 0]])
+    >>> found.faces.tolist(), found.distances.tolist(), found.points[2].tolist()
+    ([1, 0, 0], [1.0, 0.0, 2.0], [1.0, 0.0, 0.0])
+    """
+    surface = as_mesh(mesh)
+    queries = query_points(points)
+    limit = checked_distance(max_distance)
+    return nearest_cells(surface, queries, limit, checked_threads(n_threads))
+
+
+def checked_distance(max_distance: Any) -> float:
+    """A distance >= 0, infinite where None is given."""
+    if max_distance is None:
+        return math.inf
+    return checked_number(max_distance, "max_distance", zero=True)
+
+
+def query_points(points: Any) -> npt.NDArray[np.float64]:
+    """Positions, shape (M, 3), of an array or of anything like a cloud; a MeshError if wrong."""
+    if isinstance(points, (np.ndarray, list, tuple)):
+        return checked_queries(points)
+    return checked_queries(as_cloud(points).points)
+
+
+def nearest_cells(
+    cells: AnyCells | CellGraph,
+    queries: npt.NDArray[np.float64],
+    max_distance: float,
+    n_threads: int,
+) -> NearestFaces:
+    """Find the nearest face, point, or tetrahedron (0 inside of it) to each checked query.
+
+    The cells of a graph are points.
+    """
+    if isinstance(cells, (PointCloud, CellGraph)):
+        positions = cells.points if isinstance(cells, PointCloud) else cells.positions
+        found = _core.nearest_points(positions, queries, max_distance, n_threads)
+        return NearestFaces(*found)
+    if isinstance(cells, TetMesh):
+        found = _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
+        return NearestFaces(*found)
+    triangles, sources = cut_into_triangles(cells)
+    nearest, distances, points = _core.nearest_triangles(
+        cells.vertices, triangles, queries, max_distance, n_threads
+    )
+    if sources is not None:
+        nearest = np.append(sources, np.int32(-1))[nearest]  # -1 stays -1
+    return NearestFaces(nearest, distances, points)

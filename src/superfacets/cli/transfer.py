@@ -1,0 +1,107 @@
+"""The command ``superfacets transfer``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import click
+import numpy as np
+import numpy.typing as npt
+
+from ..io.attributes import MeshAttributes
+from ..io.guards import counted
+from ..io.readers.labels import read_labels
+from ..io.writers.write import check_outputs, write_outputs
+from ..mesh.faces import AnyCells, n_cells_of, noun_of
+from ..mesh.point_cloud import PointCloud
+from ..regions.transfer import transfer
+from .background import run_in_background
+from .failures import print_note
+from .inputs import load_cells, load_cells_and_attributes
+from .options import COUNT, FILE, NOT_NEGATIVE
+from .outputs import OUTPUT_FORMATS, Job, plan_jobs
+from .report import notes_on_attributes
+
+__all__ = ["transfer_command"]
+
+
+@click.command("transfer")
+@click.argument("source", metavar="IN", type=FILE)
+@click.argument("labels", metavar="LABELS", type=FILE)
+@click.argument("target", metavar="TARGET", type=FILE)
+@click.option(
+    "--max-distance",
+    type=NOT_NEGATIVE,
+    help="What is farther than this from IN, in its unit, gets the label -1.  [default: no limit]",
+)
+@click.option(
+    "-o",
+    "--output",
+    "outputs",
+    metavar="OUT",
+    type=click.Path(allow_dash=True),
+    multiple=True,
+    help="TARGET with its labels, or the labels alone, in any format that segment writes; may be"
+    " given several times. Or a folder (results/), or - for standard output."
+    "  [default: TARGET.superfacets.ply beside TARGET]",
+)
+@click.option(
+    "--to",
+    "formats",
+    type=click.Choice(OUTPUT_FORMATS),
+    multiple=True,
+    help="Format of what -o gives no file name for; may be given several times.  [default: ply;"
+    " vtu of tetrahedra]",
+)
+@click.option(
+    "--drop-attributes",
+    is_flag=True,
+    help="Do not carry over what a .ply TARGET stores besides its mesh.",
+)
+@click.option("--threads", "n_threads", type=COUNT, help="Threads to use.  [default: one per core]")
+@click.option("-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but errors.")
+def transfer_command(
+    source: Path, labels: Path, target: Path, max_distance: float | None,
+    outputs: tuple[str, ...], formats: tuple[str, ...], drop_attributes: bool,
+    n_threads: int | None, is_quiet: bool,
+) -> None:  # fmt: skip
+    """Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.
+
+    TARGET is of the same object, in the same place. Each of its faces or points gets the label of
+    what is nearest in IN, which may be a point cloud too. LABELS are read from .npy, .seg, .txt or
+    labeled .ply or .vtp files; a labeled IN may be given twice.
+    """
+    read = (str(source), str(labels))
+    (job,) = plan_jobs((str(target),), outputs, formats, ascii=False, also_read=read)
+    check_outputs(job.files)
+
+    def compute() -> tuple[AnyCells, MeshAttributes | None, npt.NDArray[np.int32]]:
+        cells = load_cells(str(source), None)
+        given = read_labels(labels, n_cells_of(cells))
+        keeps = job.holds_mesh and not drop_attributes
+        goal, attributes = load_cells_and_attributes(str(target), None, keep=keeps)
+        carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
+        return goal, attributes, carried
+
+    goal, attributes, carried = run_in_background(compute)
+    streams = {job.stream: sys.stdout.buffer} if job.stream else {}
+    write_outputs(job.files, goal, carried, streams=streams, attributes=attributes)
+    if not is_quiet:
+        _report(job, goal, attributes, carried)
+
+
+def _report(
+    job: Job, goal: AnyCells, attributes: MeshAttributes | None, labels: npt.NDArray[np.int32]
+) -> None:
+    """Print notes, a line per file written, and one for the run."""
+    if attributes is not None:
+        for note in notes_on_attributes(attributes, of_points=isinstance(goal, PointCloud)):
+            print_note(note)
+    lines = [f"wrote {path}" for path in job.files]
+    n_without = int(np.count_nonzero(labels < 0))
+    without = f", {n_without} without" if n_without else ""
+    n_labels = len(np.unique(labels[labels >= 0]))
+    name = Path(job.input).name
+    facts = f"{counted(len(labels), noun_of(goal))}, {counted(n_labels, 'label')}{without}"
+    click.echo("\n".join([*lines, f"{name}: {facts}"]), err=job.stream is not None)

@@ -1,0 +1,103 @@
+"""The command `transfer`."""
+
+import numpy as np
+import pytest
+import shapes
+from command_line import files_in
+
+import superfacets as sf
+from superfacets.mesh.quarters import split_in_four
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A mesh with labels in two files, a finer one, and points."""
+    monkeypatch.chdir(tmp_path)
+    coarse = shapes.bumpy_sheet(6)
+    labels = np.arange(coarse.n_faces) % 5
+    sf.write_mesh("coarse.ply", coarse, labels)
+    sf.write_labels("labels.npy", labels)
+    fine = sf.Mesh(*split_in_four(coarse.vertices, coarse.faces))
+    attributes = sf.MeshAttributes(
+        face={"part": np.arange(fine.n_faces)}, comments=("comment by hand",)
+    )
+    sf.write_mesh("fine.ply", fine, attributes=attributes)
+    sf.write_mesh("points.ply", sf.PointCloud([*coarse.vertices, [9.0, 9, 9]]))
+    return tmp_path
+
+
+def test_labels_are_carried_to_a_finer_mesh(run, folder):
+    labels = np.load("labels.npy")
+    status, out, _ = run("transfer", "coarse.ply", "labels.npy", "fine.ply")
+    assert status == 0
+    assert out == f"wrote fine.superfacets.ply\nfine.ply: {4 * len(labels)} faces, 5 labels\n"
+    carried = sf.read_labels("fine.superfacets.ply")
+    assert np.array_equal(carried, np.repeat(labels, 4))
+    attributes = sf.read_attributes("fine.superfacets.ply")
+    assert np.array_equal(attributes.face["part"], np.arange(len(carried)))
+    assert attributes.comments == ("comment by hand",)
+
+
+def test_a_labeled_file_is_given_twice_and_several_are_written(run, folder):
+    outputs = ("-o", "a.npy", "-o", "a.seg", "-o", "a.ply", "--drop-attributes", "-q")
+    assert run("transfer", "coarse.ply", "coarse.ply", "fine.ply", *outputs) == (0, "", "")
+    expected = sf.transfer("coarse.ply", np.load("labels.npy"), "fine.ply")
+    for name in ("a.npy", "a.seg", "a.ply"):
+        assert np.array_equal(sf.read_labels(name), expected)
+    assert "part" not in sf.read_attributes("a.ply").face
+
+
+def test_what_is_too_far_gets_no_label(run, folder):
+    status, out, _ = run(
+        "transfer", "coarse.ply", "labels.npy", "points.ply", "--max-distance", 0.5,
+        "-o", "near.npy", "--threads", 2,
+    )  # fmt: skip
+    n_points = len(np.load("near.npy"))
+    assert (status, out.splitlines()[-1]) == (
+        0,
+        f"points.ply: {n_points} points, 5 labels, 1 without",
+    )
+    assert (np.load("near.npy") == -1).tolist() == [False] * (n_points - 1) + [True]
+
+
+def test_labels_go_to_standard_output(run, folder):
+    status, out, err = run(
+        "transfer", "coarse.ply", "labels.npy", "coarse.ply", "-o", "-", "--to", "txt"
+    )
+    assert (status, out.split()) == (0, [str(label) for label in np.load("labels.npy")])
+    assert err == f"coarse.ply: {len(out.split())} faces, 5 labels\n"
+    run("transfer", "coarse.ply", "labels.npy", "fine.ply", "-o", "results/", "--to", "seg")
+    assert files_in(folder / "results") == ["fine.superfacets.seg"]
+
+
+def test_properties_that_labels_replace_are_named(run, folder):
+    assert run("transfer", "coarse.ply", "labels.npy", "fine.ply")[2] == ""
+    _, _, err = run("transfer", "coarse.ply", "labels.npy", "coarse.ply", "-o", "again.ply")
+    assert "note: replaced by those of the labels: face property label, face prop" in err
+
+
+def test_no_input_is_replaced(run, folder):
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    for name in ("coarse.ply", "labels.npy", "fine.ply"):
+        status, _, err = run("transfer", "coarse.ply", "labels.npy", "fine.ply", "-o", name)
+        assert status == 2
+        assert f"{name}: the output would take the place of the input" in err
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_what_does_not_fit_is_one_line(run, folder):
+    sf.write_labels("short.seg", [0, 1])
+    cases = [
+        (("coarse.ply", "short.seg", "fine.ply"), 1, "short.seg: there are 2 labels but the mesh"),
+        (("coarse.ply", "labels.npy", "missing.ply"), 1, "missing.ply: no such file"),
+        (("missing.ply", "labels.npy", "fine.ply"), 1, "missing.ply: no such file"),
+        (("coarse.ply", "labels.npy", "fine.ply", "-o", "a.docx"), 2, "expected the ending"),
+        (("coarse.ply", "labels.npy", "fine.ply", "--max-distance", "-1"), 2, "-1"),
+        (("coarse.ply", "labels.npy"), 2, "Missing argument 'TARGET'"),
+        (("coarse.ply", "labels.npy", "points.ply", "-o", "a.vtp"), 1, "points are written as"),
+    ]
+    for arguments, expected, message in cases:
+        status, out, err = run("transfer", *arguments)
+        assert (status, out) == (expected, ""), arguments
+        assert message in err, arguments
+        assert err.count("\n") == 1, arguments
