@@ -31,6 +31,7 @@ from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, SliverWarning
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
+from ..io.writers.cells import FormatOptions
 from ..io.writers.write import check_outputs, write_outputs
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
@@ -39,7 +40,7 @@ from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .features import features_of
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import COUNT, INPUT_FORMATS, NOT_NEGATIVE, POSITIVE
+from .options import COUNT, INPUT_FORMATS, NOT_NEGATIVE, POSITIVE, label_options
 from .outputs import OUTPUT_FORMATS, Job, plan_jobs
 from .progress import Bar, open_bar
 from .report import (
@@ -165,9 +166,10 @@ __all__ = ["segment_command"]
     metavar="OUT",
     type=click.Path(allow_dash=True),
     multiple=True,
-    help="A .ply or .vtp (mesh with labels and colors; of tetrahedra a .vtu or .vtk; of a point"
-    " cloud a .ply, .csv, .las or .laz) or a .npy, .seg or .txt (labels); may be"
-    " given several times. Or a folder (results/) for the files of all inputs, or - for standard"
+    help="A .ply, .vtp, .obj, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
+    " point cloud a .ply, .csv, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json, .bin or"
+    " _sp_label.npy (labels of vertices), a .sstk.json or .aggregation.json; may be given several"
+    " times. Or a folder (results/) for the files of all inputs, or - for standard"
     " output.  [default: IN.superfacets.ply beside IN]",
 )
 @click.option(
@@ -184,6 +186,7 @@ __all__ = ["segment_command"]
     help="Format of the inputs.  [default: by the ending; standard input by its content]",
 )
 @click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
+@label_options
 @click.option(
     "--drop-attributes",
     is_flag=True,
@@ -203,6 +206,8 @@ def segment_command(
     formats: tuple[str, ...],
     format: str | None,
     ascii: bool,
+    label_name: str,
+    vertex_labels: bool,
     drop_attributes: bool,
     is_quiet: bool,
     as_json: bool,
@@ -221,8 +226,12 @@ def segment_command(
     _check_keywords(keywords)
     check_inputs(inputs)
     jobs = plan_jobs(inputs, outputs, formats, ascii=ascii)
+    form = FormatOptions.checked(
+        [ending for job in jobs for ending in job.endings],
+        ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
+    )  # fmt: skip
     run = _Run(
-        keywords, format, is_subdivided or max_edge is not None, max_edge, ascii=ascii,
+        keywords, format, is_subdivided or max_edge is not None, max_edge, form=form,
         keeps_attributes=not drop_attributes, is_quiet=is_quiet, as_json=as_json,
         features=features,
     )  # fmt: skip
@@ -240,7 +249,8 @@ class _Outcome:
     mesh: AnyCells
     attributes: MeshAttributes | None
     result: Segmentation
-    listed: npt.NDArray[np.int64] | None  # labels of the input's faces, where it was subdivided
+    listed: npt.NDArray[np.int64] | None = None  # labels of the input's faces, if subdivided
+    listed_mesh: AnyCells | None = None  # that input
 
 
 @dataclass(frozen=True)
@@ -251,7 +261,7 @@ class _Run:
     format: str | None
     is_subdivided: bool
     max_edge: float | None
-    ascii: bool
+    form: FormatOptions
     keeps_attributes: bool
     is_quiet: bool
     as_json: bool
@@ -285,7 +295,7 @@ class _Run:
                 lambda: self._compute(job, bar, timings, notes), tick=bar.draw
             )
             with timed(timings, "export", bar.on_stage):
-                _write(job, outcome, ascii=self.ascii)
+                _write(job, outcome, self.form)
         result = outcome.result
         timings = {**result.timings, **timings}
         if not self.is_quiet:
@@ -307,7 +317,7 @@ class _Run:
             threads = checked_threads(self.keywords.get("n_threads"))
             features = features_of(self.features, mesh, attributes, threads)
             attributes = attributes if keeps else None
-        parts = None
+        parts, given = None, mesh
         if self.is_subdivided:
             with timed(timings, "subdivide"):
                 parts = self._subdivide(mesh)
@@ -321,7 +331,7 @@ class _Run:
             notes += notes_on_listed(result, listed)
         if attributes is not None:
             notes += notes_on_attributes(attributes, of_points=isinstance(mesh, PointCloud))
-        return _Outcome(mesh, attributes, result, listed)
+        return _Outcome(mesh, attributes, result, listed, None if parts is None else given)
 
     def _subdivide(self, source: AnyCells) -> Subdivision:
         """Subdivide; without a given edge length, to suit the size of the regions."""
@@ -367,7 +377,7 @@ class _Run:
         click.echo(text, err=job.stream is not None)
 
 
-def _write(job: Job, outcome: _Outcome, *, ascii: bool) -> None:
+def _write(job: Job, outcome: _Outcome, form: FormatOptions) -> None:
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
     write_outputs(
         job.files,
@@ -375,8 +385,9 @@ def _write(job: Job, outcome: _Outcome, *, ascii: bool) -> None:
         outcome.result.labels,
         streams=streams,
         attributes=outcome.attributes,
-        ascii=ascii,
+        options=form,
         listed=outcome.listed,
+        listed_mesh=outcome.listed_mesh,
     )
 
 
