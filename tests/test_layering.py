@@ -30,6 +30,7 @@ PYTHON_LAYERS = [
     "view",
     "io.writers",
     "pipeline",
+    "segmentator",
     "sample",
     "study",
     "__init__",

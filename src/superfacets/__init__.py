@@ -29,11 +29,14 @@ from .regions.smooth import smooth_borders
 if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
+    from . import segmentator as segmentator
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
+    from .io.writers.pyg import write_graphs
+    from .io.writers.regions import write_regions
     from .io.writers.write import write_labels, write_mesh
     from .sample import sample_mesh
     from .study import baselines as baselines
@@ -99,8 +102,10 @@ __all__ = [
     "subdivide",
     "superfacet_weights",
     "update_centers",
+    "write_graphs",
     "write_labels",
     "write_mesh",
+    "write_regions",
 ]
 
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
@@ -115,8 +120,10 @@ _LAZY_NAMES = {
     "read_cloud": "io.readers.read",
     "read_labels": "io.readers.labels",
     "read_mesh": "io.readers.read",
+    "write_graphs": "io.writers.pyg",
     "write_labels": "io.writers.write",
     "write_mesh": "io.writers.write",
+    "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
     "face_colors": "view.colors",
     "View": "view.camera",
@@ -127,6 +134,7 @@ _LAZY_MODULES = {
     "metrics": "metrics",
     "princeton": "study.princeton",
     "reference": "reference",
+    "segmentator": "segmentator",
 }
 
 if not TYPE_CHECKING:  # type checkers see the imports above, and names that are not there

@@ -79,9 +79,8 @@ def convert_command(
     """
     job, ending = _plan(mesh, labels, outputs, folder, formats, ascii=ascii)
     form = FormatOptions.checked(
-        [*job.endings, *([ending] if ending else [])],
-        ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
-    )  # fmt: skip
+        [*job.endings], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels
+    )
     check_outputs(job.files)
     keeps = job.holds_mesh and not drop_attributes
     found = run_in_background(lambda: _read(mesh, labels, format, keep=keeps))
