@@ -33,6 +33,9 @@ from .regions.vertex_labels import vertex_labels
 
 __all__ = ["segment_mesh", "segment_point"]
 
+N_BLOCKS = 12
+"""Blocks of steps: before each, those that cannot join anything are left out, all at once."""
+
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
 
@@ -52,12 +55,12 @@ def segment_mesh(
 
     How many regions there are is what the method of the original finds, with the same parameters:
     that of Felzenszwalb and Huttenlocher on the edges of the mesh. The weight of an edge is 1 -
-    n_i . n_j, squared where the surface is convex there, and n the mean of the unit normals of the
-    faces around a vertex. By ascending weight w, an edge joins the segments at its ends if w is at
-    most the threshold of both, which is `kThresh` divided by the number of vertices, plus the
-    weight that joined them last; then edges join segments of fewer than `segMinVerts` vertices to
-    others. Only the number of segments is used, and that of components smaller than `segMinVerts`:
-    these are regions in addition to those that `segment` is asked for.
+    n_i . n_j, with n the mean of the unit normals of the faces around a vertex; it is squared where
+    n_j points forward along the edge, as on a convex surface. By ascending weight w, an edge joins
+    the segments at its ends if w is at most the threshold of both, which is `kThresh` divided by
+    the number of vertices, plus the weight that joined them last; then edges join segments of fewer
+    than `segMinVerts` vertices to others. Only the number of segments is used. Components of fewer
+    than `segMinVerts` vertices are not counted: they become regions in addition.
 
     Parameters
     ----------
@@ -77,8 +80,8 @@ def segment_mesh(
     -------
     ndarray of int64, shape (V,), or torch tensor on the device of `faces`, if these are a tensor
         Regions from 0 up, each of which occurs. As by the original, a vertex that no face has is a
-        region of its own; these come last. A region in which no vertex has most of the area around
-        it does not occur: a region of a face or two may be so.
+        region of its own; these come last. A region of a face or two, in which no vertex has most
+        of the area around it, gets one all the same if the region beside it has more than one.
 
     Raises
     ------
@@ -109,18 +112,15 @@ def segment_mesh(
     mesh = Mesh(_array_of(vertices), _array_of(faces))
     if n_segments is None:
         corners = _core.weld_vertices(mesh.vertices, checked_threads(None))[mesh.faces]
-        ends = _edges_between(
-            np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]),
-            mesh.n_vertices,
-        )
+        steps = corners[:, [0, 1, 0, 2, 2, 1]].reshape(-1, 2)  # the ways of the original
         normals = _mean_normals(mesh, corners)
-        number = _number_of_segments(mesh.vertices, normals, ends, threshold, least)
+        number = _number_of_segments(mesh.vertices, normals, steps, threshold, least)
     else:
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
     with warnings.catch_warnings():  # small components are counted for themselves
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment(mesh, min(number, mesh.n_faces)).labels
-    return _like(_ids(vertex_labels(mesh, labels)), faces)
+    return _like(_ids(_with_all_regions(vertex_labels(mesh, labels), mesh, labels)), faces)
 
 
 def segment_point(
@@ -174,12 +174,12 @@ def segment_point(
     threshold, least = _checked(kThresh, segMinVerts)
     cloud = PointCloud(_array_of(points), _array_of(normals))
     assert cloud.normals is not None
-    ends = _edges_between(_checked_edges(_array_of(edges), cloud.n_points), cloud.n_points)
+    steps = _checked_edges(_array_of(edges), cloud.n_points)
     if n_segments is None:
-        number = _number_of_segments(cloud.points, cloud.normals, ends, threshold, least)
+        number = _number_of_segments(cloud.points, cloud.normals, steps, threshold, least)
     else:
         number = checked_count(n_segments, "n_segments", cloud.n_points, "points")
-    graph = _graph_of_points(cloud, ends, number)
+    graph = _graph_of_points(cloud, steps, number)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment_graph(graph, number).labels
@@ -205,6 +205,23 @@ def _like(ids: Ints, indices: Any) -> Any:
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 
 
+def _with_all_regions(
+    of_vertices: npt.NDArray[np.int32], mesh: Mesh, labels: npt.NDArray[np.int32]
+) -> npt.NDArray[np.int32]:
+    """Give a vertex to each region that has none, where another region has one to spare."""
+    counts = np.bincount(of_vertices[of_vertices >= 0], minlength=int(labels.max()) + 1)
+    order = np.argsort(labels, kind="stable")
+    starts = np.searchsorted(labels[order], np.arange(len(counts) + 1))
+    for region in np.flatnonzero(counts == 0).tolist():
+        corners = np.unique(mesh.faces[order[starts[region] : starts[region + 1]]])
+        spare = corners[counts[of_vertices[corners]] > 1]
+        if len(spare):
+            counts[of_vertices[spare[0]]] -= 1
+            counts[region] = 1
+            of_vertices[spare[0]] = region
+    return of_vertices
+
+
 def _ids(labels: npt.NDArray[np.int32]) -> Ints:
     """Ids without gaps; one of its own for each vertex that has no label."""
     ids = labels.astype(np.int64)
@@ -223,11 +240,11 @@ def _checked_edges(edges: npt.NDArray[Any], n_points: int) -> npt.NDArray[Any]:
     return edges
 
 
-def _edges_between(pairs: npt.NDArray[Any], n_ends: int) -> Ints:
-    """Each pair of different ends once, lower end first, ascending; shape (E, 2)."""
-    low, high = pairs.min(axis=1).astype(np.int64), pairs.max(axis=1).astype(np.int64)
-    keys = np.unique((low * n_ends + high)[low != high])
-    return np.stack([keys // n_ends, keys % n_ends], axis=1)
+def _distinct(steps: npt.NDArray[Any], n_nodes: int) -> Ints:
+    """Each pair of different nodes, in this order, once; ascending; shape (E, 2)."""
+    first, second = steps.T.astype(np.int64)
+    keys = np.unique((first * n_nodes + second)[first != second])
+    return np.stack([keys // n_nodes, keys % n_nodes], axis=1)
 
 
 def _mean_normals(mesh: Mesh, corners: npt.NDArray[np.int32]) -> Floats:
@@ -242,42 +259,49 @@ def _mean_normals(mesh: Mesh, corners: npt.NDArray[np.int32]) -> Floats:
 
 
 def _number_of_segments(
-    points: Floats, normals: Floats, ends: Ints, threshold: float, least: int
+    points: Floats, normals: Floats, steps: npt.NDArray[Any], threshold: float, least: int
 ) -> int:
     """Number of segments of the original, without those that are a whole small component."""
-    weights = _edge_weights(points, normals, ends)
+    ends = _distinct(steps, len(points))
+    weights = _weights_of_steps(points, normals, ends)
     order = np.argsort(weights, kind="stable")
     roots, sizes = _join(len(points), ends[order], weights[order], threshold, least)
     n_large = int(np.count_nonzero(sizes[np.unique(roots[ends])] >= least))
     return max(n_large, 1)
 
 
-def _edge_weights(points: Floats, normals: Floats, ends: Ints) -> Floats:
-    """1 minus the product of the normals at the ends, squared where the surface is convex."""
+def _weights_of_steps(points: Floats, normals: Floats, ends: Ints) -> Floats:
+    """1 minus the product of the normals, squared where a step leads to where it is convex.
+
+    It is if the normal at its end points forward. On a rough surface one of the two ways often is.
+    """
     first, second = normals[ends[:, 0]], normals[ends[:, 1]]
     turns = np.maximum(1.0 - np.einsum("ij,ij->i", first, second), 0.0)
-    steps = points[ends[:, 1]] - points[ends[:, 0]]
-    is_convex = np.einsum("ij,ij->i", second - first, steps) > 0
-    return np.where(is_convex, turns * turns, turns)
+    ways = points[ends[:, 1]] - points[ends[:, 0]]
+    return np.where(np.einsum("ij,ij->i", second, ways) > 0, turns * turns, turns)
 
 
 def _join(
     n_nodes: int, ends: Ints, weights: Floats, threshold: float, least: int
 ) -> tuple[Ints, Ints]:
-    """Join nodes along edges by ascending weight.
+    """Join nodes along steps, which are in the order of their weights.
 
     Returns the node that stands for the segment of each node, and the number of nodes of the
     segment that each such node stands for.
     """
     parents, sizes = list(range(n_nodes)), [1] * n_nodes
     limits = [threshold] * n_nodes
-    rows = zip(ends[:, 0].tolist(), ends[:, 1].tolist(), weights.tolist(), strict=True)
-    for first, second, weight in rows:
-        a, b = _root(parents, first), _root(parents, second)
-        if a != b and weight <= limits[a] and weight <= limits[b]:
-            parents[b] = a
-            sizes[a] += sizes[b]
-            limits[a] = weight + threshold / sizes[a]
+    for begin in range(0, len(ends), len(ends) // N_BLOCKS + 1):
+        part = slice(begin, begin + len(ends) // N_BLOCKS + 1)
+        tops, kept = _still_open(parents, limits, ends[part], float(weights[begin]))
+        for first, second, weight in zip(
+            *tops.T.tolist(), weights[part][kept].tolist(), strict=True
+        ):
+            a, b = _root(parents, first), _root(parents, second)
+            if a != b and weight <= limits[a] and weight <= limits[b]:
+                parents[b] = a
+                sizes[a] += sizes[b]
+                limits[a] = weight + threshold / sizes[a]
     roots = _roots(parents)
     for first, second in ends[roots[ends[:, 0]] != roots[ends[:, 1]]].tolist():
         a, b = _root(parents, first), _root(parents, second)
@@ -285,6 +309,19 @@ def _join(
             parents[b] = a
             sizes[a] += sizes[b]
     return _roots(parents), np.array(sizes)
+
+
+def _still_open(
+    parents: list[int], limits: list[float], ends: Ints, lowest: float
+) -> tuple[Ints, npt.NDArray[np.bool_]]:
+    """The segments at the ends of steps that may join them, and which steps these are.
+
+    A segment whose limit is below the weight of all steps that are left stays as it is.
+    """
+    tops = _roots(parents)[ends]
+    is_open = (np.array(limits) >= lowest)[tops].all(axis=1)
+    kept = is_open & (tops[:, 0] != tops[:, 1])
+    return tops[kept], kept
 
 
 def _root(parents: list[int], node: int) -> int:
@@ -302,13 +339,10 @@ def _roots(parents: list[int]) -> Ints:
     return roots
 
 
-def _graph_of_points(cloud: PointCloud, ends: Ints, number: int) -> CellGraph:
+def _graph_of_points(cloud: PointCloud, edges: npt.NDArray[Any], number: int) -> CellGraph:
     """Points as cells, with both directions of each edge as arcs."""
     n = cloud.n_points
-    sources = np.concatenate([ends[:, 0], ends[:, 1]])
-    targets = np.concatenate([ends[:, 1], ends[:, 0]])
-    order = np.lexsort((targets, sources))
-    sources, targets = sources[order], targets[order]
+    sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T
     counts = np.bincount(sources, minlength=n)
     offsets = np.concatenate([[0], np.cumsum(counts)])
     steps = cloud.points[targets] - cloud.points[sources]
