@@ -23,7 +23,7 @@ from .failures import print_note
 from .inputs import load_cells_and_attributes
 from .options import FILE, FOLDER, INPUT_FORMATS, STANDARD_STREAM, label_options
 from .outputs import ENDING_OF_FORMAT, OUTPUT_FORMATS, Job, plan_jobs
-from .report import notes_on_attributes
+from .report import notes_on_attributes, notes_on_vertices
 
 __all__ = ["convert_command"]
 
@@ -86,7 +86,7 @@ def convert_command(
     found = run_in_background(lambda: _read(mesh, labels, format, keep=keeps))
     if folder is not None and found.labels is None:
         raise MeshError(f"{mesh}: there are no labels to split it by")
-    for note in found.notes():
+    for note in found.notes(job):
         print_note(note)
     names = run_in_background(lambda: _write(job, found, form, folder, ending))
     for name in names:
@@ -101,11 +101,15 @@ class _Found:
     labels: npt.NDArray[np.int32] | None
     attributes: MeshAttributes | None
 
-    def notes(self) -> list[str]:
-        """Notes on what is not carried over."""
-        if self.attributes is None or self.labels is None:
+    def notes(self, job: Job) -> list[str]:
+        """Notes on what the outputs lack."""
+        if self.labels is None:
             return []
-        return notes_on_attributes(self.attributes, of_points=isinstance(self.cells, PointCloud))
+        notes = notes_on_vertices(self.cells, self.labels, job.endings)
+        if self.attributes is None:
+            return notes
+        is_cloud = isinstance(self.cells, PointCloud)
+        return notes + notes_on_attributes(self.attributes, of_points=is_cloud)
 
 
 def _plan(

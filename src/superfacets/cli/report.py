@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,7 +14,10 @@ from ..cells.subdivision import Subdivision
 from ..clustering.segmentation import Segmentation
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
+from ..io.writers.ids import VERTEX_OUTPUTS
 from ..io.writers.ply import names_replaced
+from ..mesh.faces import AnyCells
+from ..regions.vertex_labels import vertex_labels
 from .options import STANDARD_STREAM
 
 __all__ = [
@@ -23,6 +26,7 @@ __all__ = [
     "notes_on_attributes",
     "notes_on_listed",
     "notes_on_regions",
+    "notes_on_vertices",
     "summary_of",
 ]
 
@@ -85,6 +89,23 @@ def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list
     have, them = ("has", "it") if n_lost == 1 else ("have", "them")
     lost = counted(n_lost, "region")
     return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
+
+
+def notes_on_vertices(
+    cells: AnyCells, labels: npt.NDArray[np.integer[Any]], endings: Iterable[str]
+) -> list[str]:
+    """Notes on labels that are missing in files of labels of vertices."""
+    named = sorted({*endings} & {*VERTEX_OUTPUTS})
+    if not named:
+        return []
+    of_vertices = vertex_labels(cells, labels)
+    n_lost = len(np.unique(labels)) - len(np.unique(of_vertices[of_vertices >= 0]))
+    if not n_lost:
+        return []
+    have, them = ("has", "it") if n_lost == 1 else ("have", "them")
+    lost = counted(n_lost, "region")
+    lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''} {them}"
+    return [f"{lost} {have} most of the area around no vertex: {lack}"]
 
 
 def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:

@@ -49,6 +49,7 @@ from .report import (
     notes_on_attributes,
     notes_on_listed,
     notes_on_regions,
+    notes_on_vertices,
     summary_of,
 )
 
@@ -329,6 +330,8 @@ class _Run:
         listed = None if parts is None else parts.labels_back(result.labels)
         if listed is not None and job.holds_labels:
             notes += notes_on_listed(result, listed)
+        labels = result.labels if listed is None else listed
+        notes += notes_on_vertices(given, labels, job.endings)
         if attributes is not None:
             notes += notes_on_attributes(attributes, of_points=isinstance(mesh, PointCloud))
         return _Outcome(mesh, attributes, result, listed, None if parts is None else given)

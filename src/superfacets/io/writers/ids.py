@@ -22,7 +22,7 @@ from .sstk import write_sstk
 from .superpoints import write_npy, write_superpoints
 from .text import write_rows
 
-__all__ = ["ID_OUTPUTS", "LABEL_OUTPUTS", "IdWriter", "write_given_labels"]
+__all__ = ["ID_OUTPUTS", "LABEL_OUTPUTS", "VERTEX_OUTPUTS", "IdWriter", "write_given_labels"]
 
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
 """A label per cell."""
