@@ -66,12 +66,12 @@ def test_standard_input_goes_to_standard_output_unless_told_otherwise(folder):
         (
             ["a.ply", "-o", "b.stl"],
             "expected the ending .ply, .vtp, .obj, .off, .glb, .vtu, .vtk, .csv, .las, .laz, .npy,"
-            " .seg, .txt, .segs.json, .bin, _sp_label.npy, .sstk.json, .aggregation.json, got .stl"
-            " (see",
+            " .seg, .txt, .segs.json, .bin, _sp_label.npy, .sstk.json, .aggregation.json, .npz,"
+            " got .stl (see",
         ),
         (
             ["a.ply", "-o", "new.stl"],
-            " .sstk.json, .aggregation.json, got .stl (see",
+            ".aggregation.json, .npz, got .stl (see",
         ),
         (["a.ply", "-o", ""], "'' is not a file"),
         (["a.ply", "-o", "x.npy", "--to", "npy"], "--to says nothing where -o names files"),

@@ -200,9 +200,9 @@ GRAPH = {
 COARSE = {"edge_index": np.empty((2, 0)), "pos": [[0.5, 0.5, 0.5]], "super_index": [0, 0, 0]}
 
 
-def data_of(file, prefix=""):
+def data_of(file):
     """What torch_geometric.data.Data would be made of; it checks no more than this does."""
-    data = {key[len(prefix) :]: file[key] for key in file if key.startswith(prefix)}
+    data = dict(file)
     assert data["edge_index"].dtype == data["super_index"].dtype == np.int64
     assert data["edge_index"].max(initial=-1) < len(data["pos"])
     return data
@@ -218,19 +218,47 @@ class TestPyTorchGeometric:
         for name, values in GRAPH.items():
             assert_array_equal(data[name], values)
 
-    def test_nested_graphs_point_into_each_other(self, tmp_path):
+    def test_a_mesh_and_its_labels_make_one(self, tmp_path):
+        pytest.importorskip("superfacets.regions.region_graph")
+        sheet = shapes.bumpy_sheet(4)
+        labels = np.arange(32) // 8 * 5  # with gaps
+        labels[:8] = -1
+        write_mesh(tmp_path / "a.npz", sheet, labels)
+        with np.load(tmp_path / "a.npz") as file:
+            data = data_of(file)
+        assert data["super_index"].tolist() == (np.arange(32) // 8 - 1).tolist()
+        assert len(data["pos"]) == 3
+        edges = set(map(tuple, data["edge_index"].T.tolist()))
+        assert edges == {(b, a) for a, b in edges} > {(0, 1)}
+        assert len(data["edge_attr"]) == len(edges)
+
+    def test_nothing_is_no_graph(self, square, tmp_path):
+        with pytest.raises(MeshError, match="no region to make a graph of: all labels are -1"):
+            write_mesh(tmp_path / "a.npz", square, [-1, -1])
+
+    def test_each_level_points_into_the_next(self, tmp_path):
         write_graphs(tmp_path / "a.npz", [GRAPH, COARSE])
         with np.load(tmp_path / "a.npz") as file:
-            levels = [data_of(file, f"level{level}_") for level in (0, 1)]
-        to_coarsest = levels[1]["super_index"][levels[0]["super_index"]]
-        assert to_coarsest.tolist() == [0] * 5
+            levels = [
+                {key[7:]: file[key] for key in file if key.startswith(f"level{level}_")}
+                for level in range(3)
+            ]
+        assert levels[0].keys() == {"super_index"}
+        assert levels[1].keys() == GRAPH.keys()
+        assert "super_index" not in levels[2]
+        for below, above in pairwise(levels):
+            assert below["super_index"].max() < len(above["pos"])
+            assert len(below["super_index"]) == len(below.get("pos", GRAPH["super_index"]))
+        assert levels[1]["super_index"][levels[0]["super_index"]].tolist() == [0] * 5
 
     @pytest.mark.parametrize(
         ("graphs", "message"),
         [
             ([], "there are no graphs"),
             ({"pos": [[0, 0, 0]]}, "a graph needs edge_index"),
-            ([{"edge_index": [[], []]}], "a graph needs level0_pos"),
+            ({"edge_index": [[], []]}, "a graph needs pos"),
+            ([GRAPH, {"edge_index": [[], []], "super_index": []}], r"needs graphs\[1\]: pos"),
+            ([{"edge_index": [[], []], "pos": [[0]]}], "nested graphs need super_index"),
             ({**GRAPH, "pos": [["a"]]}, "pos must be numbers, got <U1"),
             ({**GRAPH, "super_index": [0.5]}, "super_index must be integers, got float64"),
             (
@@ -238,7 +266,7 @@ class TestPyTorchGeometric:
                 r"edge_index must have shape \(2, E\), got",
             ),
             ({**GRAPH, "edge_attr": [[1]]}, "edge_attr must have a row for each of 4 edges"),
-            ({**GRAPH, "super_index": [3]}, "super_index must be regions, 0 to 2"),
+            ({**GRAPH, "super_index": [3]}, "super_index must be regions, -1 to 2"),
             ({**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]}, "edge_index must be regions"),
             ([GRAPH, {**COARSE, "super_index": [0]}], "one entry for each of the 3 regions below"),
         ],

@@ -179,7 +179,7 @@ def test_unknown_endings_are_refused(tmp_path, mesh):
     meshes = r"\.ply, \.vtp, \.obj, \.off, \.glb, \.vtu, \.vtk, \.csv, \.las, \.laz"
     ids = r"\.segs\.json, \.bin, _sp_label\.npy, \.sstk\.json, \.aggregation\.json"
     with pytest.raises(
-        ValueError, match=rf"a\.stl: expected the ending {meshes}, {ids}, got \.stl"
+        ValueError, match=rf"a\.stl: expected the ending {meshes}, {ids}, \.npz, got"
     ):
         write_mesh(tmp_path / "a.stl", mesh)
     with pytest.raises(
@@ -187,7 +187,7 @@ def test_unknown_endings_are_refused(tmp_path, mesh):
     ):
         write_labels(tmp_path / "a.ply", LABELS)
     for call in (check_outputs, lambda paths: write_outputs(paths, mesh, LABELS)):
-        with pytest.raises(ValueError, match=rf"{meshes}, \.npy, \.seg, \.txt, {ids}, got \.json"):
+        with pytest.raises(ValueError, match=rf"{meshes}, \.npy, \.seg, \.txt, {ids}, \.npz, got"):
             call([tmp_path / "a.npy", tmp_path / "a.json"])
     assert not list(tmp_path.iterdir())
 

@@ -17,6 +17,7 @@ from ...mesh.faces import AnyCells, noun_of
 from ...mesh.triangle_mesh import Mesh
 from ..readers.labels import checked_labels
 from .cells import FormatOptions
+from .pyg import GRAPH_OUTPUTS, write_arrays
 from .scannet import scene_of, write_aggregation, write_segments
 from .sstk import write_sstk
 from .superpoints import write_npy, write_superpoints
@@ -48,6 +49,8 @@ class IdWriter:
                 raise MeshError(f"there are no labels to write as {ending}")
             if ending in VERTEX_OUTPUTS:
                 _check_all_in_regions(self.labels, ending)
+            if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
+                raise MeshError("there is no region to make a graph of: all labels are -1")
             if ending == ".sstk.json" and not isinstance(self.cells, Mesh):
                 what = f"{noun_of(self.cells)}s"
                 raise MeshError(
@@ -61,8 +64,20 @@ class IdWriter:
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
         """Write a file that ends so; its path tells the scene."""
         assert self.labels is not None
+        if ending in GRAPH_OUTPUTS:
+            self._write_graph(file)
+            return
         labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
         _write(file, ending, path, labels, self.options.classes)
+
+    def _write_graph(self, file: IO[bytes]) -> None:
+        """Write the graph of the regions, in the order of their labels."""
+        from ...regions.region_graph import region_graph
+
+        assert self.labels is not None
+        names, ranks = np.unique(self.labels, return_inverse=True)
+        graph = region_graph(self.cells, ranks - int(names[0] < 0))
+        write_arrays(file, graph.to_pyg())
 
     @cached_property
     def _vertex_ids(self) -> npt.NDArray[np.int64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,9 @@ from ...errors import MeshError
 from ..atomic import StrPath, atomic_outputs
 from ..guards import known_ending
 
-__all__ = ["write_graphs"]
+__all__ = ["GRAPH_OUTPUTS", "write_arrays", "write_graphs"]
+
+GRAPH_OUTPUTS = (".npz",)
 
 Graph = Mapping[str, npt.ArrayLike]
 
@@ -42,9 +44,12 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
 
     Notes
     -----
-    Indices are written as int64, other numbers in their own types. The arrays of the one graph
-    keep their names; those of a sequence are ``level0_edge_index`` and so on. Neither writing nor
-    reading needs torch: ``torch_geometric.data.Data(**map_of_tensors)`` takes them.
+    Indices are written as int64, other numbers in their own types. The arrays of one graph keep
+    their names. Nested graphs become levels as superpoint networks count them: level 0 is the
+    cells, of which the file has ``level0_super_index`` alone, into level 1; the first graph is
+    ``level1_edge_index``, ``level1_pos`` and so on, with ``level1_super_index`` into level 2; the
+    last level has no such index. Neither writing nor reading needs torch:
+    ``torch_geometric.data.Data(**tensors)`` takes the arrays of a level.
 
     Examples
     --------
@@ -57,23 +62,40 @@ def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
     ...     path = Path(folder, "graph.npz")
     ...     write_graphs(path, [fine, coarse])
     ...     with np.load(path) as file:
-    ...         sorted(file)[:3], file["level1_super_index"].tolist()
-    (['level0_edge_index', 'level0_pos', 'level0_super_index'], [0, 0])
+    ...         file["level0_super_index"].tolist(), file["level1_super_index"].tolist()
+    ([0, 0, 1], [0, 0])
     """
-    known_ending(Path(path), (".npz",))
-    is_one = isinstance(graphs, Mapping)
-    levels: Sequence[Graph] = [graphs] if isinstance(graphs, Mapping) else list(graphs)
-    if not levels:
+    known_ending(Path(path), GRAPH_OUTPUTS)
+    arrays = _checked_graphs(graphs)
+    with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
+        write_arrays(file, arrays)
+
+
+def write_arrays(file: IO[bytes], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    """Write checked arrays."""
+    np.savez(file, **arrays)  # type: ignore[arg-type]  # of numpy's own option allow_pickle
+
+
+def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, npt.NDArray[Any]]:
+    """The arrays of all graphs by the names that they get in the file."""
+    if isinstance(graphs, Mapping):
+        graph = {name: _checked(values, name) for name, values in graphs.items()}
+        _check_graph(graph, "", None)
+        return graph
+    if not len(graphs):
         raise MeshError("there are no graphs")
     n_below: int | None = None
     arrays: dict[str, npt.NDArray[Any]] = {}
-    for level, graph in enumerate(levels):
-        prefix = "" if is_one else f"level{level}_"
-        checked = {name: _checked(values, prefix + name) for name, values in graph.items()}
-        n_below = _check_graph(checked, prefix, n_below)
-        arrays |= {prefix + name: values for name, values in checked.items()}
-    with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]  # of numpy's own option allow_pickle
+    for place, given in enumerate(graphs):
+        what = f"graphs[{place}]: "
+        graph = {name: _checked(values, what + name) for name, values in given.items()}
+        if "super_index" not in graph:
+            raise MeshError(f"{what}nested graphs need super_index")
+        n_below = _check_graph(graph, what, n_below)
+        for name, values in graph.items():  # the index is of what the graph is above
+            level = place if name == "super_index" else place + 1
+            arrays[f"level{level}_{name}"] = values
+    return arrays
 
 
 def _checked(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
@@ -90,9 +112,7 @@ def _checked(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
     return array.astype(np.int64)
 
 
-def _check_graph(
-    graph: Mapping[str, npt.NDArray[Any]], prefix: str, n_below: int | None
-) -> int | None:
+def _check_graph(graph: Mapping[str, npt.NDArray[Any]], prefix: str, n_below: int | None) -> int:
     """Return the number of regions; a MeshError where indices lead to no region."""
     missing = {"edge_index", "pos"} - graph.keys()
     if missing:
@@ -108,7 +128,7 @@ def _check_graph(
             f"{prefix}super_index must have one entry for each of the {n_below} regions below,"
             f" got {len(members)}"
         )
-    for name, indices in (("edge_index", edges), ("super_index", members)):
-        if indices.size and not 0 <= indices.min() <= indices.max() < n_regions:
-            raise MeshError(f"{prefix}{name} must be regions, 0 to {n_regions - 1}")
+    for name, indices, lowest in (("edge_index", edges, 0), ("super_index", members, -1)):
+        if indices.size and not lowest <= indices.min() <= indices.max() < n_regions:
+            raise MeshError(f"{prefix}{name} must be regions, {lowest} to {n_regions - 1}")
     return n_regions

@@ -17,6 +17,7 @@ from ..guards import known_ending
 from ..readers.labels import checked_labels
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, IdWriter, write_given_labels
+from .pyg import GRAPH_OUTPUTS
 
 __all__ = [
     "OUTPUT_ENDINGS",
@@ -26,7 +27,10 @@ __all__ = [
     "write_outputs",
 ]
 
-OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *ID_OUTPUTS)
+DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
+"""What is made of a mesh and its labels, and holds neither."""
+
+OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
 
 NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 
@@ -60,7 +64,8 @@ def write_mesh(
         ``.ply``, in ``.csv`` (x, y, z and label), or in ``.las`` or ``.laz``, which need the extra
         ``las``. Or, for the labels of the vertices of the mesh, or points of the cloud, in
         ``.segs.json``, ``.bin`` or ``_sp_label.npy``; for those of triangles in ``.sstk.json``;
-        and in ``.aggregation.json``. A file there is replaced once all is written, and keeps its
+        and in ``.aggregation.json``; for the graph of regions in ``.npz``, as `write_graphs` writes
+        that of `region_graph`. A file there is replaced once all is written, and keeps its
         permissions.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
         As for `segment`. Polygons stay polygons, but in GLB. Labels and colors of a cloud are
@@ -112,14 +117,14 @@ def write_mesh(
     3 0 2 3 0 0 255 255
     """
     path = Path(path)
-    ending = known_ending(path, (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *ID_OUTPUTS))
+    ending = known_ending(path, (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *DERIVED_OUTPUTS))
     options = FormatOptions.checked(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels, classes=classes
     )
     cells = as_cells(mesh)
     cell_labels = None if labels is None else checked_labels(labels, n_cells_of(cells))
     write: Callable[[IO[bytes], str, Path | None], None]
-    if ending in ID_OUTPUTS:
+    if ending in DERIVED_OUTPUTS:
         write = IdWriter(cells, cell_labels, options).checked([ending]).write
     else:
         write = CellWriter(cells, cell_labels, colors, attributes, options).checked([ending]).write
@@ -237,7 +242,7 @@ def _writers(
     endings: set[str], of_labels: IdWriter, of_cells: CellWriter
 ) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
     """What writes files of each ending; a MeshError if one cannot be written."""
-    listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *ID_OUTPUTS)]
+    listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
     holding = [ending for ending in endings if ending not in listing]
     of_labels.checked(listing)
     of_cells = of_cells.checked(holding)
