@@ -86,8 +86,9 @@ def _split_vertices(
     if labels is not None:
         keys = np.unique(labels, return_inverse=True)[1].astype(np.int64)
     if colors is not None:
-        packed = colors.astype(np.int64) @ [1 << 16, 1 << 8, 1]
-        keys = np.unique(keys << 24 | packed, return_inverse=True)[1].astype(np.int64)
+        red, green, blue = colors.T.astype(np.int64)
+        packed = keys << 24 | red << 16 | green << 8 | blue
+        keys = np.unique(packed, return_inverse=True)[1].astype(np.int64)
     faces = np.arange(mesh.n_faces) if sources is None else sources
     pairs = (keys[faces][:, np.newaxis] * mesh.n_vertices + triangles).ravel()
     found, firsts, places = np.unique(pairs, return_index=True, return_inverse=True)

@@ -98,13 +98,21 @@ def write_regions(
 def _take_cells(cells: AnyMesh, chosen: npt.NDArray[np.intp]) -> AnyMesh:
     """Some of the cells, with the vertices that they have."""
     if isinstance(cells, TetMesh):
-        used, corners = np.unique(cells.tets[chosen], return_inverse=True)
-        return TetMesh(cells.vertices[used], corners.reshape(-1, 4))
+        used, corners = _renumbered(cells.tets[chosen])
+        return TetMesh(cells.vertices[used], corners)
     if isinstance(cells, Mesh):
-        used, corners = np.unique(cells.faces[chosen], return_inverse=True)
-        return Mesh(cells.vertices[used], corners.reshape(-1, 3))
+        used, corners = _renumbered(cells.faces[chosen])
+        return Mesh(cells.vertices[used], corners)
     sizes = cells.sizes[chosen]
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     places = np.arange(offsets[-1]) + np.repeat(cells.offsets[chosen] - offsets[:-1], sizes)
-    used, corners = np.unique(cells.indices[places], return_inverse=True)
+    used, corners = _renumbered(cells.indices[places])
     return PolygonMesh(cells.vertices[used], offsets, corners)
+
+
+def _renumbered(
+    corners: npt.NDArray[np.int32],
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """The vertices that corners have, ascending, and the corners counted in these."""
+    used, places = np.unique(corners, return_inverse=True)
+    return used, places.astype(np.int32).reshape(corners.shape)
