@@ -104,7 +104,7 @@ def segment_mesh(
     --------
     >>> import superfacets.segmentator as segmentator
     >>> from superfacets import sample_mesh
-    >>> bear = sample_mesh(2000)
+    >>> bear = sample_mesh(3000)
     >>> ids = segmentator.segment_mesh(bear.vertices, bear.faces, n_segments=40)
     >>> ids.shape == (bear.n_vertices,), len(np.unique(ids))
     (True, 40)

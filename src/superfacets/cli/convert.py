@@ -73,7 +73,7 @@ def convert_command(
     formats: tuple[str, ...], format: str | None, ascii: bool, label_name: str,
     vertex_labels: bool, drop_attributes: bool,
 ) -> None:  # fmt: skip
-    """Write the mesh in the file IN, with LABELS, in other formats.
+    """Write the mesh in the file IN, with its LABELS, in other formats.
 
     LABELS are those in IN where it has any and no file is named.
     """
