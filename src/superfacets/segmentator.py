@@ -135,10 +135,10 @@ def segment_point(
 ) -> Any:
     r"""Return a region for each point of a cloud: a stand-in for ``segmentator.segment_point``.
 
-    The points are cells, of which the edges make a `CellGraph`, and are segmented by
-    `segment_graph`. The weight of an edge is its length plus a price for the crease, as
-    `crease_weights` has it, from the angle between the normals. The area around a point comes from
-    the lengths of its edges, as for `build_point_graph`.
+    The points are cells, of which the edges make a `superfacets.CellGraph`, and are segmented by
+    `superfacets.segment_graph`. The weight of an edge is its length plus a price for the crease, as
+    `superfacets.crease_weights` has it, from the angle between the normals. The area around a point
+    comes from the lengths of its edges, as for `superfacets.build_point_graph`.
 
     Parameters
     ----------
