@@ -106,6 +106,8 @@ def test_attributes_are_carried_over_with_a_note_on_what_is_not(run, folder):
     assert status == 0
     assert "replaced by those of the labels: face property label" in err
     assert run("convert", "c.ply", "a.npy", "-o", "d.ply", "--drop-attributes")[2] == ""
+    assert run("convert", "c.ply", "a.npy", "-o", "d.obj")[2] == ""  # has no place for any
+    assert run("convert", "c.ply", "-o", "d.ply")[2] == ""  # the labels are its own
 
 
 def test_segments_of_a_scene_replace_those_of_the_usual_segmenter(run, tmp_path, monkeypatch):

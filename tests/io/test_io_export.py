@@ -167,8 +167,11 @@ class TestSstk:
             write_labels(tmp_path / "a.sstk.json", [[4, 4, 2], [0, 1, 1]])
 
     def test_only_triangles_have_one(self, house, tmp_path):
-        for cells, noun in ((house, "faces"), (TETS, "tets")):
-            with pytest.raises(MeshError, match=rf"labels of triangles, and the mesh has {noun}"):
+        for cells, what in (
+            (house, r": write those of PolygonMesh\.triangulate\(\)"),
+            (TETS, ", and these are tets"),
+        ):
+            with pytest.raises(MeshError, match=f"holds labels of triangles{what}"):
                 write_mesh(tmp_path / "a.sstk.json", cells, [0, 1])
 
 

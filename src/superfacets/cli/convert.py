@@ -82,7 +82,7 @@ def convert_command(
         [*job.endings], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels
     )
     check_outputs(job.files)
-    keeps = job.holds_mesh and not drop_attributes
+    keeps = job.holds_attributes and not drop_attributes
     found = run_in_background(lambda: _read(mesh, labels, format, keep=keeps))
     if folder is not None and found.labels is None:
         raise MeshError(f"{mesh}: there are no labels to split it by")
@@ -100,16 +100,19 @@ class _Found:
     cells: AnyCells
     labels: npt.NDArray[np.int32] | None
     attributes: MeshAttributes | None
+    are_named: bool  # labels, as a file of their own
 
     def notes(self, job: Job) -> list[str]:
         """Notes on what the outputs lack."""
-        if self.labels is None:
-            return []
-        notes = notes_on_vertices(self.cells, self.labels, job.endings)
+        notes = []
+        if self.labels is not None:
+            notes = notes_on_vertices(self.cells, self.labels, job.endings)
         if self.attributes is None:
             return notes
         is_cloud = isinstance(self.cells, PointCloud)
-        return notes + notes_on_attributes(self.attributes, of_points=is_cloud)
+        return notes + notes_on_attributes(
+            self.attributes, of_points=is_cloud, are_replaced=self.are_named
+        )
 
 
 def _plan(
@@ -139,8 +142,9 @@ def _plan(
 def _read(mesh: Path, labels: Path | None, format: str | None, *, keep: bool) -> _Found:
     cells, attributes = load_cells_and_attributes(str(mesh), format, keep=keep)
     if labels is None and not (format is None and has_labels(mesh)):
-        return _Found(cells, None, attributes)
-    return _Found(cells, read_labels(labels or mesh, n_cells_of(cells)), attributes)
+        return _Found(cells, None, attributes, False)
+    found = read_labels(labels or mesh, n_cells_of(cells))
+    return _Found(cells, found, attributes, labels is not None)
 
 
 def _write(

@@ -32,6 +32,8 @@ TEXT_OUTPUTS = frozenset(
 ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
 """Files that --ascii makes text of."""
 
+ATTRIBUTE_OUTPUTS = frozenset((".ply", ".vtp", ".las", ".laz"))
+
 ENDING_OF_FORMAT = dict(zip(OUTPUT_FORMATS, OUTPUT_ENDINGS, strict=True))
 
 
@@ -44,9 +46,9 @@ class Job:
     stream: str | None = None  # ending of what goes to standard output, if anything does
 
     @property
-    def holds_mesh(self) -> bool:
-        """Whether an output is a mesh with labels, not labels alone."""
-        return bool(self.endings & {*MESH_OUTPUTS, *CLOUD_OUTPUTS})
+    def holds_attributes(self) -> bool:
+        """Whether an output has a place for attributes of vertices and faces."""
+        return bool(self.endings & ATTRIBUTE_OUTPUTS)
 
     @property
     def holds_labels(self) -> bool:

@@ -118,13 +118,18 @@ def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshA
     return MeshAttributes({}, face, attributes.comments, tuple(left_out))
 
 
-def notes_on_attributes(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
-    """Notes on data of the input that the labeled PLY does not hold."""
+def notes_on_attributes(
+    attributes: MeshAttributes, *, of_points: bool = False, are_replaced: bool = True
+) -> list[str]:
+    """Notes on data of the input that the labeled PLY does not hold.
+
+    Properties that are labels in the input are not replaced where these are the labels.
+    """
     notes = []
     if attributes.left_out:
         notes.append(f"not kept of the input: {', '.join(attributes.left_out)}")
     replaced = names_replaced(attributes, of_points=of_points)
-    if replaced:
+    if replaced and are_replaced:
         notes.append(f"replaced by those of the labels: {', '.join(replaced)}")
     return notes
 

@@ -310,7 +310,7 @@ class _Run:
 
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float], notes: list[str]) -> _Outcome:
         """Read, subdivide and segment; write nothing."""
-        keeps = self.keeps_attributes and job.holds_mesh
+        keeps = self.keeps_attributes and job.holds_attributes
         with timed(timings, "mesh", bar.on_stage):
             mesh, attributes = load_cells_and_attributes(
                 job.input, self.format, keep=keeps or bool(self.features)

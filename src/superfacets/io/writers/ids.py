@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ...errors import MeshError
 from ...mesh.faces import AnyCells, noun_of
+from ...mesh.polygon_mesh import PolygonMesh
 from ...mesh.triangle_mesh import Mesh
 from ..readers.labels import checked_labels
 from .cells import FormatOptions
@@ -51,12 +52,8 @@ class IdWriter:
                 _check_all_in_regions(self.labels, ending)
             if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
                 raise MeshError("there is no region to make a graph of: all labels are -1")
-            if ending == ".sstk.json" and not isinstance(self.cells, Mesh):
-                what = f"{noun_of(self.cells)}s"
-                raise MeshError(
-                    f"{ending} holds labels of triangles, and the mesh has {what} of other kinds:"
-                    " of polygons, write PolygonMesh.triangulate()"
-                )
+            if ending == ".sstk.json":
+                _check_triangles(self.cells)
             if ending == ".aggregation.json":
                 self.options.check_classes(self.labels)
         return self
@@ -125,6 +122,15 @@ def _write(
         write_npy(file, labels)
     else:
         write_rows(file, "%d\n", [labels])
+
+
+def _check_triangles(cells: AnyCells) -> None:
+    if isinstance(cells, PolygonMesh):
+        raise MeshError(
+            ".sstk.json holds labels of triangles: write those of PolygonMesh.triangulate()"
+        )
+    if not isinstance(cells, Mesh):
+        raise MeshError(f".sstk.json holds labels of triangles, and these are {noun_of(cells)}s")
 
 
 def _check_all_in_regions(labels: npt.NDArray[np.int32], ending: str) -> None:
