@@ -596,6 +596,9 @@ class TestRegions:
     def test_what_makes_no_files_is_refused(self, tmp_path, house):
         with pytest.raises(MeshError, match="no cell is in a region: all labels are -1"):
             write_regions(tmp_path / "a", house, [-1, -1])
+        with pytest.raises(MeshError, match="region 7: "):
+            write_regions(tmp_path / "b", shapes.slivers(), [0, 0, 7, 0])
+        (tmp_path / "b").rmdir()
         with pytest.raises(MeshError, match="regions of a cloud are no files"):
             write_regions(tmp_path / "a", PointCloud(VERTICES), [0] * 5)
         with pytest.raises(MeshError, match=r"faces are written as .*, not as \.stl"):

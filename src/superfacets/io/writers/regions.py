@@ -54,7 +54,8 @@ def write_regions(
     Raises
     ------
     ValueError
-        If the ending or a label is wrong, or no cell has a label.
+        If the ending or a label is wrong, no cell is in a region, or all of a region lies at one
+        point.
     OSError
         If a file cannot be written.
 
@@ -89,7 +90,10 @@ def write_regions(
     paths = [Path(folder, name) for name in names]
     with atomic_outputs(paths) as temporaries:
         for temporary, cells_of in zip(temporaries, members, strict=True):
-            part = CellWriter(_take_cells(cells, cells_of), None, None, None, options)
+            try:
+                part = CellWriter(_take_cells(cells, cells_of), None, None, None, options)
+            except MeshError as error:  # all of it lies at one point
+                raise MeshError(f"region {cell_labels[cells_of[0]]}: {error}") from None
             with temporary.open("wb") as file:
                 part.write(file, ending)
     return paths
