@@ -127,7 +127,7 @@ def _plan(
     """Outputs, and the ending of the files of regions if one is asked for."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
-    also_read = [] if labels is None else [labels]
+    also_read = [] if labels is None else [str(labels)]
     if folder is None:
         plans = plan_jobs([str(mesh)], outputs, formats, ascii=ascii, also_read=also_read)
         return plans[0], None

@@ -74,7 +74,7 @@ def plan_jobs(
     formats: Sequence[str],
     *,
     ascii: bool,
-    also_read: Sequence[Path] = (),
+    also_read: Sequence[str] = (),
 ) -> list[Job]:
     """The job for each input; a usage error if the command line is ambiguous.
 
@@ -89,7 +89,7 @@ def plan_jobs(
         Of what no name tells the format of. None: PLY, or VTU for files of tetrahedra.
     ascii : bool
         Whether meshes are text, which a terminal can show.
-    also_read : sequence of Path
+    also_read : sequence of str
         Further files that no output may replace.
     """
     folders = [text for text in outputs if _is_folder(text)]
@@ -187,12 +187,12 @@ def _check_terminal(stream: str, ascii: bool) -> None:
         )
 
 
-def _check_files(jobs: Sequence[Job], also_read: Sequence[Path]) -> None:
+def _check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
     """Raise a usage error where an output would replace another, or an input."""
     inputs = {_identity(job.input): job.input for job in jobs if job.input != STANDARD_STREAM}
     if len(inputs) < sum(job.input != STANDARD_STREAM for job in jobs):
         raise click.UsageError("a file is given twice")
-    inputs |= {_identity(path): str(path) for path in also_read}
+    inputs |= {_identity(path): path for path in also_read}
     writers: dict[tuple[int, int] | str, str] = {}
     for job in jobs:
         for path in job.files:
