@@ -93,7 +93,7 @@ def segment_mesh(
 
     Notes
     -----
-    Time is linear in the faces, but for a sort; finding the number takes some three seconds for
+    Time is linear in the faces, but for a sort; finding the number takes some five seconds for
     each million faces, which `n_segments` saves.
 
     References
