@@ -147,7 +147,7 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
 
 def public_names():
     """The full name of everything public, as the API reference lists it."""
-    modules = [sf, sf.metrics, sf.baselines, sf.princeton]
+    modules = [sf, sf.metrics, sf.segmentator, sf.baselines, sf.princeton]
     return [f"{module.__name__}.{name}" for module in modules for name in module.__all__]
 
 

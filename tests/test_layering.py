@@ -32,6 +32,7 @@ PYTHON_LAYERS = [
     "io.writers",
     "pipeline",
     "interop",
+    "segmentator",
     "sample",
     "study",
     "__init__",

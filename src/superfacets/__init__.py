@@ -29,6 +29,7 @@ from .regions.smooth import smooth_borders
 if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
+    from . import segmentator as segmentator
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .interop.attach import attach_labels
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
+    from .io.writers.pyg import write_graphs
+    from .io.writers.regions import write_regions
     from .io.writers.write import write_labels, write_mesh
     from .regions.lines import BorderLines, border_lines, find_boundaries
     from .regions.parts import Submesh, split_regions, submesh
@@ -123,8 +126,10 @@ __all__ = [
     "unpool",
     "update_centers",
     "vertex_labels",
+    "write_graphs",
     "write_labels",
     "write_mesh",
+    "write_regions",
 ]
 
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
@@ -142,6 +147,7 @@ _LAZY_NAMES = {
     "read_cloud": "io.readers.read",
     "read_labels": "io.readers.labels",
     "read_mesh": "io.readers.read",
+    "write_graphs": "io.writers.pyg",
     "write_labels": "io.writers.write",
     "write_mesh": "io.writers.write",
     "BorderLines": "regions.lines",
@@ -157,6 +163,7 @@ _LAZY_NAMES = {
     "unpool": "regions.pool",
     "transfer": "regions.transfer",
     "vertex_labels": "regions.vertex_labels",
+    "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
     "face_colors": "view.colors",
     "View": "view.camera",
@@ -167,6 +174,7 @@ _LAZY_MODULES = {
     "metrics": "metrics",
     "princeton": "study.princeton",
     "reference": "reference",
+    "segmentator": "segmentator",
 }
 
 if not TYPE_CHECKING:  # type checkers see the imports above, and names that are not there

@@ -442,7 +442,7 @@ main()
     [
         ("superfacets.cli.segment", "load_cells_and_attributes"),
         ("superfacets.cli.segment", "segment"),
-        ("superfacets.io.writers.write", "write_ply"),
+        ("superfacets.io.writers.ply", "_rows"),
     ],
 )
 def test_an_interrupt_is_heard_in_every_stage(sheet, module, function):

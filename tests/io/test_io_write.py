@@ -8,6 +8,7 @@ from numpy.testing import assert_array_equal
 from superfacets import Mesh
 from superfacets.io.readers.labels import read_labels
 from superfacets.io.readers.read import read_mesh
+from superfacets.io.writers.cells import FACE_WRITERS, FormatOptions
 from superfacets.io.writers.write import check_outputs, write_labels, write_mesh, write_outputs
 
 LABELS = [7, 0]
@@ -175,14 +176,19 @@ def test_colors_that_are_wrong_are_refused(tmp_path, mesh, colors, message):
 
 
 def test_unknown_endings_are_refused(tmp_path, mesh):
-    meshes = r"\.ply, \.vtp, \.vtu, \.vtk, \.csv, \.las, \.laz"
-    with pytest.raises(ValueError, match=rf"a\.obj: expected the ending {meshes}, got \.obj"):
-        write_mesh(tmp_path / "a.obj", mesh)
-    with pytest.raises(ValueError, match=r"a\.ply: expected the ending \.npy, \.seg, \.txt, got"):
+    meshes = r"\.ply, \.vtp, \.obj, \.off, \.glb, \.vtu, \.vtk, \.csv, \.las, \.laz"
+    ids = r"\.segs\.json, \.bin, _sp_label\.npy, \.sstk\.json, \.aggregation\.json"
+    with pytest.raises(
+        ValueError, match=rf"a\.stl: expected the ending {meshes}, {ids}, \.npz, got"
+    ):
+        write_mesh(tmp_path / "a.stl", mesh)
+    with pytest.raises(
+        ValueError, match=rf"a\.ply: expected the ending \.npy, \.seg, \.txt, {ids}"
+    ):
         write_labels(tmp_path / "a.ply", LABELS)
     for call in (check_outputs, lambda paths: write_outputs(paths, mesh, LABELS)):
-        with pytest.raises(ValueError, match=rf"ending {meshes}, \.npy, \.seg, \.txt, got"):
-            call([tmp_path / "a.npy", tmp_path / "a.off"])
+        with pytest.raises(ValueError, match=rf"{meshes}, \.npy, \.seg, \.txt, {ids}, \.npz, got"):
+            call([tmp_path / "a.npy", tmp_path / "a.json"])
     assert not list(tmp_path.iterdir())
 
 
@@ -190,7 +196,8 @@ def test_outputs_are_written_by_their_endings(tmp_path, mesh, fake_colors):
     names = ["a.ply", "a.npy", "a.seg", "b.TXT", "b.PLY"]
     check_outputs([tmp_path / name for name in names])
     assert not list(tmp_path.iterdir())
-    write_outputs([str(tmp_path / name) for name in names], mesh, LABELS, ascii=True)
+    options = FormatOptions(ascii=True)
+    write_outputs([str(tmp_path / name) for name in names], mesh, LABELS, options=options)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     for name in names:
         assert_array_equal(read_labels(tmp_path / name, 2), LABELS)
@@ -215,7 +222,7 @@ def test_either_all_outputs_are_written_or_none(tmp_path, mesh, monkeypatch):
         raise KeyboardInterrupt
 
     (tmp_path / "a.seg").write_text("old")
-    monkeypatch.setattr("superfacets.io.writers.write.write_ply", fail)
+    monkeypatch.setitem(FACE_WRITERS, ".ply", fail)
     with pytest.raises(KeyboardInterrupt):
         write_outputs([tmp_path / "a.seg", tmp_path / "a.npy", tmp_path / "a.ply"], mesh, [0, 1])
     assert [path.name for path in tmp_path.iterdir()] == ["a.seg"]

@@ -19,6 +19,7 @@ __all__ = [
     "STANDARD_STREAM",
     "Count",
     "Real",
+    "label_options",
     "numbers",
 ]
 
@@ -74,6 +75,22 @@ INPUT_FORMATS = (
     *("xyz", "csv", "txt", "npy", "las", "laz"),
 )
 """Of meshes and, in the second line (and PLY without faces), of point clouds."""
+
+
+def label_options(command: Any) -> Any:
+    """Add the options that say how files hold labels; a decorator of commands."""
+    named = click.option(
+        "--label-name",
+        default="label",
+        show_default=True,
+        help="Name of the array of labels in .vtp, .vtu and .vtk files; dental tools want Label.",
+    )
+    of_vertices = click.option(
+        "--vertex-labels",
+        is_flag=True,
+        help="Store labels of the vertices, too, in .ply files.",
+    )
+    return named(of_vertices(command))
 
 
 def numbers(

@@ -14,13 +14,27 @@ from ..io.atomic import writable_folder
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
-from ..io.writers.write import CLOUD_OUTPUTS, MESH_OUTPUTS, OUTPUT_ENDINGS
+from ..io.writers.cells import CLOUD_OUTPUTS, MESH_OUTPUTS
+from ..io.writers.scannet import scene_of
+from ..io.writers.write import OUTPUT_ENDINGS
 from .inputs import name_of
 from .options import STANDARD_STREAM
 
-__all__ = ["OUTPUT_FORMATS", "Job", "plan_jobs"]
+__all__ = ["ENDING_OF_FORMAT", "OUTPUT_FORMATS", "Job", "plan_jobs"]
 
-OUTPUT_FORMATS = ("ply", "vtp", "vtu", "vtk", "csv", "las", "laz", "npy", "seg", "txt")
+OUTPUT_FORMATS = tuple(ending.lstrip("._") for ending in OUTPUT_ENDINGS)
+"""What --to takes: ``ply``, ``segs.json``, ``sp_label.npy``."""
+
+TEXT_OUTPUTS = frozenset(
+    (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
+)
+
+ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
+"""Files that --ascii makes text of."""
+
+ATTRIBUTE_OUTPUTS = frozenset((".ply", ".vtp", ".las", ".laz"))
+
+ENDING_OF_FORMAT = dict(zip(OUTPUT_FORMATS, OUTPUT_ENDINGS, strict=True))
 
 
 @dataclass(frozen=True)
@@ -32,18 +46,19 @@ class Job:
     stream: str | None = None  # ending of what goes to standard output, if anything does
 
     @property
-    def holds_mesh(self) -> bool:
-        """Whether an output is a mesh with labels, not labels alone."""
-        return bool(self._endings & {*MESH_OUTPUTS, *CLOUD_OUTPUTS})
+    def holds_attributes(self) -> bool:
+        """Whether an output has a place for attributes of vertices and faces."""
+        return bool(self.endings & ATTRIBUTE_OUTPUTS)
 
     @property
     def holds_labels(self) -> bool:
         """Whether an output is labels alone."""
-        return not self._endings <= {*MESH_OUTPUTS, *CLOUD_OUTPUTS}
+        return not self.endings <= {*MESH_OUTPUTS, *CLOUD_OUTPUTS}
 
     @property
-    def _endings(self) -> set[str]:
-        return {path.suffix.lower() for path in self.files} | (
+    def endings(self) -> set[str]:
+        """The endings of all outputs, which tell their formats."""
+        return {known_ending(path, OUTPUT_ENDINGS) for path in self.files} | (
             {self.stream} if self.stream else set()
         )
 
@@ -81,7 +96,7 @@ def plan_jobs(
     _check_outputs(inputs, outputs, folders)
     has_stream = STANDARD_STREAM in outputs or (not outputs and STANDARD_STREAM in inputs)
     _check_formats(formats, has_stream, is_used=has_stream or bool(folders) or not outputs)
-    endings = tuple(f".{format}" for format in formats)
+    endings = tuple(ENDING_OF_FORMAT[format] for format in formats)
     stream = (*endings, ".ply")[0] if has_stream else None
     if stream is not None:
         _check_terminal(stream, ascii)
@@ -109,12 +124,23 @@ def _is_folder(text: str) -> bool:
     """Whether an output is a folder: it ends in a slash, or is one and has no ending of a file."""
     if text.endswith(("/", os.sep)):
         return True
-    return bool(text) and Path(text).is_dir() and Path(text).suffix.lower() not in OUTPUT_ENDINGS
+    return bool(text) and Path(text).is_dir() and not text.lower().endswith(OUTPUT_ENDINGS)
 
 
 def _derived(path: Path, endings: Sequence[str]) -> Iterator[Path]:
     """Names of outputs made of the name of an input."""
-    return (path.with_name(f"{path.stem}.superfacets{ending}") for ending in endings)
+    return (path.with_name(_derived_name(path, ending)) for ending in endings)
+
+
+def _derived_name(path: Path, ending: str) -> str:
+    """The name that readers of the format look for, or one that says who wrote the file."""
+    if ending == ".segs.json":
+        return f"{path.stem}.0.010000{ending}"
+    if ending == ".aggregation.json":
+        return f"{scene_of(path, path.suffix)}{ending}"
+    if ending == "_sp_label.npy":
+        return f"{path.stem}{ending}"
+    return f"{path.stem}.superfacets{ending}"
 
 
 def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[str]) -> None:
@@ -153,7 +179,7 @@ def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -
 def _check_terminal(stream: str, ascii: bool) -> None:
     if sys.stdout is None:
         raise OSError("standard output is closed")
-    is_binary = stream == ".npy" or (stream in MESH_OUTPUTS and not ascii)
+    is_binary = stream not in TEXT_OUTPUTS and not (ascii and stream in ASCII_OUTPUTS)
     if is_binary and sys.stdout.isatty():
         raise click.UsageError(
             "standard output is a terminal, which cannot show binary data: give -o a file,"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -14,7 +14,10 @@ from ..cells.subdivision import Subdivision
 from ..clustering.segmentation import Segmentation
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
+from ..io.writers.ids import VERTEX_OUTPUTS
 from ..io.writers.ply import names_replaced
+from ..mesh.faces import AnyCells
+from ..regions.vertex_labels import vertex_labels
 from .options import STANDARD_STREAM
 
 __all__ = [
@@ -23,6 +26,7 @@ __all__ = [
     "notes_on_attributes",
     "notes_on_listed",
     "notes_on_regions",
+    "notes_on_vertices",
     "summary_of",
 ]
 
@@ -87,6 +91,23 @@ def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list
     return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
 
 
+def notes_on_vertices(
+    cells: AnyCells, labels: npt.NDArray[np.integer[Any]], endings: Iterable[str]
+) -> list[str]:
+    """Notes on labels that are missing in files of labels of vertices."""
+    named = sorted({*endings} & {*VERTEX_OUTPUTS})
+    if not named:
+        return []
+    of_vertices = vertex_labels(cells, labels)
+    n_lost = len(np.unique(labels)) - len(np.unique(of_vertices[of_vertices >= 0]))
+    if not n_lost:
+        return []
+    have, them = ("has", "it") if n_lost == 1 else ("have", "them")
+    lost = counted(n_lost, "region")
+    lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''} {them}"
+    return [f"{lost} {have} most of the area around no vertex: {lack}"]
+
+
 def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
     """What of the attributes of a mesh a subdivided one has: those of the faces, and comments."""
     left_out = [
@@ -97,13 +118,18 @@ def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshA
     return MeshAttributes({}, face, attributes.comments, tuple(left_out))
 
 
-def notes_on_attributes(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
-    """Notes on data of the input that the labeled PLY does not hold."""
+def notes_on_attributes(
+    attributes: MeshAttributes, *, of_points: bool = False, are_replaced: bool = True
+) -> list[str]:
+    """Notes on data of the input that the labeled PLY does not hold.
+
+    Properties that are labels in the input are not replaced where these are the labels.
+    """
     notes = []
     if attributes.left_out:
         notes.append(f"not kept of the input: {', '.join(attributes.left_out)}")
     replaced = names_replaced(attributes, of_points=of_points)
-    if replaced:
+    if replaced and are_replaced:
         notes.append(f"replaced by those of the labels: {', '.join(replaced)}")
     return notes
 

@@ -31,6 +31,7 @@ from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, SliverWarning
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
+from ..io.writers.cells import FormatOptions
 from ..io.writers.write import check_outputs, write_outputs
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
@@ -39,7 +40,7 @@ from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .features import features_of
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import COUNT, INPUT_FORMATS, NOT_NEGATIVE, POSITIVE
+from .options import COUNT, INPUT_FORMATS, NOT_NEGATIVE, POSITIVE, label_options
 from .outputs import OUTPUT_FORMATS, Job, plan_jobs
 from .progress import Bar, open_bar
 from .report import (
@@ -48,6 +49,7 @@ from .report import (
     notes_on_attributes,
     notes_on_listed,
     notes_on_regions,
+    notes_on_vertices,
     summary_of,
 )
 
@@ -165,10 +167,11 @@ __all__ = ["segment_command"]
     metavar="OUT",
     type=click.Path(allow_dash=True),
     multiple=True,
-    help="A .ply or .vtp (mesh with labels and colors; of tetrahedra a .vtu or .vtk; of a point"
-    " cloud a .ply, .csv, .las or .laz) or a .npy, .seg or .txt (labels); may be"
-    " given several times. Or a folder (results/) for the files of all inputs, or - for standard"
-    " output.  [default: IN.superfacets.ply beside IN]",
+    help="A .ply, .vtp, .obj, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
+    " point cloud a .ply, .csv, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json, .bin or"
+    " _sp_label.npy (labels of vertices), a .sstk.json, .aggregation.json or .npz (graph of"
+    " regions); may be given several times. Or a folder (results/) for the files of all inputs, or"
+    " - for standard output.  [default: IN.superfacets.ply beside IN]",
 )
 @click.option(
     "--to",
@@ -184,6 +187,7 @@ __all__ = ["segment_command"]
     help="Format of the inputs.  [default: by the ending; standard input by its content]",
 )
 @click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
+@label_options
 @click.option(
     "--drop-attributes",
     is_flag=True,
@@ -203,6 +207,8 @@ def segment_command(
     formats: tuple[str, ...],
     format: str | None,
     ascii: bool,
+    label_name: str,
+    vertex_labels: bool,
     drop_attributes: bool,
     is_quiet: bool,
     as_json: bool,
@@ -221,8 +227,12 @@ def segment_command(
     _check_keywords(keywords)
     check_inputs(inputs)
     jobs = plan_jobs(inputs, outputs, formats, ascii=ascii)
+    form = FormatOptions.checked(
+        [ending for job in jobs for ending in job.endings],
+        ascii=ascii, label_name=label_name, vertex_labels=vertex_labels,
+    )  # fmt: skip
     run = _Run(
-        keywords, format, is_subdivided or max_edge is not None, max_edge, ascii=ascii,
+        keywords, format, is_subdivided or max_edge is not None, max_edge, form=form,
         keeps_attributes=not drop_attributes, is_quiet=is_quiet, as_json=as_json,
         features=features,
     )  # fmt: skip
@@ -240,7 +250,8 @@ class _Outcome:
     mesh: AnyCells
     attributes: MeshAttributes | None
     result: Segmentation
-    listed: npt.NDArray[np.int64] | None  # labels of the input's faces, where it was subdivided
+    listed: npt.NDArray[np.int64] | None = None  # labels of the input's faces, if subdivided
+    listed_mesh: AnyCells | None = None  # that input
 
 
 @dataclass(frozen=True)
@@ -251,7 +262,7 @@ class _Run:
     format: str | None
     is_subdivided: bool
     max_edge: float | None
-    ascii: bool
+    form: FormatOptions
     keeps_attributes: bool
     is_quiet: bool
     as_json: bool
@@ -285,7 +296,7 @@ class _Run:
                 lambda: self._compute(job, bar, timings, notes), tick=bar.draw
             )
             with timed(timings, "export", bar.on_stage):
-                _write(job, outcome, ascii=self.ascii)
+                _write(job, outcome, self.form)
         result = outcome.result
         timings = {**result.timings, **timings}
         if not self.is_quiet:
@@ -299,7 +310,7 @@ class _Run:
 
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float], notes: list[str]) -> _Outcome:
         """Read, subdivide and segment; write nothing."""
-        keeps = self.keeps_attributes and job.holds_mesh
+        keeps = self.keeps_attributes and job.holds_attributes
         with timed(timings, "mesh", bar.on_stage):
             mesh, attributes = load_cells_and_attributes(
                 job.input, self.format, keep=keeps or bool(self.features)
@@ -307,7 +318,7 @@ class _Run:
             threads = checked_threads(self.keywords.get("n_threads"))
             features = features_of(self.features, mesh, attributes, threads)
             attributes = attributes if keeps else None
-        parts = None
+        parts, given = None, mesh
         if self.is_subdivided:
             with timed(timings, "subdivide"):
                 parts = self._subdivide(mesh)
@@ -319,9 +330,11 @@ class _Run:
         listed = None if parts is None else parts.labels_back(result.labels)
         if listed is not None and job.holds_labels:
             notes += notes_on_listed(result, listed)
+        labels = result.labels if listed is None else listed
+        notes += notes_on_vertices(given, labels, job.endings)
         if attributes is not None:
             notes += notes_on_attributes(attributes, of_points=isinstance(mesh, PointCloud))
-        return _Outcome(mesh, attributes, result, listed)
+        return _Outcome(mesh, attributes, result, listed, None if parts is None else given)
 
     def _subdivide(self, source: AnyCells) -> Subdivision:
         """Subdivide; without a given edge length, to suit the size of the regions."""
@@ -367,7 +380,7 @@ class _Run:
         click.echo(text, err=job.stream is not None)
 
 
-def _write(job: Job, outcome: _Outcome, *, ascii: bool) -> None:
+def _write(job: Job, outcome: _Outcome, form: FormatOptions) -> None:
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
     write_outputs(
         job.files,
@@ -375,8 +388,9 @@ def _write(job: Job, outcome: _Outcome, *, ascii: bool) -> None:
         outcome.result.labels,
         streams=streams,
         attributes=outcome.attributes,
-        ascii=ascii,
+        options=form,
         listed=outcome.listed,
+        listed_mesh=outcome.listed_mesh,
     )
 
 

@@ -104,14 +104,14 @@ def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
     ValueError
         If two paths are the same file.
     """
-    targets: list[Path] = []
+    targets: dict[Path, None] = {}  # a set that keeps their order
     for path in paths:
         target = Path(os.path.realpath(path))
         _check_target(path, target)
         if target in targets:
             raise ValueError(f"{path}: the same output is given twice")
-        targets.append(target)
-    return targets
+        targets[target] = None
+    return list(targets)
 
 
 def writable_folder(folder: Path) -> None:

@@ -52,11 +52,16 @@ Content = bytes | mmap.mmap
 
 
 def known_ending(path: Path, endings: Sequence[str]) -> str:
-    """The ending of `path` in lower case; a MeshError if it is none of `endings`."""
-    ending = path.suffix.lower()
-    if ending not in endings:
-        raise MeshError(f"{path}: expected the ending {', '.join(endings)}, got {ending or 'none'}")
-    return ending
+    """The longest of `endings` that the name of `path` ends in, in any case; a MeshError if none.
+
+    Endings may have several parts, as ``.segs.json`` has.
+    """
+    name = path.name.lower()
+    fitting = [ending for ending in endings if name.endswith(ending) and name != ending]
+    if not fitting:
+        given = path.suffix.lower() or "none"
+        raise MeshError(f"{path}: expected the ending {', '.join(endings)}, got {given}")
+    return max(fitting, key=len)
 
 
 def read_content(path: Path) -> mmap.mmap:

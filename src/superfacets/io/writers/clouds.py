@@ -15,14 +15,12 @@ from ..attributes import MeshAttributes
 from ..foreign import file_to_fill
 from ..readers.clouds import las_module
 from .ply import write_ply
+from .text import write_rows
 
 __all__ = ["CLOUD_WRITERS"]
 
 Labels = npt.NDArray[np.int32] | None
 Colors = npt.NDArray[np.uint8] | None
-
-ROWS_AT_ONCE = 1 << 14
-"""Rows turned into text at a time."""
 
 _LAS_STEPS = 2.0**31 - 2
 """Coordinates in LAS are whole numbers of 32 bits."""
@@ -41,13 +39,8 @@ def _write_csv(
     names = ["x", "y", "z"] + ([] if labels is None else ["label"])
     file.write((",".join(names) + "\n").encode())
     row = ",".join(["%.17g"] * 3 + ([] if labels is None else ["%d"])) + "\n"
-    for begin in range(0, cloud.n_points, ROWS_AT_ONCE):
-        part = slice(begin, begin + ROWS_AT_ONCE)
-        columns: list[list[Any]] = [axis.tolist() for axis in cloud.points[part].T]
-        if labels is not None:
-            columns.append(labels[part].tolist())
-        flat = tuple(value for values in zip(*columns, strict=True) for value in values)
-        file.write((row * len(columns[0]) % flat).encode())
+    columns: list[npt.NDArray[Any]] = list(cloud.points.T)
+    write_rows(file, row, columns if labels is None else [*columns, labels])
 
 
 def _write_las(

@@ -14,12 +14,9 @@ from ...mesh.point_cloud import PointCloud
 from ...mesh.polygon_mesh import PolygonMesh
 from ..attributes import PLY_TYPES, MeshAttributes
 from ..readers.ply_header import INDEX_NAMES
+from .text import ROWS_AT_ONCE, fits_single, text_rows
 
 __all__ = ["names_replaced", "write_ply"]
-
-ROWS_AT_ONCE = 1 << 14
-"""Rows made at a time: they stay in the cache."""
-
 
 OWN_NAMES = {
     "vertex": ("x", "y", "z"),
@@ -49,6 +46,7 @@ def write_ply(
     *,
     ascii: bool,
     attributes: MeshAttributes | None = None,
+    vertex_labels: npt.NDArray[np.int32] | None = None,
 ) -> None:
     """Write checked arrays; see `superfacets.write_mesh` for what the file holds."""
     if isinstance(mesh, PointCloud):
@@ -57,6 +55,8 @@ def write_ply(
     else:
         vertices, faces = _vertex_columns(mesh.vertices), _face_columns(mesh, labels, colors)
         counts = (mesh.n_vertices, mesh.n_faces)
+    if vertex_labels is not None:
+        vertices.append(_Column("label", "<i4", vertex_labels))
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0"]
     if attributes is not None:
         lines += attributes.comments
@@ -97,7 +97,7 @@ class _Column:
 
 
 def _vertex_columns(vertices: npt.NDArray[np.float64]) -> list[_Column]:
-    dtype = "<f4" if _fits_single(vertices) else "<f8"
+    dtype = "<f4" if fits_single(vertices) else "<f8"
     return [_Column(axis, dtype, values) for axis, values in zip("xyz", vertices.T, strict=True)]
 
 
@@ -116,15 +116,6 @@ def _point_columns(
     if colors is None and cloud.colors is not None:
         colors = np.rint(cloud.colors * 255).astype(np.uint8)
     return columns + _label_columns(labels, colors)
-
-
-def _fits_single(values: npt.NDArray[np.float64]) -> bool:
-    """Whether float32 holds all of the values exactly."""
-    with np.errstate(over="ignore"):  # what becomes infinite is not equal
-        return all(
-            np.array_equal(part.astype(np.float32), part)
-            for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))
-        )
 
 
 def _face_columns(
@@ -224,14 +215,10 @@ def _declaration(column: _Column) -> str:
 
 
 def _as_text(rows: npt.NDArray[Any]) -> bytes:
-    """Rows as text that reads back as the same numbers; one format operation for all."""
+    """Rows as text that reads back as the same numbers."""
     columns = [rows[name].reshape(len(rows), -1) for name in rows.dtype.names or ()]
-    row_format = " ".join(_format(column.dtype) for column in columns for _ in column.T) + "\n"
-    lists = [axis.tolist() for column in columns for axis in column.T]
-    flat: list[Any] = [None] * (len(rows) * len(lists))
-    for place, values in enumerate(lists):
-        flat[place :: len(lists)] = values
-    return (row_format * len(rows) % tuple(flat)).encode("ascii")
+    row = " ".join(_format(column.dtype) for column in columns for _ in column.T) + "\n"
+    return text_rows(row, [axis for column in columns for axis in column.T])
 
 
 def _format(dtype: np.dtype[Any]) -> str:

@@ -22,9 +22,10 @@ def write_tets(
     ending: str,
     *,
     ascii: bool,
+    label_name: str = "label",
 ) -> None:
-    """Write checked arrays; labels are cell data `label`."""
-    cell_data = {} if labels is None else {"label": [labels]}
+    """Write checked arrays; labels are cell data."""
+    cell_data = {} if labels is None else {label_name: [labels]}
     with file_to_fill(ending) as path:
         _, fault = run_meshio(
             lambda meshio: meshio.Mesh(

@@ -22,11 +22,12 @@ def write_vtp(
     *,
     ascii: bool,
     attributes: MeshAttributes | None = None,
+    label_name: str = "label",
 ) -> None:
-    """Write checked arrays; labels and colors are cell data `label` and `colors`."""
+    """Write checked arrays; labels and colors are cell data, these of the name `colors`."""
     of_faces: dict[str, npt.NDArray[Any]] = dict(attributes.face if attributes else {})
     if labels is not None:
-        of_faces["label"] = labels
+        of_faces[label_name] = labels
     if colors is not None:
         of_faces["colors"] = colors
     with vtk_modules() as vtk, file_to_fill(".vtp") as path:

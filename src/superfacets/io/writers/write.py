@@ -7,28 +7,19 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Any
 
-import numpy as np
-import numpy.lib.format as npy_format
 import numpy.typing as npt
 
-from ..._validate import refuse_mask
 from ...adapters.convert import as_cells
-from ...errors import MeshError
-from ...mesh.faces import AnyCells, FaceMesh, n_cells_of, noun_of
-from ...mesh.point_cloud import PointCloud
-from ...mesh.tet_mesh import TetMesh
+from ...mesh.faces import n_cells_of
 from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..attributes import MeshAttributes
 from ..guards import known_ending
 from ..readers.labels import checked_labels
-from .clouds import CLOUD_WRITERS
-from .ply import write_ply
-from .tets import TET_OUTPUTS, write_tets
-from .vtp import write_vtp
+from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
+from .ids import ID_OUTPUTS, LABEL_OUTPUTS, IdWriter, write_given_labels
+from .pyg import GRAPH_OUTPUTS
 
 __all__ = [
-    "CLOUD_OUTPUTS",
-    "MESH_OUTPUTS",
     "OUTPUT_ENDINGS",
     "check_outputs",
     "write_labels",
@@ -36,17 +27,12 @@ __all__ = [
     "write_outputs",
 ]
 
-FACE_OUTPUTS = (".ply", ".vtp")
-MESH_OUTPUTS = FACE_OUTPUTS + TET_OUTPUTS
-CLOUD_OUTPUTS = (".csv", ".las", ".laz")
-"""Of point clouds alone."""
-LABEL_OUTPUTS = (".npy", ".seg", ".txt")
-OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS)
+DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
+"""What is made of a mesh and its labels, and holds neither."""
+
+OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
 
 NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
-
-LABELS_AT_ONCE = 1 << 16
-"""Labels turned into text at a time."""
 
 
 def write_mesh(
@@ -57,39 +43,58 @@ def write_mesh(
     colors: npt.ArrayLike | None = None,
     attributes: MeshAttributes | None = None,
     ascii: bool = False,
+    label_name: str = "label",
+    vertex_labels: bool = False,
+    classes: Sequence[str] | Sequence[int] | None = None,
 ) -> None:
-    """Write a mesh, with labels and colors of its faces, as PLY or VTP.
+    """Write a mesh, with labels and colors of its faces, in the format that the ending tells.
 
-    Vertices are ``float`` where that is exact for every coordinate, else ``double``. Faces are
-    ``list uchar int vertex_indices`` (``list int int`` where one has more than 255 corners);
+    In PLY, vertices are ``float`` where that is exact for every coordinate, else ``double``. Faces
+    are ``list uchar int vertex_indices`` (``list int int`` where one has more than 255 corners);
     labels add ``int label`` and ``float quality`` (the same, exact below 2**24, for MeshLab);
     labels or colors add ``uchar red green blue alpha``. VTP has double vertices, and cell data
-    ``label`` and ``colors``.
+    ``label`` and ``colors``. The user guide, Export, says what the other formats hold.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.ply``, or in ``.vtp``, which needs the extra ``io``; for a `TetMesh`, in
+        Ends in ``.ply``, ``.obj`` (a group per region), ``.off`` (colors), ``.glb`` (ids and a
+        table of regions), or in ``.vtp``, which needs the extra ``io``; for a `TetMesh`, in
         ``.vtu`` or ``.vtk``, which need it too and hold the labels alone; for a `PointCloud`, in
         ``.ply``, in ``.csv`` (x, y, z and label), or in ``.las`` or ``.laz``, which need the extra
-        ``las``. A file there is replaced once all is written, and keeps its permissions.
+        ``las``. Or, for the labels of the vertices of the mesh, or points of the cloud, in
+        ``.segs.json``, ``.bin`` or ``_sp_label.npy``; for those of triangles in ``.sstk.json``;
+        and in ``.aggregation.json``; for the graph of regions in ``.npz``, as `write_graphs` writes
+        that of `region_graph`. A file there is replaced once all is written, and keeps its
+        permissions.
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
-        As for `segment`. Polygons stay polygons. Labels and colors of a cloud are properties of
-        its vertices; LAS has the labels as a further dimension ``label``.
+        As for `segment`. Polygons stay polygons, but in GLB. Labels and colors of a cloud are
+        properties of its vertices; LAS has the labels as a further dimension ``label``.
     labels : array_like of integers, shape (F,), optional
-        0 and up.
+        0 and up; -1 where a face is in no region.
     colors : array_like of uint8, shape (F, 3), optional
         Red, green, blue. With labels and no colors, those of `face_colors`.
     attributes : MeshAttributes, optional
         What else is stored with the vertices and faces, from `read_attributes` or made by hand.
-        Those with the name of a property above that the file gets are left out.
+        Those with the name of a property above that the file gets are left out. For PLY, VTP and
+        LAS; other formats have no place for them.
     ascii : bool, default False
         Text instead of binary little-endian, for readers that need it.
+    label_name : str, default "label"
+        Name of the array of labels in VTP, VTU and VTK: dental tools want ``Label``.
+    vertex_labels : bool, default False
+        Whether a PLY also has the labels of its vertices, see `superfacets.vertex_labels`, as a
+        vertex property ``label``.
+    classes : sequence of str or int, length K, optional
+        What each region is, in the order of the labels that occur: a column of the table in GLB,
+        and the labels of groups in ``.aggregation.json``.
 
     Raises
     ------
     ValueError
-        If the ending, a shape or a dtype is wrong, or a label is negative.
+        If the ending, a shape or a dtype is wrong, a label is below -1, the format does not hold
+        these cells or has no place for what an option asks for; or if labels are -1 in a format
+        whose ids begin at 0.
     TypeError
         If `attributes` are none.
     OSError
@@ -97,7 +102,7 @@ def write_mesh(
 
     Notes
     -----
-    Linear in V + F; the file is made piece by piece.
+    Linear in V + F, but for a sort in OBJ and GLB; the file is made piece by piece.
 
     Examples
     --------
@@ -111,32 +116,47 @@ def write_mesh(
     ...     print(path.read_text().splitlines()[-1])
     3 0 2 3 0 0 255 255
     """
-    ending = known_ending(Path(path), MESH_OUTPUTS + CLOUD_OUTPUTS)
+    path = Path(path)
+    ending = known_ending(path, (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *DERIVED_OUTPUTS))
+    options = FormatOptions.checked(
+        [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels, classes=classes
+    )
     cells = as_cells(mesh)
     cell_labels = None if labels is None else checked_labels(labels, n_cells_of(cells))
-    write = _mesh_writer(cells, cell_labels, colors, attributes, ascii=ascii)
-    _check_kind(cells, ending)
+    write: Callable[[IO[bytes], str, Path | None], None]
+    if ending in DERIVED_OUTPUTS:
+        write = IdWriter(cells, cell_labels, options).checked([ending]).write
+    else:
+        write = CellWriter(cells, cell_labels, colors, attributes, options).checked([ending]).write
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        write(file, ending)
+        write(file, ending, path)
 
 
 def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
-    r"""Write one label per face, in face order.
+    r"""Write labels as they are, in their order.
 
     Parameters
     ----------
     path : path-like
-        Ends in ``.npy`` (int32), or in ``.seg`` or ``.txt`` (one integer per line, no header). A
-        file there is replaced once all is written, and keeps its permissions.
+        Ends in ``.npy`` (int32), or in ``.seg`` or ``.txt`` (one integer per line, no header). Or,
+        for labels that are those of vertices, in ``.segs.json``, ``.bin`` or ``_sp_label.npy``
+        (int64, renumbered without gaps); for those of triangles in ``.sstk.json``. A file there is
+        replaced once all is written, and keeps its permissions.
     labels : array_like of integers, shape (F,)
-        0 and up.
+        0 and up; -1 where a face is in no region, but not in the three formats of vertices. For
+        ``.sstk.json`` also (n, F): nested levels, the finest first.
 
     Raises
     ------
     ValueError
-        If the ending, the shape or the dtype is wrong, or a label is negative.
+        If the ending, the shape or the dtype is wrong, a label is negative that may not be, an id
+        for ``.segs.json`` is 2**24 or more, or levels are not nested.
     OSError
         If the file cannot be written.
+
+    See Also
+    --------
+    write_mesh : Makes labels of vertices from those of faces, for the formats that need them.
 
     Examples
     --------
@@ -148,111 +168,85 @@ def write_labels(path: StrPath, labels: npt.ArrayLike) -> None:
     ...     path.read_text()
     '0\n1\n'
     """
-    ending = known_ending(Path(path), LABEL_OUTPUTS)
-    face_labels = checked_labels(labels)
+    path = Path(path)
+    ending = known_ending(path, (*LABEL_OUTPUTS, *ID_OUTPUTS))
+    write = write_given_labels(labels, ending)
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        _write_labels_to(file, ending, face_labels)
+        write(file, ending, path)
 
 
 def write_outputs(
     paths: Sequence[StrPath],
     mesh: Any,
-    labels: npt.ArrayLike,
+    labels: npt.ArrayLike | None,
     *,
     streams: Mapping[str, IO[bytes]] = NO_STREAMS,
     attributes: MeshAttributes | None = None,
-    ascii: bool = False,
+    options: FormatOptions | None = None,
     listed: npt.ArrayLike | None = None,
+    listed_mesh: Any = None,
 ) -> None:
     """Write several files, each by its ending, such that all appear, or none.
 
     Parameters
     ----------
     paths : sequence of path-like
-        ``.ply`` and ``.vtp`` for the mesh with labels, see `write_mesh`; ``.npy``, ``.seg`` and
-        ``.txt`` for the labels alone, see `write_labels`.
+        As for `write_mesh`, and ``.npy``, ``.seg`` and ``.txt`` for the labels alone, see
+        `write_labels`.
     mesh : Mesh, PolygonMesh, TetMesh or mesh-like
         As for `segment`. Polygons stay polygons.
-    labels : array_like of integers, shape (F,)
-        0 and up.
+    labels : array_like of integers, shape (F,), or None
+        0 and up; -1 where a face is in no region. None where all files are meshes.
     streams : mapping of str to binary file, optional
         Open files to write to as well, when the others are complete, by the ending that tells the
         format. They need not be seekable; if one fails, the others are not written.
     attributes : MeshAttributes, optional
         Goes into each PLY, see `write_mesh`.
-    ascii : bool, default False
-        Whether PLY is text.
+    options : FormatOptions, optional
+        As the further arguments of `write_mesh`.
     listed : array_like of integers, optional
-        Labels for the files of labels alone, 0 and up, where these are of another mesh.
+        Labels for the files of labels alone, where these are of another mesh.
+    listed_mesh : Mesh, PolygonMesh or mesh-like, optional
+        That mesh.
 
     Raises
     ------
     ValueError
-        If an ending, a shape or a dtype is wrong, a label is negative, or a file is given twice.
+        As by `write_mesh`; if a file is given twice, or there are no labels for one that is labels.
     OSError
         If a file cannot be written.
     """
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
+    options = FormatOptions() if options is None else options
     cells = as_cells(mesh)
-    cell_labels = checked_labels(labels, n_cells_of(cells))
-    listed_labels = cell_labels if listed is None else checked_labels(listed)
-    meshes = [ending for ending in (*endings, *streams) if ending not in LABEL_OUTPUTS]
-    for ending in meshes:
-        _check_kind(cells, ending)
-    if meshes:
-        write_mesh_to = _mesh_writer(cells, cell_labels, None, attributes, ascii=ascii)
-
-    def write_to(file: IO[bytes], ending: str) -> None:
-        if ending in LABEL_OUTPUTS:
-            _write_labels_to(file, ending, listed_labels)
-        else:
-            write_mesh_to(file, ending)
-
+    cell_labels = None if labels is None else checked_labels(labels, n_cells_of(cells))
+    of_labels, of_cells = cell_labels, cells
+    if listed is not None:
+        of_labels = checked_labels(listed)
+        of_cells = cells if listed_mesh is None else as_cells(listed_mesh)
+    writers = _writers(
+        {*endings, *streams},
+        IdWriter(of_cells, of_labels, options),
+        CellWriter(cells, cell_labels, None, attributes, options),
+    )
     with atomic_outputs(paths) as temporaries:
-        for temporary, ending in zip(temporaries, endings, strict=True):
+        for temporary, ending, path in zip(temporaries, endings, paths, strict=True):
             with temporary.open("wb") as file:
-                write_to(file, ending)
+                writers[ending](file, ending, Path(path))
         for ending, stream in streams.items():
-            write_to(stream, ending)
+            writers[ending](stream, ending, None)
             stream.flush()
 
 
-def _check_kind(mesh: AnyCells, ending: str) -> None:
-    """Raise a MeshError if files of this kind hold other cells."""
-    if isinstance(mesh, PointCloud):
-        fitting: tuple[str, ...] = tuple(CLOUD_WRITERS)
-    else:
-        fitting = TET_OUTPUTS if isinstance(mesh, TetMesh) else FACE_OUTPUTS
-    if ending not in fitting:
-        what = "tetrahedra" if isinstance(mesh, TetMesh) else f"{noun_of(mesh)}s"
-        raise MeshError(f"{what} are written as {' or '.join(fitting)}, not as {ending}")
-
-
-def _mesh_writer(
-    mesh: AnyCells,
-    labels: npt.NDArray[np.int32] | None,
-    colors: Any,
-    attributes: MeshAttributes | None,
-    *,
-    ascii: bool,
-) -> Callable[[IO[bytes], str], None]:
-    """Check what goes with a mesh, and return what writes it to a file of some ending."""
-    if isinstance(mesh, TetMesh):
-        if colors is not None or attributes is not None:
-            raise ValueError("files of tetrahedra hold labels: leave out colors and attributes")
-        return lambda file, ending: write_tets(file, mesh, labels, ending, ascii=ascii)
-    face_colors = _checked_colors(colors, mesh, labels)
-    _check_attributes(attributes, mesh)
-
-    def write(file: IO[bytes], ending: str) -> None:
-        if isinstance(mesh, PointCloud):
-            write_points = CLOUD_WRITERS[ending]
-            write_points(file, mesh, labels, face_colors, ascii=ascii, attributes=attributes)
-        else:
-            write_faces = write_vtp if ending == ".vtp" else write_ply
-            write_faces(file, mesh, labels, face_colors, ascii=ascii, attributes=attributes)
-
-    return write
+def _writers(
+    endings: set[str], of_labels: IdWriter, of_cells: CellWriter
+) -> dict[str, Callable[[IO[bytes], str, Path | None], None]]:
+    """What writes files of each ending; a MeshError if one cannot be written."""
+    listing = [ending for ending in endings if ending in (*LABEL_OUTPUTS, *DERIVED_OUTPUTS)]
+    holding = [ending for ending in endings if ending not in listing]
+    of_labels.checked(listing)
+    of_cells = of_cells.checked(holding)
+    return {**dict.fromkeys(listing, of_labels.write), **dict.fromkeys(holding, of_cells.write)}
 
 
 def check_outputs(paths: Sequence[StrPath]) -> None:
@@ -268,55 +262,3 @@ def check_outputs(paths: Sequence[StrPath]) -> None:
     for path in paths:
         known_ending(Path(path), OUTPUT_ENDINGS)
     checked_targets(paths)
-
-
-def _checked_colors(
-    colors: Any, mesh: FaceMesh | PointCloud, labels: npt.NDArray[np.int32] | None
-) -> npt.NDArray[np.uint8] | None:
-    """The colors as given, or those of the labels, or None where there are neither."""
-    if colors is None:
-        if labels is None:
-            return None
-        from ...view.colors import face_colors
-
-        return face_colors(mesh, labels)
-    refuse_mask(colors, "colors")
-    array = np.asarray(colors)
-    n_cells = n_cells_of(mesh)
-    if array.shape != (n_cells, 3):
-        raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")
-    if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > 255:
-        raise ValueError("colors must be integers from 0 to 255")
-    return array.astype(np.uint8)
-
-
-def _check_attributes(attributes: Any, mesh: FaceMesh | PointCloud) -> None:
-    """Raise an error where they are no attributes, or not of this mesh."""
-    if attributes is None:
-        return
-    if not isinstance(attributes, MeshAttributes):
-        raise TypeError(f"attributes must be MeshAttributes, got {type(attributes).__name__}")
-    if isinstance(mesh, PointCloud):
-        n_vertices, n_faces = mesh.n_points, 0
-    else:
-        n_vertices, n_faces = mesh.n_vertices, mesh.n_faces
-    for owner, values, n_rows in (
-        ("vertex", attributes.vertex, n_vertices),
-        ("face", attributes.face, n_faces),
-    ):
-        for name, array in values.items():
-            if len(array) != n_rows:
-                raise ValueError(
-                    f"the {owner} property {name} has {len(array)} values for {n_rows} in the mesh"
-                )
-
-
-def _write_labels_to(file: IO[bytes], ending: str, labels: npt.NDArray[np.int32]) -> None:
-    if ending == ".npy":  # numpy.save asks a file where it stands, which pipes cannot tell
-        header = npy_format.header_data_from_array_1_0(labels)
-        npy_format.write_array_header_1_0(file, header)
-        file.write(labels.data)
-        return
-    for begin in range(0, len(labels), LABELS_AT_ONCE):
-        part = labels[begin : begin + LABELS_AT_ONCE].tolist()
-        file.write(b"%d\n" * len(part) % tuple(part))

@@ -1,0 +1,167 @@
+"""The command ``superfacets convert``."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError
+from ..io.attributes import MeshAttributes
+from ..io.readers.labels import has_labels, read_labels
+from ..io.writers.cells import FormatOptions
+from ..io.writers.regions import write_regions
+from ..io.writers.write import check_outputs, write_outputs
+from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from .background import run_in_background
+from .failures import print_note
+from .inputs import load_cells_and_attributes
+from .options import FILE, FOLDER, INPUT_FORMATS, STANDARD_STREAM, label_options
+from .outputs import ENDING_OF_FORMAT, OUTPUT_FORMATS, Job, plan_jobs
+from .report import notes_on_attributes, notes_on_vertices
+
+__all__ = ["convert_command"]
+
+
+@click.command("convert")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
+@click.option(
+    "-o",
+    "--output",
+    "outputs",
+    metavar="OUT",
+    type=click.Path(allow_dash=True),
+    multiple=True,
+    help="Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
+    " for standard output.",
+)
+@click.option(
+    "--split",
+    "folder",
+    metavar="DIR",
+    type=FOLDER,
+    help="Write each region to a file of its own in this folder: DIR/region_17.ply.",
+)
+@click.option(
+    "--to",
+    "formats",
+    type=click.Choice(OUTPUT_FORMATS),
+    multiple=True,
+    help="Format of what no file name tells the format of; may be given several times.  [default:"
+    " ply; vtu of tetrahedra]",
+)
+@click.option(
+    "--format",
+    type=click.Choice(INPUT_FORMATS),
+    help="Format of IN.  [default: by the ending]",
+)
+@click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
+@label_options
+@click.option(
+    "--drop-attributes",
+    is_flag=True,
+    help="Do not carry over what a .ply input stores besides its mesh.",
+)
+def convert_command(
+    mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
+    formats: tuple[str, ...], format: str | None, ascii: bool, label_name: str,
+    vertex_labels: bool, drop_attributes: bool,
+) -> None:  # fmt: skip
+    """Write the mesh in the file IN, with its LABELS, in other formats.
+
+    LABELS are those in IN where it has any and no file is named.
+    """
+    job, ending = _plan(mesh, labels, outputs, folder, formats, ascii=ascii)
+    form = FormatOptions.checked(
+        [*job.endings], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels
+    )
+    check_outputs(job.files)
+    keeps = job.holds_attributes and not drop_attributes
+    found = run_in_background(lambda: _read(mesh, labels, format, keep=keeps))
+    if folder is not None and found.labels is None:
+        raise MeshError(f"{mesh}: there are no labels to split it by")
+    for note in found.notes(job):
+        print_note(note)
+    names = run_in_background(lambda: _write(job, found, form, folder, ending))
+    for name in names:
+        click.echo(f"wrote {name}", err=job.stream is not None)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What the files hold."""
+
+    cells: AnyCells
+    labels: npt.NDArray[np.int32] | None
+    attributes: MeshAttributes | None
+    are_named: bool  # labels, as a file of their own
+
+    def notes(self, job: Job) -> list[str]:
+        """Notes on what the outputs lack."""
+        notes = []
+        if self.labels is not None:
+            notes = notes_on_vertices(self.cells, self.labels, job.endings)
+        if self.attributes is None:
+            return notes
+        is_cloud = isinstance(self.cells, PointCloud)
+        return notes + notes_on_attributes(
+            self.attributes, of_points=is_cloud, are_replaced=self.are_named
+        )
+
+
+def _plan(
+    mesh: Path,
+    labels: Path | None,
+    outputs: tuple[str, ...],
+    folder: Path | None,
+    formats: tuple[str, ...],
+    *,
+    ascii: bool,
+) -> tuple[Job, str | None]:
+    """Outputs, and the ending of the files of regions if one is asked for."""
+    if not outputs and folder is None:
+        raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
+    also_read = [] if labels is None else [str(labels)]
+    if folder is None:
+        plans = plan_jobs([str(mesh)], outputs, formats, ascii=ascii, also_read=also_read)
+        return plans[0], None
+    if len(formats) > 1:
+        raise click.UsageError("files of regions have one format: give --to once")
+    ending = ENDING_OF_FORMAT[formats[0]] if formats else None
+    if not outputs:
+        return Job(str(mesh), ()), ending
+    return plan_jobs([str(mesh)], outputs, (), ascii=ascii, also_read=also_read)[0], ending
+
+
+def _read(mesh: Path, labels: Path | None, format: str | None, *, keep: bool) -> _Found:
+    cells, attributes = load_cells_and_attributes(str(mesh), format, keep=keep)
+    if labels is None and not (format is None and has_labels(mesh)):
+        return _Found(cells, None, attributes, False)
+    found = read_labels(labels or mesh, n_cells_of(cells))
+    return _Found(cells, found, attributes, labels is not None)
+
+
+def _write(
+    job: Job, found: _Found, form: FormatOptions, folder: Path | None, ending: str | None
+) -> list[str]:
+    """Write all files, and return what to say that was written."""
+    streams = {job.stream: sys.stdout.buffer} if job.stream else {}
+    write_outputs(
+        job.files,
+        found.cells,
+        found.labels,
+        streams=streams,
+        attributes=found.attributes,
+        options=form,
+    )
+    names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
+    if folder is not None and found.labels is not None:
+        paths = write_regions(folder, found.cells, found.labels, ending=ending, ascii=form.ascii)
+        names.append(f"{len(paths)} files in {folder}")
+    return names

@@ -1,0 +1,152 @@
+"""Labels alone: of cells, of vertices, of triangles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ...mesh.faces import AnyCells, noun_of
+from ...mesh.polygon_mesh import PolygonMesh
+from ...mesh.triangle_mesh import Mesh
+from ..readers.labels import checked_labels
+from .cells import FormatOptions
+from .pyg import GRAPH_OUTPUTS, write_arrays
+from .scannet import scene_of, write_aggregation, write_segments
+from .sstk import write_sstk
+from .superpoints import write_npy, write_superpoints
+from .text import write_rows
+
+__all__ = ["ID_OUTPUTS", "LABEL_OUTPUTS", "VERTEX_OUTPUTS", "IdWriter", "write_given_labels"]
+
+LABEL_OUTPUTS = (".npy", ".seg", ".txt")
+"""A label per cell."""
+
+VERTEX_OUTPUTS = (".segs.json", ".bin", "_sp_label.npy")
+"""An id per vertex, 0 and up."""
+
+ID_OUTPUTS = (*VERTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
+
+
+@dataclass(frozen=True)
+class IdWriter:
+    """Labels of cells, to be written to files of any format that holds labels alone."""
+
+    cells: AnyCells
+    labels: npt.NDArray[np.int32] | None
+    options: FormatOptions
+
+    def checked(self, endings: Sequence[str]) -> IdWriter:
+        """Return self; a MeshError if files with these endings could not be written."""
+        for ending in endings:
+            if self.labels is None:
+                raise MeshError(f"there are no labels to write as {ending}")
+            if ending in VERTEX_OUTPUTS:
+                _check_all_in_regions(self.labels, ending)
+            if ending in GRAPH_OUTPUTS and self.labels.max() < 0:
+                raise MeshError("there is no region to make a graph of: all labels are -1")
+            if ending == ".sstk.json":
+                _check_triangles(self.cells)
+            if ending == ".aggregation.json":
+                self.options.check_classes(self.labels)
+        return self
+
+    def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
+        """Write a file that ends so; its path tells the scene."""
+        assert self.labels is not None
+        if ending in GRAPH_OUTPUTS:
+            self._write_graph(file)
+            return
+        labels = self._vertex_ids if ending in VERTEX_OUTPUTS else self.labels
+        _write(file, ending, path, labels, self.options.classes)
+
+    def _write_graph(self, file: IO[bytes]) -> None:
+        """Write the graph of the regions, in the order of their labels."""
+        from ...regions.region_graph import region_graph
+
+        assert self.labels is not None
+        names, ranks = np.unique(self.labels, return_inverse=True)
+        graph = region_graph(self.cells, ranks - int(names[0] < 0))
+        write_arrays(file, graph.to_pyg())
+
+    @cached_property
+    def _vertex_ids(self) -> npt.NDArray[np.int64]:
+        """The label of each vertex; one of its own for each that no face has."""
+        from ...regions.vertex_labels import vertex_labels
+
+        assert self.labels is not None
+        ids = vertex_labels(self.cells, self.labels).astype(np.int64)
+        alone = np.flatnonzero(ids < 0)
+        ids[alone] = int(self.labels.max()) + 1 + np.arange(len(alone))
+        return ids
+
+
+def write_given_labels(
+    labels: npt.ArrayLike, ending: str
+) -> Callable[[IO[bytes], str, Path | None], None]:
+    """Check labels of whatever the format holds, and return what writes them."""
+    if ending == ".sstk.json" and np.ndim(labels) == 2:
+        levels = [checked_labels(level) for level in np.asarray(labels)]
+        _check_nested(levels)
+        return lambda file, ending, path: write_sstk(file, levels)
+    checked = checked_labels(labels)
+    if ending in VERTEX_OUTPUTS:
+        _check_all_in_regions(checked, ending)
+    return lambda file, ending, path: _write(file, ending, path, checked, None)
+
+
+def _write(
+    file: IO[bytes],
+    ending: str,
+    path: Path | None,
+    labels: npt.NDArray[np.integer[Any]],
+    classes: Sequence[str] | None,
+) -> None:
+    """Write checked labels, of whatever the format holds."""
+    if ending == ".segs.json":
+        write_segments(file, labels, scene_of(path, ending))
+    elif ending == ".aggregation.json":
+        write_aggregation(file, labels, scene_of(path, ending), classes)
+    elif ending == ".sstk.json":
+        write_sstk(file, [labels])
+    elif ending in VERTEX_OUTPUTS:
+        write_superpoints(file, labels, ending)
+    elif ending == ".npy":
+        write_npy(file, labels)
+    else:
+        write_rows(file, "%d\n", [labels])
+
+
+def _check_triangles(cells: AnyCells) -> None:
+    if isinstance(cells, PolygonMesh):
+        raise MeshError(
+            ".sstk.json holds labels of triangles: write those of PolygonMesh.triangulate()"
+        )
+    if not isinstance(cells, Mesh):
+        raise MeshError(f".sstk.json holds labels of triangles, and these are {noun_of(cells)}s")
+
+
+def _check_all_in_regions(labels: npt.NDArray[np.int32], ending: str) -> None:
+    if labels.min() < 0:
+        first = int(np.argmin(labels))
+        raise MeshError(f"labels[{first}] is {labels[first]}; ids in {ending} are 0 and up")
+
+
+def _check_nested(levels: Sequence[npt.NDArray[np.int32]]) -> None:
+    """Raise a MeshError if a region is in several regions of the next level."""
+    for level, (fine, coarse) in enumerate(pairwise(levels)):
+        _, firsts, places = np.unique(fine, return_index=True, return_inverse=True)
+        is_other = coarse != coarse[firsts[places]]
+        if is_other.any():
+            region = int(fine[np.argmax(is_other)])
+            raise MeshError(
+                f"levels are not nested: region {region} of level {level} is in several of level"
+                f" {level + 1}"
+            )

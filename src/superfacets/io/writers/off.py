@@ -1,0 +1,36 @@
+"""OFF with a color for each face."""
+
+from __future__ import annotations
+
+from typing import IO
+
+import numpy as np
+import numpy.typing as npt
+
+from ...mesh.faces import FaceMesh
+from ..attributes import MeshAttributes
+from .obj import face_lines
+from .text import coordinate_format, write_rows
+
+__all__ = ["write_off"]
+
+
+def write_off(
+    file: IO[bytes],
+    mesh: FaceMesh,
+    labels: npt.NDArray[np.int32] | None,
+    colors: npt.NDArray[np.uint8] | None,
+    *,
+    ascii: bool,
+    attributes: MeshAttributes | None = None,
+) -> None:
+    """Write checked arrays: behind the corners of each face stand red, green and blue, 0 to 255.
+
+    The word OFF begins the file: COFF would announce colors of vertices. Labels themselves, and
+    attributes, are left out.
+    """
+    file.write(b"OFF\n%d %d 0\n" % (mesh.n_vertices, mesh.n_faces))
+    row = " ".join([coordinate_format(mesh.vertices)] * 3) + "\n"
+    write_rows(file, row, list(mesh.vertices.T))
+    ends = () if colors is None else tuple(colors.T)
+    file.write(b"".join(face_lines(mesh, np.arange(mesh.n_faces), "# ", ends=ends)))

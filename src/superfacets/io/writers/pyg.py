@@ -1,0 +1,134 @@
+"""Graphs of regions as PyTorch Geometric has them, in one .npz file of plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._validate import refuse_mask
+from ...errors import MeshError
+from ..atomic import StrPath, atomic_outputs
+from ..guards import known_ending
+
+__all__ = ["GRAPH_OUTPUTS", "write_arrays", "write_graphs"]
+
+GRAPH_OUTPUTS = (".npz",)
+
+Graph = Mapping[str, npt.ArrayLike]
+
+
+def write_graphs(path: StrPath, graphs: Graph | Sequence[Graph]) -> None:
+    """Write a graph of regions, or nested ones, as arrays for PyTorch Geometric.
+
+    Parameters
+    ----------
+    path : path-like
+        Ends in ``.npz``. A file there is replaced once all is written, and keeps its permissions.
+    graphs : mapping of str to array_like, or a sequence of such
+        Arrays by name. ``edge_index``, (2, E), holds the regions at the ends of each edge, in both
+        directions; ``edge_attr``, (E, n), has a row for each; ``pos``, (K, 3), and whatever else,
+        has one for each region. ``super_index`` holds for each cell, or each region of the next
+        finer graph, the region that it is in. Of a sequence, the finest graph comes first.
+
+    Raises
+    ------
+    ValueError
+        If the ending is wrong, there is no graph, an array does not hold numbers, an edge or a
+        ``super_index`` names a region that is not there, or nested graphs do not fit.
+    OSError
+        If the file cannot be written.
+
+    Notes
+    -----
+    Indices are written as int64, other numbers in their own types. The arrays of one graph keep
+    their names. Nested graphs become levels as superpoint networks count them: level 0 is the
+    cells, of which the file has ``level0_super_index`` alone, into level 1; the first graph is
+    ``level1_edge_index``, ``level1_pos`` and so on, with ``level1_super_index`` into level 2; the
+    last level has no such index. Neither writing nor reading needs torch:
+    ``torch_geometric.data.Data(**tensors)`` takes the arrays of a level.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> fine = {"edge_index": [[0, 1], [1, 0]], "pos": [[0, 0, 0], [1, 0, 0]],
+    ...         "super_index": [0, 0, 1]}
+    >>> coarse = {"edge_index": [[], []], "pos": [[0.5, 0, 0]], "super_index": [0, 0]}
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "graph.npz")
+    ...     write_graphs(path, [fine, coarse])
+    ...     with np.load(path) as file:
+    ...         file["level0_super_index"].tolist(), file["level1_super_index"].tolist()
+    ([0, 0, 1], [0, 0])
+    """
+    known_ending(Path(path), GRAPH_OUTPUTS)
+    arrays = _checked_graphs(graphs)
+    with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
+        write_arrays(file, arrays)
+
+
+def write_arrays(file: IO[bytes], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
+    """Write checked arrays."""
+    np.savez(file, **arrays)  # type: ignore[arg-type]  # of numpy's own option allow_pickle
+
+
+def _checked_graphs(graphs: Graph | Sequence[Graph]) -> dict[str, npt.NDArray[Any]]:
+    """The arrays of all graphs by the names that they get in the file."""
+    if isinstance(graphs, Mapping):
+        graph = {name: _checked(values, name) for name, values in graphs.items()}
+        _check_graph(graph, "", None)
+        return graph
+    if not len(graphs):
+        raise MeshError("there are no graphs")
+    n_below: int | None = None
+    arrays: dict[str, npt.NDArray[Any]] = {}
+    for place, given in enumerate(graphs):
+        what = f"graphs[{place}]: "
+        graph = {name: _checked(values, what + name) for name, values in given.items()}
+        if "super_index" not in graph:
+            raise MeshError(f"{what}nested graphs need super_index")
+        n_below = _check_graph(graph, what, n_below)
+        for name, values in graph.items():  # the index is of what the graph is above
+            level = place if name == "super_index" else place + 1
+            arrays[f"level{level}_{name}"] = values
+    return arrays
+
+
+def _checked(values: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
+    refuse_mask(values, name, MeshError)
+    array = np.asarray(values)
+    if not array.size and name.endswith("_index"):
+        array = array.astype(np.int64)
+    if array.dtype.kind not in "biuf":
+        raise MeshError(f"{name} must be numbers, got {array.dtype}")
+    if not name.endswith("_index"):
+        return array
+    if array.dtype.kind not in "iu":
+        raise MeshError(f"{name} must be integers, got {array.dtype}")
+    return array.astype(np.int64)
+
+
+def _check_graph(graph: Mapping[str, npt.NDArray[Any]], prefix: str, n_below: int | None) -> int:
+    """Return the number of regions; a MeshError where indices lead to no region."""
+    missing = {"edge_index", "pos"} - graph.keys()
+    if missing:
+        raise MeshError(f"a graph needs {prefix}{min(missing)}")
+    edges, n_regions = graph["edge_index"], len(graph["pos"])
+    if edges.ndim != 2 or len(edges) != 2:
+        raise MeshError(f"{prefix}edge_index must have shape (2, E), got {edges.shape}")
+    if "edge_attr" in graph and len(graph["edge_attr"]) != edges.shape[1]:
+        raise MeshError(f"{prefix}edge_attr must have a row for each of {edges.shape[1]} edges")
+    members = graph.get("super_index", np.empty(0, np.int64))
+    if n_below is not None and len(members) != n_below:
+        raise MeshError(
+            f"{prefix}super_index must have one entry for each of the {n_below} regions below,"
+            f" got {len(members)}"
+        )
+    for name, indices, lowest in (("edge_index", edges, 0), ("super_index", members, -1)):
+        if indices.size and not lowest <= indices.min() <= indices.max() < n_regions:
+            raise MeshError(f"{prefix}{name} must be regions, {lowest} to {n_regions - 1}")
+    return n_regions

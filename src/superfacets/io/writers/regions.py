@@ -1,0 +1,122 @@
+"""A file for each region."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...adapters.convert import as_cells
+from ...errors import MeshError
+from ...mesh.faces import AnyMesh, n_cells_of
+from ...mesh.point_cloud import PointCloud
+from ...mesh.polygon_mesh import PolygonMesh
+from ...mesh.tet_mesh import TetMesh
+from ...mesh.triangle_mesh import Mesh
+from ..atomic import StrPath, atomic_outputs, writable_folder
+from ..readers.labels import checked_labels
+from .cells import CellWriter, FormatOptions, usual_ending
+
+__all__ = ["write_regions"]
+
+
+def write_regions(
+    folder: StrPath,
+    mesh: Any,
+    labels: npt.ArrayLike,
+    *,
+    ending: str | None = None,
+    ascii: bool = False,
+) -> list[Path]:
+    """Write the cells of each region to a file of their own: all files, or none.
+
+    Parameters
+    ----------
+    folder : path-like
+        Made where it does not exist. Files are named after the labels: ``region_17.ply``.
+    mesh : Mesh, PolygonMesh, TetMesh, or what is like one
+        As for `segment`. Not a point cloud, which `labels` select points of.
+    labels : array_like of integers, shape (N,)
+        0 and up; cells labeled -1 are in no file.
+    ending : str, optional
+        Of the files, and so their format: one that `write_mesh` knows for these cells. By default
+        ``.ply``, of tetrahedra ``.vtu``.
+    ascii : bool, default False
+        As for `write_mesh`.
+
+    Returns
+    -------
+    list of Path
+        The files, in the order of the labels.
+
+    Raises
+    ------
+    ValueError
+        If the ending or a label is wrong, no cell is in a region, or all of a region lies at one
+        point.
+    OSError
+        If a file cannot be written.
+
+    Notes
+    -----
+    Cells keep their order, and have the vertices that they need, in the order of the mesh. Files
+    of regions that there are no longer, from an earlier call, stay.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> with TemporaryDirectory() as folder:
+    ...     [path.name for path in write_regions(folder, square, [4, 2], ending=".obj")]
+    ['region_2.obj', 'region_4.obj']
+    """
+    cells = as_cells(mesh)
+    if isinstance(cells, PointCloud):
+        raise MeshError("regions of a cloud are no files: points[labels == 17] are those of one")
+    ending = usual_ending(cells) if ending is None else ending
+    cell_labels = checked_labels(labels, n_cells_of(cells))
+    order = np.argsort(cell_labels, kind="stable")
+    order = order[np.searchsorted(cell_labels[order], 0) :]
+    if not len(order):
+        raise MeshError("no cell is in a region: all labels are -1")
+    starts = np.flatnonzero(np.diff(cell_labels[order], prepend=-1))
+    members = np.split(order, starts[1:])
+    names = [f"region_{cell_labels[cells_of[0]]}{ending}" for cells_of in members]
+    options = FormatOptions(ascii=ascii)
+    CellWriter(cells, None, None, None, options).checked([ending])
+    writable_folder(Path(folder))
+    paths = [Path(folder, name) for name in names]
+    with atomic_outputs(paths) as temporaries:
+        for temporary, cells_of in zip(temporaries, members, strict=True):
+            try:
+                part = CellWriter(_take_cells(cells, cells_of), None, None, None, options)
+            except MeshError as error:  # all of it lies at one point
+                raise MeshError(f"region {cell_labels[cells_of[0]]}: {error}") from None
+            with temporary.open("wb") as file:
+                part.write(file, ending)
+    return paths
+
+
+def _take_cells(cells: AnyMesh, chosen: npt.NDArray[np.intp]) -> AnyMesh:
+    """Some of the cells, with the vertices that they have."""
+    if isinstance(cells, TetMesh):
+        used, corners = _renumbered(cells.tets[chosen])
+        return TetMesh(cells.vertices[used], corners)
+    if isinstance(cells, Mesh):
+        used, corners = _renumbered(cells.faces[chosen])
+        return Mesh(cells.vertices[used], corners)
+    sizes = cells.sizes[chosen]
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    places = np.arange(offsets[-1]) + np.repeat(cells.offsets[chosen] - offsets[:-1], sizes)
+    used, corners = _renumbered(cells.indices[places])
+    return PolygonMesh(cells.vertices[used], offsets, corners)
+
+
+def _renumbered(
+    corners: npt.NDArray[np.int32],
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """The vertices that corners have, ascending, and the corners counted in these."""
+    used, places = np.unique(corners, return_inverse=True)
+    return used, places.astype(np.int32).reshape(corners.shape)

@@ -1,0 +1,76 @@
+"""Files of ScanNet: the segment of each vertex, and which segments make an object."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from .text import write_list
+
+__all__ = ["NO_CLASS", "scene_of", "write_aggregation", "write_segments"]
+
+MAX_ID = 1 << 24
+"""Some readers keep ids as float32, which holds no larger whole numbers."""
+
+NO_CLASS = "unknown"
+"""The label of a group that has none, as in the labeling tool."""
+
+_MESH_NAME = re.compile(r"_vh_clean(_2)?([._]|$)")
+"""What follows the name of a scene in the names of its meshes."""
+
+_THRESHOLD = re.compile(r"\.\d+\.\d+$")
+"""The threshold in the names of segments: ``.0.010000``."""
+
+
+def scene_of(path: Path | None, ending: str) -> str:
+    """The scene that a file is named after: what stands before ``_vh_clean_2``, or the stem."""
+    if path is None:
+        return "scene"
+    stem = _THRESHOLD.sub("", path.name[: -len(ending)])
+    found = _MESH_NAME.search(stem)
+    return stem[: found.start()] if found and found.start() else stem
+
+
+def write_segments(file: IO[bytes], ids: npt.NDArray[np.integer], scene: str) -> None:
+    """Write the segment of each vertex, in one line without spaces.
+
+    `params` are those that readers expect to see, not ours.
+    """
+    _check_ids(ids)
+    params = '{"params":{"kThresh":0.01,"segMinVerts":20},"sceneId":'
+    file.write(f'{params}{json.dumps(scene)},"segIndices":'.encode("ascii"))
+    write_list(file, ids)
+    file.write(b"}")
+
+
+def write_aggregation(
+    file: IO[bytes], ids: npt.NDArray[np.integer], scene: str, classes: Sequence[str] | None
+) -> None:
+    """Write a group for each segment, with the class of the segment where there are classes."""
+    _check_ids(ids)
+    segments = np.unique(ids[ids >= 0]).tolist()
+    names = [NO_CLASS] * len(segments) if classes is None else classes
+    groups = [
+        {"id": place, "objectId": place, "segments": [segment], "label": name}
+        for place, (segment, name) in enumerate(zip(segments, names, strict=True))
+    ]
+    document = {
+        "sceneId": f"scannet.{scene}",
+        "appId": "superfacets",
+        "segGroups": groups,
+        "segmentsFile": f"scannet.{scene}_vh_clean_2.0.010000.segs.json",
+    }
+    file.write(json.dumps(document, separators=(",", ":")).encode("ascii"))
+
+
+def _check_ids(ids: npt.NDArray[np.integer]) -> None:
+    highest = int(ids.max())
+    if highest >= MAX_ID:
+        raise MeshError(f"segment {highest} is too high: readers of ScanNet take ids below 2**24")

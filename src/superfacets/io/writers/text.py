@@ -1,0 +1,60 @@
+"""Rows of numbers as text, many at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "ROWS_AT_ONCE",
+    "coordinate_format",
+    "fits_single",
+    "text_rows",
+    "write_list",
+    "write_rows",
+]
+
+ROWS_AT_ONCE = 1 << 14
+"""Rows turned into text at a time: they stay in the cache."""
+
+
+def text_rows(row: str, columns: Sequence[npt.NDArray[Any]]) -> bytes:
+    """Rows of text in one format operation; `row` has a conversion for each column."""
+    lists = [column.tolist() for column in columns]
+    n_rows = len(lists[0])
+    flat: list[Any] = [None] * (n_rows * len(lists))
+    for place, values in enumerate(lists):
+        flat[place :: len(lists)] = values
+    return (row * n_rows % tuple(flat)).encode("ascii")
+
+
+def write_rows(file: IO[bytes], row: str, columns: Sequence[npt.NDArray[Any]]) -> None:
+    """Write a row of text for each row of the columns, which are as long as each other."""
+    for begin in range(0, len(columns[0]), ROWS_AT_ONCE):
+        file.write(text_rows(row, [column[begin : begin + ROWS_AT_ONCE] for column in columns]))
+
+
+def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
+    """Write whole numbers as a list of JSON, without spaces."""
+    file.write(b"[")
+    if len(numbers):
+        write_rows(file, "%d,", [numbers[:-1]])
+        file.write(b"%d" % int(numbers[-1]))
+    file.write(b"]")
+
+
+def coordinate_format(values: npt.NDArray[np.float64]) -> str:
+    """The shortest conversion that reads back as the same numbers, whatever they are."""
+    return "%.9g" if fits_single(values) else "%.17g"
+
+
+def fits_single(values: npt.NDArray[np.float64]) -> bool:
+    """Whether float32 holds all of the values exactly."""
+    with np.errstate(over="ignore"):  # what becomes infinite is not equal
+        return all(
+            np.array_equal(part.astype(np.float32), part)
+            for part in np.array_split(values, max(1, len(values) // ROWS_AT_ONCE))
+        )

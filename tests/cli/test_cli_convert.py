@@ -1,0 +1,162 @@
+"""The command `convert`, and the formats that `segment` writes besides."""
+
+import json
+
+import numpy as np
+import pytest
+import shapes
+from command_line import files_in
+from numpy.testing import assert_array_equal
+
+from superfacets import read_attributes, read_labels, read_mesh, write_labels, write_mesh
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A sheet of 72 faces in a.ply, its labels in a.npy, and another one that holds its own."""
+    monkeypatch.chdir(tmp_path)
+    sheet = shapes.bumpy_sheet(6)
+    write_mesh("a.ply", sheet)
+    write_labels("a.npy", np.arange(72) // 8)
+    write_mesh("own.ply", sheet, np.arange(72) // 36)
+    return tmp_path
+
+
+def test_a_mesh_and_its_labels_are_written_in_other_formats(run, folder):
+    outputs = ["a.obj", "a.off", "a.glb", "a.segs.json", "a.bin", "b_sp_label.npy", "a.sstk.json"]
+    options = [text for name in outputs for text in ("-o", name)]
+    status, printed, err = run("convert", "a.ply", "a.npy", *options)
+    assert (status, err) == (0, "")
+    assert printed.splitlines() == [f"wrote {name}" for name in outputs]
+    assert {*outputs} <= {*files_in(folder)}
+    assert read_mesh("a.obj").n_faces == 72
+    assert json.loads((folder / "a.sstk.json").read_text())["elementCount"] == 72
+    ids = json.loads((folder / "a.segs.json").read_text())["segIndices"]
+    assert_array_equal(np.load("b_sp_label.npy"), ids)
+
+
+def test_labels_in_the_mesh_are_used_where_none_are_named(run, folder):
+    assert run("convert", "own.ply", "-o", "b.seg")[0] == 0
+    assert_array_equal(read_labels("b.seg"), np.arange(72) // 36)
+    assert run("convert", "own.ply", "a.npy", "-o", "c.seg")[0] == 0
+    assert_array_equal(read_labels("c.seg"), np.arange(72) // 8)
+    status, _, err = run("convert", "a.ply", "-o", "d.seg")
+    assert (status, err) == (1, "superfacets: error: there are no labels to write as .seg\n")
+    assert run("convert", "a.ply", "-o", "d.obj")[0] == 0
+    assert "g " not in (folder / "d.obj").read_text()
+
+
+def test_options_of_labels_go_to_the_files(run, folder):
+    pyvista = pytest.importorskip("pyvista")
+    status, _, _ = run("convert", "a.ply", "a.npy", "-o", "b.vtp", "-o", "b.ply",
+                       "--label-name", "Label", "--vertex-labels")  # fmt: skip
+    assert status == 0
+    assert_array_equal(pyvista.read("b.vtp").cell_data["Label"], np.arange(72) // 8)
+    assert len(read_attributes("b.ply").vertex["label"]) == 49
+    status, _, err = run("convert", "a.ply", "a.npy", "-o", "b.obj", "--label-name", "Label")
+    assert status == 2
+    assert "label_name is for .vtp, .vtu, .vtk: no such file is written" in err
+
+
+def test_regions_are_split(run, folder):
+    status, printed, _ = run("convert", "a.ply", "a.npy", "--split", "parts", "--to", "obj")
+    assert (status, printed) == (0, "wrote 9 files in parts\n")
+    assert files_in(folder / "parts") == [f"region_{region}.obj" for region in range(9)]
+    status, printed, _ = run("convert", "own.ply", "--split", "halves", "-o", "b.seg")
+    assert (status, printed) == (0, "wrote b.seg\nwrote 2 files in halves\n")
+    assert read_mesh("halves/region_1.ply").n_faces == 36
+    status, _, err = run("convert", "a.ply", "--split", "none")
+    assert (status, err) == (1, "superfacets: error: a.ply: there are no labels to split it by\n")
+    assert not (folder / "none").exists()
+
+
+def test_what_cannot_be_meant_is_refused(run, folder):
+    before = files_in(folder)
+    for arguments, message in (
+        (["a.ply"], "nothing to write: name a file with -o, or a folder with --split"),
+        (
+            ["a.ply", "--split", "b", "--to", "ply", "--to", "obj"],
+            "have one format: give --to once",
+        ),
+        (["a.ply", "a.npy", "-o", "a.npy"], "a.npy: the output would take the place of the input"),
+        (["a.ply", "a.npy", "-o", "a.ply"], "a.ply: the output would take the place of the input"),
+        (["a.ply", "-o", "b.stl"], "expected the ending .ply, .vtp"),
+        (["a.ply", "a.npy", "-o", "b.npy", "--to", "seg"], "--to says nothing where -o names"),
+    ):
+        status, _, err = run("convert", *arguments)
+        assert status == 2
+        assert message in err
+    assert files_in(folder) == before
+
+
+def test_a_folder_and_standard_output_take_formats(run, folder):
+    status, printed, _ = run(
+        "convert", "a.ply", "a.npy", "-o", "out/", "--to", "glb", "--to", "bin"
+    )
+    assert status == 0
+    assert files_in(folder / "out") == ["a.superfacets.bin", "a.superfacets.glb"]
+    status, printed, err = run("convert", "a.ply", "a.npy", "-o", "-", "--to", "seg")
+    assert (status, err) == (0, "wrote standard output\n")
+    assert printed == "".join(f"{face // 8}\n" for face in range(72))
+
+
+def test_attributes_are_carried_over_with_a_note_on_what_is_not(run, folder):
+    write_mesh("c.ply", shapes.bumpy_sheet(6), np.zeros(72, int))
+    status, _, err = run("convert", "c.ply", "a.npy", "-o", "d.ply")
+    assert status == 0
+    assert "replaced by those of the labels: face property label" in err
+    assert run("convert", "c.ply", "a.npy", "-o", "d.ply", "--drop-attributes")[2] == ""
+    assert run("convert", "c.ply", "a.npy", "-o", "d.obj")[2] == ""  # has no place for any
+    assert run("convert", "c.ply", "-o", "d.ply")[2] == ""  # the labels are its own
+
+
+def test_segments_of_a_scene_replace_those_of_the_usual_segmenter(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sheet = shapes.bumpy_sheet(12)
+    write_mesh("scene0000_00_vh_clean_2.ply", sheet)
+    name = "scene0000_00_vh_clean_2.0.010000.segs.json"
+    assert run("segment", "scene0000_00_vh_clean_2.ply", "-n", 20, "-o", name)[0] == 0
+    (path,) = tmp_path.glob("*[0-9].segs.json")
+    document = json.loads(path.read_text())
+    assert document["sceneId"] == "scene0000_00"
+    assert len(document["segIndices"]) == sheet.n_vertices
+    assert len(set(document["segIndices"])) == 20
+
+
+def test_files_are_named_as_their_readers_look_for_them(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_mesh("scene0000_00_vh_clean_2.ply", shapes.bumpy_sheet(4))
+    formats = ("segs.json", "aggregation.json", "sp_label.npy", "obj")
+    options = [text for name in formats for text in ("--to", name)]
+    assert run("segment", "scene0000_00_vh_clean_2.ply", "-n", 3, "-o", "out/", *options)[0] == 0
+    assert files_in(tmp_path / "out") == [
+        "scene0000_00.aggregation.json",
+        "scene0000_00_vh_clean_2.0.010000.segs.json",
+        "scene0000_00_vh_clean_2.superfacets.obj",
+        "scene0000_00_vh_clean_2_sp_label.npy",
+    ]
+
+
+def test_regions_without_a_vertex_are_a_note(run, folder):
+    labels = np.zeros(72, int)
+    labels[[10, 40]] = 1, 2  # single faces amid others
+    write_labels("b.npy", labels)
+    status, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json", "-o", "b.bin")
+    assert status == 0
+    assert err == (
+        "superfacets: note: 2 regions have most of the area around no vertex: .bin and .segs.json"
+        " lack them\n"
+    )
+    labels[40] = 0
+    write_labels("b.npy", labels)
+    _, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json")
+    assert err.endswith("1 region has most of the area around no vertex: .segs.json lacks it\n")
+
+
+def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, folder):
+    status, _, _ = run("segment", "a.ply", "-n", 4, "--max-edge", 0.05, "-o", "b.segs.json",
+                       "-o", "b.sstk.json", "-o", "b.ply")  # fmt: skip
+    assert status == 0
+    assert len(json.loads((folder / "b.segs.json").read_text())["segIndices"]) == 49
+    assert json.loads((folder / "b.sstk.json").read_text())["elementCount"] == 72
+    assert read_mesh("b.ply").n_faces > 72

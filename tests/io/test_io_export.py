@@ -1,0 +1,617 @@
+"""Formats that other tools read, each read back by the rules of the tool, or by the tool."""
+
+import json
+import struct
+import warnings
+from collections import Counter
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapes
+from mesh_files import FACES, VERTICES
+from numpy.testing import assert_allclose, assert_array_equal
+
+from superfacets import (
+    Mesh,
+    MeshError,
+    PointCloud,
+    PolygonMesh,
+    TetMesh,
+    read_attributes,
+    read_labels,
+    read_mesh,
+    write_graphs,
+    write_labels,
+    write_mesh,
+    write_regions,
+)
+from superfacets.io.writers.cells import FACE_WRITERS, FormatOptions
+from superfacets.io.writers.scannet import scene_of
+from superfacets.io.writers.write import write_outputs
+
+SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
+
+TETS = TetMesh(
+    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], [[0, 1, 2, 3], [1, 2, 3, 4]]
+)
+
+
+@pytest.fixture
+def square():
+    """Two triangles, the second one larger, and a vertex that neither has."""
+    return Mesh(VERTICES, FACES)
+
+
+@pytest.fixture
+def house():
+    """A square and a triangle beside it."""
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]]
+    return PolygonMesh(corners, [0, 4, 7], [0, 1, 2, 3, 3, 2, 4])
+
+
+class TestScanNet:
+    def test_segments_are_one_line_without_spaces(self, square, tmp_path):
+        write_mesh(tmp_path / SEGMENTS, square, [7, 0])
+        assert (tmp_path / SEGMENTS).read_bytes() == (
+            b'{"params":{"kThresh":0.01,"segMinVerts":20},"sceneId":"scene0000_00",'
+            b'"segIndices":[0,7,0,0,8]}'
+        )
+
+    def test_segments_are_found_and_read_as_mask3d_does(self, tmp_path):
+        mesh = shapes.bumpy_sheet(8)
+        labels = np.arange(mesh.n_faces) // 16
+        write_mesh(tmp_path / SEGMENTS, mesh, labels)
+        (path,) = tmp_path.glob("*[0-9].segs.json")
+        segments = np.array(json.loads(path.read_text())["segIndices"])
+        assert len(segments) == mesh.n_vertices
+        assert all(segments[mesh.faces[face]].max() <= labels.max() for face in range(9))
+        of_faces = labels.repeat(3)
+        for vertex in range(mesh.n_vertices):
+            around = of_faces[mesh.faces.ravel() == vertex]
+            assert segments[vertex] in around
+
+    def test_given_labels_are_those_of_vertices(self, tmp_path):
+        write_labels(tmp_path / "a.0.010000.segs.json", [3, 1, 1])
+        document = json.loads((tmp_path / "a.0.010000.segs.json").read_text())
+        assert (document["sceneId"], document["segIndices"]) == ("a", [3, 1, 1])
+
+    def test_points_keep_their_labels(self, tmp_path):
+        write_mesh(tmp_path / "a.segs.json", PointCloud(VERTICES), [4, 3, 2, 1, 0])
+        assert json.loads((tmp_path / "a.segs.json").read_text())["segIndices"] == [4, 3, 2, 1, 0]
+
+    @pytest.mark.parametrize(
+        ("name", "scene"),
+        [
+            ("scene0000_00_vh_clean_2.0.010000.segs.json", "scene0000_00"),
+            ("scene0000_00_vh_clean.segs.json", "scene0000_00"),
+            ("my.scan.0.010000.segs.json", "my.scan"),
+            ("_vh_clean_2.segs.json", "_vh_clean_2"),
+            ("room.SEGS.json", "room"),
+        ],
+    )
+    def test_the_scene_is_in_the_name_of_the_file(self, name, scene):
+        assert scene_of(Path(name), ".segs.json") == scene
+
+    def test_a_name_that_is_no_ascii_stays_json(self, tmp_path, square):
+        write_mesh(tmp_path / 'a"é.segs.json', square, [0, 1])
+        assert json.loads((tmp_path / 'a"é.segs.json').read_text())["sceneId"] == 'a"é'
+
+    def test_every_segment_of_the_skeleton_is_a_group(self, square, tmp_path):
+        write_mesh(tmp_path / "scene0000_00.aggregation.json", square, [7, 0])
+        assert json.loads((tmp_path / "scene0000_00.aggregation.json").read_text()) == {
+            "sceneId": "scannet.scene0000_00",
+            "appId": "superfacets",
+            "segGroups": [
+                {"id": 0, "objectId": 0, "segments": [0], "label": "unknown"},
+                {"id": 1, "objectId": 1, "segments": [7], "label": "unknown"},
+            ],
+            "segmentsFile": f"scannet.{SEGMENTS}",
+        }
+
+    def test_groups_have_classes(self, square, tmp_path):
+        write_mesh(tmp_path / "a.aggregation.json", square, [-1, 3], classes=["couch"])
+        groups = json.loads((tmp_path / "a.aggregation.json").read_text())["segGroups"]
+        assert groups == [{"id": 0, "objectId": 0, "segments": [3], "label": "couch"}]
+
+    def test_ids_that_float32_does_not_hold_are_refused(self, tmp_path):
+        write_labels(tmp_path / "a.segs.json", [2**24 - 1])
+        for ending in (".segs.json", ".aggregation.json"):
+            with pytest.raises(MeshError, match=r"segment 16777216 is too high"):
+                write_labels(tmp_path / f"b{ending}", [2**24, 0])
+
+    def test_labels_are_checked_before_a_file_is_made(self, square, tmp_path):
+        for name in ("a.segs.json", "a.bin", "a_sp_label.npy"):
+            with pytest.raises(MeshError, match=rf"labels\[1\] is -1; ids in {name[1:]} are 0"):
+                write_mesh(tmp_path / name, square, [0, -1])
+            with pytest.raises(MeshError, match=r"labels\[1\] is -1"):
+                write_labels(tmp_path / name, [0, -1])
+        assert not list(tmp_path.iterdir())
+
+
+def sstk_hierarchy(document):
+    """Levels from fine to coarse, each as what a segment of the level below, or a triangle, is in.
+
+    As `Segments.js` of the Scene Toolkit makes them of an indexed segmentation.
+    """
+    by_name = {segmentation["name"]: segmentation for segmentation in document["segmentation"]}
+    names = document["hierarchies"][0]["levels"]
+    indices = [by_name[name]["index"] for name in names]
+    levels = [indices[0]]
+    for fine, coarse in pairwise(indices):
+        converted = {}
+        for segment, parent in zip(fine, coarse, strict=True):
+            assert converted.setdefault(segment, parent) == parent
+        levels.append(converted)
+    return levels
+
+
+class TestSstk:
+    def test_a_segmentation_has_an_entry_per_triangle(self, square, tmp_path):
+        write_mesh(tmp_path / "a.sstk.json", square, [7, -1])
+        document = json.loads((tmp_path / "a.sstk.json").read_text())
+        assert (document["elementType"], document["elementCount"]) == ("triangles", 2)
+        assert sstk_hierarchy(document) == [[7, -1]]
+
+    def test_levels_go_from_fine_to_coarse(self, tmp_path):
+        levels = [[0, 1, 2, 3], [0, 0, 1, 1], [5, 5, 5, 5]]
+        write_labels(tmp_path / "a.sstk.json", levels)
+        document = json.loads((tmp_path / "a.sstk.json").read_text())
+        assert document["elementCount"] == 4
+        assert {part["elementType"] for part in document["segmentation"]} == {"triangles"}
+        assert sstk_hierarchy(document) == [[0, 1, 2, 3], {0: 0, 1: 0, 2: 1, 3: 1}, {0: 5, 1: 5}]
+
+    def test_levels_that_are_not_nested_are_refused(self, tmp_path):
+        with pytest.raises(MeshError, match=r"region 4 of level 0 is in several of level 1"):
+            write_labels(tmp_path / "a.sstk.json", [[4, 4, 2], [0, 1, 1]])
+
+    def test_only_triangles_have_one(self, house, tmp_path):
+        for cells, what in (
+            (house, r": write those of PolygonMesh\.triangulate\(\)"),
+            (TETS, ", and these are tets"),
+        ):
+            with pytest.raises(MeshError, match=f"holds labels of triangles{what}"):
+                write_mesh(tmp_path / "a.sstk.json", cells, [0, 1])
+
+
+class TestSuperpoints:
+    def test_ids_are_64_bit_numbers_without_gaps(self, square, tmp_path):
+        write_mesh(tmp_path / "a.bin", square, [7, 0])
+        write_mesh(tmp_path / "a_sp_label.npy", square, [7, 0])
+        expected = [0, 1, 0, 0, 2]  # 0, 7, 0, 0 and one of its own
+        assert_array_equal(np.fromfile(tmp_path / "a.bin", "<i8"), expected)
+        stored = np.load(tmp_path / "a_sp_label.npy")
+        assert stored.dtype == np.int64
+        assert_array_equal(stored, expected)
+
+    def test_given_ids_are_renumbered_in_their_order(self, tmp_path):
+        write_labels(tmp_path / "a.bin", [30, 10, 20])
+        assert np.fromfile(tmp_path / "a.bin", "<i8").tolist() == [2, 0, 1]
+
+    def test_tetrahedra_have_vertices_too(self, tmp_path):
+        write_mesh(tmp_path / "a.bin", TETS, [1, 0])
+        assert np.fromfile(tmp_path / "a.bin", "<i8").tolist()[::4] == [1, 0]
+
+
+GRAPH = {
+    "edge_index": np.array([[0, 1, 1, 2], [1, 0, 2, 1]], dtype=np.int32),
+    "edge_attr": np.array([[1.0, 0.5]] * 4, dtype=np.float32),
+    "pos": np.eye(3, dtype=np.float32),
+    "super_index": [0, 0, 1, 2, 2],
+}
+COARSE = {"edge_index": np.empty((2, 0)), "pos": [[0.5, 0.5, 0.5]], "super_index": [0, 0, 0]}
+
+
+def data_of(file):
+    """What torch_geometric.data.Data would be made of; it checks no more than this does."""
+    data = dict(file)
+    assert data["edge_index"].dtype == data["super_index"].dtype == np.int64
+    assert data["edge_index"].max(initial=-1) < len(data["pos"])
+    return data
+
+
+class TestPyTorchGeometric:
+    def test_a_graph_keeps_the_names_of_its_arrays(self, tmp_path):
+        write_graphs(tmp_path / "a.npz", GRAPH)
+        with np.load(tmp_path / "a.npz") as file:
+            data = data_of(file)
+        assert data.keys() == GRAPH.keys()
+        assert data["edge_attr"].dtype == data["pos"].dtype == np.float32
+        for name, values in GRAPH.items():
+            assert_array_equal(data[name], values)
+
+    def test_a_mesh_and_its_labels_make_one(self, tmp_path):
+        pytest.importorskip("superfacets.regions.region_graph")
+        sheet = shapes.bumpy_sheet(4)
+        labels = np.arange(32) // 8 * 5  # with gaps
+        labels[:8] = -1
+        write_mesh(tmp_path / "a.npz", sheet, labels)
+        with np.load(tmp_path / "a.npz") as file:
+            data = data_of(file)
+        assert data["super_index"].tolist() == (np.arange(32) // 8 - 1).tolist()
+        assert len(data["pos"]) == 3
+        assert sorted(data["edge_index"].T.tolist()) == [[0, 2], [2, 0]]
+        assert len(data["edge_attr"]) == 2
+
+    def test_nothing_is_no_graph(self, square, tmp_path):
+        with pytest.raises(MeshError, match="no region to make a graph of: all labels are -1"):
+            write_mesh(tmp_path / "a.npz", square, [-1, -1])
+
+    def test_each_level_points_into_the_next(self, tmp_path):
+        write_graphs(tmp_path / "a.npz", [GRAPH, COARSE])
+        with np.load(tmp_path / "a.npz") as file:
+            levels = [
+                {key[7:]: file[key] for key in file if key.startswith(f"level{level}_")}
+                for level in range(3)
+            ]
+        assert levels[0].keys() == {"super_index"}
+        assert levels[1].keys() == GRAPH.keys()
+        assert "super_index" not in levels[2]
+        for below, above in pairwise(levels):
+            assert below["super_index"].max() < len(above["pos"])
+            assert len(below["super_index"]) == len(below.get("pos", GRAPH["super_index"]))
+        assert levels[1]["super_index"][levels[0]["super_index"]].tolist() == [0] * 5
+
+    @pytest.mark.parametrize(
+        ("graphs", "message"),
+        [
+            ([], "there are no graphs"),
+            ({"pos": [[0, 0, 0]]}, "a graph needs edge_index"),
+            ({"edge_index": [[], []]}, "a graph needs pos"),
+            ([GRAPH, {"edge_index": [[], []], "super_index": []}], r"needs graphs\[1\]: pos"),
+            ([{"edge_index": [[], []], "pos": [[0]]}], "nested graphs need super_index"),
+            ({**GRAPH, "pos": [["a"]]}, "pos must be numbers, got <U1"),
+            ({**GRAPH, "super_index": [0.5]}, "super_index must be integers, got float64"),
+            (
+                {**GRAPH, "edge_index": [[0, 1]]},
+                r"edge_index must have shape \(2, E\), got",
+            ),
+            ({**GRAPH, "edge_attr": [[1]]}, "edge_attr must have a row for each of 4 edges"),
+            ({**GRAPH, "super_index": [3]}, "super_index must be regions, -1 to 2"),
+            ({**GRAPH, "edge_index": [[-1], [0]], "edge_attr": [1]}, "edge_index must be regions"),
+            ([GRAPH, {**COARSE, "super_index": [0]}], "one entry for each of the 3 regions below"),
+        ],
+    )
+    def test_graphs_that_do_not_fit_are_refused(self, tmp_path, graphs, message):
+        with pytest.raises(MeshError, match=message):
+            write_graphs(tmp_path / "a.npz", graphs)
+        assert not list(tmp_path.iterdir())
+
+    def test_they_are_written_as_npz(self, tmp_path):
+        with pytest.raises(MeshError, match=r"expected the ending \.npz, got \.pt"):
+            write_graphs(tmp_path / "a.pt", GRAPH)
+
+
+class TestObj:
+    def test_each_region_is_a_group(self, tmp_path):
+        mesh = shapes.cube()
+        labels = np.arange(12) // 2 % 3
+        write_mesh(tmp_path / "a.obj", mesh, labels)
+        group, faces = None, {}
+        for line in (tmp_path / "a.obj").read_text().splitlines():
+            kind, *values = line.split()
+            if kind == "g":
+                (group,) = values
+                assert group not in faces
+            if kind == "f":
+                faces.setdefault(group, []).append([int(value) - 1 for value in values])
+        assert list(faces) == ["region_0", "region_1", "region_2"]
+        for region in range(3):
+            assert faces[f"region_{region}"] == mesh.faces[labels == region].tolist()
+
+    def test_polygons_stay_polygons(self, house, tmp_path):
+        write_mesh(tmp_path / "a.obj", house, [17, -1])
+        lines = (tmp_path / "a.obj").read_text().splitlines()
+        assert lines[5:] == ["g unlabeled", "f 4 3 5", "g region_17", "f 1 2 3 4"]
+        write_mesh(tmp_path / "b.obj", house)
+        assert (tmp_path / "b.obj").read_text().splitlines()[5:] == ["f 1 2 3 4", "f 4 3 5"]
+        assert read_mesh(tmp_path / "b.obj").sizes.tolist() == [4, 3]
+
+    def test_other_readers_find_the_groups(self, tmp_path):
+        pyvista = pytest.importorskip("pyvista")
+        mesh = shapes.bumpy_sheet(6)
+        labels = np.arange(mesh.n_faces) % 5
+        write_mesh(tmp_path / "a.obj", mesh, labels)
+        read = pyvista.read(tmp_path / "a.obj")
+        assert Counter(read.cell_data["GroupIds"].astype(int).tolist()) == Counter(labels.tolist())
+
+    def test_meshio_finds_them_too(self, tmp_path):
+        meshio = pytest.importorskip("meshio")
+        mesh = shapes.bumpy_sheet(6)
+        labels = np.arange(mesh.n_faces) % 5
+        write_mesh(tmp_path / "a.obj", mesh, labels)
+        read = meshio.read(tmp_path / "a.obj")
+        groups = [np.unique(part) for part in read.cell_data["obj:group_ids"]]
+        assert all(len(group) == 1 for group in groups)
+        for region, block in enumerate(read.cells):
+            assert_array_equal(block.data, mesh.faces[labels == region])
+
+    def test_coordinates_come_back_exactly(self, square, tmp_path):
+        moved = Mesh(square.vertices + 1 / 3, FACES)
+        for name in ("a.obj", "a.off"):
+            write_mesh(tmp_path / name, moved)
+            assert_array_equal(read_mesh(tmp_path / name).vertices, moved.vertices)
+            assert_array_equal(read_mesh(tmp_path / name).faces, FACES)
+
+
+class TestOff:
+    def test_faces_have_colors(self, house, tmp_path):
+        write_mesh(tmp_path / "a.off", house, [1, 0], colors=[[1, 2, 3], [4, 5, 6]])
+        assert (tmp_path / "a.off").read_text() == (
+            "OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 2 0\n4 0 1 2 3 1 2 3\n3 3 2 4 4 5 6\n"
+        )
+
+    def test_meshio_reads_those_without_colors(self, square, tmp_path):
+        meshio = pytest.importorskip("meshio")
+        write_mesh(tmp_path / "a.off", square)
+        read = meshio.read(tmp_path / "a.off")
+        assert_array_equal(read.points, VERTICES)
+        assert_array_equal(read.cells_dict["triangle"], FACES)
+
+    def test_other_readers_find_the_faces(self, tmp_path):
+        trimesh = pytest.importorskip("trimesh")
+        mesh = shapes.bumpy_sheet(6)
+        write_mesh(tmp_path / "a.off", mesh, np.arange(mesh.n_faces) % 5)
+        read = trimesh.load_mesh(tmp_path / "a.off", process=False)
+        assert_array_equal(read.faces, mesh.faces)
+        assert_allclose(read.vertices, mesh.vertices, rtol=0, atol=0)
+
+
+def parsed_glb(path):
+    """The document of a GLB, and a function that gives the numbers of one of its views."""
+    data = Path(path).read_bytes()
+    magic, version, size, n_text, kind = struct.unpack_from("<4s4I", data)
+    assert (magic, version, size, kind) == (b"glTF", 2, len(data), 0x4E4F534A)
+    document = json.loads(data[20 : 20 + n_text])
+    begin = 20 + n_text + 8
+    assert begin % 8 == 0
+
+    def numbers(view, dtype, n_columns=1):
+        start = begin + document["bufferViews"][view]["byteOffset"]
+        n_bytes = document["bufferViews"][view]["byteLength"]
+        assert start % 8 == 0
+        values = np.frombuffer(data[start : start + n_bytes], dtype)
+        return values.reshape(-1, n_columns) if n_columns > 1 else values
+
+    return document, numbers
+
+
+class TestGlb:
+    def test_vertices_are_doubled_at_borders_and_have_the_id_of_their_region(self, tmp_path):
+        mesh = shapes.cube()
+        labels = np.arange(12) // 2 * 10
+        write_mesh(tmp_path / "a.glb", mesh, labels)
+        document, numbers = parsed_glb(tmp_path / "a.glb")
+        (primitive,) = document["meshes"][0]["primitives"]
+        views = [accessor["bufferView"] for accessor in document["accessors"]]
+        indices = numbers(views[primitive["indices"]], "<u4", 3)
+        ids = numbers(views[primitive["attributes"]["_FEATURE_ID_0"]], "<f4")
+        positions = numbers(views[primitive["attributes"]["POSITION"]], "<f4", 3)
+        assert len(positions) == 24  # four of each side
+        assert_array_equal(ids[indices], np.repeat(labels[:, None] / 10, 3, axis=1))
+        assert_array_equal(positions[indices], mesh.vertices[mesh.faces])
+        assert primitive["extensions"]["EXT_mesh_features"]["featureIds"] == [
+            {"featureCount": 6, "attribute": 0, "label": "region", "propertyTable": 0}
+        ]
+        assert document["extensionsUsed"] == ["EXT_mesh_features", "EXT_structural_metadata"]
+
+    def test_the_table_has_label_area_normal_and_class_of_each_region(self, tmp_path):
+        mesh = shapes.cube()
+        labels = np.arange(12) // 2 * 10
+        classes = ["low", "high", "front", "back", "left", "left"]
+        write_mesh(tmp_path / "a.glb", mesh, labels, classes=classes)
+        document, numbers = parsed_glb(tmp_path / "a.glb")
+        metadata = document["extensions"]["EXT_structural_metadata"]
+        (table,) = metadata["propertyTables"]
+        views = {name: value["values"] for name, value in table["properties"].items()}
+        assert table["count"] == 6
+        assert_array_equal(numbers(views["label"], "<i4"), [0, 10, 20, 30, 40, 50])
+        assert_allclose(numbers(views["area"], "<f4"), 1)
+        normals = numbers(views["normal"], "<f4", 3)
+        assert_array_equal(normals[:2], [[0, 0, -1], [0, 0, 1]])
+        values = metadata["schema"]["enums"]["region_class"]["values"]
+        names = {value["value"]: value["name"] for value in values}
+        assert [names[number] for number in numbers(views["class"], "<u4").tolist()] == classes
+
+    def test_cells_in_no_region_have_the_null_id(self, square, tmp_path):
+        write_mesh(tmp_path / "a.glb", square, [-1, 5])
+        document, numbers = parsed_glb(tmp_path / "a.glb")
+        (primitive,) = document["meshes"][0]["primitives"]
+        (feature_ids,) = primitive["extensions"]["EXT_mesh_features"]["featureIds"]
+        assert feature_ids["nullFeatureId"] == 1
+        view = document["accessors"][primitive["attributes"]["_FEATURE_ID_0"]]["bufferView"]
+        assert Counter(numbers(view, "<f4").tolist()) == {0.0: 3, 1.0: 3}
+        write_mesh(tmp_path / "b.glb", square, [-1, -1])
+        document, _ = parsed_glb(tmp_path / "b.glb")
+        assert "extensions" not in document
+
+    def test_a_mesh_alone_has_neither_ids_nor_colors(self, square, tmp_path):
+        write_mesh(tmp_path / "a.glb", square)
+        document, _ = parsed_glb(tmp_path / "a.glb")
+        assert document["meshes"][0]["primitives"][0]["attributes"] == {"POSITION": 0}
+        assert "extensionsUsed" not in document
+
+    def test_faces_of_a_region_may_differ_in_color(self, square, tmp_path):
+        write_mesh(tmp_path / "a.glb", square, [0, 0], colors=[[1, 2, 3], [4, 5, 6]])
+        document, numbers = parsed_glb(tmp_path / "a.glb")
+        (primitive,) = document["meshes"][0]["primitives"]
+        view = document["accessors"][primitive["attributes"]["COLOR_0"]]["bufferView"]
+        assert Counter(map(tuple, numbers(view, "u1", 4).tolist())) == {
+            (1, 2, 3, 255): 3, (4, 5, 6, 255): 3,
+        }  # fmt: skip
+
+    def test_far_coordinates_keep_their_digits(self, tmp_path):
+        sheet = shapes.bumpy_sheet(4)
+        far = Mesh(sheet.vertices + [4.5e6, 1e5, 300], sheet.faces)
+        write_mesh(tmp_path / "a.glb", far, np.zeros(far.n_faces, int))
+        read = read_mesh(tmp_path / "a.glb")
+        assert_allclose(read.vertices[read.faces], far.vertices[far.faces], rtol=0, atol=1e-6)
+
+    def test_polygons_become_triangles(self, house, tmp_path):
+        write_mesh(tmp_path / "a.glb", house, [0, 1])
+        assert read_mesh(tmp_path / "a.glb").n_faces == 3
+
+    def test_trimesh_reads_shape_and_colors(self, tmp_path):
+        trimesh = pytest.importorskip("trimesh")
+        mesh = shapes.cube()
+        colors = np.arange(36).reshape(12, 3) * 7
+        write_mesh(tmp_path / "a.glb", mesh, np.arange(12) // 2, colors=colors)
+        read = trimesh.load_mesh(tmp_path / "a.glb", process=False)
+        assert_allclose(read.vertices[read.faces], mesh.vertices[mesh.faces])
+        assert_array_equal(read.visual.vertex_colors[read.faces[:, 0], :3], colors)
+
+    def test_pygltflib_reads_what_the_document_says(self, tmp_path):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what it is built on
+            pygltflib = pytest.importorskip("pygltflib")
+            mesh = shapes.bumpy_sheet(6)
+            labels = np.arange(mesh.n_faces) // 12
+            write_mesh(tmp_path / "a.glb", mesh, labels)
+            gltf = pygltflib.GLTF2().load(str(tmp_path / "a.glb"))
+        (primitive,) = gltf.meshes[0].primitives
+        assert set(gltf.extensionsUsed) == {"EXT_mesh_features", "EXT_structural_metadata"}
+        assert "EXT_mesh_features" in primitive.extensions
+        blob = gltf.binary_blob()
+
+        def values(place, dtype):
+            accessor = gltf.accessors[place]
+            view = gltf.bufferViews[accessor.bufferView]
+            return np.frombuffer(blob[view.byteOffset : view.byteOffset + view.byteLength], dtype)
+
+        indices = values(primitive.indices, "<u4").reshape(-1, 3)
+        ids = values(primitive.attributes._FEATURE_ID_0, "<f4")
+        assert_array_equal(ids[indices[:, 0]], labels)
+
+
+class TestNamesAndVertices:
+    def test_the_array_of_labels_in_vtp_has_any_name(self, square, tmp_path):
+        pyvista = pytest.importorskip("pyvista")
+        write_mesh(tmp_path / "a.vtp", square, [3, 4], label_name="Label")
+        array = pyvista.read(tmp_path / "a.vtp").cell_data["Label"]
+        assert (array.dtype, array.tolist()) == (np.int32, [3, 4])
+
+    def test_so_it_has_in_files_of_tetrahedra(self, tmp_path):
+        meshio = pytest.importorskip("meshio")
+        for ending in (".vtu", ".vtk"):
+            write_mesh(tmp_path / f"a{ending}", TETS, [3, 4], label_name="Label")
+            data = meshio.read(tmp_path / f"a{ending}").cell_data["Label"]
+            assert data[0].tolist() == [3, 4]
+
+    def test_a_ply_may_have_labels_of_its_vertices(self, square, tmp_path):
+        write_mesh(tmp_path / "a.ply", square, [7, 0], vertex_labels=True)
+        assert read_attributes(tmp_path / "a.ply").vertex["label"].tolist() == [0, 7, 0, 0, -1]
+        assert read_labels(tmp_path / "a.ply").tolist() == [7, 0]
+        assert_array_equal(read_mesh(tmp_path / "a.ply").faces, FACES)
+
+    def test_labels_of_cells_left_out_come_back(self, square, tmp_path):
+        for name in ("a.ply", "a.npy", "a.seg"):
+            write_outputs([tmp_path / name], square, [-1, 3])
+            assert read_labels(tmp_path / name).tolist() == [-1, 3]
+
+    @pytest.mark.parametrize(
+        ("name", "keywords", "error", "message"),
+        [
+            (
+                "a.ply",
+                {"label_name": "Label"},
+                ValueError,
+                r"label_name is for \.vtp, \.vtu",
+            ),
+            ("a.vtp", {"label_name": ""}, ValueError, "label_name must be a line of text, got ''"),
+            ("a.vtp", {"label_name": 3}, ValueError, "label_name must be a line of text, got 3"),
+            ("a.vtp", {"vertex_labels": True}, ValueError, r"vertex_labels is for \.ply"),
+            ("a.ply", {"classes": ["a"]}, ValueError, r"classes is for \.glb, \.aggregation\.json"),
+            ("a.glb", {"classes": [1.5, 2]}, TypeError, "names or whole numbers, got 1.5"),
+            ("a.glb", {"classes": [1]}, MeshError, "there are 1 classes for 2 regions"),
+            ("a.aggregation.json", {"classes": ["a"]}, MeshError, "there are 1 classes for 2"),
+        ],
+    )
+    def test_options_without_a_use_are_refused(
+        self, square, tmp_path, name, keywords, error, message
+    ):
+        with pytest.raises(error, match=message):
+            write_mesh(tmp_path / name, square, [0, 1], **keywords)
+        assert not list(tmp_path.iterdir())
+
+    def test_options_that_need_labels_are_refused_without(self, square, tmp_path):
+        with pytest.raises(MeshError, match="vertex_labels needs faces with labels"):
+            write_mesh(tmp_path / "a.ply", square, vertex_labels=True)
+        with pytest.raises(MeshError, match="vertex_labels needs faces with labels"):
+            write_mesh(tmp_path / "a.ply", PointCloud(VERTICES), [0] * 5, vertex_labels=True)
+        with pytest.raises(MeshError, match="classes are of regions, and there are no labels"):
+            write_mesh(tmp_path / "a.glb", square, classes=["a"])
+        with pytest.raises(MeshError, match=r"there are no labels to write as \.segs\.json"):
+            write_mesh(tmp_path / "a.segs.json", square)
+
+    def test_cells_are_written_to_files_that_hold_them(self, tmp_path):
+        faces = r"\.ply, \.vtp, \.obj, \.off or \.glb"
+        with pytest.raises(MeshError, match=rf"faces are written as {faces}, not as \.vtu"):
+            write_mesh(tmp_path / "a.vtu", shapes.cube())
+        with pytest.raises(MeshError, match=r"points are written as .*, not as \.glb"):
+            write_mesh(tmp_path / "a.glb", PointCloud(VERTICES))
+        with pytest.raises(MeshError, match=r"tetrahedra are written as \.vtu or \.vtk, not"):
+            write_mesh(tmp_path / "a.obj", TETS)
+
+
+class TestRegions:
+    @pytest.mark.parametrize("ending", [".ply", ".obj", ".off", ".glb"])
+    def test_the_files_together_are_the_mesh(self, tmp_path, ending):
+        mesh = shapes.bumpy_sheet(5)
+        labels = np.arange(mesh.n_faces) // 7
+        paths = write_regions(tmp_path / "parts", mesh, labels, ending=ending)
+        assert [path.name for path in paths] == [f"region_{k}{ending}" for k in range(8)]
+        assert sorted(paths) == sorted((tmp_path / "parts").iterdir())
+        for region, path in enumerate(paths):
+            part = read_mesh(path)
+            assert_allclose(
+                part.vertices[part.faces], mesh.vertices[mesh.faces[labels == region]], atol=1e-7
+            )
+            assert len(np.unique(part.faces)) == part.n_vertices
+
+    def test_polygons_and_tetrahedra_have_parts_too(self, house, tmp_path):
+        write_regions(tmp_path, house, [4, -1])
+        assert read_mesh(tmp_path / "region_4.ply").sizes.tolist() == [4]
+        pytest.importorskip("meshio")
+        (path,) = write_regions(tmp_path, TETS, [-1, 0])
+        part = read_mesh(path)
+        assert path.name == "region_0.vtu"
+        assert_array_equal(part.vertices[part.tets], TETS.vertices[TETS.tets[1:]])
+
+    def test_either_all_are_written_or_none(self, tmp_path, house, monkeypatch):
+        (tmp_path / "region_0.ply").write_text("old")
+        calls = []
+
+        def fail(*_, **__):
+            calls.append(1)
+            if len(calls) > 1:
+                raise OSError("disk full")
+
+        monkeypatch.setitem(FACE_WRITERS, ".ply", fail)
+        with pytest.raises(OSError, match="disk full"):
+            write_regions(tmp_path, house, [0, 1])
+        assert [path.name for path in tmp_path.iterdir()] == ["region_0.ply"]
+        assert (tmp_path / "region_0.ply").read_text() == "old"
+
+    def test_what_makes_no_files_is_refused(self, tmp_path, house):
+        with pytest.raises(MeshError, match="no cell is in a region: all labels are -1"):
+            write_regions(tmp_path / "a", house, [-1, -1])
+        with pytest.raises(MeshError, match="region 7: "):
+            write_regions(tmp_path / "b", shapes.slivers(), [0, 0, 7, 0])
+        (tmp_path / "b").rmdir()
+        with pytest.raises(MeshError, match="regions of a cloud are no files"):
+            write_regions(tmp_path / "a", PointCloud(VERTICES), [0] * 5)
+        with pytest.raises(MeshError, match=r"faces are written as .*, not as \.stl"):
+            write_regions(tmp_path / "a", house, [0, 1], ending=".stl")
+        assert not list(tmp_path.iterdir())
+
+
+def test_labels_of_vertices_may_be_of_the_mesh_before_it_was_subdivided(tmp_path, square):
+    fine = shapes.cube()
+    names = ["a.segs.json", "a.ply", "a.sstk.json"]
+    paths = [tmp_path / name for name in names]
+    options = FormatOptions(ascii=True)
+    write_outputs(paths, fine, np.arange(12), options=options, listed=[7, 0], listed_mesh=square)
+    assert json.loads(paths[0].read_text())["segIndices"] == [0, 7, 0, 0, 8]
+    assert json.loads(paths[2].read_text())["elementCount"] == 2
+    assert read_mesh(paths[1]).n_faces == 12

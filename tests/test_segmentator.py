@@ -1,0 +1,244 @@
+"""The stand-in for the package `segmentator`."""
+
+import inspect
+
+import numpy as np
+import pytest
+import shapes
+from numpy.testing import assert_array_equal
+
+import superfacets as sf
+from superfacets import segmentator
+from superfacets.segmentator import segment_mesh, segment_point
+
+
+class Tensor:
+    """As much of a tensor of torch as is asked for: what it holds, its type, where it is."""
+
+    def __init__(self, values, device="cpu"):
+        self.values = np.asarray(values)
+        self.device = device
+        self.dtype = self.values.dtype
+
+    def detach(self):
+        return self
+
+    def cpu(self):
+        return Tensor(self.values)
+
+    def numpy(self):
+        assert self.device == "cpu"
+        return self.values
+
+    def new_tensor(self, data):
+        return Tensor(np.asarray(data, dtype=self.dtype), self.device)
+
+    def long(self):
+        return Tensor(self.values.astype(np.int64), self.device)
+
+
+@pytest.fixture(scope="module")
+def bear():
+    return sf.sample_mesh(3000)
+
+
+def mean_normals(mesh):
+    """Of the faces around each vertex, one after the other."""
+    normals, counts = np.zeros((mesh.n_vertices, 3)), np.zeros(mesh.n_vertices)
+    for face in mesh.faces.tolist():
+        p, q, r = mesh.vertices[face]
+        normal = np.cross(q - p, r - p)
+        normal /= np.linalg.norm(normal)
+        for vertex in face:
+            normals[vertex] = (normals[vertex] * counts[vertex] + normal) / (counts[vertex] + 1)
+            counts[vertex] += 1
+    return normals
+
+
+def steps_of(mesh):
+    return [step for i, j, k in mesh.faces.tolist() for step in ((i, j), (i, k), (k, j))]
+
+
+def literal_segments(mesh, threshold=0.01, least=20, normals=None):
+    """What the original finds, step by step, without anything left out: a label per vertex."""
+    normals = mean_normals(mesh) if normals is None else normals
+    weighted = []
+    for a, b in steps_of(mesh):
+        weight = 1 - normals[a] @ normals[b]
+        if normals[b] @ (mesh.vertices[b] - mesh.vertices[a]) > 0:
+            weight *= weight
+        weighted.append((weight, a, b))
+    weighted.sort(key=lambda step: step[0])
+    labels = np.arange(mesh.n_vertices)
+    limits = np.full(mesh.n_vertices, threshold)
+    for weight, first, second in weighted:
+        a, b = labels[first], labels[second]
+        if a != b and weight <= limits[a] and weight <= limits[b]:
+            labels[labels == b] = a
+            limits[a] = weight + threshold / np.count_nonzero(labels == a)
+    for _, first, second in weighted:
+        a, b = labels[first], labels[second]
+        if a != b and min(np.count_nonzero(labels == a), np.count_nonzero(labels == b)) < least:
+            labels[labels == b] = a
+    return labels
+
+
+def number_asked_for(monkeypatch, *arguments, **keywords):
+    """The number of regions that `segment_mesh` asks `segment` for."""
+    numbers = []
+
+    def segment(mesh, number):
+        numbers.append(number)
+        return sf.segment(mesh, number)
+
+    monkeypatch.setattr(segmentator, "segment", segment)
+    segment_mesh(*arguments, **keywords)
+    return numbers[0]
+
+
+def test_the_signatures_are_those_of_the_original():
+    for function, first in ((segment_mesh, ["vertices", "faces"]),
+                            (segment_point, ["points", "normals", "edges"])):  # fmt: skip
+        parameters = inspect.signature(function).parameters
+        assert list(parameters) == [*first, "kThresh", "segMinVerts", "n_segments"]
+        assert parameters["kThresh"].default == 0.01
+        assert parameters["segMinVerts"].default == 20
+
+
+@pytest.mark.parametrize(("threshold", "least"), [(0.01, 20), (0.001, 5), (0.05, 60)])
+def test_there_are_as_many_regions_as_the_original_finds(monkeypatch, threshold, least):
+    rough = shapes.bumpy_sheet(20)  # noise, where each way of an edge counts
+    expected = len(np.unique(literal_segments(rough, threshold, least)))
+    assert expected > 1
+    found = number_asked_for(
+        monkeypatch, rough.vertices, rough.faces, kThresh=threshold, segMinVerts=least
+    )
+    assert found == expected
+
+
+def test_a_smooth_mesh_is_counted_as_the_original_counts_it(bear, monkeypatch):
+    expected = len(np.unique(literal_segments(bear)))
+    assert number_asked_for(monkeypatch, bear.vertices, bear.faces) == expected
+
+
+def test_small_components_are_regions_in_addition(monkeypatch):
+    speck = shapes.cube()
+    sheet = shapes.bumpy_sheet(20)
+    both = shapes.together([sheet, sf.Mesh(speck.vertices * 0.01 + 5, speck.faces)])
+    number = number_asked_for(monkeypatch, both.vertices, both.faces)
+    assert number == number_asked_for(monkeypatch, sheet.vertices, sheet.faces)
+    ids = segment_mesh(both.vertices, both.faces)
+    assert ids.max() == number  # 0 to number - 1, and the speck
+    assert len(set(ids[sheet.n_vertices :].tolist())) == 1
+
+
+def test_every_vertex_has_an_id_and_every_id_a_vertex(bear):
+    ids = segment_mesh(bear.vertices.astype(np.float32), bear.faces.astype(np.int64))
+    assert (ids.dtype, ids.shape) == (np.int64, (bear.n_vertices,))
+    assert_array_equal(np.unique(ids), np.arange(ids.max() + 1))
+
+
+def test_the_number_may_be_given(bear):
+    ids = segment_mesh(bear.vertices, bear.faces, n_segments=60)
+    assert len(np.unique(ids)) == 60
+    labels = sf.segment(bear, 60).labels
+    inside = (ids[bear.faces] == labels[:, None]).all(axis=1)
+    assert inside.mean() > 0.6  # all faces but those at borders
+
+
+def test_regions_of_single_faces_have_vertices_while_there_are_enough():
+    sheet = shapes.bumpy_sheet(3)
+    for n_segments in (4, 6, 8, 10):  # of 18 faces with 16 vertices
+        ids = segment_mesh(sheet.vertices, sheet.faces, n_segments=n_segments)
+        assert len(np.unique(ids)) == n_segments
+    assert len(np.unique(segment_mesh(sheet.vertices, sheet.faces, n_segments=18))) <= 16
+
+
+def test_vertices_of_no_face_have_ids_of_their_own():
+    ids = segment_mesh([[9, 9, 9], *shapes.fold(0).vertices, [8, 8, 8]], [[1, 2, 3], [2, 1, 4]],
+                       n_segments=1)  # fmt: skip
+    assert ids.tolist() == [1, 0, 0, 0, 0, 2]
+
+
+def test_tensors_give_a_tensor_on_the_same_device(bear):
+    expected = segment_mesh(bear.vertices, bear.faces, n_segments=30)
+    ids = segment_mesh(Tensor(bear.vertices, "cuda:1"), Tensor(bear.faces, "cuda:1"), n_segments=30)
+    assert (type(ids), ids.device, ids.dtype) == (Tensor, "cuda:1", np.int64)
+    assert_array_equal(ids.values, expected)
+    points, normals, edges = row_of_points()
+    ids = segment_point(Tensor(points), Tensor(normals), Tensor(edges), n_segments=2)
+    assert_array_equal(ids.values, segment_point(points, normals, edges, n_segments=2))
+
+
+def test_tensors_of_torch_give_one():
+    torch = pytest.importorskip("torch")
+    sheet = shapes.bumpy_sheet(12)
+    ids = segment_mesh(torch.tensor(sheet.vertices).float(), torch.tensor(sheet.faces).long(),
+                       n_segments=9)  # fmt: skip
+    assert ids.dtype == torch.int64
+    assert_array_equal(
+        ids.numpy(), segment_mesh(sheet.vertices.astype("f4"), sheet.faces, n_segments=9)
+    )
+
+
+def row_of_points():
+    """Ten points that turn a corner after the fifth, and one apart."""
+    points = [[x, 0, 0] for x in range(5)] + [[5, 0, z] for z in range(1, 6)] + [[50, 0, 0]]
+    normals = [[0, 0, 2]] * 5 + [[-1, 0, 0]] * 5 + [[0, 0, 1]]
+    return np.array(points, float), np.array(normals, float), [[i, i + 1] for i in range(9)]
+
+
+def test_points_are_cut_at_the_concave_crease():
+    ids = segment_point(*row_of_points(), n_segments=2)
+    assert ids.dtype == np.int64
+    assert ids.tolist() == [0] * 5 + [1] * 5 + [2]
+
+
+def test_edges_may_be_given_in_one_direction_or_both():
+    points, normals, edges = row_of_points()
+    doubled = [*edges, *[[b, a] for a, b in edges], [3, 3]]
+    for n_segments in (2, 4):
+        assert_array_equal(
+            segment_point(points, normals, edges, n_segments=n_segments),
+            segment_point(points, normals, doubled, n_segments=n_segments),
+        )
+
+
+def test_points_of_a_mesh_are_counted_as_the_mesh(monkeypatch):
+    sheet = shapes.bumpy_sheet(20)
+    normals = mean_normals(sheet)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    numbers = []
+
+    def segment_graph(graph, number):
+        numbers.append(number)
+        return sf.segment_graph(graph, number)
+
+    monkeypatch.setattr(segmentator, "segment_graph", segment_graph)
+    ids = segment_point(sheet.vertices, 7 * normals, steps_of(sheet), kThresh=0.001)
+    assert numbers == [len(np.unique(literal_segments(sheet, 0.001, normals=normals)))]
+    assert len(np.unique(ids)) == numbers[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "keywords", "error", "message"),
+    [
+        (2, {"kThresh": -1}, ValueError, "kThresh must be finite and not negative"),
+        (2, {"segMinVerts": 0}, ValueError, "segMinVerts must be at least 1"),
+        (2, {"n_segments": 3}, ValueError, "n_segments is 3 but there are only 2 faces"),
+        (3, {"n_segments": 12}, ValueError, "n_segments is 12 but there are only 11 points"),
+        (3, {"edges": [[0, 11]]}, sf.MeshError, "edges must be points, 0 to 10"),
+        (3, {"edges": [0, 1]}, ValueError, r"edges must have shape \(E, 2\), got \(2,\)"),
+        (3, {"edges": [[0.5, 1]]}, TypeError, "edges must be integers, got float64"),
+    ],
+)
+def test_what_is_wrong_is_refused(arguments, keywords, error, message):
+    if arguments == 2:
+        fold = shapes.fold(30)
+        call = lambda **given: segment_mesh(fold.vertices, fold.faces, **given)  # noqa: E731
+    else:
+        points, normals, edges = row_of_points()
+        edges = keywords.pop("edges", edges)
+        call = lambda **given: segment_point(points, normals, edges, **given)  # noqa: E731
+    with pytest.raises(error, match=message):
+        call(**keywords)
