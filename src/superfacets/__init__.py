@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from . import segmentator as segmentator
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
-    from .interop.attach import attach_labels
     from .cells.nearest import NearestFaces, nearest_faces
+    from .interop.attach import attach_labels
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
@@ -42,8 +42,8 @@ if TYPE_CHECKING:
     from .io.writers.write import write_labels, write_mesh
     from .regions.lines import BorderLines, border_lines, find_boundaries
     from .regions.parts import Submesh, split_regions, submesh
-    from .regions.region_graph import RegionGraph, region_graph
     from .regions.pool import pool, snap, unpool
+    from .regions.region_graph import RegionGraph, region_graph
     from .regions.transfer import transfer
     from .regions.vertex_labels import vertex_labels
     from .sample import sample_mesh
@@ -116,8 +116,8 @@ __all__ = [
     "segment",
     "segment_graph",
     "smooth_borders",
-    "split_regions",
     "snap",
+    "split_regions",
     "stk02_weights",
     "subdivide",
     "submesh",
