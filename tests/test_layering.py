@@ -30,6 +30,7 @@ PYTHON_LAYERS = [
     "view",
     "io.writers",
     "pipeline",
+    "levels",
     "sample",
     "study",
     "__init__",

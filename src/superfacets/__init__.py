@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from .io.readers.labels import read_labels
     from .io.readers.read import read_attributes, read_cloud, read_mesh
     from .io.writers.write import write_labels, write_mesh
+    from .levels import hierarchy
+    from .regions.hierarchy import Hierarchy
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
@@ -52,6 +54,7 @@ __all__ = [
     "CloudInfo",
     "EdgeCounts",
     "FaceGraph",
+    "Hierarchy",
     "IslandWarning",
     "Level",
     "Mesh",
@@ -83,6 +86,7 @@ __all__ = [
     "enforce_connectivity",
     "estimate_normals",
     "face_colors",
+    "hierarchy",
     "merge_small_regions",
     "mesh_info",
     "place_seeds",
@@ -107,6 +111,8 @@ __all__ = [
 _LAZY_NAMES = {
     "CloudInfo": "cells.cloud_info",
     "cloud_info": "cells.cloud_info",
+    "Hierarchy": "regions.hierarchy",
+    "hierarchy": "levels",
     "MeshInfo": "cells.info",
     "TetInfo": "cells.info",
     "mesh_info": "cells.info",

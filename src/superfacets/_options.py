@@ -140,7 +140,7 @@ class LoopOptions:
         if radius_factor is not None:
             radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
         return cls(
-            checked_count(max_num_iter, "max_num_iter"),
+            checked_count(max_num_iter, "max_num_iter", low=0),
             checked_number(tol, "tol", zero=True),
             radius_factor,
             checked_choice(islands, "islands", ISLANDS),

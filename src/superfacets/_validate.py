@@ -458,6 +458,20 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArra
     return array
 
 
+def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int32]:
+    """Pairs of vertices as an (E, 2) int32 array."""
+    given = np.asarray(edges)
+    if given.ndim != 2 or given.shape[1] != 2:
+        raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
+    flat = owned_indices(_integer_array(given.ravel(), name))
+    if flat.min(initial=0) < 0 or flat.max(initial=0) >= n_vertices:
+        place = int(np.argmax((flat < 0) | (flat >= n_vertices))) // 2
+        raise ValueError(
+            f"{name}[{place}] is {given[place].tolist()} but the mesh has {n_vertices} vertices"
+        )
+    return flat.reshape(-1, 2)
+
+
 def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
     """Labels as an (N,) int32 array, and their number K; each of 0..K-1 must occur."""
     given = _integer_array(labels, "labels")
@@ -471,6 +485,34 @@ def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     if not counts.all():
         raise ValueError(f"no face has label {int(np.argmin(counts))}")
     return array, len(counts)
+
+
+def checked_partial_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels as an (N,) int32 array, -1 for cells in no region, and the number K of regions.
+
+    Each of 0..K-1 must occur.
+    """
+    array = checked_classes(labels, n_cells, "labels")
+    if array.max(initial=-1) >= n_cells:
+        place = int(np.argmax(array >= n_cells))
+        raise ValueError(f"labels[{place}] is {array[place]}; labels are -1..K-1, K <= {n_cells}")
+    counts = np.bincount(array + 1)[1:]
+    if not counts.all():
+        raise ValueError(f"no cell has label {int(np.argmin(counts))}")
+    return array, len(counts)
+
+
+def checked_classes(labels: Any, n_cells: int, name: str) -> npt.NDArray[np.int32]:
+    """Labels that may have gaps as an (N,) int32 array: 0 and up, or -1 where there is none."""
+    given = _integer_array(labels, name)
+    if len(given) != n_cells:
+        raise ValueError(f"{name} must have one value per cell: {len(given)} for {n_cells} cells")
+    array = given.astype(np.int32, order="C")  # a copy
+    is_wrong = (array < -1) | (array != given)
+    if is_wrong.any():
+        place = int(np.argmax(is_wrong))
+        raise ValueError(f"{name}[{place}] is {given[place]}; it must be -1 to {MAX_CELLS}")
+    return array
 
 
 def checked_face_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
@@ -495,15 +537,17 @@ def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return compact.astype(np.int32), len(values)
 
 
-def checked_count(value: Any, name: str, high: int | None = None, of: str = "") -> int:
-    """An integer from 1 to `high`, the number of things named `of`."""
+def checked_count(
+    value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
+) -> int:
+    """An integer from `low` to `high`, the number of things named `of`."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
         raise TypeError(f"{name} must be an integer, got an array: a mesh is one (vertices, faces)")
     count = operator.index(value)
-    if count < 1:
-        raise ValueError(f"{name} must be at least 1, got {count}")
+    if count < low:
+        raise ValueError(f"{name} must be at least {low}, got {count}")
     if high is not None and count > high:
         raise ValueError(f"{name} is {count} but there are only {high} {of}")
     return count

@@ -143,7 +143,7 @@ def test_label_files_hold_what_the_documentation_says(tmp_path):
         ([[1, 2]], "labels must be one-dimensional, got shape"),
         ([1.0, 2.0], "labels must be integers, got float64"),
         ([True, False], "labels must be integers, got bool"),
-        ([0, -1], r"labels\[1\] is -1; it must be 0 to 2147483647"),
+        ([0, -2], r"labels\[1\] is -2; it must be -1 to 2147483647"),
         ([0, 2**31], r"labels\[1\] is 2147483648"),
         ([], "there are no labels"),
     ],

@@ -10,6 +10,7 @@ from .coarsening import coarse_arcs, coarse_cells
 from .face_graph import Arc, build_face_graph, build_tet_graph, measure_faces, measure_polygons
 from .graphs import find_components
 from .loop import iterate
+from .merging import find_bridges, merge_tree
 from .point_graph import build_point_graph, point_normals
 from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
 from .smooth import smooth_borders
@@ -28,6 +29,7 @@ __all__ = [
     "coarse_arcs",
     "coarse_cells",
     "farthest_seeds",
+    "find_bridges",
     "find_components",
     "flood_seeds",
     "geodesic_seeds",
@@ -36,6 +38,7 @@ __all__ = [
     "join_islands",
     "measure_faces",
     "measure_polygons",
+    "merge_tree",
     "point_normals",
     "quantize_weights",
     "smooth_borders",

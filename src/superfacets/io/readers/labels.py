@@ -29,6 +29,9 @@ __all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "npy_array", "read_l
 MAX_LABEL = 2**31 - 1
 """Labels are int32."""
 
+NO_REGION = -1
+"""The label of cells that are in no region."""
+
 MAX_NPY_HEADER = 10_000
 """Bytes of text, numpy's own bound; labels need some 60. It is evaluated, so it must be short."""
 
@@ -53,12 +56,12 @@ def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt
     Returns
     -------
     ndarray, shape (F,), int32
-        Labels from 0 up. They need not be contiguous.
+        Labels from 0 up, and -1 where a face is in no region. They need not be contiguous.
 
     Raises
     ------
     MeshError
-        If the file is empty, cut or damaged, if a label is no integer or below 0, if there are not
+        If the file is empty, cut or damaged, if a label is no integer or below -1, if there are not
         `n_faces` labels, or if the ending is unknown. One line that begins with the path.
     OSError
         If there is no such file, or it cannot be read.
@@ -108,7 +111,7 @@ def _has_ply_labels(data: Content) -> bool:
 
 
 def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.int32]:
-    """Labels as a contiguous (F,) int32 array; a MeshError if they are not one >= 0 per face."""
+    """Labels as a contiguous (F,) int32 array; a MeshError if they are not one >= -1 per face."""
     refuse_mask(labels, "labels", MeshError)
     array = np.asarray(labels)
     if array.ndim != 1:
@@ -121,9 +124,9 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.in
         raise MeshError(
             f"there are {counted(len(array), 'label')} but the mesh has {counted(n_faces, 'face')}"
         )
-    if array.min() < 0 or array.max() > MAX_LABEL:
-        first = int(np.argmax((array < 0) | (array > MAX_LABEL)))
-        raise MeshError(f"labels[{first}] is {array[first]}; it must be 0 to {MAX_LABEL}")
+    if array.min() < NO_REGION or array.max() > MAX_LABEL:
+        first = int(np.argmax((array < NO_REGION) | (array > MAX_LABEL)))
+        raise MeshError(f"labels[{first}] is {array[first]}; it must be {NO_REGION} to {MAX_LABEL}")
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
