@@ -184,7 +184,8 @@ def _crossed_by(
 
 def _names_of(edges: Ints) -> npt.NDArray[np.int64]:
     """One number for each edge, (n, 2), whichever way it leads."""
-    return (edges.min(axis=1).astype(np.int64) << 32) | edges.max(axis=1)
+    low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
+    return np.asarray((low << 32) | high)
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:

@@ -125,14 +125,13 @@ def _write(paths: dict[int | None, Path], cells: AnyCells, nested: Hierarchy) ->
 
 def _write_all(path: Path, nested: Hierarchy) -> None:
     """Write the labels of all levels, who is part of whom, and the merge tree."""
-    parents = {f"parents_{i}": parents for i, parents in enumerate(nested.parents)}
+    arrays: dict[str, Any] = {
+        "counts": np.array(nested.counts),
+        "labels": np.stack(nested.levels),
+        **{f"parents_{i}": parents for i, parents in enumerate(nested.parents)},
+        "finest": nested.finest,
+        "children": nested.children,
+        "costs": nested.costs,
+    }
     with atomic_outputs([path]) as (temporary,), temporary.open("wb") as file:
-        np.savez(
-            file,
-            counts=np.array(nested.counts),
-            labels=np.stack(nested.levels),
-            **parents,
-            finest=nested.finest,
-            children=nested.children,
-            costs=nested.costs,
-        )
+        np.savez(file, **arrays)

@@ -73,7 +73,7 @@ def join_islands(
     for piece in islands:
         cells = np.flatnonzero(pieces == piece)
         group = -1 if groups is None else groups[cells[0]]
-        fitting = np.array([c for c in labeled if group == -1 or groups[c] == group], dtype=int)
+        fitting = labeled if group == -1 else labeled[np.array(groups)[labeled] == group]
         label = max(labels) + 1 + len(new_centers)
         if len(fitting):
             steps = graph.positions[fitting] - graph.positions[cells, None]

@@ -92,7 +92,7 @@ class _Groups:
         openness = cost / length if length > 0 else 0.0
         if not length > 0:  # a gap
             length = radius if self.dimension == 2 else radius * radius
-        distance = norm(self.positions[a] - self.positions[b])
+        distance = float(norm(self.positions[a] - self.positions[b]))
         return factor * (distance + self.crease_weight * radius * (1.0 - openness)) / length
 
     def ward_factor(self, a: int, b: int) -> float:

@@ -255,10 +255,8 @@ def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
 
 def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
     """The borders, and those without a length across gaps, in order."""
+    lows, highs = np.append(borders[0], low), np.append(borders[1], high)
+    order = np.lexsort((highs, lows))
     nothing = np.zeros(len(low))
-    joined = [
-        np.concatenate(pair) for pair in zip(borders, (low, high, nothing, nothing), strict=True)
-    ]
-    order = np.lexsort((joined[1], joined[0]))
-    lows, highs, lengths, prices = (array[order] for array in joined)
-    return lows, highs, lengths, prices
+    lengths, prices = np.append(borders[2], nothing), np.append(borders[3], nothing)
+    return lows[order], highs[order], lengths[order], prices[order]
