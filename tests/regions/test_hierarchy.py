@@ -124,7 +124,7 @@ def test_features_of_vertices_and_of_segment_are_used():
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_merges_are_those_of_the_twin(features, dimension):
     rng = np.random.default_rng(dimension)
-    for n in (1, 2, 7, 40):
+    for n in (1, 2, 7, 40, 90):
         areas = rng.integers(0, 4, n) / 2.0
         positions = rng.integers(0, 3, (n, 3)) / 1.0  # so that there are ties
         table = rng.integers(0, 3, (n, 2)) / 1.0
@@ -146,6 +146,25 @@ def test_merges_are_those_of_the_twin(features, dimension):
         )  # fmt: skip
         assert children.reshape(-1, 2).tolist() == [list(pair) for pair in expected[0]]
         assert costs.tolist() == expected[1]
+
+
+def test_a_region_with_many_neighbors_merges_like_the_twin():
+    """Its neighbors get a new cost each time: the queue is filled anew now and then."""
+    rng = np.random.default_rng(5)
+    n = 70
+    areas, positions = rng.uniform(1, 2, n), rng.normal(size=(n, 3))
+    lengths = rng.uniform(1, 2, n - 1)
+    expected = reference.merge_tree(
+        areas.tolist(), list(positions), None,
+        {(0, i + 1): (length, 0.5 * length) for i, length in enumerate(lengths.tolist())},
+        crease_weight=6.0, dimension=2,
+    )  # fmt: skip
+    ends = np.zeros(n - 1, np.int32), np.arange(1, n, dtype=np.int32)
+    children, costs = _core.merge_tree(
+        areas, positions, np.empty(0), *ends, lengths, 0.5 * lengths, 6.0, 2
+    )
+    assert children.reshape(-1, 2).tolist() == [list(pair) for pair in expected[0]]
+    assert costs.tolist() == expected[1]
 
 
 def test_bridges_are_those_of_the_twin():

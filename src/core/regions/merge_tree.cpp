@@ -57,9 +57,7 @@ class MergingGroups {
       neighbors_[border.low][border.high] = {border.length, border.cost};
       neighbors_[border.high][border.low] = {border.length, border.cost};
     }
-    for (const MergeBorder& border : regions.borders) {
-      offer(border.low, border.high, neighbors_[border.low][border.high]);
-    }
+    offer_all();
   }
 
   MergeTree merge_all() {
@@ -94,7 +92,20 @@ class MergingGroups {
     slots_[nodes_[gone]] = kNoLabel;
     nodes_[kept] = static_cast<Label>(slots_.size());
     slots_.push_back(kept);
+    if (queue_.size() > largest_queue_) return offer_all();
     for (const auto& [neighbor, border] : neighbors_[kept]) offer(kept, neighbor, border);
+  }
+
+  // Fills the queue anew. A group with very many neighbors leaves as many outdated candidates
+  // behind each time it merges.
+  void offer_all() {
+    queue_ = {};
+    for (Label slot = 0; std::cmp_less(slot, neighbors_.size()); ++slot) {
+      for (const auto& [neighbor, border] : neighbors_[slot]) {
+        if (slot < neighbor) offer(slot, neighbor, border);
+      }
+    }
+    largest_queue_ = kMostOutdated * (queue_.size() + 1);
   }
 
   // Leaves the measures of both together in the first slot.
@@ -158,6 +169,8 @@ class MergingGroups {
     return std::cbrt(0.75 * area / std::numbers::pi);
   }
 
+  static constexpr std::size_t kMostOutdated = 8;  // candidates for each that is not
+
   const MergeRule rule_;
   const std::size_t n_features_;
   std::vector<double> areas_;  // this and what follows by slot
@@ -167,6 +180,7 @@ class MergingGroups {
   std::vector<Label> nodes_;  // that are in the slots now
   std::vector<Label> slots_;  // of each node; kNoLabel when it has merged
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
+  std::size_t largest_queue_ = 0;  // it is filled anew beyond
   MergeTree tree_;
 };
 

@@ -48,7 +48,7 @@ struct MergeTree {
 // Pairs that are equal in all come in the order of their nodes, lower ones first. Means are
 // weighted by area (halves where there is none), and borders are added.
 //
-// A merge of regions with m neighbors in all takes O(m log K) time.
+// A merge of regions with m neighbors in all takes O(m log K) time; memory is O(K + borders).
 MergeTree merge_tree(const MergeRegions& regions, const MergeRule& rule);
 
 }  // namespace superfacets
