@@ -228,6 +228,6 @@ def test_label_files_may_hold_labels_of_another_mesh(tmp_path):
     write_outputs([mesh, listed], square, [4, 2], listed=[7])
     assert read_labels(mesh).tolist() == [4, 2]
     assert np.load(listed).tolist() == [7]
-    with pytest.raises(ValueError, match=r"labels\[0\] is -1"):
-        write_outputs([mesh, listed], square, [4, 2], listed=[-1])
+    with pytest.raises(ValueError, match=r"labels\[0\] is -2"):
+        write_outputs([mesh, listed], square, [4, 2], listed=[-2])
     assert np.load(listed).tolist() == [7]

@@ -79,7 +79,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
 
 def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
     """Notes on labels that are missing in files for the faces of a subdivided input."""
-    n_lost = result.n_segments - len(np.unique(listed))
+    n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
         return []
     have, them = ("has", "it") if n_lost == 1 else ("have", "them")
