@@ -17,7 +17,9 @@ from ._validate import VALUE_RANGE, checked_choice, checked_count, checked_threa
 from .adapters.clouds import CloudLike
 from .adapters.convert import MeshLike, as_cells
 from .cells.cell_graph import CellGraph
+from .cells.constraints import ANY_GROUP, ConstraintOptions
 from .cells.features import FeatureOptions
+from .cells.kinds import graph_and_surface
 from .clustering.loop import segment_graph
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning
@@ -36,6 +38,7 @@ def hierarchy(
     features: npt.ArrayLike | None = None,
     scale_features: bool = True,
     islands: Islands = "keep",
+    barriers: npt.ArrayLike | None = None,
     weld: bool = True,
     n_threads: int | None = None,
     **options: Any,
@@ -75,10 +78,14 @@ def hierarchy(
         may also merge across the gap to the nearest cell of those larger than it; a gap counts as a
         border of length r in a deep crease. Regions may then extend over several components. It is
         passed to `segment`, too.
+    barriers : array_like of int, shape (N,) or (E, 2), optional
+        As for `segment`: regions never merge across them. Not with ``islands="nearest"``, as a gap
+        might lead around one.
     weld, n_threads
         As for `segment`. The result does not depend on the number of threads.
     **options
-        Further options of `segment` for the finest level, where no labels are given.
+        Further options of `segment` for the finest level, where no labels are given. With a
+        `mask`, faces that it leaves out have label -1 on all levels.
 
     Returns
     -------
@@ -98,7 +105,8 @@ def hierarchy(
         If the mesh is not a valid mesh.
     ValueError, TypeError
         If there are fewer regions to begin with than a level is to have, or more components than
-        that, or another parameter is out of range or of the wrong type.
+        that, given labels cross barriers, or another parameter is out of range or of the wrong
+        type.
 
     Notes
     -----
@@ -130,15 +138,24 @@ def hierarchy(
     if labels is not None and options:
         raise TypeError(f"labels are given: {', '.join(options)} would have no effect")
     source = cells if isinstance(cells, CellGraph) else as_cells(cells)
+    constraints = ConstraintOptions(None, barriers)
+    if islands == "nearest" and constraints.is_used:
+        raise ValueError("islands='nearest' takes no barriers: a gap might lead around one")
     found = None
     if labels is None:
         if features is not None:
             options = {**options, "features": features, "scale_features": scale_features}
-        found = _finest(source, wanted[0], islands, weld, threads, options)
+        options = {**options, "islands": islands, "barriers": barriers, "n_threads": threads}
+        found = _finest(source, wanted[0], weld, options)
         labels = found.labels
     with _core.Workspace():  # threads for all that follows
-        costs, regions, n_regions = read_partial_regions(source, labels, weld, threads)
-        table = _checked_features(given.table(source, costs.surface.measures))
+        graph, surface = graph_and_surface(source, weld, threads)
+        costs, regions, n_regions = read_partial_regions(surface, labels)
+        table = _checked_features(given.table(source, surface.measures))
+        if constraints.is_used:
+            cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
+            _check_sides(regions, cut.groups)
+            costs = costs.of_part(cut)
         tree = merge_neighbors(costs, regions, n_regions, table, islands)
     for count in wanted:
         checked_cut(count, "a level", tree)
@@ -166,12 +183,21 @@ def _checked_counts(counts: Any) -> tuple[int, ...]:
     return tuple(checked)
 
 
-def _finest(
-    source: Any, n: int, islands: Islands, weld: bool, n_threads: int, options: dict[str, Any]
-) -> Segmentation:
+def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
     """Regions to begin with: as many as on the finest level, or more where there are islands."""
     if isinstance(source, CellGraph):
-        return segment_graph(source, n, islands=islands, n_threads=n_threads, **options)
+        return segment_graph(source, n, **options)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IslandWarning)  # levels are cut at exact numbers
-        return segment(source, n, islands=islands, weld=weld, n_threads=n_threads, **options)
+        return segment(source, n, weld=weld, **options)
+
+
+def _check_sides(regions: npt.NDArray[np.int32], groups: npt.NDArray[np.int32]) -> None:
+    """Raise a ValueError if a region has cells of different groups."""
+    is_told = (regions >= 0) & (groups != ANY_GROUP)
+    group_of = np.full(int(regions.max()) + 1, ANY_GROUP, np.int32)
+    group_of[regions[is_told]] = groups[is_told]
+    is_wrong = is_told & (group_of[regions] != groups)
+    if is_wrong.any():
+        region = int(regions[np.argmax(is_wrong)])
+        raise ValueError(f"labels cross barriers: region {region} has cells on both sides of one")

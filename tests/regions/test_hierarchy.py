@@ -7,6 +7,7 @@ import pytest
 import shapes
 
 from superfacets import (
+    ArcMeasures,
     CellGraph,
     Mesh,
     PointCloud,
@@ -288,6 +289,50 @@ def test_cells_left_out_stay_out():
     check_levels(nested)
     joined = hierarchy(row(0, 0, 0, 0), [1], labels=[0, 1, -1, -1, 2], islands="nearest")
     assert joined.cut(1).tolist() == [0, 0, -1, -1, 0]
+
+
+def sides_and_edges(mesh):
+    """Two numbers for the faces of a mesh, and the edges between them."""
+    graph = build_face_graph(mesh)
+    left = (graph.positions[:, 0] < np.median(graph.positions[:, 0])).astype(int)
+    source = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    differs = left[source] != left[graph.neighbors]
+    face, side = source[differs], graph.sides[differs]
+    return left, np.stack([mesh.faces[face, side], mesh.faces[face, (side + 1) % 3]], axis=1)
+
+
+@pytest.mark.parametrize("are_edges", [False, True])
+def test_regions_never_merge_across_barriers(are_edges):
+    mesh = shapes.bumpy_sheet(16)
+    left, edges = sides_and_edges(mesh)
+    barriers = edges if are_edges else left
+    nested = hierarchy(mesh, [30, 9, 2], barriers=barriers)
+    assert nested.n_fewest == 2
+    for labels in nested.levels:
+        pairs = np.unique(np.stack([labels, left]), axis=1)
+        assert pairs.shape[1] == labels.max() + 1
+    again = hierarchy(mesh, [9, 2], labels=nested.finest, barriers=barriers)
+    assert np.array_equal(again.children, nested.children)
+    graph = build_face_graph(mesh)
+    mask = graph.positions[:, 1] < np.median(graph.positions[:, 1])
+    part = hierarchy(mesh, [20, 2], barriers=barriers, mask=mask)
+    check_levels(part)
+    assert np.array_equal(part.cut(2) >= 0, mask)
+    with pytest.raises(ValueError, match="labels cross barriers: region 0 has cells on both"):
+        hierarchy(mesh, [1], labels=np.zeros(mesh.n_faces, int), barriers=barriers)
+    with pytest.raises(ValueError, match="a level is 1 but merging ends at 2 regions"):
+        hierarchy(mesh, [9, 1], barriers=barriers)
+    with pytest.raises(ValueError, match="islands='nearest' takes no barriers"):
+        hierarchy(mesh, [9], barriers=barriers, islands="nearest")
+
+
+def test_a_graph_has_barriers_too():
+    graph = CellGraph(
+        [[x, 0, 0] for x in range(5)], [1] * 5, [0, 1, 3, 5, 7, 8], [1, 0, 2, 1, 3, 2, 4, 3],
+        [1] * 8, arc_measures=ArcMeasures([1] * 8),
+    )  # fmt: skip
+    nested = hierarchy(graph, [2], labels=range(5), barriers=[0, 0, 0, 7, 7])
+    assert nested.cut(2).tolist() == [0, 0, 0, 1, 1]
 
 
 def test_a_hierarchy_can_be_copied():

@@ -96,11 +96,8 @@ def read_regions(
     return _costs_of(surface, surface.measures, weights, n_regions), array, n_regions
 
 
-def read_partial_regions(
-    source: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike, weld: bool, n_threads: int
-) -> tuple[BorderCosts, Ints, int]:
+def read_partial_regions(surface: Surface, labels: npt.ArrayLike) -> tuple[BorderCosts, Ints, int]:
     """Do the same for labels that may be -1, for cells that are left out, with default weights."""
-    surface = as_surface(source, weld=weld, n_threads=n_threads)
     array, n_regions = checked_partial_labels(labels, surface.n_cells)
     if n_regions == 0:
         raise ValueError("all labels are -1: there is no region")
