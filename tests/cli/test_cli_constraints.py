@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+import shapes
 
-from superfacets import read_labels, read_mesh, segment, write_labels
+from superfacets import Mesh, read_labels, read_mesh, segment, write_labels, write_mesh
 
 
 @pytest.fixture
@@ -40,6 +41,23 @@ def test_masks_and_barriers_follow_a_subdivision(run, sheet, halves):
     assert "were subdivided" in err
     labels = np.load(halves / "out.npy")
     assert np.array_equal(labels == -1, left == 0)
+
+
+def test_parts_that_barriers_keep_from_joining_are_told(run, tmp_path):
+    sizes = {0: 12, 9: 8, 20: 8}  # the first is the largest, and gets the seed
+    strips = [
+        Mesh(shapes.strip(n).vertices + [x, 0, 0], shapes.strip(n).faces) for x, n in sizes.items()
+    ]
+    write_mesh(tmp_path / "strips.ply", shapes.together(strips))
+    write_labels(tmp_path / "sides.npy", np.repeat([0, 1, 0], [12, 8, 8]))
+    options = ("--barriers", tmp_path / "sides.npy", "--islands", "nearest")
+    status, _, err = run("segment", tmp_path / "strips.ply", "-n", 1, *options)
+    assert status == 0
+    assert err.splitlines() == [
+        "superfacets: note: 1 more region than asked for, for parts between barriers that got no"
+        " seed and may join no other",
+        "superfacets: note: 1 island without a seed joined the nearest region",
+    ]
 
 
 def test_files_of_another_mesh_are_refused(run, sheet, halves):
