@@ -8,7 +8,7 @@ import pytest
 import shapes
 from models import read_off
 
-from superfacets import SliverWarning, build_face_graph, build_point_graph, segment
+from superfacets import SliverWarning, build_face_graph, build_point_graph, hierarchy, segment
 from superfacets.metrics import area_overlap, compactness, undersegmentation_error
 from superfacets.study.princeton import Benchmark
 
@@ -72,6 +72,38 @@ def test_every_model_falls_into_exactly_150_connected_regions(segmented):
         assert np.array_equal(np.unique(result.labels), np.arange(150)), model.number
         graph = build_face_graph(model.mesh)
         assert shapes.count_pieces(graph, result.labels) == 150, model.number
+
+
+def test_levels_of_every_model_are_nested_connected_and_exact(segmented):
+    _, results = segmented
+    for model, result in results:
+        nested = hierarchy(model.mesh, [150, 40, 5], labels=result.labels)
+        graph = build_face_graph(model.mesh)
+        assert np.array_equal(nested.levels[0], result.labels), model.number
+        for count, labels in zip(nested.counts, nested.levels, strict=True):
+            assert np.array_equal(np.unique(labels), np.arange(count)), model.number
+            # The finest is that of another test.
+            assert count == 150 or shapes.count_pieces(graph, labels) == count, model.number
+        for parents, fine, coarse in zip(
+            nested.parents, nested.levels, nested.levels[1:], strict=False
+        ):
+            assert np.array_equal(parents[fine], coarse), model.number
+
+
+@pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
+def test_merged_levels_are_about_as_good_as_direct_ones(benchmark):
+    """Of all 95, 50 regions merged from 500 have 0.216 and 4.31, direct ones 0.210 and 4.21."""
+    rows, shape = [], []
+    for number in benchmark.numbers[::8]:
+        model = benchmark.load(number)
+        areas = build_face_graph(model.mesh).measures
+        both = (segment(model.mesh, 50).labels, hierarchy(model.mesh, [500, 50]).levels[1])
+        for truth in model.ground_truths:
+            overlaps = [area_overlap(labels, truth, areas) for labels in both]
+            rows.append([undersegmentation_error(overlap) for overlap in overlaps])
+        shape.append([compactness(model.mesh, labels) for labels in both])
+    for direct, merged in (np.mean(rows, axis=0), np.mean(shape, axis=0)):
+        assert merged < 1.08 * direct
 
 
 def test_quality_is_what_it_should_be(segmented):

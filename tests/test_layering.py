@@ -33,6 +33,7 @@ PYTHON_LAYERS = [
     "pipeline",
     "interop",
     "segmentator",
+    "levels",
     "sample",
     "study",
     "__init__",

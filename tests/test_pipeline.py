@@ -323,7 +323,7 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
         ({"init": "here"}, ValueError, "init must be one of"),
         ({"radius_factor": 0}, ValueError, "radius_factor must be finite and positive"),
-        ({"max_num_iter": 0}, ValueError, "max_num_iter must be at least 1"),
+        ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0"),
         ({"max_num_iter": 1.5}, TypeError, "max_num_iter must be an integer"),
         ({"tol": -0.1}, ValueError, "tol must be finite and not negative"),
         ({"tol": None}, TypeError, "tol must be a number"),

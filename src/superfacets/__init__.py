@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from .regions.region_graph import RegionGraph, region_graph
     from .regions.transfer import transfer
     from .regions.vertex_labels import vertex_labels
+    from .levels import hierarchy
+    from .regions.hierarchy import Hierarchy
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
@@ -64,6 +66,7 @@ __all__ = [
     "CloudInfo",
     "EdgeCounts",
     "FaceGraph",
+    "Hierarchy",
     "IslandWarning",
     "Level",
     "Mesh",
@@ -101,6 +104,7 @@ __all__ = [
     "estimate_normals",
     "face_colors",
     "find_boundaries",
+    "hierarchy",
     "merge_small_regions",
     "mesh_info",
     "nearest_faces",
@@ -137,6 +141,8 @@ _LAZY_NAMES = {
     "attach_labels": "interop.attach",
     "CloudInfo": "cells.cloud_info",
     "cloud_info": "cells.cloud_info",
+    "Hierarchy": "regions.hierarchy",
+    "hierarchy": "levels",
     "MeshInfo": "cells.info",
     "TetInfo": "cells.info",
     "mesh_info": "cells.info",

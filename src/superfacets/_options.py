@@ -79,9 +79,7 @@ class SizeOptions:
     seeds: Any  # given ones, or None
 
     @classmethod
-    def checked(
-        cls, n_segments: int | None, radius: float | None, init: Init | Seeds
-    ) -> SizeOptions:
+    def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
         """Raise an error if arguments contradict each other, or one is wrong for every mesh."""
         if n_segments is not None and radius is not None:
             raise ValueError("give n_segments or radius, not both")
@@ -140,7 +138,7 @@ class LoopOptions:
         if radius_factor is not None:
             radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
         return cls(
-            checked_count(max_num_iter, "max_num_iter"),
+            checked_count(max_num_iter, "max_num_iter", low=0),
             checked_number(tol, "tol", zero=True),
             radius_factor,
             checked_choice(islands, "islands", ISLANDS),

@@ -469,6 +469,20 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArra
     return array
 
 
+def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int32]:
+    """Pairs of vertices as an (E, 2) int32 array."""
+    given = np.asarray(edges)
+    if given.ndim != 2 or given.shape[1] != 2:
+        raise ValueError(f"{name} must have shape (E, 2), got {given.shape}")
+    flat = owned_indices(_integer_array(given.ravel(), name))
+    if flat.min(initial=0) < 0 or flat.max(initial=0) >= n_vertices:
+        place = int(np.argmax((flat < 0) | (flat >= n_vertices))) // 2
+        raise ValueError(
+            f"{name}[{place}] is {given[place].tolist()} but the mesh has {n_vertices} vertices"
+        )
+    return flat.reshape(-1, 2)
+
+
 def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
     """Labels as an (N,) int32 array, and their number K; each of 0..K-1 must occur."""
     given = _integer_array(labels, "labels")
@@ -551,15 +565,17 @@ def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return compact.astype(np.int32), len(values)
 
 
-def checked_count(value: Any, name: str, high: int | None = None, of: str = "") -> int:
-    """An integer from 1 to `high`, the number of things named `of`."""
+def checked_count(
+    value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
+) -> int:
+    """An integer from `low` to `high`, the number of things named `of`."""
     if isinstance(value, (bool, np.bool_)) or not hasattr(value, "__index__"):
         raise TypeError(f"{name} must be an integer, got {reprlib.repr(value)}")
     if isinstance(value, np.ndarray):
         raise TypeError(f"{name} must be an integer, got an array: a mesh is one (vertices, faces)")
     count = operator.index(value)
-    if count < 1:
-        raise ValueError(f"{name} must be at least 1, got {count}")
+    if count < low:
+        raise ValueError(f"{name} must be at least {low}, got {count}")
     if high is not None and count > high:
         raise ValueError(f"{name} is {count} but there are only {high} {of}")
     return count

@@ -19,7 +19,6 @@ from ._options import (
     Islands,
     LoopOptions,
     Progress,
-    Seeds,
     SizeOptions,
     WeightName,
     WeightOptions,
@@ -30,14 +29,16 @@ from ._validate import checked_choice
 from .adapters.clouds import CloudLike
 from .adapters.convert import MeshLike, as_cells
 from .cells.cell_graph import checked_weights
+from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import kind_of
-from .cells.size import RegionSize, region_size
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note
 from .cells.surface import Surface
 from .cells.weights import creases_of
 from .clustering.loop import segment_cells
+from .clustering.plan import Plan
 from .clustering.segmentation import Segmentation
+from .clustering.warm_start import Start
 from .errors import IslandWarning, SliverWarning
 from .mesh.faces import AnyCells
 from .regions.cleaning import clean
@@ -69,7 +70,9 @@ def segment(
     alpha: float | None = None,
     eta_convex: float | None = None,
     weights: WeightName | Weights = "creases",
-    init: Init | Seeds = "geodesic",
+    init: Init | Start = "geodesic",
+    mask: npt.ArrayLike | None = None,
+    barriers: npt.ArrayLike | None = None,
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
@@ -116,20 +119,35 @@ def segment(
         ``"stk02"`` (`stk02_weights`): those that the paper compares with. Or one weight per arc of
         ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the bounding box;
         `alpha` and `eta_convex` are then not used.
-    init : {"geodesic", "farthest", "flood", "grid"} or array_like of int
+    init : {"geodesic", "farthest", "flood", "grid"}, array_like of int, or Segmentation
         How seeds are placed, or the faces that are the seeds; see `place_seeds`. By default they
         are the farthest from each other by path length. ``"flood"`` and ``"grid"`` give k regions
-        only approximately.
+        only approximately. A Segmentation of the same mesh: the run begins with its centers. One
+        label per face, shape (N,): with the central face of each label 0..K-1, each at least once
+        (-1 for faces of no label). An array of N different faces is one of seeds.
+    mask : array_like of bool, shape (N,), optional
+        Faces where it is False are left out: they get the label -1, no path leads through them, and
+        they count for no area, so that k regions share the area of the others. What creases cost is
+        measured on the whole mesh.
+    barriers : array_like of int, shape (N,) or (E, 2), optional
+        Borders that no region crosses, whatever else is asked for. One number per face: no region
+        has faces of different numbers. Or edges of a mesh, as pairs of vertices: no path leads
+        across these edges, and a region has faces on both sides only where it leads around their
+        ends. There are then more components; if k is less than their number, those that get no
+        seed become regions as with ``islands="keep"``. With ``"nearest"`` they join the nearest
+        region of the same number, if there is one; a part of a component that edges cut in several
+        joins none, and is a region of its own.
     radius_factor : float, optional
         If not given, each face belongs to the center with the shortest path to it, and regions
         are connected. If given, expansions halt at this many r from their center (2 in the paper),
         and regions may be disconnected.
     max_num_iter : int, default 50
-        Maximum number of iterations, on each level. Each labels all faces once, or all coarse
+        Maximum number of iterations, on each level. With 0, faces are labeled by the first centers,
+        which do not move. Each labels all faces once, or all coarse
         cells: where regions have about a hundred faces or more, the loop runs on connected groups
         of 4 to 16 faces (on groups of those where they have thousands), and all faces are labeled
         once after it. It does not with given seeds, `radius_factor`, ``tol=0``,
-        ``max_num_iter=1``, and weights that are not the same both ways.
+        ``max_num_iter`` 0 or 1, and weights that are not the same both ways.
     tol : float, default 0.02
         Stop when the root mean square of the centers' moves is at most this fraction of r. With 0,
         stop when no center changes, as in the paper; all iterations are then on all faces.
@@ -181,7 +199,8 @@ def segment(
     Returns
     -------
     Segmentation
-        Labels are int32, 0..K-1, one per face in the order of the input, and the same each time.
+        Labels are int32, 0..K-1, one per face in the order of the input, and the same each time;
+        -1 where the mask is False.
 
     Warns
     -----
@@ -224,6 +243,7 @@ def segment(
             max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
         ),
         CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
+        ConstraintOptions(mask, barriers),
     )
     with _core.Workspace():  # threads for all that follows
         return _run(mesh, options)
@@ -234,36 +254,45 @@ class _Options:
     """The checked options of all stages."""
 
     weld: bool
-    init: Init | Seeds
+    init: Init | Start
     size: SizeOptions
     weights: WeightOptions
     features: FeatureOptions
     loop: LoopOptions
     cleanup: CleanupOptions
+    constraints: ConstraintOptions
 
     @property
     def params(self) -> dict[str, Any]:
         """As they are reported, but for those that `segment_cells` reports."""
-        return {"weld": self.weld, **self.weights.params, **self.features.params}
+        return {
+            "weld": self.weld,
+            **self.weights.params,
+            **self.features.params,
+            **self.constraints.params,
+        }
 
 
 def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
     """Run all stages; the caller of `segment` is warned."""
     timings: dict[str, float] = {}
-    cells, surface, size, share, ordered, lengths, unit, steps = _build_cells(
+    cells, surface, plan, share, ordered, lengths, unit, steps = _build_cells(
         mesh, options, timings
     )
-    note = sliver_note(share, _advice(size.radius))
+    radius = plan.size.radius
+    note = sliver_note(share, _advice(radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=3)
-    result = segment_cells(ordered, surface.bounds, size, options.size, options.init, options.loop)
+    result = segment_cells(ordered, surface.bounds, plan, options.loop)
     _warn_of_islands(result)
     del ordered  # makes room
     if options.cleanup.is_needed:
         with timed(timings, "regions", options.loop.on_stage):
-            costs = _border_costs(surface, size.radius, options.weights, steps, lengths, unit)
+            costs = _border_costs(surface, radius, options.weights, steps, lengths, unit)
             del lengths  # makes room
-            result = clean(costs, result, options.cleanup)
+            costs = costs if plan.cut is None else costs.of_part(plan.cut)
+            result = clean(costs, result, options.cleanup, plan.groups)
+    result = plan.whole(result)
     params = {**options.params, **result.params, **options.cleanup.params}
     timings = _in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params, cells=cells)
@@ -277,14 +306,14 @@ def _advice(radius: float) -> str:
 def _build_cells(
     mesh: MeshLike | CloudLike, options: _Options, timings: dict[str, float]
 ) -> tuple[
-    AnyCells, Surface, RegionSize, float, _core.OrderedGraph, npt.NDArray[np.float32], float,
+    AnyCells, Surface, Plan, float, _core.OrderedGraph, npt.NDArray[np.float32], float,
     FeatureSteps | None,
 ]:  # fmt: skip
     """Run stages 0 to 2, order the cells, and return what later stages need, and no more.
 
-    That is the mesh, its faces as cells, the size of regions, the share of slivers, the cells as
-    stages 3 and 4 take them, the weights as paths are measured by them, with their unit, and the
-    features.
+    That is the mesh; its faces as cells, all of them; which are left, and the size of regions; the
+    share of slivers, the cells that are left as stages 3 and 4 take them, the weights of all as
+    paths are measured by them, with their unit, and the features.
     """
     n_threads, on_stage = options.loop.n_threads, options.loop.on_stage
     with timed(timings, "mesh", on_stage):
@@ -292,25 +321,28 @@ def _build_cells(
         kind = kind_of(source)
     with timed(timings, "face_graph", on_stage):
         graph, shapes = kind.build_graph(source, options.weld, n_threads)
-        size = region_size(options.size, graph.measures, graph.diagonal, n_threads, kind.dimension)
-        share = kind.sliver_share(source, graph, shapes, size.radius, n_threads)
+        plan = Plan.of(
+            source, graph, (options.size, options.init), options.constraints, n_threads,
+            kind.dimension, weld=options.weld,
+        )  # fmt: skip
+        radius = plan.size.radius
+        share = kind.sliver_share(source, graph, shapes, radius, n_threads)
     with timed(timings, "weights", on_stage):
         surface = kind.surface(source, graph, n_threads)
-        weights = kind.weights(surface, graph, shapes, size.radius, options.weights)
+        weights = kind.weights(surface, graph, shapes, radius, options.weights)
         del shapes  # makes room
         steps = options.features.steps(source, graph.measures, n_threads)
         if steps is not None:
             checked = checked_weights(weights, surface.n_arcs, n_threads)
-            weights = steps.added(checked, surface.arcs, size.radius / graph.diagonal)
+            weights = steps.added(checked, surface.arcs, radius / graph.diagonal)
         lengths, unit = graph.quantized(weights, n_threads)
         del weights  # makes room
     with timed(timings, "order", on_stage):
-        placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
-        arcs = (graph.offsets, graph.neighbors, lengths)
+        placed, arcs = plan.placed_cells(graph, lengths, n_threads)
         del graph  # a surface works centroids and areas out when asked for
         is_symmetric = options.weights.given is None  # by the formulas
         ordered = _core.OrderedGraph(placed, *arcs, n_threads, is_symmetric)
-        return source, surface, size, share, ordered, lengths, unit, steps
+        return source, surface, plan, share, ordered, lengths, unit, steps
 
 
 def _border_costs(
@@ -336,15 +368,20 @@ def _warn_of_islands(result: Segmentation) -> None:
     """Say where there are more regions than asked for; in the halted mode that is usual."""
     params = result.params
     asked = params["n_segments"]  # None: a radius was asked for
-    is_kept = params["islands"] == "keep" and params["radius_factor"] is None
-    if asked is None or params["init"] == "given" or not is_kept or not result.n_unreached:
+    if asked is None or params["init"] == "given" or params["radius_factor"] is not None:
         return
-    warnings.warn(
-        f"{result.n_segments} regions in place of {asked}: {result.n_unreached} components of the"
-        " mesh got no seed; islands='nearest' lets them join the nearest region",
-        IslandWarning,
-        stacklevel=4,
-    )
+    n_more = result.n_segments - asked
+    if params["islands"] == "keep" and result.n_unreached:
+        note = (
+            f"{result.n_unreached} components of the mesh got no seed; islands='nearest' lets them"
+            " join the nearest region"
+        )
+    elif params["islands"] == "nearest" and n_more > 0 and params["init"] not in ("flood", "grid"):
+        note = f"{n_more} between barriers got no seed, and may join no other"
+    else:
+        return
+    message = f"{result.n_segments} regions in place of {asked}: {note}"
+    warnings.warn(message, IslandWarning, stacklevel=4)
 
 
 def _in_order(timings: dict[str, float]) -> dict[str, float]:

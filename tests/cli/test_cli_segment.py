@@ -224,7 +224,7 @@ def test_ascii_writes_text(run, sheet):
         (["-a", "inf"], "Invalid value for '-a' / '--alpha': 'inf' is not a finite number"),
         (["--eta", -1], "Invalid value for '--eta'"),
         (["--init", "random"], "Invalid value for '--init'"),
-        (["--max-iter", 0], "Invalid value for '--max-iter'"),
+        (["--max-iter", -1], "Invalid value for '--max-iter'"),
         (["--tol", -1], "Invalid value for '--tol'"),
         (["--threads", 0], "Invalid value for '--threads'"),
         (["--smoother"], "No such option"),

@@ -230,8 +230,27 @@ def test_joined_islands_equal_the_twin(n_threads, seed):
     labels = np.where(rng.uniform(size=n) < share, -1, rng.integers(0, 9, n)).astype(np.int32)
     labels[int(rng.integers(n))] = 0
     cells = graph.ordered(n_threads)
-    joined, n_islands = _core.join_islands(cells, labels, n_threads)
-    assert (joined.tolist(), n_islands) == reference.join_islands(graph, labels.tolist())
+    none = np.empty(0, np.int32)
+    joined, n_islands, _ = _core.join_islands(cells, labels, none, n_threads)
+    assert (joined.tolist(), n_islands, []) == reference.join_islands(graph, labels.tolist())
+
+
+@pytest.mark.parametrize("n_threads", [1, 3])
+@pytest.mark.parametrize("seed", range(6))
+def test_islands_of_groups_equal_the_twin(n_threads, seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 2000))
+    graph = shapes.random_graph(n, n // 3, seed)
+    pieces, n_pieces = _core.find_components(graph.offsets, graph.neighbors, np.zeros(n, np.int32))
+    groups = rng.integers(-1, 12, n_pieces).astype(np.int32)[pieces]
+    labels = np.where(rng.uniform(size=n_pieces)[pieces] < 0.7, -1, pieces % 7).astype(np.int32)
+    labels[groups > 8] = -1  # groups of islands alone
+    labels[int(rng.integers(n))] = 0
+    joined, n_joined, centers = _core.join_islands(graph.ordered(1), labels, groups, n_threads)
+    expected = reference.join_islands(graph, labels.tolist(), groups.tolist())
+    assert (joined.tolist(), n_joined, centers.tolist()) == expected
+    assert len(centers) > 0
+    assert n_joined > 0
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -259,8 +278,8 @@ def test_loops_without_islands_equal_their_twins(seed):
             history, _ = reference.iterate(graph, seeds, radius, radius_factor=factor, **islands)
             labels, centers = history[-1]
             result = segment_graph(graph, k, init=init, radius_factor=factor, **islands)
-            expected = reference.join_islands(graph, labels)
-            assert (result.labels.tolist(), result.n_unreached) == expected
+            *expected, _ = reference.join_islands(graph, labels)
+            assert [result.labels.tolist(), result.n_unreached] == expected
             assert result.centers.tolist() == centers
             assert result.n_segments == k
 

@@ -13,6 +13,7 @@
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
+#include "cells/sub_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
 #include "cells/tet_surface.hpp"
@@ -81,6 +82,13 @@ void bind_point_surface(PointSurface* self, const Rows<double>& positions,
                         const Array<Cell>& neighbors) {
   new (self) PointSurface(points(positions), view(areas), points(normals), view(order),
                           {view(offsets), view(neighbors)});
+}
+
+void bind_sub_surface(SubSurface* self, const Surface& whole, const Array<std::int64_t>& offsets,
+                      const Array<Cell>& neighbors, const Array<Cell>& kept_cells,
+                      const Array<std::int64_t>& kept_arcs) {
+  new (self)
+      SubSurface(whole, {view(offsets), view(neighbors)}, {view(kept_cells), view(kept_arcs)});
 }
 
 auto bind_surface_cells(const Surface& surface, int n_threads) {
@@ -367,6 +375,11 @@ void bind_cells(nb::module_& module) {
            "neighbors"_a.noconvert(), nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
            nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
            nb::keep_alive<1, 7>());
+  nb::class_<SubSurface, Surface>(module, "SubSurface")
+      .def("__init__", &bind_sub_surface, "whole"_a, "offsets"_a.noconvert(),
+           "neighbors"_a.noconvert(), "kept_cells"_a.noconvert(), "kept_arcs"_a.noconvert(),
+           nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(),
+           nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>());
   nb::class_<PlacedCells>(module, "PlacedCells")
       .def("__init__", &bind_placed_cells, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "n_threads"_a);

@@ -80,12 +80,14 @@ auto bind_lengths(Clustering& clustering) {
   return to_numpy(without_gil([&] { return clustering.lengths(); }));
 }
 
-auto bind_join_islands(const OrderedGraph& graph, const Array<Label>& labels, int n_threads) {
-  const auto input = view(labels);
+auto bind_join_islands(const OrderedGraph& graph, const Array<Label>& labels,
+                       const Array<Label>& groups, int n_threads) {
+  const auto input = std::pair(view(labels), view(groups));
   JoinedIslands joined = on_team(graph.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return join_islands(graph, input, team);
+    return join_islands(graph, input.first, input.second, team);
   });
-  return std::tuple(to_numpy(std::move(joined.labels)), joined.n_islands);
+  return std::tuple(to_numpy(std::move(joined.labels)), joined.n_joined,
+                    to_numpy(std::move(joined.new_centers)));
 }
 
 auto bind_update_centers(const OrderedGraph& graph, const Array<Label>& labels, Label n_regions,
@@ -170,7 +172,8 @@ void bind_clustering_stages(nb::module_& module) {
       .def("centers", &bind_coarse_centers)
       .def("arcs", &bind_coarse_arcs)
       .def("refine", &bind_refine, "labels"_a.noconvert(), "centers"_a.noconvert(), "n_threads"_a);
-  module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(), "n_threads"_a);
+  module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(),
+             "groups"_a.noconvert(), "n_threads"_a);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
 }

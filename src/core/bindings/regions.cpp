@@ -2,9 +2,11 @@
 // ensures their preconditions.
 #include "bindings/bindings.hpp"
 #include "regions/borders.hpp"
+#include "regions/bridges.hpp"
 #include "regions/join.hpp"
 #include "regions/lines.hpp"
 #include "regions/region_graph.hpp"
+#include "regions/merge_tree.hpp"
 #include "regions/smooth.hpp"
 
 namespace superfacets {
@@ -87,6 +89,33 @@ auto bind_join_regions(const Surface& surface, const Array<float>& lengths, doub
   }));
 }
 
+auto bind_find_bridges(const PlacedCells& cells, const Array<Cell>& ranks, Cell n_components) {
+  const auto input = view(ranks);
+  const std::vector<Bridge> bridges =
+      without_gil([&] { return find_bridges(cells, input, n_components); });
+  std::vector<Cell> from;
+  std::vector<Cell> to;
+  for (const Bridge& bridge : bridges) {
+    from.push_back(bridge.from);
+    to.push_back(bridge.to);
+  }
+  return std::tuple(to_numpy(std::move(from)), to_numpy(std::move(to)));
+}
+
+auto bind_merge_tree(const Array<double>& areas, const Rows<double>& positions,
+                     const Array<double>& features, const Array<Label>& low,
+                     const Array<Label>& high, const Array<double>& lengths,
+                     const Array<double>& costs, double crease_weight, int dimension) {
+  std::vector<MergeBorder> borders;
+  for (std::size_t i = 0; i < low.shape(0); ++i) {
+    borders.push_back({view(low)[i], view(high)[i], view(lengths)[i], view(costs)[i]});
+  }
+  const MergeRegions regions{view(areas), points(positions), view(features), borders};
+  const MergeRule rule{crease_weight, dimension};
+  MergeTree tree = without_gil([&] { return merge_tree(regions, rule); });
+  return std::tuple(to_numpy(std::move(tree.children)), to_numpy(std::move(tree.costs)));
+}
+
 auto bind_smooth_borders(const Surface& surface, const Array<float>& lengths, double unit,
                          double crease_scale, const Array<Label>& labels, const Array<Cell>& fixed,
                          double max_distance, std::size_t max_chain, int max_sweeps,
@@ -122,6 +151,11 @@ void bind_regions(nb::module_& module) {
   module.def("smooth_borders", &bind_smooth_borders, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
              "crease_scale"_a, "labels"_a.noconvert(), "fixed"_a.noconvert(), "max_distance"_a,
              "max_chain"_a, "max_sweeps"_a, "n_threads"_a);
+  module.def("find_bridges", &bind_find_bridges, "cells"_a, "ranks"_a.noconvert(),
+             "n_components"_a);
+  module.def("merge_tree", &bind_merge_tree, "areas"_a.noconvert(), "positions"_a.noconvert(),
+             "features"_a.noconvert(), "low"_a.noconvert(), "high"_a.noconvert(),
+             "lengths"_a.noconvert(), "costs"_a.noconvert(), "crease_weight"_a, "dimension"_a);
   module.def("nearest_wanted", &bind_nearest_wanted, "graph"_a, "cells"_a.noconvert(),
              "is_wanted"_a.noconvert());
 }

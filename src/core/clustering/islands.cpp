@@ -1,6 +1,7 @@
 #include "clustering/islands.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <mutex>
 #include <numeric>
 #include <tuple>
@@ -30,9 +31,12 @@ struct Candidate {
 // everything between an island and the nearest labeled cell, possibly thousands of other islands.
 class LabeledCells {
  public:
-  LabeledCells(const OrderedGraph& graph, std::span<const Label> labels, ThreadTeam& team) {
+  // Labels are by place, groups by cell, or there are none.
+  LabeledCells(const OrderedGraph& graph, std::span<const Label> labels,
+               std::span<const Label> groups, ThreadTeam& team) {
     for (Place place = 0; place < graph.n_cells(); ++place) {
       if (labels[place] == kNoLabel) continue;
+      if (!groups.empty()) groups_.push_back(groups[graph.cells[place]]);
       places_.push_back(place);
       positions_.push_back(graph.positions[place]);
       cells_.push_back(graph.cells[place]);
@@ -40,27 +44,42 @@ class LabeledCells {
     }
     tree_ = BoxTree(positions_, team);
     find_lowest();
+    if (!groups_.empty()) find_ranges();
   }
 
-  // Updates the best candidate found from other cells of the same island.
-  void search(Point target, Place place, Candidate& best) const {
+  // Updates the best candidate found from other cells of the same island, which is of a group.
+  void search(Point target, Place place, Label group, Candidate& best) const {
     // The nearest cell along the curve is usually near in space; boxes farther away are skipped.
     const auto next = std::lower_bound(places_.begin(), places_.end(), place) - places_.begin();
     const auto n = static_cast<std::int64_t>(places_.size());
-    compare(target, std::min<std::int64_t>(next, n - 1), best);
-    compare(target, std::max<std::int64_t>(next - 1, 0), best);
+    compare(target, std::min<std::int64_t>(next, n - 1), group, best);
+    compare(target, std::max<std::int64_t>(next - 1, 0), group, best);
     auto may_improve = [&](std::size_t level, std::size_t index) {
+      if (group != kAnyGroup && !ranges_[level][index].holds(group)) return false;
       const double squared = tree_.level(level)[index].squared_distance(target);
       return squared < best.squared_distance ||
              (squared == best.squared_distance && lowest_[level][index] < best.cell);
     };
     tree_.visit_leaves(may_improve, [&](std::size_t begin, std::size_t end) {
-      for (auto i = begin; i < end; ++i) compare(target, static_cast<std::int64_t>(i), best);
+      for (auto i = begin; i < end; ++i) compare(target, static_cast<std::int64_t>(i), group, best);
     });
   }
 
  private:
-  void compare(Point target, std::int64_t i, Candidate& best) const {
+  // The groups in a box.
+  struct Range {
+    Label low = std::numeric_limits<Label>::max();
+    Label high = std::numeric_limits<Label>::min();
+
+    bool holds(Label group) const { return low <= group && group <= high; }
+    void include(const Range& other) {
+      low = std::min(low, other.low);
+      high = std::max(high, other.high);
+    }
+  };
+
+  void compare(Point target, std::int64_t i, Label group, Candidate& best) const {
+    if (group != kAnyGroup && groups_[i] != group) return;
     const Candidate other{squared_norm(positions_[i] - target), cells_[i], labels_[i]};
     if (other.is_better_than(best)) best = other;
   }
@@ -77,12 +96,27 @@ class LabeledCells {
     }
   }
 
+  void find_ranges() {
+    for (std::size_t level = 0; level < tree_.n_levels(); ++level) {
+      const std::size_t fan_out = level == 0 ? BoxTree::kLeaf : BoxTree::kFanOut;
+      const std::size_t n_below = level == 0 ? groups_.size() : ranges_[level - 1].size();
+      std::vector<Range> ranges(tree_.level(level).size());
+      for (std::size_t i = 0; i < n_below; ++i) {
+        const Range below = level == 0 ? Range{groups_[i], groups_[i]} : ranges_[level - 1][i];
+        ranges[i / fan_out].include(below);
+      }
+      ranges_.push_back(std::move(ranges));
+    }
+  }
+
   std::vector<Place> places_;  // ascending
   std::vector<Point> positions_;
   std::vector<Cell> cells_;
   std::vector<Label> labels_;
+  std::vector<Label> groups_;  // empty where there are none
   BoxTree tree_;
-  std::vector<std::vector<Cell>> lowest_;  // of each node, as in the tree
+  std::vector<std::vector<Cell>> lowest_;   // of each node, as in the tree
+  std::vector<std::vector<Range>> ranges_;  // the same, where there are groups
 };
 
 // The cells without a label, grouped by island.
@@ -99,15 +133,16 @@ std::vector<Place> unlabeled_places(std::span<const Label> labels, const Compone
 // The nearest labeled cell of each island, by component.
 std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells& labeled,
                                   std::span<const Place> places, const Components& pieces,
-                                  ThreadTeam& team) {
+                                  std::span<const Label> groups, ThreadTeam& team) {
   std::vector<Candidate> nearest(pieces.n_components);
   std::mutex mutex;
   auto search_range = [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end;) {
       const Cell piece = pieces.of[places[i]];
+      const Label group = groups.empty() ? kAnyGroup : groups[graph.cells[places[i]]];
       Candidate best;  // from the cells of the island in this block
       for (; i < end && pieces.of[places[i]] == piece; ++i) {
-        labeled.search(graph.positions[places[i]], places[i], best);
+        labeled.search(graph.positions[places[i]], places[i], group, best);
       }
       const std::scoped_lock lock(mutex);
       if (best.is_better_than(nearest[piece])) nearest[piece] = best;
@@ -117,25 +152,41 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
   return nearest;
 }
 
+// Makes regions of the islands that may join none.
+void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIslands& joined) {
+  Label next = *std::max_element(joined.labels.begin(), joined.labels.end()) + 1;
+  std::vector<Label> names(pieces.n_components, kNoLabel);
+  for (Cell cell = 0; cell < graph.n_cells(); ++cell) {
+    if (joined.labels[cell] != kNoLabel) continue;
+    Label& name = names[pieces.of[graph.place_of[cell]]];
+    if (name == kNoLabel) {
+      name = next++;
+      joined.new_centers.push_back(cell);
+    }
+    joined.labels[cell] = name;
+  }
+}
+
 }  // namespace
 
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
-                           ThreadTeam& team) {
-  JoinedIslands joined{Buffer<Label>(labels.size()), 0};
+                           std::span<const Label> groups, ThreadTeam& team) {
+  JoinedIslands joined{Buffer<Label>(labels.size()), 0, {}};
   std::copy(labels.begin(), labels.end(), joined.labels.begin());
   if (std::find(labels.begin(), labels.end(), kNoLabel) == labels.end()) return joined;
   Buffer<Label> by_place(labels.size());
   for (Cell cell = 0; cell < graph.n_cells(); ++cell) by_place[graph.place_of[cell]] = labels[cell];
   const Components pieces = find_components(graph, by_place.span());
   const std::vector<Place> places = unlabeled_places(by_place.span(), pieces);
-  const LabeledCells labeled(graph, by_place.span(), team);
-  const auto nearest = nearest_of(graph, labeled, places, pieces, team);
+  const LabeledCells labeled(graph, by_place.span(), groups, team);
+  const auto nearest = nearest_of(graph, labeled, places, pieces, groups, team);
   for (const Place place : places) {
     joined.labels[graph.cells[place]] = nearest[pieces.of[place]].label;
   }
-  joined.n_islands = static_cast<Cell>(
+  joined.n_joined = static_cast<Cell>(
       std::count_if(nearest.begin(), nearest.end(),
                     [](const Candidate& candidate) { return candidate.label != kNoLabel; }));
+  name_islands(graph, pieces, joined);
   return joined;
 }
 

@@ -1,6 +1,8 @@
 // Cells that no center reaches: those of components without a seed, or out of reach of all centers.
 #pragma once
 
+#include <vector>
+
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
@@ -15,14 +17,22 @@ enum class Islands : std::uint8_t {
 };
 
 struct JoinedIslands {
-  Buffer<Label> labels;  // (N,) without kNoLabel
-  Cell n_islands = 0;
+  Buffer<Label> labels;           // (N,) without kNoLabel
+  Cell n_joined = 0;              // islands that joined a region
+  std::vector<Cell> new_centers;  // the lowest cell of each island that became one
 };
+
+// In the place of a group: that of a cell which may be joined with any.
+inline constexpr Label kAnyGroup = -1;
 
 // Labels each island, a connected piece of cells with kNoLabel, like the labeled cell nearest
 // (Euclidean) to any cell of the island, the lowest among equals. Labels are indexed by cell; at
 // least one must not be kNoLabel. Time O(N log N) in practice.
+//
+// With groups of cells, the same for all cells of an island, an island joins none but cells of its
+// own group, unless that is kAnyGroup. Where there are none, it becomes a region: K and up, in the
+// order of their lowest cells. Without groups (empty) an island joins any.
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
-                           ThreadTeam& team);
+                           std::span<const Label> groups, ThreadTeam& team);
 
 }  // namespace superfacets

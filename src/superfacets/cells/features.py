@@ -55,14 +55,19 @@ class FeatureOptions:
         A ValueError if they are not one row per cell or vertex, finite. The source is a mesh, whose
         vertices may have features, or anything else with cells.
         """
+        table = self.table(source, measures)
+        if table is None or not self.weight:
+            return None
+        return FeatureSteps(table, self.weight, n_threads)
+
+    def table(self, source: object, measures: Floats) -> Floats | None:
+        """Return features of the cells of a source, (N, F), scaled if asked for; as `steps`."""
         if self.given is None:
             return None
         table = _checked_table(self.given, len(measures), source)
-        if not self.weight:
-            return None
         if self.is_scaled:
             table = table * _scales(table, measures)
-        return FeatureSteps(np.ascontiguousarray(table), self.weight, n_threads)
+        return np.ascontiguousarray(table)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ from .._options import WeightOptions
 from .._validate import checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
+from ..mesh.faces import AnyCells
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
@@ -27,7 +28,7 @@ from .surface import Surface
 from .tet_graph import build_tet_graph, tet_surface, tet_weights
 from .weights import arc_weights
 
-__all__ = ["Kind", "as_surface", "kind_of"]
+__all__ = ["Kind", "as_surface", "graph_and_surface", "kind_of"]
 
 
 @dataclass(frozen=True)
@@ -104,10 +105,16 @@ def as_surface(
     source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None
 ) -> Surface:
     """Return the cells of a mesh, or of a graph with `ArcMeasures`; arguments as for `segment`."""
-    threads = checked_threads(n_threads)
-    if isinstance(source, CellGraph):
-        return Surface.of_graph(source, threads)
-    cells = as_cells(source)
+    cells = source if isinstance(source, CellGraph) else as_cells(source)
+    return graph_and_surface(cells, weld, checked_threads(n_threads))[1]
+
+
+def graph_and_surface(
+    cells: AnyCells | CellGraph, weld: bool, n_threads: int
+) -> tuple[Any, Surface]:
+    """Return the graph of what `as_cells` has returned, or of a graph itself, and its surface."""
+    if isinstance(cells, CellGraph):
+        return cells, Surface.of_graph(cells, n_threads)
     kind = kind_of(cells)
-    graph, _ = kind.build_graph(cells, weld, threads)
-    return kind.surface(cells, graph, threads)
+    graph, _ = kind.build_graph(cells, weld, n_threads)
+    return graph, kind.surface(cells, graph, n_threads)

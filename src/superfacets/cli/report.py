@@ -34,10 +34,10 @@ __all__ = [
 def notes_on_regions(result: Segmentation, asked: int | None) -> list[str]:
     """Notes on unexpected results; `asked` is k, None with a radius."""
     notes = _notes_on_number(result, asked)
-    if result.n_unreached and result.params["islands"] == "nearest":
-        notes.append(
-            f"{counted(result.n_unreached, 'island')} without a seed joined the nearest region"
-        )
+    n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
+    n_nearest = result.n_unreached - n_own
+    if n_nearest > 0 and result.params["islands"] == "nearest":
+        notes.append(f"{counted(n_nearest, 'island')} without a seed joined the nearest region")
     if result.n_joined:
         notes.append(f"{counted(result.n_joined, 'stray piece')} joined a neighbor")
     elif _is_connected_anyway(result.params):
@@ -72,18 +72,18 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
         ]
     if n_made <= asked:
         return []
+    more = f"{counted(n_made - asked, 'more region')} than asked for"
+    if params["islands"] == "nearest":
+        return [f"{more}, for parts between barriers that got no seed and may join no other"]
     why = "components of the mesh that got no seed"
     if params["radius_factor"] is not None:
         why += ", or faces that no center reached"
-    return [
-        f"{counted(n_made - asked, 'more region')} than asked for, for {why};"
-        " with --islands nearest they join the nearest region"
-    ]
+    return [f"{more}, for {why}; with --islands nearest they join the nearest region"]
 
 
 def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
     """Notes on labels that are missing in files for the faces of a subdivided input."""
-    n_lost = result.n_segments - len(np.unique(listed))
+    n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
         return []
     have, them = ("has", "it") if n_lost == 1 else ("have", "them")

@@ -37,10 +37,11 @@ from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
 from ..pipeline import PAPER, segment
 from .background import run_in_background
+from .constraints import constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .features import features_of
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import COUNT, INPUT_FORMATS, NOT_NEGATIVE, POSITIVE, label_options
+from .options import COUNT, INPUT_FORMATS, NOT_NEGATIVE, POSITIVE, Count, label_options
 from .outputs import OUTPUT_FORMATS, Job, plan_jobs
 from .progress import Bar, open_bar
 from .report import (
@@ -96,10 +97,10 @@ __all__ = ["segment_command"]
 @click.option(
     "--max-iter",
     "max_num_iter",
-    type=COUNT,
+    type=Count(0),
     default=50,
     show_default=True,
-    help="Maximum number of iterations.",
+    help="Maximum number of iterations; 0 labels by the first centers.",
 )
 @click.option(
     "--tol",
@@ -154,6 +155,7 @@ __all__ = ["segment_command"]
     type=NOT_NEGATIVE,
     help="How much features count, in radii per standard deviation.  [default: 5]",
 )
+@constraint_options
 @click.option(
     "--threads",
     "n_threads",
@@ -215,6 +217,8 @@ def segment_command(
     is_subdivided: bool,
     max_edge: float | None,
     features: tuple[str, ...],
+    mask: Path | None,
+    barriers: Path | None,
     **options: Any,
 ) -> None:
     """Segment the meshes and point clouds in the files IN and write their labels.
@@ -234,7 +238,7 @@ def segment_command(
     run = _Run(
         keywords, format, is_subdivided or max_edge is not None, max_edge, form=form,
         keeps_attributes=not drop_attributes, is_quiet=is_quiet, as_json=as_json,
-        features=features,
+        features=features, mask=mask, barriers=barriers,
     )  # fmt: skip
     n_failed = sum(not run.try_job(job, is_one_of_many=len(jobs) > 1) for job in jobs)
     if n_failed and len(jobs) > 1:
@@ -267,6 +271,8 @@ class _Run:
     is_quiet: bool
     as_json: bool
     features: tuple[str, ...]  # names
+    mask: Path | None
+    barriers: Path | None
 
     def try_job(self, job: Job, *, is_one_of_many: bool) -> bool:
         """Do one job; if it fails, print why and return False."""
@@ -316,17 +322,20 @@ class _Run:
                 job.input, self.format, keep=keeps or bool(self.features)
             )
             threads = checked_threads(self.keywords.get("n_threads"))
+            of_cells = constraints_of(self.mask, self.barriers, n_cells_of(mesh))
             features = features_of(self.features, mesh, attributes, threads)
+            if features is not None:
+                of_cells["features"] = features
             attributes = attributes if keeps else None
         parts, given = None, mesh
         if self.is_subdivided:
             with timed(timings, "subdivide"):
                 parts = self._subdivide(mesh)
             mesh = parts.mesh
-            features = None if features is None else features[parts.sources]
+            of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
             notes.append(f"{parts.n_sources} faces were subdivided into {mesh.n_faces}")
             attributes = None if attributes is None else attributes_of_parts(attributes, parts)
-        result = self._segment(mesh, features, bar, notes)
+        result = self._segment(mesh, of_cells, bar, notes)
         listed = None if parts is None else parts.labels_back(result.labels)
         if listed is not None and job.holds_labels:
             notes += notes_on_listed(result, listed)
@@ -348,13 +357,14 @@ class _Run:
     def _segment(
         self,
         mesh: AnyCells,
-        features: npt.NDArray[np.float64] | None,
+        of_cells: dict[str, Any],
         bar: Bar,
         notes: list[str],
     ) -> Segmentation:
-        keywords = dict(self.keywords)
+        keywords = {**self.keywords, **of_cells}
         asked = keywords.get("n_segments")
-        n_cells = n_cells_of(mesh)
+        mask = of_cells.get("mask")
+        n_cells = n_cells_of(mesh) if mask is None else int(mask.sum())
         if asked is not None and asked > n_cells:
             whole = "cloud" if isinstance(mesh, PointCloud) else "mesh"
             notes.append(
@@ -367,7 +377,6 @@ class _Run:
             warnings.simplefilter("ignore", SliverWarning)
             result = segment(
                 mesh,
-                features=features,
                 progress=bar.on_iteration,
                 on_stage=bar.on_stage,
                 **keywords,

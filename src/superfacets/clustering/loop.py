@@ -8,15 +8,17 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import Init, Islands, LoopOptions, Progress, Seeds, SizeOptions
+from .._options import Init, Islands, LoopOptions, Progress, SizeOptions
 from .._timing import timed
 from ..cells.cell_graph import CellGraph, checked_graph
+from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
-from ..cells.size import RegionSize, region_size
 from .iteration import Iteration
 from .levels import can_be_coarse, coarse_graphs
+from .plan import Plan
 from .seeding import run_seeding
 from .segmentation import Segmentation
+from .warm_start import Start
 
 __all__ = ["segment_cells", "segment_graph"]
 
@@ -26,7 +28,9 @@ def segment_graph(
     n_segments: int | None = None,
     *,
     radius: float | None = None,
-    init: Init | Seeds = "geodesic",
+    init: Init | Start = "geodesic",
+    mask: npt.ArrayLike | None = None,
+    barriers: npt.ArrayLike | None = None,
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
@@ -48,6 +52,8 @@ def segment_graph(
     n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
         As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``. Where arcs
         lead one way, cells that no path from a center leads to are islands, too.
+    mask, barriers
+        As for `segment`; barriers are one number per cell, as cells of a graph have no edges.
     features, feature_weight, scale_features
         As for `segment`, a row of features per cell. What they add to a weight is in units of
         ``graph.weight_unit``, as the weights are.
@@ -80,13 +86,19 @@ def segment_graph(
     options = SizeOptions.checked(n_segments, radius, init)
     loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
     feature_options = FeatureOptions.checked(features, feature_weight, scale_features)
-    size = region_size(options, graph.measures, graph.diagonal, loop.n_threads, graph.dimension)
+    constraints = ConstraintOptions(mask, barriers)
+    plan = Plan.of(graph, graph, (options, init), constraints, loop.n_threads, graph.dimension)
     steps = feature_options.steps(graph, graph.measures, loop.n_threads)
     if steps is not None:
-        graph = _with_features(graph, steps, size.radius)
-    ordered = graph.ordered(loop.n_threads)
-    result = segment_cells(ordered, graph.bounds, size, options, init, loop)
-    return replace(result, params={**result.params, **feature_options.params}, cells=given)
+        graph = _with_features(graph, steps, plan.size.radius)
+    if plan.cut is None:
+        ordered = graph.ordered(loop.n_threads)
+    else:
+        placed, arcs = plan.placed_cells(graph, graph.lengths, loop.n_threads)
+        ordered = _core.OrderedGraph(placed, *arcs, loop.n_threads)
+    result = plan.whole(segment_cells(ordered, graph.bounds, plan, loop))
+    params = {**result.params, **feature_options.params, **constraints.params}
+    return replace(result, params=params, cells=given)
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
@@ -106,12 +118,11 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
 def segment_cells(
     graph: _core.OrderedGraph,
     bounds: npt.NDArray[np.float64],
-    size: RegionSize,
-    options: SizeOptions,
-    init: Init | Seeds,
+    plan: Plan,
     loop: LoopOptions,
 ) -> Segmentation:
-    """Segment what has been checked, in regions of a size that is known."""
+    """Segment what has been checked: the cells that are left, by a plan."""
+    size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}
     coarse: list[_core.CoarseGraph] = []
     if isinstance(init, str) and can_be_coarse(graph, loop):
@@ -126,7 +137,8 @@ def segment_cells(
     n_unreached = len(centers) - len(seeds)
     if loop.islands == "nearest":
         with timed(timings, "classify"):
-            labels, n_unreached = _core.join_islands(graph, labels, loop.n_threads)
+            labels, n_joined, more = _core.join_islands(graph, labels, plan.groups, loop.n_threads)
+            centers, n_unreached = np.concatenate([centers, more]), n_joined + len(more)
     params = {
         "n_segments": None if options.radius is not None else size.n_segments,
         "radius": options.radius,

@@ -52,7 +52,7 @@ class Segmentation:
     Attributes
     ----------
     labels : ndarray of int32, shape (N,)
-        Region of each face, 0..K-1, in the order of the input.
+        Region of each face, 0..K-1, in the order of the input; -1 for those that a mask left out.
     centers : ndarray of int32, shape (K,)
         The face that represents each region, and belongs to it. The labels are the classification
         by these centers, followed by the clean-up of regions, if there is one (as there is in
@@ -69,7 +69,8 @@ class Segmentation:
     n_unreached : int
         Islands that no center reached: components that got no seed and, with `radius_factor`, faces
         out of reach. With ``islands="keep"`` each made one more region, which K counts; with
-        ``"nearest"`` they joined the nearest region.
+        ``"nearest"`` they joined the nearest region, or are regions where barriers keep them from
+        all others.
     n_joined : int
         Pieces of regions that joined a neighbor, with ``enforce_connectivity``.
     n_merged : int

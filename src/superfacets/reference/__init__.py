@@ -11,6 +11,7 @@ from .face_graph import Arc, build_face_graph, build_tet_graph, measure_faces, m
 from .graphs import find_components
 from .loop import iterate
 from .nearest import nearest_faces, nearest_in_tet, nearest_on_triangle, nearest_tets
+from .merging import find_bridges, merge_tree
 from .point_graph import build_point_graph, point_normals
 from .region_graph import RegionArc, region_arcs, region_shapes
 from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
@@ -31,6 +32,7 @@ __all__ = [
     "coarse_arcs",
     "coarse_cells",
     "farthest_seeds",
+    "find_bridges",
     "find_components",
     "flood_seeds",
     "geodesic_seeds",
@@ -43,6 +45,7 @@ __all__ = [
     "nearest_in_tet",
     "nearest_on_triangle",
     "nearest_tets",
+    "merge_tree",
     "point_normals",
     "quantize_weights",
     "region_arcs",

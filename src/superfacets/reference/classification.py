@@ -56,19 +56,30 @@ def classify_halted(
     return [label for _, label in best], all_centers
 
 
-def join_islands(graph: CellGraph, labels: list[int]) -> tuple[list[int], int]:
-    """Labels without -1, and the number of connected pieces that had it.
+def join_islands(
+    graph: CellGraph, labels: list[int], groups: list[int] | None = None
+) -> tuple[list[int], int, list[int]]:
+    """Labels without -1, the number of connected pieces that joined, and centers of the others.
 
-    Each takes the label of the nearest cell, the lowest of equals, to any of its own.
+    Each takes the label of the nearest cell, the lowest of equals, to any of its own. With groups,
+    of the nearest cell of its own group, unless that is -1; if there is none, it is a region, and
+    its lowest cell the center.
     """
     joined = list(labels)
+    new_centers: list[int] = []
     labeled = np.flatnonzero(np.array(labels) >= 0)
     pieces = np.array(find_components(graph, np.array(labels)))
     islands = np.unique(pieces[np.array(labels) < 0])
     for piece in islands:
         cells = np.flatnonzero(pieces == piece)
-        steps = graph.positions[labeled] - graph.positions[cells, None]
-        nearest = labeled[int(np.argmin(dot(steps, steps).min(axis=0)))]
+        group = -1 if groups is None else groups[cells[0]]
+        fitting = labeled if group == -1 else labeled[np.array(groups)[labeled] == group]
+        label = max(labels) + 1 + len(new_centers)
+        if len(fitting):
+            steps = graph.positions[fitting] - graph.positions[cells, None]
+            label = labels[fitting[int(np.argmin(dot(steps, steps).min(axis=0)))]]
+        else:
+            new_centers.append(int(cells[0]))
         for cell in cells:
-            joined[cell] = labels[nearest]
-    return joined, len(islands)
+            joined[cell] = label
+    return joined, len(islands) - len(new_centers), new_centers

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+import numpy.typing as npt
+
 from .._options import CleanupOptions
+from ..cells.constraints import NO_GROUPS
 from ..clustering.segmentation import Segmentation
 from .connect import connect_regions
 from .edit import BorderCosts
@@ -14,8 +18,13 @@ from .smooth import MAX_DISTANCE, straighten
 __all__ = ["clean"]
 
 
-def clean(costs: BorderCosts, result: Segmentation, options: CleanupOptions) -> Segmentation:
-    """Return the result with its regions cleaned up."""
+def clean(
+    costs: BorderCosts,
+    result: Segmentation,
+    options: CleanupOptions,
+    groups: npt.NDArray[np.int32] = NO_GROUPS,
+) -> Segmentation:
+    """Return the result with its regions cleaned up; those of different groups never join."""
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
         # Pieces that touch no other region are islands that had joined this one: so they stay.
@@ -23,7 +32,7 @@ def clean(costs: BorderCosts, result: Segmentation, options: CleanupOptions) -> 
         result = replace(result, labels=labels, n_joined=edit.n_joined)
     if options.min_size > 0:
         edit = merge_regions(
-            costs, result.labels, result.n_segments, options.min_size, options.islands
+            costs, result.labels, result.n_segments, options.min_size, options.islands, groups
         )
         result = replace(
             result,

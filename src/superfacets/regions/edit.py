@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_labels
+from .._validate import checked_labels, checked_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph, checked_weights
+from ..cells.constraints import Cut
 from ..cells.kinds import as_surface
 from ..cells.size import radius_of
 from ..cells.surface import Surface
 from ..cells.weights import creases_of
 
-__all__ = ["CREASE_SCALE", "BorderCosts", "RegionEdit", "read_regions"]
+__all__ = ["CREASE_SCALE", "BorderCosts", "RegionEdit", "read_partial_regions", "read_regions"]
 
 CREASE_SCALE = 6.0
 """What crossing an edge must cost beyond distance, in r, for a border in it to count 1/e.
@@ -45,6 +46,10 @@ class BorderCosts:
         """Return costs for checked weights of the arcs, in units of ``surface.weight_unit``."""
         lengths, unit = _core.quantize_weights(weights, surface.n_threads)
         return cls(surface, lengths, unit, radius)
+
+    def of_part(self, cut: Cut) -> BorderCosts:
+        """Return the same costs of the borders between the cells that are left."""
+        return replace(self, surface=cut.surface_of(self.surface), lengths=self.lengths[cut.arcs])
 
     @property
     def args(self) -> tuple[_core.Surface, npt.NDArray[np.float32], float, float]:
@@ -88,9 +93,28 @@ def read_regions(
     """
     surface = as_surface(source, weld=weld, n_threads=n_threads)
     array, n_regions = checked_labels(labels, surface.n_cells)
-    radius = radius_of(surface.measures, n_regions, surface.n_threads, surface.dimension)
+    return _costs_of(surface, surface.measures, weights, n_regions), array, n_regions
+
+
+def read_partial_regions(surface: Surface, labels: npt.ArrayLike) -> tuple[BorderCosts, Ints, int]:
+    """Do the same for labels that may be -1, for cells that are left out, with default weights."""
+    array, n_regions = checked_partial_labels(labels, surface.n_cells)
+    if n_regions == 0:
+        raise ValueError("all labels are -1: there is no region")
+    measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]
+    return _costs_of(surface, measures, None, n_regions), array, n_regions
+
+
+def _costs_of(
+    surface: Surface,
+    measures: npt.NDArray[np.float64],
+    weights: npt.ArrayLike | None,
+    n_regions: int,
+) -> BorderCosts:
+    """Costs for regions that share these measures."""
+    radius = radius_of(measures, n_regions, surface.n_threads, surface.dimension)
     radius = radius or surface.diagonal or 1.0
     if weights is None:
         weights = creases_of(surface, radius) if surface.weights is None else surface.weights
     checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
-    return BorderCosts.of_weights(surface, checked, radius), array, n_regions
+    return BorderCosts.of_weights(surface, checked, radius)

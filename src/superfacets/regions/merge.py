@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import numpy.typing as npt
 
@@ -10,6 +12,7 @@ from .._options import ISLANDS, Islands
 from .._validate import checked_choice, checked_number
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
+from ..cells.constraints import ANY_GROUP, NO_GROUPS
 from ..cells.sums import sums_by_label
 from ..cells.surface import Surface
 from .edit import BorderCosts, RegionEdit, read_regions
@@ -17,6 +20,7 @@ from .edit import BorderCosts, RegionEdit, read_regions
 __all__ = ["merge_regions", "merge_small_regions"]
 
 Ints = npt.NDArray[np.int32]
+Bools = npt.NDArray[np.bool_]
 
 
 def merge_small_regions(
@@ -87,9 +91,17 @@ def merge_small_regions(
 
 
 def merge_regions(
-    costs: BorderCosts, labels: Ints, n_regions: int, min_size: float, islands: str
+    costs: BorderCosts,
+    labels: Ints,
+    n_regions: int,
+    min_size: float,
+    islands: str,
+    groups: Ints = NO_GROUPS,
 ) -> RegionEdit:
-    """Join small regions to neighbors; see `merge_small_regions`."""
+    """Join small regions to neighbors; see `merge_small_regions`.
+
+    With groups of cells, see `Cut`, islands join regions of their own group alone.
+    """
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)
     least = min_size * float(areas.sum()) / n_regions
@@ -99,7 +111,7 @@ def merge_regions(
     ends = np.unique(roots)
     small = ends[joined_areas[ends] < least]
     if islands == "nearest" and len(small):
-        roots = _join_nearest(surface, labels, roots, small)
+        roots = _join_nearest(surface, labels, roots, small, groups)
     sources, compact = np.unique(roots, return_inverse=True)
     return RegionEdit(
         compact.astype(np.int32)[labels],
@@ -109,7 +121,7 @@ def merge_regions(
     )
 
 
-def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints) -> Ints:
+def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
     """Join islands to the region with the cell nearest to their centers; return all roots."""
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
@@ -122,8 +134,26 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints) ->
     )
     regions, compact = np.unique(region_of_cell, return_inverse=True)
     centers = _core.update_centers(cells, compact.astype(np.int32), len(regions), surface.n_threads)
-    island_centers = centers[np.searchsorted(regions, islands)]
-    nearest = _core.nearest_wanted(cells, island_centers, is_wanted.astype(np.uint8))
     joined_to = np.arange(len(roots), dtype=np.int32)
-    joined_to[islands] = region_of_cell[nearest]
+    for some, may_take in _by_group(islands, region_of_cell, is_wanted, groups, len(roots)):
+        island_centers = centers[np.searchsorted(regions, some)]
+        nearest = _core.nearest_wanted(cells, island_centers, may_take.astype(np.uint8))
+        joined_to[some] = region_of_cell[nearest]
     return joined_to[roots]
+
+
+def _by_group(
+    islands: Ints, region_of_cell: Ints, is_wanted: Bools, groups: Ints, n_regions: int
+) -> Iterator[tuple[Ints, Bools]]:
+    """Islands, and the cells whose regions they may join; those that may join none are left out."""
+    if not len(groups):
+        yield islands, is_wanted
+        return
+    group_of = np.full(n_regions, ANY_GROUP, np.int32)
+    np.maximum.at(group_of, region_of_cell, groups)  # a region has cells of one, and of any
+    for group in np.unique(group_of[islands]):
+        may_take = is_wanted
+        if group != ANY_GROUP:
+            may_take = is_wanted & (group_of[region_of_cell] == group)
+        if may_take.any():
+            yield islands[group_of[islands] == group], may_take

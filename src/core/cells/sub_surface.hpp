@@ -1,0 +1,89 @@
+// Some of the cells of a surface, with some of the arcs between them.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "base/assert.hpp"
+#include "cells/surface.hpp"
+
+namespace superfacets {
+
+// Which cells and arcs of the whole are kept, both ascending.
+struct KeptParts {
+  std::span<const Cell> cells;         // (n_cells,) of the whole
+  std::span<const std::int64_t> arcs;  // (n_arcs,) of the whole, as they follow in the part
+};
+
+// All measures are those of the whole. An arc that was left out crosses nothing any more: its side
+// counts as open, and no walk around a corner leads across it.
+class SubSurface final : public Surface {
+ public:
+  // `arcs` lead from and to kept cells, numbered anew; every kept cell has those arcs that are
+  // kept.
+  SubSurface(const Surface& whole, const Arcs& arcs, const KeptParts& kept)
+      : Surface(arcs), whole_(whole), kept_(kept), new_cells_(whole.n_cells(), kNoCell) {
+    SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(kept.cells.size(), arcs.n_cells()));
+    SUPERFACETS_ASSERT(std::ssize(kept.arcs) == arcs.n_arcs());
+    SUPERFACETS_ASSERT(all_below(kept.cells, whole.n_cells()) &&
+                       all_below(kept.arcs, whole.arcs().n_arcs()));
+    for (Cell cell = 0; cell < n_cells(); ++cell) new_cells_[kept.cells[cell]] = cell;
+  }
+
+  Point position(Cell cell) const override { return whole_.position(kept_.cells[cell]); }
+  double measure(Cell cell) const override { return whole_.measure(kept_.cells[cell]); }
+  double step_length(Cell from, std::int64_t arc) const override {
+    return whole_.step_length(kept_.cells[from], kept_.arcs[arc]);
+  }
+  double border_length(Cell from, std::int64_t arc) const override {
+    return whole_.border_length(kept_.cells[from], kept_.arcs[arc]);
+  }
+  double angle(Cell from, std::int64_t arc) const override {
+    return whole_.angle(kept_.cells[from], kept_.arcs[arc]);
+  }
+  int side(Cell from, std::int64_t arc) const override {
+    return whole_.side(kept_.cells[from], kept_.arcs[arc]);
+  }
+
+  // That of the whole, and the borders of sides of which no arc is left.
+  double open_length(Cell cell) const override {
+    const Cell old = kept_.cells[cell];
+    double length = whole_.open_length(old);
+    int last_side = -1;
+    for (const auto [arc, neighbor] : whole_.arcs().steps(old)) {
+      const int next_side = whole_.side(old, arc);
+      if (std::exchange(last_side, next_side) == next_side || has_arc_by(cell, next_side)) continue;
+      length += whole_.border_length(old, arc);
+    }
+    return length;
+  }
+
+  bool may_have_one_way_arcs() const override { return whole_.may_have_one_way_arcs(); }
+  bool has_corners() const override { return whole_.has_corners(); }
+  int n_sides(Cell cell) const override { return whole_.n_sides(kept_.cells[cell]); }
+  Corner corner_between(Cell cell, int first_side, int second_side) const override {
+    return whole_.corner_between(kept_.cells[cell], first_side, second_side);
+  }
+  Cell next_around(Corner corner, Cell before, Cell here) const override {
+    const Cell next = whole_.next_around(corner, kept_.cells[before], kept_.cells[here]);
+    if (next == kNoCell || new_cells_[next] == kNoCell) return kNoCell;
+    const auto neighbors = arcs().neighbors(here);
+    const bool is_kept =
+        std::find(neighbors.begin(), neighbors.end(), new_cells_[next]) != neighbors.end();
+    return is_kept ? new_cells_[next] : kNoCell;
+  }
+
+ private:
+  bool has_arc_by(Cell cell, int wanted) const {
+    for (const auto [arc, neighbor] : arcs().steps(cell)) {
+      if (side(cell, arc) == wanted) return true;
+    }
+    return false;
+  }
+
+  const Surface& whole_;
+  const KeptParts kept_;
+  std::vector<Cell> new_cells_;  // by cell of the whole; kNoCell where it is left out
+};
+
+}  // namespace superfacets

@@ -1,0 +1,89 @@
+#include "regions/bridges.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "base/assert.hpp"
+
+namespace superfacets {
+namespace {
+
+bool is_better(const Bridge& a, const Bridge& b) {
+  return std::tie(a.squared_length, a.from, a.to) < std::tie(b.squared_length, b.from, b.to);
+}
+
+class BridgeSearch {
+ public:
+  BridgeSearch(const PlacedCells& cells, std::span<const Cell> ranks, Cell n_components)
+      : cells_(cells), bridges_(n_components) {
+    for (const Cell cell : cells.cells) ranks_.push_back(ranks[cell]);
+    find_lowest_ranks();
+  }
+
+  std::vector<Bridge> search_all() {
+    // The nearest place along the curve is usually near in space: so bridges begin short.
+    Place last_lower = kNoPlace;
+    for (Place place = 1; place < cells_.n_cells(); ++place) {
+      if (ranks_[place - 1] < ranks_[place]) last_lower = place - 1;
+      if (last_lower != kNoPlace && ranks_[last_lower] < ranks_[place]) compare(place, last_lower);
+      if (ranks_[place] < ranks_[place - 1]) compare(place - 1, place);
+    }
+    for (Place place = 0; place < cells_.n_cells(); ++place) search_from(place);
+    bridges_.erase(bridges_.begin());
+    return std::move(bridges_);
+  }
+
+ private:
+  static constexpr Place kNoPlace = -1;
+
+  void search_from(Place place) {
+    const Cell rank = ranks_[place];
+    const Point& target = cells_.positions[place];
+    const auto may_hold = [&](std::size_t level, std::size_t index) {
+      return lowest_ranks_[level][index] < rank && cells_.tree.level(level)[index].squared_distance(
+                                                       target) <= bridges_[rank].squared_length;
+    };
+    cells_.tree.visit_leaves(may_hold, [&](std::size_t begin, std::size_t end) {
+      for (auto other = begin; other < end; ++other) {
+        if (ranks_[other] < rank) compare(place, static_cast<Place>(other));
+      }
+    });
+  }
+
+  void compare(Place from, Place to) {
+    const double squared = squared_norm(cells_.positions[to] - cells_.positions[from]);
+    const Bridge bridge{cells_.cells[from], cells_.cells[to], squared};
+    Bridge& best = bridges_[ranks_[from]];
+    if (is_better(bridge, best)) best = bridge;
+  }
+
+  void find_lowest_ranks() {
+    for (std::size_t level = 0; level < cells_.tree.n_levels(); ++level) {
+      const auto& below = level == 0 ? ranks_ : lowest_ranks_[level - 1];
+      const std::size_t fan_out = level == 0 ? BoxTree::kLeaf : BoxTree::kFanOut;
+      std::vector<Cell> lowest(cells_.tree.level(level).size(), std::numeric_limits<Cell>::max());
+      for (std::size_t i = 0; i < below.size(); ++i) {
+        lowest[i / fan_out] = std::min(lowest[i / fan_out], below[i]);
+      }
+      lowest_ranks_.push_back(std::move(lowest));
+    }
+  }
+
+  const PlacedCells& cells_;
+  std::vector<Cell> ranks_;                      // by place
+  std::vector<std::vector<Cell>> lowest_ranks_;  // of each node, as in the tree
+  std::vector<Bridge> bridges_;                  // by rank; none for rank 0
+};
+
+}  // namespace
+
+std::vector<Bridge> find_bridges(const PlacedCells& cells, std::span<const Cell> ranks,
+                                 Cell n_components) {
+  SUPERFACETS_ASSERT(std::cmp_equal(ranks.size(), cells.n_cells()) && n_components > 0);
+  SUPERFACETS_ASSERT(all_below(ranks, n_components));
+  return BridgeSearch(cells, ranks, n_components).search_all();
+}
+
+}  // namespace superfacets

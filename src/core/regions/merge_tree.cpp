@@ -1,0 +1,209 @@
+#include "regions/merge_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <queue>
+#include <tuple>
+#include <utility>
+
+#include "base/assert.hpp"
+
+namespace superfacets {
+namespace {
+
+// What a group shares with a neighbor.
+struct SharedBorder {
+  double length = 0.0;
+  double cost = 0.0;
+
+  void add(const SharedBorder& other) {
+    length += other.length;
+    cost += other.cost;
+  }
+};
+
+// Two nodes that may merge.
+struct Candidate {
+  double cost;
+  double tie;  // decides between equal costs
+  Label low;
+  Label high;
+
+  bool operator>(const Candidate& other) const {
+    return std::tie(cost, tie, low, high) > std::tie(other.cost, other.tie, other.low, other.high);
+  }
+};
+
+// Groups of merged regions. A group is the node that it came to be, but what is known of it lies
+// in a slot: that of the part of it with most neighbors, whose list need not be copied.
+class MergingGroups {
+ public:
+  MergingGroups(const MergeRegions& regions, const MergeRule& rule)
+      : rule_(rule),
+        n_features_(regions.areas.empty() ? 0 : regions.features.size() / regions.areas.size()),
+        areas_(regions.areas.begin(), regions.areas.end()),
+        positions_(regions.positions.begin(), regions.positions.end()),
+        features_(regions.features.begin(), regions.features.end()),
+        neighbors_(areas_.size()),
+        nodes_(areas_.size()) {
+    for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
+      nodes_[slot] = static_cast<Label>(slot);
+    }
+    slots_ = nodes_;
+    for (const MergeBorder& border : regions.borders) {
+      neighbors_[border.low][border.high] = {border.length, border.cost};
+      neighbors_[border.high][border.low] = {border.length, border.cost};
+    }
+    offer_all();
+  }
+
+  MergeTree merge_all() {
+    while (!queue_.empty()) {
+      const Candidate next = queue_.top();
+      queue_.pop();
+      if (slots_[next.low] == kNoLabel || slots_[next.high] == kNoLabel) continue;  // merged before
+      tree_.children.insert(tree_.children.end(), {next.low, next.high});
+      tree_.costs.push_back(next.cost);
+      merge(slots_[next.low], slots_[next.high]);
+    }
+    return std::move(tree_);
+  }
+
+ private:
+  using Neighbors = std::map<Label, SharedBorder>;  // by slot
+
+  // Merges two slots, that of the lower node first, into the one with more neighbors.
+  void merge(Label first, Label second) {
+    mix(first, second);
+    const bool is_larger = neighbors_[second].size() > neighbors_[first].size();
+    const auto [kept, gone] = is_larger ? std::pair(second, first) : std::pair(first, second);
+    move_measures(first, kept);
+    neighbors_[kept].erase(gone);
+    for (const auto& [neighbor, border] : std::exchange(neighbors_[gone], {})) {
+      if (neighbor == kept) continue;
+      neighbors_[neighbor].erase(gone);
+      neighbors_[neighbor][kept].add(border);
+      neighbors_[kept][neighbor].add(border);
+    }
+    slots_[nodes_[kept]] = kNoLabel;
+    slots_[nodes_[gone]] = kNoLabel;
+    nodes_[kept] = static_cast<Label>(slots_.size());
+    slots_.push_back(kept);
+    if (queue_.size() > largest_queue_) return offer_all();
+    for (const auto& [neighbor, border] : neighbors_[kept]) offer(kept, neighbor, border);
+  }
+
+  // Fills the queue anew. A group with very many neighbors leaves as many outdated candidates
+  // behind each time it merges.
+  void offer_all() {
+    queue_ = {};
+    for (Label slot = 0; std::cmp_less(slot, neighbors_.size()); ++slot) {
+      for (const auto& [neighbor, border] : neighbors_[slot]) {
+        if (slot < neighbor) offer(slot, neighbor, border);
+      }
+    }
+    largest_queue_ = kMostOutdated * (queue_.size() + 1);
+  }
+
+  // Leaves the measures of both together in the first slot.
+  void mix(Label first, Label second) {
+    const double area = areas_[first] + areas_[second];
+    const double share = area > 0.0 ? areas_[second] / area : 0.5;
+    positions_[first] = positions_[first] + share * (positions_[second] - positions_[first]);
+    for (std::size_t f = 0; f < n_features_; ++f) {
+      double& feature = features_[first * n_features_ + f];
+      feature += share * (features_[second * n_features_ + f] - feature);
+    }
+    areas_[first] = area;
+  }
+
+  void move_measures(Label from, Label to) {
+    if (from == to) return;
+    areas_[to] = areas_[from];
+    positions_[to] = positions_[from];
+    const auto row = features_.begin() + static_cast<std::ptrdiff_t>(from * n_features_);
+    std::copy_n(row, n_features_,
+                features_.begin() + static_cast<std::ptrdiff_t>(to * n_features_));
+  }
+
+  void offer(Label a, Label b, const SharedBorder& border) {
+    const auto [low, high] = std::minmax(nodes_[a], nodes_[b]);
+    const double cost = cost_of(slots_[low], slots_[high], border);
+    if (n_features_ == 0) return queue_.push({cost, 0.0, low, high});
+    queue_.push({cost_of_features(slots_[low], slots_[high]), cost, low, high});
+  }
+
+  double cost_of(Label a, Label b, const SharedBorder& border) const {
+    const double factor = ward_factor(a, b);
+    if (!(factor > 0.0)) return 0.0;
+    const double radius = radius_of(areas_[a] + areas_[b]);
+    const bool is_gap = !(border.length > 0.0);
+    const double openness = is_gap ? 0.0 : border.cost / border.length;
+    const double length =
+        is_gap ? (rule_.dimension == 2 ? radius : radius * radius) : border.length;
+    const double distance = norm(positions_[a] - positions_[b]);
+    return factor * (distance + rule_.crease_weight * radius * (1.0 - openness)) / length;
+  }
+
+  double cost_of_features(Label a, Label b) const {
+    double squared = 0.0;
+    for (std::size_t f = 0; f < n_features_; ++f) {
+      const double step = features_[a * n_features_ + f] - features_[b * n_features_ + f];
+      squared += step * step;
+    }
+    return ward_factor(a, b) * squared;
+  }
+
+  // By how much the sum over areas of squared distances from their mean grows, over the squared
+  // distance of the means.
+  double ward_factor(Label a, Label b) const {
+    const double area = areas_[a] + areas_[b];
+    return area > 0.0 ? areas_[a] / area * areas_[b] : 0.0;
+  }
+
+  double radius_of(double area) const {
+    if (rule_.dimension == 2) return std::sqrt(area / std::numbers::pi);
+    return std::cbrt(0.75 * area / std::numbers::pi);
+  }
+
+  static constexpr std::size_t kMostOutdated = 8;  // candidates for each that is not
+
+  const MergeRule rule_;
+  const std::size_t n_features_;
+  std::vector<double> areas_;  // this and what follows by slot
+  std::vector<Point> positions_;
+  std::vector<double> features_;
+  std::vector<Neighbors> neighbors_;
+  std::vector<Label> nodes_;  // that are in the slots now
+  std::vector<Label> slots_;  // of each node; kNoLabel when it has merged
+  std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
+  std::size_t largest_queue_ = 0;  // it is filled anew beyond
+  MergeTree tree_;
+};
+
+bool are_valid(const MergeRegions& regions) {
+  const std::size_t n_regions = regions.areas.size();
+  const auto is_valid = [&](const MergeBorder& border) {
+    return border.low >= 0 && border.low < border.high && std::cmp_less(border.high, n_regions) &&
+           border.cost >= 0.0 && border.length >= 0.0;
+  };
+  const auto is_before = [](const MergeBorder& a, const MergeBorder& b) {
+    return std::tie(a.low, a.high) < std::tie(b.low, b.high);
+  };
+  return regions.positions.size() == n_regions &&
+         (n_regions == 0 || regions.features.size() % n_regions == 0) &&
+         std::all_of(regions.borders.begin(), regions.borders.end(), is_valid) &&
+         std::is_sorted(regions.borders.begin(), regions.borders.end(), is_before);
+}
+
+}  // namespace
+
+MergeTree merge_tree(const MergeRegions& regions, const MergeRule& rule) {
+  SUPERFACETS_ASSERT(are_valid(regions));
+  return MergingGroups(regions, rule).merge_all();
+}
+
+}  // namespace superfacets

@@ -1,0 +1,82 @@
+"""What is decided when the graph is known: which cells are left, how large regions are to be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._options import Init, Seeds, SizeOptions
+from ..cells.constraints import NO_GROUPS, ConstraintOptions, Cut
+from ..cells.size import RegionSize, region_size
+from .segmentation import Segmentation
+from .warm_start import Start, first_centers, with_seeds
+
+__all__ = ["Plan"]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The cells to segment, the size of regions, and how to begin.
+
+    Attributes
+    ----------
+    cut : Cut or None
+        The cells and arcs that are left; None for all.
+    size : RegionSize
+    asked : SizeOptions
+        The size as asked for, with the seeds below.
+    init : str or ndarray of int32
+        A way to place seeds, or cells that are left.
+    """
+
+    cut: Cut | None
+    size: RegionSize
+    asked: SizeOptions
+    init: Init | Seeds
+
+    @classmethod
+    def of(
+        cls, source: object, graph: Any, start: tuple[SizeOptions, Init | Start],
+        constraints: ConstraintOptions, n_threads: int, dimension: int, *, weld: bool = True,
+    ) -> Plan:  # fmt: skip
+        """Make the plan for a source and its graph; errors are those of arguments of `segment`."""
+        asked, given = start
+        init = first_centers(given, graph.positions, graph.measures, n_threads)
+        cut, measures = None, graph.measures
+        if constraints.is_used:
+            cut = constraints.cut(source, graph, weld=weld, n_threads=n_threads)
+            measures = measures[cut.cells]
+            init = init if isinstance(init, str) else cut.new_cells(init, "init")
+        asked = with_seeds(asked, init)
+        size = region_size(asked, measures, graph.diagonal, n_threads, dimension)
+        return cls(cut, size, asked, init)
+
+    @property
+    def groups(self) -> npt.NDArray[np.int32]:
+        """Groups of cells that must not come together in one region; empty if there are none."""
+        return NO_GROUPS if self.cut is None else self.cut.groups
+
+    def placed_cells(
+        self, graph: Any, lengths: npt.NDArray[np.float32], n_threads: int
+    ) -> tuple[
+        _core.PlacedCells,
+        tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float32]],
+    ]:
+        """Return the cells that are left, in order, and their arcs."""
+        cut = self.cut
+        if cut is None:
+            placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
+            return placed, (graph.offsets, graph.neighbors, lengths)
+        cells = (graph.positions[cut.cells], graph.measures[cut.cells])
+        return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
+
+    def whole(self, result: Segmentation) -> Segmentation:
+        """Return the result for all cells, with -1 for those that were left out."""
+        if self.cut is None:
+            return result
+        labels, centers = self.cut.whole_labels(result.labels), self.cut.cells[result.centers]
+        return replace(result, labels=labels, centers=centers)

@@ -1,0 +1,203 @@
+"""Nested levels of regions: from a mesh to its hierarchy."""
+
+from __future__ import annotations
+
+import reprlib
+import warnings
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core
+from ._options import ISLANDS, Islands
+from ._validate import VALUE_RANGE, checked_choice, checked_count, checked_threads
+from .adapters.clouds import CloudLike
+from .adapters.convert import MeshLike, as_cells
+from .cells.cell_graph import CellGraph
+from .cells.constraints import ANY_GROUP, ConstraintOptions
+from .cells.features import FeatureOptions
+from .cells.kinds import graph_and_surface
+from .clustering.loop import segment_graph
+from .clustering.segmentation import Segmentation
+from .errors import IslandWarning
+from .pipeline import segment
+from .regions.edit import read_partial_regions
+from .regions.hierarchy import Hierarchy, checked_cut, merge_neighbors
+
+__all__ = ["hierarchy"]
+
+
+def hierarchy(
+    cells: MeshLike | CloudLike | CellGraph,
+    counts: Sequence[int] | npt.NDArray[np.integer[Any]],
+    *,
+    labels: npt.ArrayLike | None = None,
+    features: npt.ArrayLike | None = None,
+    scale_features: bool = True,
+    islands: Islands = "keep",
+    barriers: npt.ArrayLike | None = None,
+    weld: bool = True,
+    n_threads: int | None = None,
+    **options: Any,
+) -> Hierarchy:
+    r"""Return nested levels of regions: each region is a union of regions of the finer levels.
+
+    The finest level is that of `segment` (or the labels given). From there on, the two neighbors
+    that cost least merge, again and again, until none are left, so that the result can be cut at
+    any number of regions. Merging regions of areas a and b, with centroids p and q, costs
+
+    .. math:: \frac{a b}{a + b} \cdot \frac{|p - q| + 6 r (1 - c)}{L}, \qquad
+              r = \sqrt{\frac{a + b}{\pi}}
+
+    with the length L of their border and its openness c: 1 where the border is smooth, down to 0
+    where all of it lies in a deep crease. So sizes stay balanced (the first factor is Ward's),
+    regions compact, and borders in creases. In a volume r is the radius of a ball, and L an area.
+
+    Parameters
+    ----------
+    cells : Mesh or mesh-like, cloud-like, or CellGraph with ArcMeasures
+        As for `segment`, or a graph of any cells.
+    counts : sequence of int
+        Numbers of regions of the levels, different from each other, in any order.
+    labels : array_like of int, shape (N,), optional
+        The regions to begin with, 0..K-1, each at least once; -1 for cells that are left out.
+        By default ``segment(cells, max(counts), **options)`` (of a graph, `segment_graph`).
+    features : array_like, shape (N, F) or (V, F), optional
+        Numbers of each cell (or vertex) that decide what merges in place of geometry: the cost is
+        ``a b / (a + b)`` times the squared distance of the mean features of two regions (Ward),
+        and between pairs for which that is equal, the cost above. If no labels are given, the
+        finest regions follow them as well, as in `segment`.
+    scale_features : bool, default True
+        Divide each feature by its standard deviation over the area first.
+    islands : {"keep", "nearest"}
+        What to do with components. ``"keep"``: only regions that touch merge, and no level can
+        have fewer regions than there are components. ``"nearest"``: each component but the largest
+        may also merge across the gap to the nearest cell of those larger than it; a gap counts as a
+        border of length r in a deep crease. Regions may then extend over several components. It is
+        passed to `segment`, too.
+    barriers : array_like of int, shape (N,) or (E, 2), optional
+        As for `segment`: regions never merge across them. Not with ``islands="nearest"``, as a gap
+        might lead around one.
+    weld, n_threads
+        As for `segment`. The result does not depend on the number of threads.
+    **options
+        Further options of `segment` for the finest level, where no labels are given. With a
+        `mask`, faces that it leaves out have label -1 on all levels.
+
+    Returns
+    -------
+    Hierarchy
+        With exactly these numbers of regions. Where regions of the finest level are connected, so
+        are all, but for gaps that were merged across. Between pairs that cost the same, the one
+        with the lower nodes comes first.
+
+    Warns
+    -----
+    SliverWarning
+        As `segment`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not a valid mesh.
+    ValueError, TypeError
+        If there are fewer regions to begin with than a level is to have, or more components than
+        that, given labels cross barriers, or another parameter is out of range or of the wrong
+        type.
+
+    Notes
+    -----
+    O(N + M) for the borders between regions, O(m log K) for a merge of regions with m neighbors.
+    The openness of an edge is e^(-x), x what `crease_weights` (of a graph, its own weights) add to
+    the length of the step across it, in 1.6 expected radii of the finest level; that of a border is
+    the mean over its length.
+
+    References
+    ----------
+    Ward, "Hierarchical Grouping to Optimize an Objective Function", 1963.
+
+    Examples
+    --------
+    >>> import superfacets
+    >>> mesh = superfacets.sample_mesh(5_000)
+    >>> nested = superfacets.hierarchy(mesh, [200, 50, 10])
+    >>> [int(labels.max()) + 1 for labels in nested.levels], len(nested.parents)
+    ([200, 50, 10], 2)
+    >>> bool((nested.parents[0][nested.levels[0]] == nested.levels[1]).all())
+    True
+    >>> int(nested.cut(77).max()) + 1
+    77
+    """
+    wanted = _checked_counts(counts)
+    checked_choice(islands, "islands", ISLANDS)
+    threads = checked_threads(n_threads)
+    given = FeatureOptions.checked(features, 1.0, scale_features)
+    if labels is not None and options:
+        raise TypeError(f"labels are given: {', '.join(options)} would have no effect")
+    source = cells if isinstance(cells, CellGraph) else as_cells(cells)
+    constraints = ConstraintOptions(None, barriers)
+    if islands == "nearest" and constraints.is_used:
+        raise ValueError("islands='nearest' takes no barriers: a gap might lead around one")
+    found = None
+    if labels is None:
+        if features is not None:
+            options = {**options, "features": features, "scale_features": scale_features}
+        options = {**options, "islands": islands, "barriers": barriers, "n_threads": threads}
+        found = _finest(source, wanted[0], weld, options)
+        labels = found.labels
+    with _core.Workspace():  # threads for all that follows
+        graph, surface = graph_and_surface(source, weld, threads)
+        costs, regions, n_regions = read_partial_regions(surface, labels)
+        table = _checked_features(given.table(source, surface.measures))
+        if constraints.is_used:
+            cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
+            _check_sides(regions, cut.groups)
+            costs = costs.of_part(cut)
+        tree = merge_neighbors(costs, regions, n_regions, table, islands)
+    for count in wanted:
+        checked_cut(count, "a level", tree)
+    return Hierarchy(wanted, regions, tree.children, tree.costs, found)
+
+
+def _checked_features(table: npt.NDArray[np.float64] | None) -> npt.NDArray[np.float64] | None:
+    """Features whose squares do not overflow; only those that were not scaled could."""
+    largest = 0.0 if table is None else float(np.abs(table).max())
+    if largest > VALUE_RANGE[1] ** (2 / 3):
+        raise ValueError(f"features are up to {largest:.3g}: rescale them, or scale_features=True")
+    return table
+
+
+def _checked_counts(counts: Any) -> tuple[int, ...]:
+    """Different numbers of regions, the most first."""
+    if not hasattr(counts, "__len__") or isinstance(counts, (str, bytes)):
+        raise TypeError(f"counts must be numbers of regions, got {reprlib.repr(counts)}")
+    checked = sorted((checked_count(count, "a level") for count in counts), reverse=True)
+    if not checked:
+        raise ValueError("counts must hold at least one number of regions")
+    for one, next_one in pairwise(checked):
+        if one == next_one:
+            raise ValueError(f"counts holds {one} more than once")
+    return tuple(checked)
+
+
+def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segmentation:
+    """Regions to begin with: as many as on the finest level, or more where there are islands."""
+    if isinstance(source, CellGraph):
+        return segment_graph(source, n, **options)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", IslandWarning)  # levels are cut at exact numbers
+        return segment(source, n, weld=weld, **options)
+
+
+def _check_sides(regions: npt.NDArray[np.int32], groups: npt.NDArray[np.int32]) -> None:
+    """Raise a ValueError if a region has cells of different groups."""
+    is_told = (regions >= 0) & (groups != ANY_GROUP)
+    group_of = np.full(int(regions.max()) + 1, ANY_GROUP, np.int32)
+    group_of[regions[is_told]] = groups[is_told]
+    is_wrong = is_told & (group_of[regions] != groups)
+    if is_wrong.any():
+        region = int(regions[np.argmax(is_wrong)])
+        raise ValueError(f"labels cross barriers: region {region} has cells on both sides of one")

@@ -1,0 +1,262 @@
+"""Stage 5: nested levels of regions, made by merging neighbors, and the tree of all merges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_count
+from ..cells.sums import sums_by_label
+from ..clustering.segmentation import Segmentation
+from .edit import BorderCosts
+
+__all__ = ["Hierarchy", "MergeTree", "checked_cut", "merge_neighbors"]
+
+CREASE_WEIGHT = 6.0
+"""What a border all in a crease adds to the distance of two regions, in their radius.
+
+50 regions merged from 500 have an undersegmentation error of 0.218 at 4, 0.214 at 8 and 0.206 at 16
+on a quarter of the benchmark models, and a compactness of 4.39, 4.48 and 4.61."""
+
+CREASE_SCALE = 1.6
+"""What crossing a border must cost beyond distance, in r, for 1/e of it to count as open.
+
+Creases are deeper here than for `smooth_borders`: with 3 the error is 0.222 at the same
+compactness."""
+
+Ints = npt.NDArray[np.int32]
+Floats = npt.NDArray[np.float64]
+Borders = tuple[Ints, Ints, Floats, Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class MergeTree:
+    """The merges of K regions, in order.
+
+    Attributes
+    ----------
+    n_regions : int
+        Number of regions before the first merge, K.
+    children : ndarray of int32, shape (M, 2)
+        The two nodes that each merge joins, the lower first. Nodes 0..K-1 are the regions, node
+        K + m is what merge m made.
+    costs : ndarray of float64, shape (M,)
+        Cost of each merge. It mostly rises, but need not.
+    """
+
+    n_regions: int
+    children: Ints
+    costs: Floats
+
+    @property
+    def n_fewest(self) -> int:
+        """Number of regions after the last merge."""
+        return self.n_regions - len(self.children)
+
+    def regions_at(self, n: int) -> Ints:
+        """Return where each region is when n are left: 0..n-1, in the order of lowest regions."""
+        n_merges = self.n_regions - n
+        parents = np.arange(self.n_regions + n_merges)
+        merged = self.children[:n_merges]
+        parents[merged.ravel()] = self.n_regions + np.repeat(np.arange(n_merges), 2)
+        while not np.array_equal(above := parents[parents], parents):
+            parents = above  # paths to the roots become half as long
+        roots = parents[: self.n_regions]
+        _, lowest, inverse = np.unique(roots, return_index=True, return_inverse=True)
+        ranks = np.empty(n, np.int32)
+        ranks[np.argsort(lowest)] = np.arange(n)
+        return ranks[inverse]
+
+
+@dataclass(frozen=True, eq=False)
+class Hierarchy:
+    """Nested levels of regions: the result of `superfacets.hierarchy`.
+
+    Regions of each level are unions of regions of all finer ones. They are numbered in the order of
+    the lowest region of the finest labels in each: level for level the same, whatever other levels
+    were asked for.
+
+    Attributes
+    ----------
+    counts : tuple of int
+        Number of regions on each level, the finest first.
+    finest : ndarray of int32, shape (N,)
+        The labels that merging began with, 0..K-1, and -1 for cells that were left out.
+    children : ndarray of int32, shape (M, 2)
+        The merge tree: the two nodes that each merge joins, the lower first. Nodes 0..K-1 are the
+        regions of `finest`, node K + m is what merge m made. After m merges K - m regions are left.
+    costs : ndarray of float64, shape (M,)
+        The cost of each merge, in the squared unit of the positions; with features, in squared
+        units of these times area. It mostly rises from merge to merge, but need not.
+    segmentation : Segmentation or None
+        What `finest` are the labels of, where none were given.
+    """
+
+    counts: tuple[int, ...]
+    finest: Ints = field(repr=False)
+    children: Ints = field(repr=False)
+    costs: Floats = field(repr=False)
+    segmentation: Segmentation | None = field(default=None, repr=False)
+
+    @property
+    def n_finest(self) -> int:
+        """Number of regions that merging began with, K: the most to cut at."""
+        return self._tree.n_regions
+
+    @property
+    def n_fewest(self) -> int:
+        """Number of regions that it ended with: the fewest to cut at."""
+        return self._tree.n_fewest
+
+    @cached_property
+    def levels(self) -> list[Ints]:
+        """The labels of each level, (N,) int32, the finest first; `cut` at all `counts`."""
+        return [self.cut(n) for n in self.counts]
+
+    @cached_property
+    def parents(self) -> list[Ints]:
+        """For each level but the last, the region of the next level that each region is part of.
+
+        ``parents[i]`` has shape (counts[i],), and ``parents[i][levels[i]]`` is ``levels[i + 1]``
+        (for cells that were not left out).
+        """
+        found = []
+        at_all = [self._tree.regions_at(n) for n in self.counts]
+        for n, fine, coarse in zip(self.counts, at_all, at_all[1:], strict=False):
+            parents = np.empty(n, np.int32)
+            parents[fine] = coarse
+            found.append(parents)
+        return found
+
+    @cached_property
+    def _tree(self) -> MergeTree:
+        return MergeTree(int(self.finest.max()) + 1, self.children, self.costs)
+
+    def cut(self, n: int) -> Ints:
+        """Return the labels of n regions: those after all but the last merges that make fewer.
+
+        Parameters
+        ----------
+        n : int
+            `n_fewest` to `n_finest`; it need not be one of `counts`.
+
+        Returns
+        -------
+        ndarray of int32, shape (N,)
+            0..n-1, each at least once, and -1 for cells that were left out. Time O(N + K log K).
+
+        Raises
+        ------
+        ValueError, TypeError
+            If n is out of range or not an integer.
+        """
+        n = checked_cut(n, "n", self._tree)
+        return np.append(self._tree.regions_at(n), np.int32(-1))[self.finest]
+
+    def __repr__(self) -> str:
+        counts = ", ".join(map(str, self.counts))
+        return f"Hierarchy({len(self.finest)} cells, {self.n_finest} regions, levels of {counts})"
+
+
+def checked_cut(n: int, name: str, tree: MergeTree) -> int:
+    """Return a number of regions that a tree can be cut at; a ValueError or TypeError if not."""
+    count = checked_count(n, name, tree.n_regions, "regions on the finest level")
+    if count < tree.n_fewest:
+        raise ValueError(
+            f"{name} is {count} but merging ends at {tree.n_fewest} regions that touch no other:"
+            " islands='nearest' merges across gaps"
+        )
+    return count
+
+
+def merge_neighbors(
+    costs: BorderCosts, labels: Ints, n_regions: int, features: Floats | None, islands: str
+) -> MergeTree:
+    """Merge neighbors until none is left, those first that cost least.
+
+    Labels are 0..n_regions-1, or -1. Features are (N, F), of the cells.
+    """
+    surface = costs.surface
+    is_kept = labels >= 0
+    kept = labels[is_kept]
+    measures = surface.measures[is_kept]
+    positions = np.ascontiguousarray(surface.positions[is_kept])
+    areas = sums_by_label(kept, measures, n_regions)
+    shares = np.where(areas[kept] > 0, measures, 1.0)  # where there is no area, cells count
+    borders = _borders_of(costs, labels, n_regions)
+    if islands == "nearest":
+        gaps = _gaps_between(borders, areas, kept, (positions, measures), surface.n_threads)
+        borders = _with_gaps(borders, *gaps)
+    table = np.empty(0)
+    if features is not None:
+        table = _means(kept, features[is_kept], shares, n_regions).ravel()
+    places = _means(kept, positions, shares, n_regions)
+    children, prices = _core.merge_tree(
+        areas, places, table, *borders, CREASE_WEIGHT, surface.dimension
+    )
+    return MergeTree(n_regions, children.reshape(-1, 2), prices)
+
+
+def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
+    """The low and the high region of each border, its length, and what of it a crease leaves."""
+    surface, lengths, unit, _ = costs.args
+    scale = CREASE_SCALE * costs.radius
+    named = np.where(labels < 0, np.int32(n_regions), labels)  # what was left out is one more
+    low, high, prices = _core.region_borders(
+        surface, lengths, unit, scale, named, costs.surface.n_threads
+    )
+    *_, whole = _core.region_borders(
+        surface, lengths, unit, np.inf, named, costs.surface.n_threads
+    )  # no crease counts
+    is_kept = high < n_regions
+    return low[is_kept], high[is_kept], whole[is_kept], prices[is_kept]
+
+
+def _means(labels: Ints, values: Floats, shares: Floats, n_regions: int) -> Floats:
+    """The mean of each region, (K, F); exactly the value where all of a region have the same."""
+    lowest = np.empty(n_regions, np.int64)
+    lowest[labels[::-1]] = np.arange(len(labels))[::-1]
+    origins = values[lowest]
+    totals = sums_by_label(labels, shares, n_regions)
+    steps = values - origins[labels]
+    sums = [sums_by_label(labels, shares * column, n_regions) for column in steps.T]
+    return np.ascontiguousarray(origins + np.stack(sums, axis=1) / totals[:, np.newaxis])
+
+
+def _gaps_between(
+    borders: Borders, areas: Floats, labels: Ints, cells: tuple[Floats, Floats], n_threads: int
+) -> tuple[Ints, Ints]:
+    """Pairs of regions across gaps: each component, and the nearest of those larger than it.
+
+    Of components with the same area the one with the lowest region counts as larger.
+    """
+    components, n_components = _components_of(borders, len(areas))
+    total = sums_by_label(components, areas, n_components)
+    ranks = np.empty(n_components, np.int32)
+    ranks[np.argsort(-total, kind="stable")] = np.arange(n_components)
+    placed = _core.PlacedCells(*cells, n_threads)
+    ends = _core.find_bridges(placed, ranks[components[labels]], n_components)
+    pairs = np.sort([labels[end] for end in ends], axis=0)
+    return pairs[0], pairs[1]
+
+
+def _components_of(borders: Borders, n_regions: int) -> tuple[Ints, int]:
+    """Components of regions that touch, in the order of their lowest regions."""
+    low, high, *_ = borders
+    order = np.argsort(low, kind="stable")
+    offsets = np.searchsorted(low[order], np.arange(n_regions + 1)).astype(np.int64)
+    one = np.zeros(n_regions, np.int32)
+    return _core.find_components(offsets, high[order], one)
+
+
+def _with_gaps(borders: Borders, low: Ints, high: Ints) -> Borders:
+    """The borders, and those without a length across gaps, in order."""
+    lows, highs = np.append(borders[0], low), np.append(borders[1], high)
+    order = np.lexsort((highs, lows))
+    nothing = np.zeros(len(low))
+    lengths, prices = np.append(borders[2], nothing), np.append(borders[3], nothing)
+    return lows[order], highs[order], lengths[order], prices[order]

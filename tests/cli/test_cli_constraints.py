@@ -1,0 +1,74 @@
+"""Masks and barriers of the command `segment`."""
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import Mesh, read_labels, read_mesh, segment, write_labels, write_mesh
+
+
+@pytest.fixture
+def halves(sheet, tmp_path):
+    """Files that tell the left and the right side, and the upper and the lower, of a sheet."""
+    mesh = read_mesh(sheet)
+    middle = mesh.vertices[mesh.faces].mean(axis=1)
+    of = {"left": middle[:, 0], "low": middle[:, 1]}
+    for name, values in of.items():
+        write_labels(tmp_path / f"{name}.npy", (values < np.median(values)).astype(int))
+    return tmp_path
+
+
+def test_segment_takes_masks_and_barriers_from_files(run, sheet, halves):
+    left, low = (np.load(halves / f"{name}.npy") for name in ("left", "low"))
+    options = ("-n", 12, "--mask", halves / "left.npy", "--barriers", halves / "low.npy")
+    out = halves / "out.seg"
+    status, _, err = run("segment", sheet, *options, "-o", out, "-o", halves / "out.ply")
+    assert (status, err) == (0, "")
+    expected = segment(read_mesh(sheet), 12, mask=left == 1, barriers=low).labels
+    assert np.array_equal(read_labels(out), expected)
+    assert np.array_equal(read_labels(halves / "out.ply"), expected)
+    status, _, err = run("segment", sheet, "-n", 9999, *options[2:], "-o", out)
+    assert status == 0
+    assert "9999 regions were asked for" in err
+    assert read_labels(out).max() == left.sum() - 1
+
+
+def test_masks_and_barriers_follow_a_subdivision(run, sheet, halves):
+    left = np.load(halves / "left.npy")
+    options = ("--mask", halves / "left.npy", "--barriers", halves / "low.npy", "--subdivide")
+    status, _, err = run("segment", sheet, "-n", 60, *options, "-o", halves / "out.npy")
+    assert status == 0
+    assert "were subdivided" in err
+    labels = np.load(halves / "out.npy")
+    assert np.array_equal(labels == -1, left == 0)
+
+
+def test_parts_that_barriers_keep_from_joining_are_told(run, tmp_path):
+    sizes = {0: 12, 9: 8, 20: 8}  # the first is the largest, and gets the seed
+    strips = [
+        Mesh(shapes.strip(n).vertices + [x, 0, 0], shapes.strip(n).faces) for x, n in sizes.items()
+    ]
+    write_mesh(tmp_path / "strips.ply", shapes.together(strips))
+    write_labels(tmp_path / "sides.npy", np.repeat([0, 1, 0], [12, 8, 8]))
+    options = ("--barriers", tmp_path / "sides.npy", "--islands", "nearest")
+    status, _, err = run("segment", tmp_path / "strips.ply", "-n", 1, *options)
+    assert status == 0
+    assert err.splitlines() == [
+        "superfacets: note: 1 more region than asked for, for parts between barriers that got no"
+        " seed and may join no other",
+        "superfacets: note: 1 island without a seed joined the nearest region",
+    ]
+
+
+def test_files_of_another_mesh_are_refused(run, sheet, halves):
+    (halves / "short.seg").write_text("1\n")
+    for option in ("--mask", "--barriers"):
+        status, _, err = run("segment", sheet, option, halves / "short.seg")
+        assert status == 1
+        assert "there are 1 label but the mesh has 1152 faces" in err
+
+
+def test_without_iterations_faces_go_to_the_first_centers(run, sheet, tmp_path):
+    out = tmp_path / "out.npy"
+    assert run("segment", sheet, "-n", 9, "--max-iter", 0, "-o", out)[0] == 0
+    assert np.array_equal(np.load(out), segment(read_mesh(sheet), 9, max_num_iter=0).labels)

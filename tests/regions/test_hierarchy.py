@@ -1,0 +1,381 @@
+"""Stage 5: nested levels of regions."""
+
+import pickle
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import (
+    ArcMeasures,
+    CellGraph,
+    Mesh,
+    PointCloud,
+    PolygonMesh,
+    TetMesh,
+    _core,
+    arc_measures,
+    build_face_graph,
+    build_point_graph,
+    build_tet_graph,
+    crease_weights,
+    hierarchy,
+    reference,
+    segment,
+    segment_graph,
+)
+
+
+def row(*angles):
+    """Unit squares in a row, bent by an angle (degrees) between one and the next."""
+    directions = np.radians(np.cumsum([0, *angles]))
+    steps = np.stack([np.cos(directions), np.zeros(len(directions)), np.sin(directions)], axis=1)
+    low = np.concatenate([[[0.0, 0.0, 0.0]], np.cumsum(steps, axis=0)])
+    n = len(low)
+    squares = [(i, i + 1, n + i + 1, n + i) for i in range(n - 1)]
+    return PolygonMesh.of_faces(np.concatenate([low, low + [0, 1, 0]]), squares)
+
+
+def cubes(n):
+    """A column of unit cubes, of five tetrahedra each."""
+    corners = np.array([[x, y, z] for z in range(n + 1) for y in (0, 1) for x in (0, 1)])
+    even = [(0, 1, 2, 4), (3, 2, 1, 7), (5, 4, 7, 1), (6, 7, 4, 2), (1, 2, 4, 7)]
+    odd = [(1, 0, 3, 5), (2, 3, 0, 6), (4, 5, 6, 0), (7, 6, 5, 3), (0, 3, 5, 6)]
+    tets = [[4 * z + v for v in tet] for z in range(n) for tet in (odd if z % 2 else even)]
+    return TetMesh(corners, tets)
+
+
+def check_levels(nested, graph=None):
+    """Levels have the counts asked for, in order, and parents join them."""
+    for labels, count in zip(nested.levels, nested.counts, strict=True):
+        assert labels.dtype == np.int32
+        assert np.array_equal(np.unique(labels[labels >= 0]), np.arange(count))
+        first = [np.argmax(labels == region) for region in range(count)]
+        of_first = nested.finest[first]
+        lowest = [nested.finest[labels == region].min() for region in range(count)]
+        assert sorted(lowest) == lowest
+        assert (of_first >= lowest).all()
+        if graph is not None:
+            assert shapes.count_pieces(graph, labels) == count
+    pairs = zip(nested.parents, nested.levels, nested.levels[1:], strict=False)
+    for parents, fine, coarse in pairs:
+        kept = fine >= 0
+        assert np.array_equal(parents[fine[kept]], coarse[kept])
+
+
+def test_squares_in_a_row_merge_in_pairs():
+    nested = hierarchy(row(0, 0, 0), [4, 3, 2, 1], labels=range(4))
+    assert nested.children.tolist() == [[0, 1], [2, 3], [4, 5]]
+    # a b / (a + b) |p - q| / L: 1/2 1, 1/2 1, 4/4 2
+    assert nested.costs == pytest.approx([0.5, 0.5, 2.0], rel=1e-12)
+    expected = [[0, 1, 2, 3], [0, 0, 1, 2], [0, 0, 1, 1], [0, 0, 0, 0]]
+    assert [labels.tolist() for labels in nested.levels] == expected
+    assert [parents.tolist() for parents in nested.parents] == [[0, 0, 1, 2], [0, 1, 1], [0, 0]]
+    assert (nested.n_finest, nested.n_fewest, nested.segmentation) == (4, 1, None)
+    assert repr(nested) == "Hierarchy(4 cells, 4 regions, levels of 4, 3, 2, 1)"
+
+
+def test_regions_are_numbered_by_their_lowest_region():
+    nested = hierarchy(row(0, 0, 0), [2], labels=[3, 2, 1, 0])
+    assert nested.children.tolist() == [[0, 1], [2, 3], [4, 5]]
+    assert nested.cut(2).tolist() == [1, 1, 0, 0]
+
+
+def test_a_groove_is_merged_across_last():
+    nested = hierarchy(row(90, 0), [2], labels=range(3))
+    assert nested.children.tolist() == [[1, 2], [0, 3]]
+    # A turn by pi / 2 adds 20 r / 2 to the path, so e^(-10 / 1.6) of the border is open.
+    apart = np.hypot(0.5, 1.0) + 6 * np.sqrt(3 / np.pi) * (1 - np.exp(-10 / 1.6))
+    assert nested.costs == pytest.approx([0.5, 2 / 3 * apart], rel=1e-6)
+
+
+def test_a_ridge_counts_as_smooth():
+    nested = hierarchy(row(-90, 0), [2], labels=range(3))
+    assert nested.children[0].tolist() == [0, 1]  # nearer in space
+    assert nested.costs[0] == pytest.approx(0.5 * np.hypot(0.5, 0.5))
+
+
+def test_features_decide_what_merges():
+    features = [0.0, 10.0, 10.5, 20.0]
+    nested = hierarchy(row(0, 0, 0), [2], labels=range(4), features=features, scale_features=False)
+    assert nested.children.tolist() == [[1, 2], [3, 4], [0, 5]]
+    mean = (10.0 + 10.5 + 20.0) / 3
+    expected = [0.5 * 0.5**2, 2 / 3 * (20 - 10.25) ** 2, 3 / 4 * mean**2]
+    assert nested.costs == pytest.approx(expected)
+
+
+def test_where_features_are_equal_geometry_decides():
+    mesh = row(90, 0, 0)
+    alike = hierarchy(mesh, [1], labels=range(4), features=np.full(4, 0.1))
+    assert alike.children.tolist() == hierarchy(mesh, [1], labels=range(4)).children.tolist()
+    assert alike.costs.tolist() == [0.0] * 3
+
+
+def test_features_of_vertices_and_of_segment_are_used():
+    mesh = shapes.bumpy_sheet(12)
+    height = mesh.vertices[:, 0]
+    nested = hierarchy(mesh, [20, 4], features=height)
+    expected = segment(mesh, 20, features=height)
+    assert np.array_equal(nested.segmentation.labels, expected.labels)
+    check_levels(nested, build_face_graph(mesh))
+    assert not np.array_equal(nested.cut(4), hierarchy(mesh, [4], labels=expected.labels).cut(4))
+
+
+@pytest.mark.parametrize("features", [False, True])
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_merges_are_those_of_the_twin(features, dimension):
+    rng = np.random.default_rng(dimension)
+    for n in (1, 2, 7, 40, 90):
+        areas = rng.integers(0, 4, n) / 2.0
+        positions = rng.integers(0, 3, (n, 3)) / 1.0  # so that there are ties
+        table = rng.integers(0, 3, (n, 2)) / 1.0
+        pairs = sorted({tuple(sorted(pair)) for pair in rng.integers(0, n, (2 * n, 2)).tolist()})
+        borders = {}
+        for low, high in pairs:
+            length = float(rng.integers(0, 3))
+            if low < high:
+                borders[low, high] = (length, length * float(rng.integers(0, 3)) / 2.0)
+        expected = reference.merge_tree(
+            areas.tolist(), list(positions), list(table) if features else None, borders,
+            crease_weight=1.5, dimension=dimension,
+        )  # fmt: skip
+        ends = np.array(list(borders), np.int32).reshape(-1, 2).T
+        measured = np.array(list(borders.values()), float).reshape(-1, 2).T
+        children, costs = _core.merge_tree(
+            areas, positions, table.ravel() if features else np.empty(0),
+            *np.ascontiguousarray(ends), *np.ascontiguousarray(measured), 1.5, dimension,
+        )  # fmt: skip
+        assert children.reshape(-1, 2).tolist() == [list(pair) for pair in expected[0]]
+        assert costs.tolist() == expected[1]
+
+
+def test_a_region_with_many_neighbors_merges_like_the_twin():
+    """Its neighbors get a new cost each time: the queue is filled anew now and then."""
+    rng = np.random.default_rng(5)
+    n = 70
+    areas, positions = rng.uniform(1, 2, n), rng.normal(size=(n, 3))
+    lengths = rng.uniform(1, 2, n - 1)
+    expected = reference.merge_tree(
+        areas.tolist(), list(positions), None,
+        {(0, i + 1): (length, 0.5 * length) for i, length in enumerate(lengths.tolist())},
+        crease_weight=6.0, dimension=2,
+    )  # fmt: skip
+    ends = np.zeros(n - 1, np.int32), np.arange(1, n, dtype=np.int32)
+    children, costs = _core.merge_tree(
+        areas, positions, np.empty(0), *ends, lengths, 0.5 * lengths, 6.0, 2
+    )
+    assert children.reshape(-1, 2).tolist() == [list(pair) for pair in expected[0]]
+    assert costs.tolist() == expected[1]
+
+
+def test_bridges_are_those_of_the_twin():
+    rng = np.random.default_rng(3)
+    for n, n_ranks in ((2, 2), (60, 5), (400, 30)):
+        positions = rng.integers(0, 8, (n, 3)) / 1.0
+        ranks = np.concatenate([np.arange(n_ranks), rng.integers(0, n_ranks, n - n_ranks)])
+        rng.shuffle(ranks)
+        placed = _core.PlacedCells(positions, np.ones(n), 2)
+        found = _core.find_bridges(placed, ranks.astype(np.int32), n_ranks)
+        expected = reference.find_bridges(positions, ranks.tolist())
+        assert np.transpose(found).tolist() == [list(pair) for pair in expected]
+
+
+KINDS = {
+    "triangles": lambda: shapes.bumpy_sheet(16),
+    "closed": shapes.dumbbell,
+    "polygons": lambda: row(*[0, 60] * 20),
+    "points": lambda: PointCloud(np.random.default_rng(0).uniform(size=(800, 3)) * [1, 1, 0]),
+    "tets": lambda: cubes(30),
+    "non-manifold": lambda: shapes.fins(24),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_levels_of_all_kinds_of_cells_are_nested_connected_and_exact(name):
+    cells = KINDS[name]()
+    if isinstance(cells, PointCloud):
+        graph = build_point_graph(cells)
+    else:
+        build = build_tet_graph if isinstance(cells, TetMesh) else build_face_graph
+        graph = build(cells)
+    n = min(24, graph.n_cells)
+    nested = hierarchy(cells, [n // 8, n, n // 3])
+    assert nested.counts == (n, n // 3, n // 8)
+    check_levels(nested, graph)
+
+
+def test_a_graph_with_measures_gives_the_levels_of_its_mesh():
+    mesh = shapes.bumpy_sheet(10)
+    faces = build_face_graph(mesh)
+    labels = segment(mesh, 15).labels
+    radius = np.sqrt(faces.measures.sum() / (np.pi * 15))
+    weights = crease_weights(mesh, faces, radius)
+    graph = CellGraph(
+        faces.positions, faces.measures, faces.offsets, faces.neighbors, weights, faces.bounds,
+        weight_unit=faces.diagonal, arc_measures=arc_measures(mesh, faces),
+    )  # fmt: skip
+    one, other = (hierarchy(source, [5], labels=labels) for source in (mesh, graph))
+    assert np.array_equal(one.children, other.children)
+    nested = hierarchy(graph, [6, 2], init="farthest")
+    assert np.array_equal(nested.finest, segment_graph(graph, 6, init="farthest").labels)
+    check_levels(nested, faces)
+
+
+def test_levels_do_not_depend_on_threads_nor_on_each_other():
+    mesh = shapes.bumpy_sheet(40)
+    one = hierarchy(mesh, [60, 11], n_threads=1)
+    two = hierarchy(mesh, [60, 30, 11, 4], n_threads=2)
+    assert np.array_equal(one.children, two.children)
+    assert np.array_equal(one.costs, two.costs)
+    assert np.array_equal(one.levels[1], two.levels[2])
+    assert np.array_equal(one.levels[0], segment(mesh, 60).labels)
+
+
+def test_levels_do_not_depend_on_where_a_mesh_is_and_how_large():
+    mesh = shapes.bumpy_sheet(12)
+    labels = segment(mesh, 30).labels
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    moved = Mesh(7.0 * mesh.vertices @ (turn * np.linalg.det(turn)) + 5.0, mesh.faces)
+    one, other = (hierarchy(source, [3], labels=labels) for source in (mesh, moved))
+    assert np.array_equal(one.children, other.children)
+    assert other.costs == pytest.approx(7.0**2 * one.costs)
+
+
+@pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
+def test_merging_stops_at_the_number_of_components():
+    mesh = shapes.gears(12)
+    graph = build_face_graph(mesh)
+    nested = hierarchy(mesh, [40, 12])  # 40 regions and 12 components: no warning of islands
+    assert nested.n_fewest == shapes.count_pieces(graph, np.zeros(graph.n_cells, np.int32)) == 12
+    check_levels(nested, graph)
+    with pytest.raises(ValueError, match=r"a level is 3 but merging ends at 12 regions that touch"):
+        hierarchy(mesh, [40, 3])
+    with pytest.raises(ValueError, match=r"n is 11 but merging ends at 12 .* islands='nearest'"):
+        nested.cut(11)
+
+
+@pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
+def test_gaps_are_merged_across_where_that_is_asked_for():
+    mesh = shapes.gears(12)
+    nested = hierarchy(mesh, [40, 12, 3, 1], islands="nearest")
+    check_levels(nested)
+    assert nested.n_fewest == 1
+    small = hierarchy(mesh, [5, 1], islands="nearest")  # fewer than components from the beginning
+    assert (small.n_finest, small.n_fewest) == (5, 1)
+
+
+def test_a_gap_leads_to_the_nearest_cell_of_a_larger_component():
+    def patch(x, size):
+        return Mesh([[x, 0, 0], [x + size, 0, 0], [x, size, 0]], [[0, 1, 2]])
+
+    mesh = shapes.together([patch(0, 3), patch(4, 1), patch(9, 4), patch(6, 0.5)])
+    nested = hierarchy(mesh, [1], labels=range(4), islands="nearest")
+    # 1 goes to 0, as does 3 (to 1, which is nearer), 0 goes to 2: the small ones first.
+    assert sorted(map(tuple, nested.children.tolist())) == [(0, 4), (1, 3), (2, 5)]
+
+
+def test_regions_without_area_merge_first():
+    nested = hierarchy(shapes.slivers(), [1], labels=range(4), islands="nearest")
+    assert nested.n_fewest == 1
+    assert np.isfinite(nested.costs).all()
+    line = Mesh([[x, 0, 0] for x in range(4)], [[0, 1, 2], [1, 2, 3]])
+    assert hierarchy(line, [2, 1], labels=[0, 1]).costs.tolist() == [0.0]
+
+
+def test_cells_left_out_stay_out():
+    nested = hierarchy(row(0, 0, 0, 0), [3, 2], labels=[0, 1, -1, -1, 2])
+    assert nested.n_fewest == 2
+    assert nested.cut(2).tolist() == [0, 0, -1, -1, 1]
+    check_levels(nested)
+    joined = hierarchy(row(0, 0, 0, 0), [1], labels=[0, 1, -1, -1, 2], islands="nearest")
+    assert joined.cut(1).tolist() == [0, 0, -1, -1, 0]
+
+
+def sides_and_edges(mesh):
+    """Two numbers for the faces of a mesh, and the edges between them."""
+    graph = build_face_graph(mesh)
+    left = (graph.positions[:, 0] < np.median(graph.positions[:, 0])).astype(int)
+    source = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    differs = left[source] != left[graph.neighbors]
+    face, side = source[differs], graph.sides[differs]
+    return left, np.stack([mesh.faces[face, side], mesh.faces[face, (side + 1) % 3]], axis=1)
+
+
+@pytest.mark.parametrize("are_edges", [False, True])
+def test_regions_never_merge_across_barriers(are_edges):
+    mesh = shapes.bumpy_sheet(16)
+    left, edges = sides_and_edges(mesh)
+    barriers = edges if are_edges else left
+    nested = hierarchy(mesh, [30, 9, 2], barriers=barriers)
+    assert nested.n_fewest == 2
+    for labels in nested.levels:
+        pairs = np.unique(np.stack([labels, left]), axis=1)
+        assert pairs.shape[1] == labels.max() + 1
+    again = hierarchy(mesh, [9, 2], labels=nested.finest, barriers=barriers)
+    assert np.array_equal(again.children, nested.children)
+    graph = build_face_graph(mesh)
+    mask = graph.positions[:, 1] < np.median(graph.positions[:, 1])
+    part = hierarchy(mesh, [20, 2], barriers=barriers, mask=mask)
+    check_levels(part)
+    assert np.array_equal(part.cut(2) >= 0, mask)
+    with pytest.raises(ValueError, match="labels cross barriers: region 0 has cells on both"):
+        hierarchy(mesh, [1], labels=np.zeros(mesh.n_faces, int), barriers=barriers)
+    with pytest.raises(ValueError, match="a level is 1 but merging ends at 2 regions"):
+        hierarchy(mesh, [9, 1], barriers=barriers)
+    with pytest.raises(ValueError, match="islands='nearest' takes no barriers"):
+        hierarchy(mesh, [9], barriers=barriers, islands="nearest")
+
+
+def test_a_graph_has_barriers_too():
+    graph = CellGraph(
+        [[x, 0, 0] for x in range(5)], [1] * 5, [0, 1, 3, 5, 7, 8], [1, 0, 2, 1, 3, 2, 4, 3],
+        [1] * 8, arc_measures=ArcMeasures([1] * 8),
+    )  # fmt: skip
+    nested = hierarchy(graph, [2], labels=range(5), barriers=[0, 0, 0, 7, 7])
+    assert nested.cut(2).tolist() == [0, 0, 0, 1, 1]
+
+
+def test_a_hierarchy_can_be_copied():
+    nested = hierarchy(row(0, 0, 0), [3, 2], labels=range(4))
+    copied = pickle.loads(pickle.dumps(nested))
+    assert copied.cut(2).tolist() == nested.cut(2).tolist()
+    assert (copied.counts, copied.n_fewest) == ((3, 2), 1)
+
+
+@pytest.mark.parametrize(
+    ("counts", "options", "error", "message"),
+    [
+        (3, {}, TypeError, "counts must be numbers of regions, got 3"),
+        ("3", {}, TypeError, "counts must be numbers of regions, got '3'"),
+        ([], {}, ValueError, "counts must hold at least one number"),
+        ([2, 3, 2], {}, ValueError, "counts holds 2 more than once"),
+        ([0], {}, ValueError, "a level must be at least 1, got 0"),
+        ([1.5], {}, TypeError, "a level must be an integer, got 1.5"),
+        ([5], {"labels": [0, 0, 1, 1]}, ValueError, "a level is 5 but there are only 2 regions on"),
+        ([9], {}, ValueError, "n_segments is 9 but there are only 4 faces"),
+        ([2], {"islands": "join"}, ValueError, "islands must be one of keep, nearest, got 'join'"),
+        ([2], {"labels": [-1] * 4}, ValueError, "all labels are -1: there is no region"),
+        ([2], {"labels": [0, 1, 3, 3]}, ValueError, "no cell has label 2"),
+        ([2], {"labels": [0, 1, -2, 1]}, ValueError, r"labels\[2\] is -2"),
+        ([2], {"labels": [0, 1]}, ValueError, "labels must have one value per cell: 2 for 4"),
+        (
+            [2],
+            {"labels": [0, 0, 1, 1], "tol": 0.1},
+            TypeError,
+            "labels are given: tol would have no effect",
+        ),
+        ([2], {"features": [1, 2]}, ValueError, "there are 2 features for 4 cells"),
+        (
+            [2],
+            {"features": [1, 2, 3, 1e200], "scale_features": False, "labels": [0, 1, 2, 3]},
+            ValueError,
+            r"features are up to 1e\+200: rescale them",
+        ),
+        ([2], {"scale_features": 1}, TypeError, "scale_features must be True or False"),
+    ],
+)
+def test_wrong_arguments_are_named(counts, options, error, message):
+    with pytest.raises(error, match=message):
+        hierarchy(row(0, 0, 0), counts, **options)
+    with pytest.raises(ValueError, match=r"n is 5 but there are only 4 regions on the finest"):
+        hierarchy(row(0, 0, 0), [2], labels=range(4)).cut(5)

@@ -1,0 +1,378 @@
+"""Masks, barriers and warm starts of `segment` and `segment_graph`."""
+
+import warnings
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import (
+    IslandWarning,
+    Mesh,
+    PointCloud,
+    PolygonMesh,
+    TetMesh,
+    build_face_graph,
+    build_point_graph,
+    build_tet_graph,
+    crease_weights,
+    segment,
+    segment_graph,
+)
+
+
+def grid(n):
+    """n by n unit squares of two triangles each, row by row."""
+    vertices = [[x, y, 0] for y in range(n + 1) for x in range(n + 1)]
+    corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
+    quads = [(v, v + 1, v + n + 2, v + n + 1) for v in corners]
+    return Mesh(vertices, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+
+
+def quads(n):
+    """The same as polygons."""
+    corners = [y * (n + 1) + x for y in range(n) for x in range(n)]
+    faces = [(v, v + 1, v + n + 2, v + n + 1) for v in corners]
+    return PolygonMesh.of_faces(grid(n).vertices, faces)
+
+
+def tets():
+    rng = np.random.default_rng(0)
+    corners = np.array([[x, y, z] for z in range(5) for y in range(5) for x in range(5)], float)
+    cubes = [x + 5 * y + 25 * z for z in range(4) for y in range(4) for x in range(4)]
+    six = [(0, 1, 6, 31), (0, 6, 5, 31), (0, 5, 30, 31), (0, 30, 25, 31), (0, 25, 26, 31),
+           (0, 26, 1, 31)]  # fmt: skip
+    moved = corners + 0.05 * rng.uniform(-1, 1, corners.shape)
+    return TetMesh(moved, [[v + step for step in tet] for v in cubes for tet in six])
+
+
+def points():
+    return PointCloud(np.random.default_rng(0).uniform(size=(700, 3)) * [1, 1, 0])
+
+
+CELLS = {
+    "triangles": lambda: shapes.bumpy_sheet(16),
+    "parts": lambda: shapes.gears(8),
+    "polygons": lambda: quads(16),
+    "points": points,
+    "tets": tets,
+}
+
+
+def graph_of(cells):
+    if isinstance(cells, PointCloud):
+        return build_point_graph(cells)
+    return build_tet_graph(cells) if isinstance(cells, TetMesh) else build_face_graph(cells)
+
+
+def random_field(graph, n, rng):
+    """One of n numbers for each cell, alike for cells that are near each other."""
+    places = graph.positions[rng.integers(0, graph.n_cells, n)]
+    steps = graph.positions[:, None] - places
+    return np.argmin((steps * steps).sum(axis=2), axis=1)
+
+
+def count_pieces(graph, labels):
+    """Connected pieces of cells with labels of 0 and up."""
+    named = np.where(labels < 0, labels.max() + 1 + np.arange(len(labels)), labels)
+    return shapes.count_pieces(graph, named) - int((labels < 0).sum())
+
+
+def run(cells, *arguments, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", IslandWarning)
+        return segment(cells, *arguments, **options)
+
+
+OPTIONS = [
+    {},
+    {"smooth": False},
+    {"islands": "nearest"},
+    {"min_size": 0.5},
+    {"min_size": 0.5, "islands": "nearest"},
+    {"radius_factor": 2.0, "enforce_connectivity": True},
+    {"init": "grid", "islands": "nearest"},
+    {"init": "flood"},
+    {"weights": "superfacets", "init": "farthest"},
+]
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=str)
+@pytest.mark.parametrize("name", CELLS)
+def test_masks_are_never_labeled_and_labels_never_crossed(name, options):
+    if name == "tets" and "weights" in options:
+        options = {"init": "farthest"}
+    cells = CELLS[name]()
+    graph = graph_of(cells)
+    rng = np.random.default_rng(len(str(options)))
+    for k in (1, 9):
+        mask = rng.uniform(size=12)[random_field(graph, 12, rng)] < 0.7
+        mask[int(rng.integers(graph.n_cells))] = True
+        sides = rng.integers(-9, 9, 6)[random_field(graph, 6, rng)]
+        result = run(cells, min(k, int(mask.sum())), mask=mask, barriers=sides, **options)
+        labels = result.labels
+        assert ((labels == -1) == ~mask).all()
+        assert np.array_equal(np.unique(labels[mask]), np.arange(result.n_segments))
+        assert np.array_equal(labels[result.centers], np.arange(result.n_segments))
+        pairs = np.unique(np.stack([labels[mask], sides[mask]]), axis=1)
+        assert pairs.shape[1] == result.n_segments  # each region has one number
+        if "islands" not in options:
+            assert count_pieces(graph, labels) == result.n_segments
+        assert result.params["mask"] == result.params["barriers"] == "given"
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=str)
+@pytest.mark.parametrize("name", ["triangles", "parts", "polygons"])
+def test_closed_loops_of_edges_are_never_crossed(name, options):
+    """Edges around fields cut the mesh like labels; regions are whole without them."""
+    mesh = CELLS[name]()
+    graph = build_face_graph(mesh)
+    rng = np.random.default_rng(len(str(options)))
+    sides = random_field(graph, 5, rng)
+    edges = edges_between(mesh, graph, sides)
+    result = run(mesh, 7, barriers=edges, **options)
+    labels = result.labels
+    pieces = pieces_of(graph, sides)
+    whole = pieces_of(graph, np.zeros(graph.n_cells, int))
+    for region in range(result.n_segments):
+        for component in np.unique(whole[labels == region]):
+            assert len(np.unique(pieces[(labels == region) & (whole == component)])) == 1
+    assert np.array_equal(labels[result.centers], np.arange(result.n_segments))
+
+
+def edges_between(mesh, graph, sides):
+    """Edges whose faces have different numbers."""
+    from superfacets.mesh.faces import ends_of_sides
+
+    sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    differ = sides[sources] != sides[graph.neighbors]
+    return ends_of_sides(mesh, sources[differ], graph.sides[differ])
+
+
+def pieces_of(graph, sides):
+    from superfacets import _core
+
+    return _core.find_components(graph.offsets, graph.neighbors, sides.astype(np.int32))[0]
+
+
+def test_a_mask_of_all_and_barriers_of_none_change_nothing():
+    mesh = shapes.bumpy_sheet(20)
+    expected = segment(mesh, 15).labels
+    n = mesh.n_faces
+    assert np.array_equal(segment(mesh, 15, mask=np.ones(n, bool)).labels, expected)
+    assert np.array_equal(segment(mesh, 15, barriers=np.zeros(n, int)).labels, expected)
+    assert np.array_equal(segment(mesh, 15, barriers=np.empty((0, 2), int)).labels, expected)
+    boundary = [[0, 1], [2, 1]]  # edges that nothing crosses anyway
+    assert np.array_equal(segment(mesh, 15, barriers=boundary).labels, expected)
+
+
+def test_only_the_area_that_is_kept_counts():
+    mesh = grid(12)
+    left = mesh.vertices[mesh.faces].mean(axis=1)[:, 0] < 6
+    alone = Mesh(mesh.vertices, mesh.faces[left])
+    result = segment(mesh, 9, mask=left, smooth=False)
+    expected = segment(alone, 9, smooth=False)
+    assert result.params["expected_radius"] == pytest.approx(np.sqrt(72 / (9 * np.pi)))
+    assert np.array_equal(result.labels[left], expected.labels)
+    assert np.array_equal(result.centers, np.flatnonzero(left)[expected.centers])
+    with pytest.raises(ValueError, match="n_segments is 145 but there are only 144 faces"):
+        segment(mesh, 145, mask=left)
+
+
+def test_an_open_line_of_edges_is_walked_around():
+    mesh = grid(4)
+    wall = [[2, 7], [7, 12], [12, 17]]  # from the rim up to the middle of the last row
+    result = segment(mesh, 1, barriers=wall)
+    assert result.n_segments == 1
+    by_steps = segment(mesh, init=[0], barriers=wall, max_num_iter=0, smooth=False)
+    assert by_steps.n_segments == 1
+    cut = segment(mesh, barriers=[*wall, [22, 17]], init=[0], smooth=False)
+    assert cut.n_segments == 2
+    assert count_pieces(build_face_graph(mesh), cut.labels) == 2
+
+
+def test_edges_are_welded_as_the_mesh_is():
+    mesh = shapes.soup(grid(4))
+    joined = grid(4)
+    wall = np.array([[2, 7], [7, 12], [12, 17], [17, 22]])
+    places = {tuple(p): i for i, p in enumerate(mesh.vertices.tolist())}  # any of several
+    named = [[places[tuple(joined.vertices[v].tolist())] for v in edge] for edge in wall]
+    assert run(mesh, 1, barriers=named).n_segments == 2
+    with pytest.raises(ValueError, match="which is no edge"):
+        segment(mesh, 1, barriers=named, weld=False)
+
+
+def test_pieces_between_edges_stay_and_whole_parts_join_the_nearest():
+    square = grid(4)
+    speck = Mesh([[9, 0, 0], [9.1, 0, 0], [9, 0.1, 0]], [[0, 1, 2]])
+    mesh = shapes.together([square, speck])
+    wall = [[2, 7], [7, 12], [12, 17], [17, 22]]
+    with pytest.warns(IslandWarning, match=r"2 regions in place of 1: 1 between barriers got no"):
+        result = segment(mesh, 1, barriers=wall, islands="nearest")
+    right = square.vertices[square.faces].mean(axis=1)[:, 0] > 2
+    labels = result.labels
+    assert len(np.unique(labels[:-1][right])) == len(np.unique(labels[:-1][~right])) == 1
+    assert labels[-1] == labels[:-1][right][0]
+    assert result.n_unreached == 2
+
+
+def test_islands_join_the_nearest_region_of_their_number():
+    parts = [Mesh(shapes.strip(4).vertices + [x, 0, 0], shapes.strip(4).faces) for x in (0, 5, 30)]
+    specks = [Mesh([[x, 5, 0], [x + 0.1, 5, 0], [x, 5.1, 0]], [[0, 1, 2]]) for x in (0, 6, 9)]
+    mesh = shapes.together([*parts, *specks])
+    sides = np.repeat([0, 1, 2, 2, 0, 3], [4, 4, 4, 1, 1, 1])
+    with pytest.warns(IslandWarning, match=r"4 regions in place of 3: 1 between"):
+        result = segment(mesh, 3, barriers=sides, islands="nearest")
+    of_parts = result.labels[[0, 4, 8]]
+    assert result.labels[12:14].tolist() == of_parts[[2, 0]].tolist()
+    assert result.labels[14] == 3
+    small = segment(
+        mesh, init=[0, 4, 8, 12, 13, 14], barriers=sides, islands="nearest", min_size=0.5
+    )
+    assert small.labels[12:14].tolist() == small.labels[[8, 0]].tolist()
+    assert (small.n_segments, small.n_merged, small.n_islands) == (4, 2, 1)
+
+
+def test_a_run_begins_where_another_ended():
+    mesh = shapes.bumpy_sheet(20)
+    first = segment(mesh, 15, smooth=False)
+    again = segment(mesh, init=first, smooth=False)
+    assert again.n_iter < first.n_iter
+    assert again.params["init"] == "given"
+    still = segment(mesh, init=first, smooth=False, max_num_iter=0)
+    assert np.array_equal(still.labels, first.labels)
+    assert np.array_equal(still.centers, first.centers)
+    assert (still.n_iter, still.stop_reason) == (0, "max_num_iter")
+
+
+def test_labels_begin_with_their_central_cells():
+    mesh = grid(4)
+    halves = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 2).astype(int)
+    result = segment(mesh, init=halves, max_num_iter=0, smooth=False)
+    graph = build_face_graph(mesh)
+    for label in (0, 1):
+        cells = np.flatnonzero(halves == label)
+        steps = graph.positions[cells] - graph.positions[cells].mean(axis=0)
+        assert result.centers[label] == cells[np.argmin((steps * steps).sum(axis=1))]
+    partly = np.where(mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3, -1, halves)
+    assert segment(mesh, init=partly).n_segments == 2
+    assert segment(mesh, init=partly, mask=partly >= 0).n_segments == 2
+
+
+def test_all_cells_may_be_seeds():
+    mesh = shapes.strip(5)
+    order = [4, 2, 0, 1, 3]
+    assert segment(mesh, init=order, smooth=False).centers.tolist() == order
+
+
+def test_without_iterations_cells_go_to_the_centers_given():
+    mesh = shapes.strip(9)
+    result = segment(mesh, init=[0, 1], max_num_iter=0, smooth=False)
+    assert result.centers.tolist() == [0, 1]
+    assert result.labels.tolist() == [0] + [1] * 8
+    assert segment(mesh, 3, max_num_iter=0).n_iter == 0
+
+
+@pytest.mark.parametrize("options", [{}, {"islands": "nearest"}, {"radius_factor": 2.0}], ids=str)
+def test_graphs_have_masks_and_barriers_too(options):
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(5, 200))
+        graph = shapes.random_graph(n, 2 * n, seed)
+        mask = rng.uniform(size=n) < 0.8
+        mask[0] = True
+        sides = rng.integers(0, 3, n)
+        k = int(rng.integers(1, mask.sum() + 1))
+        result = segment_graph(graph, k, mask=mask, barriers=sides, **options)
+        assert ((result.labels == -1) == ~mask).all()
+        pairs = np.unique(np.stack([result.labels[mask], sides[mask]]), axis=1)
+        assert pairs.shape[1] == result.n_segments
+        if "radius_factor" in options:
+            continue  # its reach is another for as many regions as there are now
+        same = {"mask": mask, "barriers": sides, **options}
+        again = segment_graph(graph, init=result, max_num_iter=0, **same)
+        assert np.array_equal(again.labels, result.labels)
+
+
+def test_results_of_graphs_are_those_of_meshes():
+    mesh = shapes.bumpy_sheet(12)
+    faces = build_face_graph(mesh)
+    rng = np.random.default_rng(0)
+    mask = rng.uniform(size=9)[random_field(faces, 9, rng)] < 0.7
+    sides = random_field(faces, 3, rng)
+    expected = run(mesh, 12, mask=mask, barriers=sides, smooth=False)
+    weights = crease_weights(mesh, faces, expected.params["expected_radius"])
+    graph = faces.with_weights(weights)
+    found = segment_graph(graph, 12, mask=mask, barriers=sides)
+    assert np.array_equal(found.labels, expected.labels)
+    assert np.array_equal(found.centers, expected.centers)
+
+
+def test_constrained_labels_do_not_depend_on_threads():
+    mesh = shapes.bumpy_sheet(60)
+    graph = build_face_graph(mesh)
+    rng = np.random.default_rng(1)
+    mask = rng.uniform(size=20)[random_field(graph, 20, rng)] < 0.8
+    sides = random_field(graph, 7, rng)
+    one, two = (run(mesh, 40, mask=mask, barriers=sides, n_threads=n) for n in (1, 3))
+    assert np.array_equal(one.labels, two.labels)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"mask": [1, 0]}, TypeError, "mask must be bools, got int64"),
+        ({"mask": [True]}, ValueError, r"mask must have shape \(4,\), got \(1,\)"),
+        ({"mask": [False] * 4}, ValueError, "the mask leaves no cell: it is False everywhere"),
+        (
+            {"mask": np.ma.array([True] * 4, mask=[0, 0, 0, 1])},
+            ValueError,
+            "mask has masked entries",
+        ),
+        (
+            {"mask": [True, True, False, True], "init": [1, 2]},
+            ValueError,
+            r"init\[1\] is 2, which the mask leaves out",
+        ),
+        ({"barriers": [0.5] * 4}, TypeError, "barriers must be integers, got float64"),
+        (
+            {"barriers": [1, 2]},
+            ValueError,
+            r"barriers must have shape \(4,\), a label per cell, or",
+        ),
+        ({"barriers": [[0, 1, 2]]}, ValueError, r"barriers must have shape \(E, 2\), got \(1, 3\)"),
+        ({"barriers": [[0, 9]]}, ValueError, r"barriers\[0\] is \[0, 9\] but the mesh has 6 vert"),
+        (
+            {"barriers": [[0, 1], [0, 5]]},
+            ValueError,
+            r"barriers\[1\] is \[0, 5\], which is no edge",
+        ),
+        ({"barriers": [[0.0, 1.0]]}, TypeError, "barriers must be integers, got float64"),
+        (
+            {"barriers": np.ma.array([1] * 4, mask=[0, 0, 0, 1])},
+            ValueError,
+            "barriers has masked entries",
+        ),
+        ({"max_num_iter": -1}, ValueError, "max_num_iter must be at least 0, got -1"),
+        (
+            {"init": [0, 0, 2, 2]},
+            ValueError,
+            "init has a label per cell, but no cell has label 1",
+        ),
+        ({"init": [-1] * 4}, ValueError, "init has a label per cell, but .*all are -1"),
+        ({"init": [0, 0, 1, 1], "n_segments": 3}, ValueError, "n_segments is 3 but 2 seeds are"),
+    ],
+)
+def test_wrong_arguments_are_named(options, error, message):
+    with pytest.raises(error, match=message):
+        segment(shapes.strip(4), **options)
+
+
+def test_what_does_not_fit_the_cells_is_named():
+    with pytest.raises(ValueError, match="init is a segmentation of 4 cells, not of 5"):
+        segment(shapes.strip(5), init=segment(shapes.strip(4), 2))
+    for cells in (points(), tets()):
+        with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) are edges of a mesh"):
+            segment(cells, 2, barriers=[[0, 1]])
+    with pytest.raises(ValueError, match=r"barriers of shape \(E, 2\) are edges of a mesh"):
+        segment_graph(shapes.line_graph([1.0, 1.0]), 2, barriers=[[0, 1]])
