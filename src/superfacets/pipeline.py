@@ -245,6 +245,11 @@ class _Options:
         """As they are reported, but for those that `segment_cells` reports."""
         return {"weld": self.weld, **self.weights.params, **self.features.params}
 
+    @property
+    def names_no_cells(self) -> bool:
+        """Whether neither arcs nor cells are given by their numbers."""
+        return self.weights.given is None and isinstance(self.init, str)
+
 
 def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
     """Run all stages; the caller of `segment` is warned."""
@@ -261,9 +266,18 @@ def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
             costs = _border_costs(surface, size.radius, options.weights, steps, lengths, unit)
             del lengths  # makes room
             result = clean(costs, result, options.cleanup)
+    if surface.order is not None:
+        result = _in_input_order(result, surface.order)
     params = {**options.params, **result.params, **options.cleanup.params}
     timings = _in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params)
+
+
+def _in_input_order(result: Segmentation, order: npt.NDArray[np.int32]) -> Segmentation:
+    """The result for cells in the order of the input, of which `order` holds the numbers."""
+    labels = np.empty_like(result.labels)
+    labels[order] = result.labels
+    return replace(result, labels=labels, centers=order[result.centers])
 
 
 def _advice(radius: float) -> str:
@@ -287,14 +301,17 @@ def _build_cells(
         source = as_cells(mesh)
         kind = kind_of(source)
     with timed(timings, "face_graph", on_stage):
-        graph, shapes = kind.build_graph(source, options.weld, n_threads)
+        if kind.sorted_graph is not None and options.names_no_cells:
+            graph, shapes = kind.sorted_graph(source, n_threads), None
+        else:
+            graph, shapes = kind.build_graph(source, options.weld, n_threads)
         size = region_size(options.size, graph.measures, graph.diagonal, n_threads, kind.dimension)
         share = kind.sliver_share(source, graph, shapes, size.radius, n_threads)
     with timed(timings, "weights", on_stage):
         surface = kind.surface(source, graph, n_threads)
         weights = kind.weights(surface, graph, shapes, size.radius, options.weights)
         del shapes  # makes room
-        steps = options.features.steps(source, graph.measures, n_threads)
+        steps = options.features.steps(source, graph.measures, n_threads, surface.order)
         if steps is not None:
             checked = checked_weights(weights, surface.n_arcs, n_threads)
             weights = steps.added(checked, surface.arcs, size.radius / graph.diagonal)
