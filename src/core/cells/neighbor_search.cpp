@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <utility>
 
 #include "base/assert.hpp"
@@ -20,24 +19,6 @@ double squared_gap(const Box& a, const Box& b) {
                        gap(a.low.y, a.high.y, b.low.y, b.high.y),
                        gap(a.low.z, a.high.z, b.low.z, b.high.z)});
 }
-
-// Squared distances of the places of a leaf from a point, and, as bits, which are in reach.
-struct MeasureDistances {
-  using Squared = std::array<double, BoxTree::kLeaf>;
-  static_assert(BoxTree::kLeaf <= 64);
-
-  SUPERFACETS_ALWAYS_INLINE void operator()(const PointBlock<BoxTree::kLeaf>& positions,
-                                            const Point& center, double reach, Squared* squared,
-                                            std::uint64_t* in_reach) const {
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < BoxTree::kLeaf; ++i) {
-      const double distance = squared_norm(positions.get(i) - center);
-      (*squared)[i] = distance;
-      bits |= distance <= reach ? std::uint64_t{1} << i : std::uint64_t{0};
-    }
-    *in_reach = bits;
-  }
-};
 
 // Puts a neighbor into its place in a list that keeps the nearest, as many as it has room for.
 void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& size) {
@@ -82,24 +63,39 @@ void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratc
     return std::span(scratch.lists).subspan((place - first) * n_nearest, n_nearest);
   };
   // The leaf itself gives an upper bound of the distances.
-  copy_leaf(leaf, scratch.own);
   double farthest = 0.0;
   for (auto place = first; place < last; ++place) {
     std::size_t& size = scratch.sizes[place - first];
-    scan_leaf(scratch.own, static_cast<Place>(place), list_of(place), size);
+    scan_leaf(leaf, static_cast<Place>(place), list_of(place), size);
     farthest = std::max(farthest, squared_reach(list_of(place), size));
   }
   find_nearby(leaf, farthest, scratch.nearby);
-  if (scratch.leaves.size() < scratch.nearby.size()) scratch.leaves.resize(scratch.nearby.size());
-  for (std::size_t i = 0; i < scratch.nearby.size(); ++i) {
-    copy_leaf(scratch.nearby[i].leaf, scratch.leaves[i]);
-  }
+  // The nearest leaves lower that bound, so that most of the others need not be looked at.
+  const auto n_first = std::min(kFirstLeaves, scratch.nearby.size());
+  scan_leaves(leaf, std::span(scratch.nearby).first(n_first), n_nearest, scratch);
+  farthest = 0.0;
   for (auto place = first; place < last; ++place) {
+    farthest = std::max(farthest, squared_reach(list_of(place), scratch.sizes[place - first]));
+  }
+  const Box& box = tree_.level(0)[leaf];
+  const auto rest = std::remove_if(
+      scratch.nearby.begin() + static_cast<std::ptrdiff_t>(n_first), scratch.nearby.end(),
+      [&](const Nearby& near) { return squared_gap(tree_.level(0)[near.leaf], box) > farthest; });
+  scan_leaves(leaf, {scratch.nearby.begin() + static_cast<std::ptrdiff_t>(n_first), rest},
+              n_nearest, scratch);
+}
+
+// Offers points of other leaves to the places of a leaf.
+void NeighborSearch::scan_leaves(std::size_t leaf, std::span<const Nearby> leaves,
+                                 std::size_t n_nearest, Scratch& scratch) const {
+  const auto [first, last] = tree_.places(leaf);
+  for (auto place = first; place < last; ++place) {
+    const auto list = std::span(scratch.lists).subspan((place - first) * n_nearest, n_nearest);
     std::size_t& size = scratch.sizes[place - first];
-    for (std::size_t i = 0; i < scratch.nearby.size(); ++i) {
-      const Box& box = tree_.level(0)[scratch.nearby[i].leaf];
-      if (box.squared_distance(positions_[place]) > squared_reach(list_of(place), size)) continue;
-      scan_leaf(scratch.leaves[i], static_cast<Place>(place), list_of(place), size);
+    for (const Nearby& near : leaves) {
+      const double gap = tree_.level(0)[near.leaf].squared_distance(positions_[place]);
+      if (gap > squared_reach(list, size)) continue;
+      scan_leaf(near.leaf, static_cast<Place>(place), list, size);
     }
   }
 }
@@ -124,27 +120,19 @@ void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
             [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
 }
 
-void NeighborSearch::copy_leaf(std::size_t leaf, Leaf& copied) const {
-  const auto [first, last] = tree_.places(leaf);
-  copied.first = static_cast<Place>(first);
-  copied.n_places = static_cast<Place>(last - first);
-  for (auto place = first; place < last; ++place) {
-    copied.positions.set(place - first, positions_[place]);
-  }
-}
-
 // Offers the points of a leaf, but for the one at `from` itself, to the list of a place.
-void NeighborSearch::scan_leaf(const Leaf& leaf, Place from, std::span<Neighbor> list,
+void NeighborSearch::scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list,
                                std::size_t& size) const {
-  MeasureDistances::Squared squared;
-  std::uint64_t in_reach = 0;
-  run_version(with_, MeasureDistances{}, leaf.positions, positions_[from],
-              squared_reach(list, size), &squared, &in_reach);
-  for (; in_reach != 0; in_reach &= in_reach - 1) {  // without its lowest bit
-    const int slot = std::countr_zero(in_reach);
-    if (slot >= leaf.n_places) break;  // the rest of the last leaf is not filled
-    const Place place = leaf.first + slot;
-    if (place != from) insert({squared[slot], points_[place], place}, list, size);
+  const Point center = positions_[from];
+  const auto [first, last] = tree_.places(leaf);
+  std::array<double, BoxTree::kLeaf> squared;  // in a loop of its own, which needs no branches
+  for (auto place = first; place < last; ++place) {
+    squared[place - first] = squared_norm(positions_[place] - center);
+  }
+  for (auto place = first; place < last; ++place) {
+    if (squared[place - first] > squared_reach(list, size)) continue;
+    if (std::cmp_equal(place, from)) continue;
+    insert({squared[place - first], points_[place], static_cast<Place>(place)}, list, size);
   }
 }
 

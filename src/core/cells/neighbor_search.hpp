@@ -1,13 +1,12 @@
 // The nearest neighbors of all points of a cloud.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "base/buffer.hpp"
-#include "base/point_block.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
-#include "base/versions.hpp"
 #include "cells/box_tree.hpp"
 
 namespace superfacets {
@@ -43,7 +42,7 @@ class NeighborSearch {
 
   // Calls take(place, neighbors, thread) for each place, from any thread, with its n_nearest
   // nearest other points, nearest first, or all others where there are fewer. About a microsecond
-  // for twelve of them.
+  // for eight of them.
   template <typename Take>
   void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const {
     std::vector<Scratch> scratch(team.size());
@@ -65,17 +64,13 @@ class NeighborSearch {
  private:
   static constexpr std::int64_t kLeavesPerTask = 64;
 
+  // Leaves that all places of a leaf are compared with before the others are.
+  static constexpr std::size_t kFirstLeaves = 12;
+
   // A leaf that may hold neighbors of another's points.
   struct Nearby {
     double apart;  // squared distance of the centers of their boxes, times four
     std::size_t leaf;
-  };
-
-  // The positions of a leaf, each coordinate in an array of its own.
-  struct Leaf {
-    PointBlock<BoxTree::kLeaf> positions;
-    Place first;
-    Place n_places;
   };
 
   // The working memory of a thread.
@@ -83,8 +78,6 @@ class NeighborSearch {
     std::vector<Neighbor> lists;     // n_nearest for each place of a leaf, nearest first
     std::vector<std::size_t> sizes;  // of these lists
     std::vector<Nearby> nearby;
-    Leaf own{};                // the leaf that is searched
-    std::vector<Leaf> leaves;  // those nearby, in the same order, and perhaps others
     std::span<const Neighbor> list_of(std::size_t row, std::size_t n_nearest) const {
       return {lists.data() + row * n_nearest, sizes[row]};
     }
@@ -92,13 +85,13 @@ class NeighborSearch {
 
   void search_leaf(std::size_t leaf, std::size_t n_nearest, Scratch& scratch) const;
   void find_nearby(std::size_t leaf, double farthest, std::vector<Nearby>& nearby) const;
-  void copy_leaf(std::size_t leaf, Leaf& copied) const;
-  void scan_leaf(const Leaf& leaf, Place from, std::span<Neighbor> list, std::size_t& size) const;
+  void scan_leaves(std::size_t leaf, std::span<const Nearby> leaves, std::size_t n_nearest,
+                   Scratch& scratch) const;
+  void scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list, std::size_t& size) const;
 
   Buffer<Cell> points_;      // by place
   Buffer<Point> positions_;  // by place
   BoxTree tree_;
-  InstructionSet with_ = best_instruction_set();
 };
 
 }  // namespace superfacets

@@ -119,11 +119,13 @@ def _cloud_of_table(table: npt.NDArray[np.float64], names: list[str] | None) -> 
         names += [f"column_{place}" for place in range(len(names) + 1, n_columns + 1)]
     if not {"x", "y", "z"} <= set(names):
         raise MeshError(f"the first line names {', '.join(names)}, but not x, y and z")
-    columns = {name: _narrowed(table[:, place]) for place, name in enumerate(names)}
+    columns = {name: table[:, place] for place, name in enumerate(names)}
     others = {
-        name: values for name, values in columns.items() if name not in "xyz" and name.isascii()
+        name: _narrowed(values)
+        for name, values in columns.items()
+        if name not in "xyz" and name.isascii()
     }
-    return _cloud_of(columns, MeshAttributes(vertex=others))
+    return _cloud_of(columns | others, MeshAttributes(vertex=others))
 
 
 def _narrowed(column: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
