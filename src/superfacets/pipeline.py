@@ -311,6 +311,8 @@ def _build_cells(
         surface = kind.surface(source, graph, n_threads)
         weights = kind.weights(surface, graph, shapes, size.radius, options.weights)
         del shapes  # makes room
+        if kind.bare_surface is not None and not options.weights.has_other_unit:
+            surface = kind.bare_surface(source, graph, n_threads)
         steps = options.features.steps(source, graph.measures, n_threads, surface.order)
         if steps is not None:
             checked = checked_weights(weights, surface.n_arcs, n_threads)
@@ -336,7 +338,7 @@ def _border_costs(
 ) -> BorderCosts:
     """What borders cost: by the weights that paths were measured by, if these are of that kind."""
     scale = radius or surface.diagonal
-    if options.params["weights"] in ("creases", "given"):
+    if not options.has_other_unit:
         return BorderCosts(surface, lengths, unit, scale)
     # Others have other units, or other prices at other resolutions.
     prices = creases_of(surface, radius)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ __all__ = [
     "N_AROUND",
     "N_NEIGHBORS",
     "PointGraph",
+    "bare_point_surface",
     "build_point_graph",
     "estimate_normals",
     "find_point_graph",
@@ -101,6 +102,11 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
         normals = cloud.normals[points]
     order = np.arange(len(points), dtype=np.int32)
     return PointGraph(positions, measures, normals, offsets, neighbors, order, cloud.bounds, points)
+
+
+def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
+    """Return the points of a cloud as cells without normals, which take a tenth of all memory."""
+    return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
 
 
 def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
