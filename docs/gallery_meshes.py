@@ -199,6 +199,30 @@ def body(n=12):
     return sf.TetMesh(points, tets.reshape(-1, 4))
 
 
+def points(n=60_000):
+    """Points at random places on the bear, without faces, normals or an order."""
+    mesh = sf.sample_mesh()
+    rng = np.random.default_rng(0)
+    areas = sf.build_face_graph(mesh).measures
+    chosen = rng.choice(mesh.n_faces, n, p=areas / areas.sum())
+    within = rng.dirichlet([1, 1, 1], n)
+    return sf.PointCloud(np.einsum("pc,pcx->px", within, mesh.vertices[mesh.faces[chosen]]))
+
+
+def rug(n=60_000):
+    """Colored points on a rug that is not quite flat: stripes at its ends, diamonds between."""
+    rng = np.random.default_rng(0)
+    x, y = rng.random((2, n)) * [[3.0], [2.0]]
+    heights = 0.06 * np.sin(2.5 * x + 1) * np.cos(2 * y)
+    paints = np.array([[140, 30, 35], [225, 205, 160], [35, 55, 95], [190, 120, 50]])
+    stripe = np.floor(6 * np.minimum(x, 3 - x)).astype(int)
+    across = np.abs((x - 0.5) % 0.5 - 0.25) / 0.25 + np.abs(y % 0.5 - 0.25) / 0.25
+    paint = np.where(stripe < 3, stripe, 3 * (across < 0.5) + (across > 1))
+    colors = paints[paint] + rng.normal(scale=8, size=(n, 3))
+    shades = np.clip(colors, 0, 255).astype(np.uint8)
+    return sf.PointCloud(np.stack([x, y, heights], axis=1), colors=shades)
+
+
 def example_of_pyvista(name):
     """A mesh in the wheel of PyVista."""
     return folder_of("pyvista") / "examples" / name
@@ -261,6 +285,8 @@ MESHES = {
     "gyroid": gyroid,
     "knot": knot,
     "body": body,
+    "points": points,
+    "rug": rug,
 }
 
 
@@ -279,7 +305,8 @@ def main():
         except sf.MissingExtraError as error:
             print(f"{name}: left out, {error}")
         else:
-            print(f"{name}: {sf.read_mesh(path)}")
+            read = sf.read_cloud if isinstance(mesh, sf.PointCloud) else sf.read_mesh
+            print(f"{name}: {read(path)}")
 
 
 if __name__ == "__main__":

@@ -197,7 +197,9 @@ def test_commands_of_the_gallery_run(name, lines, tmp_path, monkeypatch):
     if name == "body":
         pytest.importorskip("meshio")
         ending = "vtu"
-    mesh = gallery_meshes.body(4) if name == "body" else sf.sample_mesh(3_000)
+    make = {"body": lambda: gallery_meshes.body(4), "rug": lambda: gallery_meshes.rug(3_000),
+            "points": lambda: gallery_meshes.points(3_000)}  # fmt: skip
+    mesh = make[name]() if name in make else sf.sample_mesh(3_000)
     sf.write_mesh(f"gallery/{name}.{ending}", mesh)
     segment, render = (shlex.split(line)[1:] for line in lines)
     result = CliRunner().invoke(commands, segment)

@@ -116,6 +116,11 @@ class WeightOptions:
             checked_share(params["alpha"], "alpha")
         return cls({"weights": weights, **params}, None)
 
+    @property
+    def has_other_unit(self) -> bool:
+        """Whether the price of a crease is not that of ``"creases"``, which clean-up goes by."""
+        return self.params["weights"] not in ("creases", "given")
+
 
 @dataclass(frozen=True)
 class LoopOptions:

@@ -272,6 +272,12 @@ class _Options:
             **self.constraints.params,
         }
 
+    @property
+    def names_no_cells(self) -> bool:
+        """Whether neither arcs nor cells are given by their numbers."""
+        are_given = self.weights.given is not None or self.constraints.is_used
+        return isinstance(self.init, str) and not are_given
+
 
 def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
     """Run all stages; the caller of `segment` is warned."""
@@ -293,9 +299,18 @@ def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
             costs = costs if plan.cut is None else costs.of_part(plan.cut)
             result = clean(costs, result, options.cleanup, plan.groups)
     result = plan.whole(result)
+    if surface.order is not None:
+        result = _in_input_order(result, surface.order)
     params = {**options.params, **result.params, **options.cleanup.params}
     timings = _in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params, cells=cells)
+
+
+def _in_input_order(result: Segmentation, order: npt.NDArray[np.int32]) -> Segmentation:
+    """The result for cells in the order of the input, of which `order` holds the numbers."""
+    labels = np.empty_like(result.labels)
+    labels[order] = result.labels
+    return replace(result, labels=labels, centers=order[result.centers])
 
 
 def _advice(radius: float) -> str:
@@ -320,7 +335,10 @@ def _build_cells(
         source = as_cells(mesh)
         kind = kind_of(source)
     with timed(timings, "face_graph", on_stage):
-        graph, shapes = kind.build_graph(source, options.weld, n_threads)
+        if kind.sorted_graph is not None and options.names_no_cells:
+            graph, shapes = kind.sorted_graph(source, n_threads), None
+        else:
+            graph, shapes = kind.build_graph(source, options.weld, n_threads)
         plan = Plan.of(
             source, graph, (options.size, options.init), options.constraints, n_threads,
             kind.dimension, weld=options.weld,
@@ -331,7 +349,9 @@ def _build_cells(
         surface = kind.surface(source, graph, n_threads)
         weights = kind.weights(surface, graph, shapes, radius, options.weights)
         del shapes  # makes room
-        steps = options.features.steps(source, graph.measures, n_threads)
+        if kind.bare_surface is not None and not options.weights.has_other_unit:
+            surface = kind.bare_surface(source, graph, n_threads)
+        steps = options.features.steps(source, graph.measures, n_threads, surface.order)
         if steps is not None:
             checked = checked_weights(weights, surface.n_arcs, n_threads)
             weights = steps.added(checked, surface.arcs, radius / graph.diagonal)
@@ -355,7 +375,7 @@ def _border_costs(
 ) -> BorderCosts:
     """What borders cost: by the weights that paths were measured by, if these are of that kind."""
     scale = radius or surface.diagonal
-    if options.params["weights"] in ("creases", "given"):
+    if not options.has_other_unit:
         return BorderCosts(surface, lengths, unit, scale)
     # Others have other units, or other prices at other resolutions.
     prices = creases_of(surface, radius)

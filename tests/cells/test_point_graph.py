@@ -6,6 +6,7 @@ from shapes import count_pieces
 
 import superfacets as sf
 from superfacets import PointCloud, build_point_graph, estimate_normals, reference, segment
+from superfacets.cells.point_graph import find_point_graph, find_sorted_graph
 
 
 def sphere(n, seed=0):
@@ -127,6 +128,33 @@ def test_isolated_points_have_no_arcs_and_no_area():
     with pytest.warns(sf.IslandWarning):
         assert segment(points, 8).n_segments == 10
     assert segment(points, 8, islands="nearest").n_segments == 8
+
+
+@pytest.mark.parametrize("has_normals", [False, True])
+def test_sorted_cells_are_the_points_in_another_order(has_normals):
+    points = np.concatenate([sphere(500), sphere(40), [[9.0, 9.0, 9.0]]])  # the middle ones twice
+    cloud = PointCloud(points, points if has_normals else None)
+    plain, by_place = find_point_graph(cloud, 1), find_sorted_graph(cloud, 1)
+    order = by_place.points
+    assert sorted(order.tolist()) == list(range(len(points)))
+    assert not np.array_equal(order, np.arange(len(points)))
+    assert np.array_equal(by_place.positions, points[order])
+    assert np.array_equal(by_place.measures, plain.measures[order])
+    assert np.array_equal(by_place.normals, plain.normals[order])
+    rows = rows_of(plain)
+    assert [sorted(order[row].tolist()) for row in rows_of(by_place)] == [rows[i] for i in order]
+
+
+@pytest.mark.parametrize("weights", ["creases", "superfacets"])
+def test_results_are_in_the_order_of_the_input(weights):
+    points = sphere(3000)
+    result = segment(points, 40, weights=weights, features=points[:, 0], feature_weight=0.1)
+    assert np.array_equal(result.labels[result.centers], np.arange(40))
+    apart = np.linalg.norm(points - points[result.centers[result.labels]], axis=1)
+    assert apart.max() < 0.8  # r is 0.32
+    # Given seeds are numbers in the input, too.
+    given = segment(points, init=result.centers, weights=weights, max_num_iter=1)
+    assert np.array_equal(given.labels[given.centers], np.arange(40))
 
 
 def test_a_gap_is_not_crossed():

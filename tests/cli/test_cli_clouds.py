@@ -33,6 +33,9 @@ def test_a_cloud_is_segmented_and_described(folder):
     assert "replaced by those of the labels: vertex property red" in output
     assert np.array_equal(sf.read_labels("out.ply"), np.load("labels.npy"))
     assert json.loads(run("info", "--json", "cloud.ply"))["n_points"] == 3000
+    facts = json.loads(run("segment", "--json", "cloud.ply", "-n", 20, "-o", "labels.npy"))
+    assert facts["n_points"] == 3000
+    assert "n_faces" not in facts
     assert "isolated points      0" in run("info", "cloud.ply")
 
 
@@ -87,6 +90,24 @@ def test_what_the_file_does_not_have_is_an_error(folder):
 
 def test_a_cloud_is_not_subdivided(folder):
     assert "a point cloud has no faces" in run("segment", "cloud.ply", "--subdivide", status=1)
+
+
+def test_scans_of_an_e57_become_one_cloud(folder):
+    pye57 = pytest.importorskip("pye57")
+    cloud = sf.read_cloud("cloud.ply")
+    columns = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), cloud.points.T, strict=True))
+    shades = np.round(255 * cloud.colors).astype(np.uint8).T
+    columns |= zip(("colorRed", "colorGreen", "colorBlue"), shades, strict=True)
+    columns["cartesianInvalidState"] = (np.arange(3000) % 10 == 0).astype(np.int8)
+    with pye57.E57("scans.e57", mode="w") as file:
+        file.write_scan_raw(columns)
+        file.write_scan_raw(columns, translation=np.array([2.0, 0, 0]))
+    assert json.loads(run("info", "--json", "scans.e57"))["n_points"] == 5400
+    output = run("segment", "scans.e57", "-n", 20, "--features", "color")
+    assert "scans.e57: 5400 points, 20 regions" in output
+    stored = sf.read_attributes("scans.superfacets.ply").vertex
+    assert stored["scan"].tolist() == [0] * 2700 + [1] * 2700
+    assert stored["record"][:3].tolist() == [1, 2, 3]
 
 
 def test_more_regions_than_points(folder):

@@ -37,6 +37,9 @@ def test_info_evaluate_and_render(run, tower, tmp_path):
     labels = tmp_path / "labels.npy"
     np.save(labels, np.repeat(np.arange(6, dtype=np.int32), 6))
     assert json.loads(run("info", "--json", tower)[1])["n_tets"] == 36
+    facts = json.loads(run("segment", "--json", tower, "-n", 3, "-o", tmp_path / "b.npy")[1])
+    assert facts["n_tets"] == 36
+    assert "n_faces" not in facts
     assert "tetrahedra           36" in run("info", tower)[1]
     status, out, err = run("evaluate", tower, labels, "--gt", labels, "--json")
     assert status == 0, err

@@ -182,17 +182,33 @@ auto bind_build_tet_graph(const Rows<double>& vertices, const TetRows& tets,
       std::tuple(counts.edges, counts.boundary, counts.non_manifold));
 }
 
-auto bind_build_point_graph(const Rows<double>& positions, int n_neighbors, int n_around,
-                            double cutoff, bool has_normals, int n_threads) {
+PointGraph point_graph_of(const Rows<double>& positions, int n_neighbors, int n_around,
+                          double cutoff, bool has_normals, int n_threads) {
   const auto input = points(positions);
   const PointGraphOptions options{static_cast<std::size_t>(n_neighbors),
                                   static_cast<std::size_t>(n_around), cutoff, has_normals};
-  PointGraph graph = on_team(input.size(), n_threads, [&](ThreadTeam& team) {
-    return build_point_graph(input, options, team);
-  });
+  return on_team(input.size(), n_threads,
+                 [&](ThreadTeam& team) { return build_point_graph(input, options, team); });
+}
+
+auto bind_build_sorted_point_graph(const Rows<double>& positions, int n_neighbors, int n_around,
+                                   double cutoff, bool has_normals, int n_threads) {
+  PointGraph graph =
+      point_graph_of(positions, n_neighbors, n_around, cutoff, has_normals, n_threads);
+  return std::tuple(to_numpy(std::move(graph.positions)), to_numpy(std::move(graph.offsets)),
+                    to_numpy(std::move(graph.neighbors)), to_numpy(std::move(graph.measures)),
+                    to_numpy(std::move(graph.normals)), to_numpy(std::move(graph.points)));
+}
+
+auto bind_build_point_graph(const Rows<double>& positions, int n_neighbors, int n_around,
+                            double cutoff, bool has_normals, int n_threads) {
+  PointGraph sorted =
+      point_graph_of(positions, n_neighbors, n_around, cutoff, has_normals, n_threads);
+  PointGraph graph = on_team(sorted.points.size(), n_threads,
+                             [&](ThreadTeam& team) { return in_input_order(sorted, team); });
   return std::tuple(to_numpy(std::move(graph.offsets)), to_numpy(std::move(graph.neighbors)),
                     to_numpy(std::move(graph.measures)), to_numpy(std::move(graph.normals)),
-                    to_numpy(std::move(graph.order)));
+                    to_numpy(std::move(sorted.points)));
 }
 
 auto bind_point_weights(const PointSurface& surface, double alpha, double eta_convex,
@@ -402,6 +418,8 @@ void bind_cells(nb::module_& module) {
   module.def("build_tet_graph", &bind_build_tet_graph, "vertices"_a.noconvert(),
              "tets"_a.noconvert(), "representative"_a.noconvert(), "n_threads"_a);
   module.def("build_point_graph", &bind_build_point_graph, "positions"_a.noconvert(),
+             "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
+  module.def("build_sorted_point_graph", &bind_build_sorted_point_graph, "positions"_a.noconvert(),
              "n_neighbors"_a, "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
   module.def("point_weights", &bind_point_weights, "surface"_a, "alpha"_a, "eta_convex"_a,
              "crease_length"_a, "diagonal"_a, "n_threads"_a);

@@ -70,12 +70,32 @@ void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratc
     farthest = std::max(farthest, squared_reach(list_of(place), size));
   }
   find_nearby(leaf, farthest, scratch.nearby);
+  // The nearest leaves lower that bound, so that most of the others need not be looked at.
+  const auto n_first = std::min(kFirstLeaves, scratch.nearby.size());
+  scan_leaves(leaf, std::span(scratch.nearby).first(n_first), n_nearest, scratch);
+  farthest = 0.0;
   for (auto place = first; place < last; ++place) {
+    farthest = std::max(farthest, squared_reach(list_of(place), scratch.sizes[place - first]));
+  }
+  const Box& box = tree_.level(0)[leaf];
+  const auto rest = std::remove_if(
+      scratch.nearby.begin() + static_cast<std::ptrdiff_t>(n_first), scratch.nearby.end(),
+      [&](const Nearby& near) { return squared_gap(tree_.level(0)[near.leaf], box) > farthest; });
+  scan_leaves(leaf, {scratch.nearby.begin() + static_cast<std::ptrdiff_t>(n_first), rest},
+              n_nearest, scratch);
+}
+
+// Offers points of other leaves to the places of a leaf.
+void NeighborSearch::scan_leaves(std::size_t leaf, std::span<const Nearby> leaves,
+                                 std::size_t n_nearest, Scratch& scratch) const {
+  const auto [first, last] = tree_.places(leaf);
+  for (auto place = first; place < last; ++place) {
+    const auto list = std::span(scratch.lists).subspan((place - first) * n_nearest, n_nearest);
     std::size_t& size = scratch.sizes[place - first];
-    for (const Nearby& near : scratch.nearby) {
+    for (const Nearby& near : leaves) {
       const double gap = tree_.level(0)[near.leaf].squared_distance(positions_[place]);
-      if (gap > squared_reach(list_of(place), size)) continue;
-      scan_leaf(near.leaf, static_cast<Place>(place), list_of(place), size);
+      if (gap > squared_reach(list, size)) continue;
+      scan_leaf(near.leaf, static_cast<Place>(place), list, size);
     }
   }
 }

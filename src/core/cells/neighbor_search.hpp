@@ -1,6 +1,7 @@
 // The nearest neighbors of all points of a cloud.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "base/buffer.hpp"
@@ -35,6 +36,10 @@ class NeighborSearch {
   std::span<const Cell> points() const { return points_.span(); }         // by place
   std::span<const Point> positions() const { return positions_.span(); }  // by place
 
+  // Give these away: nothing can be searched or asked for afterwards.
+  Buffer<Cell> release_points() { return std::move(points_); }
+  Buffer<Point> release_positions() { return std::move(positions_); }
+
   // Calls take(place, neighbors, thread) for each place, from any thread, with its n_nearest
   // nearest other points, nearest first, or all others where there are fewer. About a microsecond
   // for eight of them.
@@ -59,6 +64,9 @@ class NeighborSearch {
  private:
   static constexpr std::int64_t kLeavesPerTask = 64;
 
+  // Leaves that all places of a leaf are compared with before the others are.
+  static constexpr std::size_t kFirstLeaves = 12;
+
   // A leaf that may hold neighbors of another's points.
   struct Nearby {
     double apart;  // squared distance of the centers of their boxes, times four
@@ -77,6 +85,8 @@ class NeighborSearch {
 
   void search_leaf(std::size_t leaf, std::size_t n_nearest, Scratch& scratch) const;
   void find_nearby(std::size_t leaf, double farthest, std::vector<Nearby>& nearby) const;
+  void scan_leaves(std::size_t leaf, std::span<const Nearby> leaves, std::size_t n_nearest,
+                   Scratch& scratch) const;
   void scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list, std::size_t& size) const;
 
   Buffer<Cell> points_;      // by place

@@ -4,6 +4,8 @@
 #include <atomic>
 #include <numbers>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include "base/assert.hpp"
 #include "cells/neighbor_search.hpp"
@@ -98,62 +100,115 @@ void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Fou
   found.areas = std::move(areas);
 }
 
+// Points at the position of a lower one; their places follow those of all others.
+struct Copies {
+  std::vector<Cell> points;   // in rising order
+  std::vector<Place> places;  // of the lowest points at their positions
+};
+
+Copies find_copies(const NeighborSearch& search, std::span<const Vertex> representative) {
+  Copies copies;
+  if (std::cmp_equal(search.n_points(), representative.size())) return copies;
+  std::vector<Place> place_of(representative.size(), kNoPlace);
+  for (Place place = 0; place < search.n_points(); ++place) {
+    place_of[search.point_at(place)] = place;
+  }
+  for (Cell point = 0; std::cmp_less(point, representative.size()); ++point) {
+    if (representative[point] == point) continue;
+    copies.points.push_back(point);
+    copies.places.push_back(place_of[representative[point]]);
+  }
+  return copies;
+}
+
+// Values of the places, and those of copies behind them.
+template <typename T>
+Buffer<T> with_copies(Buffer<T> values, std::span<const T> of_copies) {
+  if (of_copies.empty()) return values;
+  Buffer<T> all(values.size() + of_copies.size());
+  std::copy(of_copies.begin(), of_copies.end(),
+            std::copy(values.begin(), values.end(), all.begin()));
+  return all;
+}
+
+// The same, where copies have the value of the place that they are at.
+template <typename T>
+Buffer<T> with_same(Buffer<T> values, const Copies& copies) {
+  std::vector<T> same;
+  same.reserve(copies.places.size());
+  for (const Place place : copies.places) same.push_back(values[place]);
+  return with_copies<T>(std::move(values), same);
+}
+
+// Points at one position share its area.
+Buffer<double> shared_areas(Buffer<double> areas, const Copies& copies) {
+  if (copies.points.empty()) return areas;
+  std::vector<Cell> n_together(areas.size(), 1);
+  for (const Place place : copies.places) ++n_together[place];
+  for (std::size_t place = 0; place < areas.size(); ++place) areas[place] /= n_together[place];
+  return with_same(std::move(areas), copies);
+}
+
 // Makes the arcs of the graph from the rows of nearest neighbors, with one back for each.
 class ArcBuilder {
  public:
-  ArcBuilder(const NeighborSearch& search, const NeighborRows& rows,
-             std::span<const Vertex> representative, ThreadTeam& team)
-      : search_(search), rows_(rows), representative_(representative), team_(team) {}
+  ArcBuilder(const NeighborRows& rows, std::span<const Place> places_of_copies, ThreadTeam& team)
+      : rows_(rows), places_of_copies_(places_of_copies), team_(team) {}
 
   void build(PointGraph& graph) {
-    const std::size_t n_points = representative_.size();
-    graph.offsets = Buffer<std::int64_t>(n_points + 1);
+    const auto n_places = n_apart() + std::ssize(places_of_copies_);
+    graph.offsets = Buffer<std::int64_t>(n_places + 1);
     team_.fill(graph.offsets.span(), std::int64_t{0});
     // Each pass meets the arcs in any order: they are counted, and then sorted.
-    for_each_pair([&](Cell a, Cell b) {
+    for_each_pair([&](Place a, Place b) {
       add_one(graph.offsets[a + 1]);
       add_one(graph.offsets[b + 1]);
     });
     std::inclusive_scan(graph.offsets.begin(), graph.offsets.end(), graph.offsets.begin());
-    graph.neighbors = Buffer<Cell>(graph.offsets[n_points]);
-    Buffer<std::int64_t> cursors(n_points);  // write cursor of each point
-    std::copy_n(graph.offsets.begin(), n_points, cursors.begin());
-    for_each_pair([&](Cell a, Cell b) {
+    graph.neighbors = Buffer<Cell>(graph.offsets[n_places]);
+    Buffer<std::int64_t> cursors(n_places);  // write cursor of each place
+    std::copy_n(graph.offsets.begin(), n_places, cursors.begin());
+    for_each_pair([&](Place a, Place b) {
       graph.neighbors[add_one(cursors[a])] = b;
       graph.neighbors[add_one(cursors[b])] = a;
     });
-    team_.for_each_block(static_cast<std::int64_t>(n_points),
-                         [&](std::int64_t begin, std::int64_t end) {
-                           for (auto point = begin; point < end; ++point) {
-                             std::sort(graph.neighbors.data() + graph.offsets[point],
-                                       graph.neighbors.data() + graph.offsets[point + 1]);
-                           }
-                         });
+    team_.for_each_block(n_places, [&](std::int64_t begin, std::int64_t end) {
+      for (auto place = begin; place < end; ++place) {
+        std::sort(graph.neighbors.data() + graph.offsets[place],
+                  graph.neighbors.data() + graph.offsets[place + 1]);
+      }
+    });
   }
 
  private:
-  static std::int64_t add_one(std::int64_t& number) {
+  // Places of points at different positions.
+  std::int64_t n_apart() const {
+    return static_cast<std::int64_t>(rows_.places.size() / rows_.n_columns);
+  }
+
+  std::int64_t add_one(std::int64_t& number) const {
+    if (team_.size() == 1) return number++;  // a third of the time
     return std::atomic_ref(number).fetch_add(1, std::memory_order_relaxed);
   }
 
-  // Calls take(a, b) once for each pair of points that arcs join, from any thread.
+  // Calls take(a, b) once for each pair of places that arcs join, from any thread.
   template <typename Take>
   void for_each_pair(const Take& take) const {
     const auto pairs_of_places = [&](std::int64_t begin, std::int64_t end) {
       for (auto place = static_cast<Place>(begin); place < end; ++place) {
         for (const Place near : rows_.row(place)) {
           if (near == kNoPlace || (near < place && has(near, place))) continue;
-          take(search_.point_at(place), search_.point_at(near));
+          take(place, near);
         }
       }
     };
-    team_.for_each_block(search_.n_points(), pairs_of_places, kPlacesPerTask);
+    team_.for_each_block(n_apart(), pairs_of_places, kPlacesPerTask);
     const auto pairs_at_one_position = [&](std::int64_t begin, std::int64_t end) {
-      for (auto point = static_cast<Cell>(begin); point < end; ++point) {
-        if (representative_[point] != point) take(point, representative_[point]);
+      for (auto copy = begin; copy < end; ++copy) {
+        take(static_cast<Place>(n_apart() + copy), places_of_copies_[copy]);
       }
     };
-    team_.for_each_block(std::ssize(representative_), pairs_at_one_position);
+    team_.for_each_block(std::ssize(places_of_copies_), pairs_at_one_position);
   }
 
   bool has(Place place, Place neighbor) const {
@@ -161,49 +216,10 @@ class ArcBuilder {
     return std::find(row.begin(), row.end(), neighbor) != row.end();
   }
 
-  const NeighborSearch& search_;
   const NeighborRows& rows_;
-  const std::span<const Vertex> representative_;
+  const std::span<const Place> places_of_copies_;
   ThreadTeam& team_;
 };
-
-// Gives points what was found of the position that they are at; they share the area.
-void spread_to_points(const NeighborSearch& search, const Found& found,
-                      std::span<const Vertex> representative, ThreadTeam& team, PointGraph& graph) {
-  const auto n_points = std::ssize(representative);
-  Buffer<Cell> n_together(n_points);
-  team.fill(n_together.span(), 0);
-  for (const Vertex first : representative) ++n_together[first];
-  graph.measures = Buffer<double>(n_points);
-  graph.normals = Buffer<Point>(found.normals.size() == 0 ? 0 : n_points);
-  const auto give_to_first = [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      const Cell point = search.point_at(place);
-      graph.measures[point] = found.areas[place] / n_together[point];
-      if (graph.normals.size() > 0) graph.normals[point] = found.normals[place];
-    }
-  };
-  team.for_each_block(search.n_points(), give_to_first);
-  const auto give_to_rest = [&](std::int64_t begin, std::int64_t end) {
-    for (auto point = begin; point < end; ++point) {
-      const Cell first = representative[point];
-      if (first == point) continue;
-      graph.measures[point] = graph.measures[first];
-      if (graph.normals.size() > 0) graph.normals[point] = graph.normals[first];
-    }
-  };
-  team.for_each_block(n_points, give_to_rest);
-}
-
-// Points in their order on the curve, then those that share a position with a lower one.
-Buffer<Cell> order_of(const NeighborSearch& search, std::span<const Vertex> representative) {
-  Buffer<Cell> order(representative.size());
-  auto next = std::copy(search.points().begin(), search.points().end(), order.begin());
-  for (Cell point = 0; std::cmp_less(point, representative.size()); ++point) {
-    if (representative[point] != point) *next++ = point;
-  }
-  return order;
-}
 
 }  // namespace
 
@@ -212,7 +228,7 @@ PointGraph build_point_graph(std::span<const Point> positions, const PointGraphO
   SUPERFACETS_ASSERT(options.n_neighbors >= 1 && options.n_around >= options.n_neighbors);
   SUPERFACETS_ASSERT(options.cutoff > 0.0);
   const Buffer<Vertex> representative = weld_vertices(positions, team);
-  const NeighborSearch search(positions, points_apart(representative.span()), team);
+  NeighborSearch search(positions, points_apart(representative.span()), team);
   Found found = find_neighbors(search, options, team);
   cut_off(search, options, found, team);
   const NeighborRows rows{found.rows.span(), options.n_neighbors};
@@ -220,10 +236,43 @@ PointGraph build_point_graph(std::span<const Point> positions, const PointGraphO
     turn_consistently(rows, search.positions(), found.areas.span(), search.points(),
                       found.normals.span());
   }
+  const Copies copies = find_copies(search, representative.span());
   PointGraph graph;
-  spread_to_points(search, found, representative.span(), team, graph);
-  ArcBuilder(search, rows, representative.span(), team).build(graph);
-  graph.order = order_of(search, representative.span());
+  ArcBuilder(rows, copies.places, team).build(graph);
+  graph.measures = shared_areas(std::move(found.areas), copies);
+  if (!options.has_normals) graph.normals = with_same(std::move(found.normals), copies);
+  graph.points = with_copies<Cell>(search.release_points(), copies.points);
+  graph.positions = with_same(search.release_positions(), copies);
+  return graph;
+}
+
+PointGraph in_input_order(const PointGraph& sorted, ThreadTeam& team) {
+  const auto n_points = std::ssize(sorted.points);
+  PointGraph graph;
+  graph.offsets = Buffer<std::int64_t>(n_points + 1);
+  graph.measures = Buffer<double>(n_points);
+  graph.normals = Buffer<Point>(sorted.normals.size());
+  graph.offsets[0] = 0;
+  team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
+    for (auto place = begin; place < end; ++place) {
+      const Cell point = sorted.points[place];
+      graph.offsets[point + 1] = sorted.offsets[place + 1] - sorted.offsets[place];
+      graph.measures[point] = sorted.measures[place];
+      if (graph.normals.size() > 0) graph.normals[point] = sorted.normals[place];
+    }
+  });
+  std::inclusive_scan(graph.offsets.begin(), graph.offsets.end(), graph.offsets.begin());
+  graph.neighbors = Buffer<Cell>(sorted.neighbors.size());
+  team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
+    for (auto place = begin; place < end; ++place) {
+      Cell* first = graph.neighbors.data() + graph.offsets[sorted.points[place]];
+      Cell* next = first;
+      for (auto arc = sorted.offsets[place]; arc < sorted.offsets[place + 1]; ++arc) {
+        *next++ = sorted.points[sorted.neighbors[arc]];
+      }
+      std::sort(first, next);
+    }
+  });
   return graph;
 }
 

@@ -29,6 +29,7 @@ double PointSurface::border_length(Cell from, std::int64_t arc) const {
 }
 
 double PointSurface::angle(Cell from, std::int64_t arc) const {
+  if (normals_.empty()) return 0.0;
   const Cell to = arcs().targets[arc];
   const Fold fold = fold_of(normals_[from], normals_[to], positions_[to] - positions_[from]);
   const double theta = arctangent(fold.sine, fold.cosine);

@@ -13,13 +13,14 @@ namespace superfacets {
 // neighbors around a point is not known. Memory: none of its own.
 class PointSurface final : public Surface {
  public:
-  // Normals are of length 1, or zero where a point has none. The order holds all points, near ones
-  // after each other.
+  // Normals are of length 1, or zero where a point has none; empty where no angles are wanted. The
+  // order holds all points, near ones after each other.
   PointSurface(std::span<const Point> positions, std::span<const double> areas,
                std::span<const Point> normals, std::span<const Cell> order, const Arcs& arcs)
       : Surface(arcs), positions_(positions), areas_(areas), normals_(normals), order_(order) {
     SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(positions.size(), arcs.n_cells()));
-    SUPERFACETS_ASSERT(areas.size() == positions.size() && normals.size() == positions.size());
+    SUPERFACETS_ASSERT(areas.size() == positions.size());
+    SUPERFACETS_ASSERT(normals.empty() || normals.size() == positions.size());
     SUPERFACETS_ASSERT(order.size() == positions.size() && all_below(order, arcs.n_cells()));
   }
 

@@ -49,22 +49,33 @@ class FeatureOptions:
             return {}
         return {"feature_weight": self.weight, "scale_features": self.is_scaled}
 
-    def steps(self, source: object, measures: Floats, n_threads: int) -> FeatureSteps | None:
+    def steps(
+        self,
+        source: object,
+        measures: Floats,
+        n_threads: int,
+        order: npt.NDArray[np.int32] | None = None,
+    ) -> FeatureSteps | None:
         """Return features of the cells of a source, or None where there are none to be used.
 
         A ValueError if they are not one row per cell or vertex, finite. The source is a mesh, whose
-        vertices may have features, or anything else with cells.
+        vertices may have features, or anything else with cells. Where these are taken in an order
+        of their own, so are measures.
         """
-        table = self.table(source, measures)
+        table = self.table(source, measures, order)
         if table is None or not self.weight:
             return None
         return FeatureSteps(table, self.weight, n_threads)
 
-    def table(self, source: object, measures: Floats) -> Floats | None:
+    def table(
+        self, source: object, measures: Floats, order: npt.NDArray[np.int32] | None = None
+    ) -> Floats | None:
         """Return features of the cells of a source, (N, F), scaled if asked for; as `steps`."""
         if self.given is None:
             return None
         table = _checked_table(self.given, len(measures), source)
+        if order is not None:
+            table = table[order]
         if self.is_scaled:
             table = table * _scales(table, measures)
         return np.ascontiguousarray(table)

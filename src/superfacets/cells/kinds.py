@@ -22,7 +22,7 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import CellGraph
 from .face_graph import graph_and_shapes
-from .point_graph import find_point_graph, point_surface
+from .point_graph import bare_point_surface, find_point_graph, find_sorted_graph, point_surface
 from .slivers import sliver_share
 from .surface import Surface
 from .tet_graph import build_tet_graph, tet_surface, tet_weights
@@ -51,6 +51,11 @@ class Kind:
         thin beside regions of this radius.
     dimension : int
         2 if measures are areas, 3 if they are volumes.
+    bare_surface : callable, optional
+        As `surface`, without what the weights alone need, to make room.
+    sorted_graph : callable, optional
+        (source, n_threads): the graph of cells in another order, in which later stages are faster,
+        and whose ``points`` are the cells' numbers in the source.
     """
 
     build_graph: Callable[[Any, bool, int], tuple[Any, Any]]
@@ -58,6 +63,8 @@ class Kind:
     weights: Callable[[Surface, Any, Any, float, WeightOptions], npt.ArrayLike]
     sliver_share: Callable[[Any, Any, Any, float, int], float]
     dimension: int = 2
+    bare_surface: Callable[[Any, Any, int], Surface] | None = None
+    sorted_graph: Callable[[Any, int], Any] | None = None
 
 
 _FACES = Kind(
@@ -91,6 +98,8 @@ _POINTS = Kind(
         surface, graph, radius, options
     ),
     sliver_share=lambda *_: 0.0,
+    bare_surface=bare_point_surface,
+    sorted_graph=find_sorted_graph,
 )
 
 _KINDS: dict[type, Kind] = {Mesh: _FACES, PolygonMesh: _FACES, TetMesh: _TETS, PointCloud: _POINTS}

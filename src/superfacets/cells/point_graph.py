@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,9 +21,11 @@ __all__ = [
     "N_AROUND",
     "N_NEIGHBORS",
     "PointGraph",
+    "bare_point_surface",
     "build_point_graph",
     "estimate_normals",
     "find_point_graph",
+    "find_sorted_graph",
     "point_surface",
 ]
 
@@ -47,8 +49,9 @@ class PointGraph:
     normals: npt.NDArray[np.float64]  # (N, 3)
     offsets: npt.NDArray[np.int64]  # (N + 1,)
     neighbors: npt.NDArray[np.int32]  # (M,) ascending for each point
-    order: npt.NDArray[np.int32]  # (N,) all points, near ones after each other
+    order: npt.NDArray[np.int32]  # (N,) all cells, near ones after each other
     bounds: npt.NDArray[np.float64]  # (2, 3)
+    points: npt.NDArray[np.int32] | None = None  # (N,) of the cloud; None if cells are in its order
 
     @property
     def diagonal(self) -> float:
@@ -86,12 +89,35 @@ def find_point_graph(
     return PointGraph(cloud.points, measures, normals, offsets, neighbors, order, cloud.bounds)
 
 
+def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
+    """Return the graph of a cloud whose cells are in an order in which near ones follow each other.
+
+    All that follows is then two to three times as fast as on points in any order.
+    """
+    has_normals = cloud.normals is not None
+    positions, offsets, neighbors, measures, normals, points = _core.build_sorted_point_graph(
+        cloud.points, N_NEIGHBORS, N_AROUND, CUTOFF, has_normals, n_threads
+    )
+    if cloud.normals is not None:
+        normals = cloud.normals[points]
+    order = np.arange(len(points), dtype=np.int32)
+    return PointGraph(positions, measures, normals, offsets, neighbors, order, cloud.bounds, points)
+
+
+def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
+    """Return the points of a cloud as cells without normals, which take a tenth of all memory."""
+    return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
+
+
 def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
     """Return the points of a cloud as cells."""
     handle = _core.PointSurface(
         graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
-    return Surface(handle, graph.offsets, graph.neighbors, cloud.bounds, graph.diagonal, n_threads)
+    return Surface(
+        handle, graph.offsets, graph.neighbors, cloud.bounds, graph.diagonal, n_threads,
+        order=graph.points,
+    )  # fmt: skip
 
 
 def build_point_graph(

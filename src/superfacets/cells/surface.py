@@ -35,6 +35,7 @@ class Surface:
     mesh: FaceMesh | None = None  # that the cells are the faces of
     weights: npt.NDArray[np.float64] | None = None  # of the arcs, where the cells came with some
     dimension: int = 2  # 3 where measures are volumes, and lengths of borders areas
+    order: npt.NDArray[np.int32] | None = None  # (N,) numbers in the input; None: 0 to N - 1
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:

@@ -72,7 +72,7 @@ STANDARD_STREAM = "-"
 
 INPUT_FORMATS = (
     *("ply", "obj", "off", "stl", "glb", "gltf", "tri", "vtp", "vtu", "vtk", "msh", "mesh"),
-    *("xyz", "csv", "txt", "npy", "las", "laz"),
+    *("xyz", "csv", "txt", "npy", "las", "laz", "e57"),
 )
 """Of meshes and, in the second line (and PLY without faces), of point clouds."""
 

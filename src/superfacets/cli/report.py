@@ -135,12 +135,16 @@ def notes_on_attributes(
 
 
 def facts_of(
-    name: str, result: Segmentation, timings: Mapping[str, float], outputs: Sequence[str]
+    name: str,
+    result: Segmentation,
+    timings: Mapping[str, float],
+    outputs: Sequence[str],
+    noun: str = "face",
 ) -> dict[str, Any]:
-    """The run as an object for JSON."""
+    """The run as an object for JSON; the noun is for what has labels."""
     return {
         "file": name,
-        "n_faces": len(result.labels),
+        f"n_{noun}s": len(result.labels),
         "n_segments": result.n_segments,
         "n_iter": result.n_iter,
         "stop_reason": result.stop_reason,

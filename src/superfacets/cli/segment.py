@@ -303,16 +303,16 @@ class _Run:
             )
             with timed(timings, "export", bar.on_stage):
                 _write(job, outcome, self.form)
-        result = outcome.result
+        result, noun = outcome.result, noun_of(outcome.mesh)
         timings = {**result.timings, **timings}
         if not self.is_quiet:
             for note in notes:
                 print_note(note)
         if self.as_json:
-            self._print(job, json.dumps(facts_of(job.input, result, timings, job.names)))
+            self._print(job, json.dumps(facts_of(job.input, result, timings, job.names, noun)))
         elif not self.is_quiet:
             name = Path(job.input).name if job.files or not job.stream else name_of(job.input)
-            self._print(job, summary_of(name, result, timings, job.names, noun_of(outcome.mesh)))
+            self._print(job, summary_of(name, result, timings, job.names, noun))
 
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float], notes: list[str]) -> _Outcome:
         """Read, subdivide and segment; write nothing."""

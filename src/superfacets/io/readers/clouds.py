@@ -1,4 +1,4 @@
-"""Point clouds: PLY without faces, text, NPY, LAS and LAZ."""
+"""Point clouds: PLY without faces, text, NPY, LAS, LAZ and E57."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
 from ..foreign import file_of
 from ..guards import Content, as_doubles
+from .e57 import read_e57
 from .labels import npy_array
 from .ply_attributes import attributes_of
 from .ply_body import read_tables
@@ -118,11 +119,13 @@ def _cloud_of_table(table: npt.NDArray[np.float64], names: list[str] | None) -> 
         names += [f"column_{place}" for place in range(len(names) + 1, n_columns + 1)]
     if not {"x", "y", "z"} <= set(names):
         raise MeshError(f"the first line names {', '.join(names)}, but not x, y and z")
-    columns = {name: _narrowed(table[:, place]) for place, name in enumerate(names)}
+    columns = {name: table[:, place] for place, name in enumerate(names)}
     others = {
-        name: values for name, values in columns.items() if name not in "xyz" and name.isascii()
+        name: _narrowed(values)
+        for name, values in columns.items()
+        if name not in "xyz" and name.isascii()
     }
-    return _cloud_of(columns, MeshAttributes(vertex=others))
+    return _cloud_of(columns | others, MeshAttributes(vertex=others))
 
 
 def _narrowed(column: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
@@ -171,6 +174,10 @@ def _las_shades(stored: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[A
     return stored[name].astype(np.uint8) if is_short else stored[name]
 
 
+def _read_e57(data: Content) -> CloudFile:
+    return CloudFile(*read_e57(data))
+
+
 def las_module() -> Any:
     """Return laspy, which reads and writes LAS."""
     try:
@@ -208,6 +215,7 @@ CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {
     ".npy": _read_npy,
     ".las": _read_las,
     ".laz": _read_las,
+    ".e57": _read_e57,
 }
 
 CLOUD_ENDINGS = tuple(CLOUD_READERS)

@@ -1,0 +1,185 @@
+"""E57: the scans of a file, each moved to its pose, as one cloud; read by pye57."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError, MissingExtraError
+from ...mesh.point_cloud import PointCloud
+from ..attributes import MeshAttributes
+from ..foreign import file_of
+from ..guards import Content, counted
+
+__all__ = ["read_e57"]
+
+_CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
+_SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+_COLORS = ("colorRed", "colorGreen", "colorBlue")
+
+_KINDS = {
+    **dict.fromkeys((*_CARTESIAN, *_SPHERICAL), np.float64),
+    **dict.fromkeys((*_COLORS, "intensity"), np.float32),
+    **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
+}
+"""What is read of a point, and the type that it is converted to."""
+
+
+class _Scan(NamedTuple):
+    """The valid points of a scan."""
+
+    points: npt.NDArray[np.float64]  # (n, 3)
+    colors: npt.NDArray[np.float32] | None  # (n, 3), 0 to 1
+    intensity: npt.NDArray[np.float32] | None  # (n,)
+    records: npt.NDArray[np.int32]  # (n,) their numbers in the scan, from 0
+
+
+def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
+    """The points of all scans in their order, without those that are declared invalid.
+
+    Invalid points have no position: no label could mean anything there, and hardly any scan on a
+    grid is without them. ``scan`` and ``record`` of the attributes say where in the file a point
+    stands. Colors and intensities are kept if all scans have them.
+    """
+    pye57 = _module()
+    with file_of(data, ".e57") as path:
+        try:
+            with pye57.E57(path) as file:
+                scans = [_read_scan(pye57, file, i, len(data)) for i in range(file.scan_count)]
+        except (MemoryError, MeshError):
+            raise
+        except Exception as error:  # pye57 raises many kinds on damaged files
+            reason = " ".join(str(error).split())
+            raise MeshError(f"the E57 file cannot be read: {reason}") from None
+    if not scans:
+        raise MeshError("the E57 file has no scans")
+    return _joined(scans)
+
+
+def _module() -> Any:
+    try:
+        import pye57
+    except ModuleNotFoundError:
+        raise MissingExtraError("an .e57 file", "e57") from None
+    return pye57
+
+
+def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
+    places = np.repeat(np.arange(len(scans), dtype=np.int32), [len(scan.points) for scan in scans])
+    stored: dict[str, npt.NDArray[Any]] = {
+        "scan": places,
+        "record": np.concatenate([scan.records for scan in scans]),
+    }
+    intensities = [scan.intensity for scan in scans if scan.intensity is not None]
+    if len(intensities) == len(scans):
+        stored["intensity"] = np.concatenate(intensities)
+    shades = [scan.colors for scan in scans if scan.colors is not None]
+    colors = np.concatenate(shades) if len(shades) == len(scans) else None
+    points = np.concatenate([scan.points for scan in scans])
+    return PointCloud(points, colors=colors), MeshAttributes(vertex=stored)
+
+
+def _read_scan(pye57: Any, file: Any, place: int, n_bytes: int) -> _Scan:
+    header = file.get_header(place)
+    axes = next((axes for axes in (_CARTESIAN, _SPHERICAL) if _has(header, axes)), None)
+    if axes is None:
+        raise MeshError(f"scan {place} has no coordinates of points")
+    columns = _read_columns(pye57, file, place, n_bytes)
+    states = columns.get("cartesianInvalidState" if axes == _CARTESIAN else "sphericalInvalidState")
+    records = np.arange(len(columns[axes[0]]), dtype=np.int32)
+    if states is not None:
+        records = records[states == 0]
+        columns = {name: values[records] for name, values in columns.items()}
+    points = np.column_stack([columns[axis] for axis in axes])
+    if axes == _SPHERICAL:
+        points = _from_spherical(points)
+    colors = _colors_of(pye57, header, columns) if _has(header, _COLORS) else None
+    return _Scan(_moved(points, header, place), colors, columns.get("intensity"), records)
+
+
+def _has(header: Any, names: tuple[str, ...]) -> bool:
+    return all(name in header.point_fields for name in names)
+
+
+def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, npt.NDArray[Any]]:
+    """What a scan holds of `_KINDS`, one number per record."""
+    header = file.get_header(place)
+    n_records = header.point_count
+    if n_records > 8 * n_bytes:  # of points in different places, each takes a bit at least
+        raise MeshError(f"scan {place} declares {n_records} points, in a file of {n_bytes} bytes")
+    names = [name for name in header.point_fields if name in _KINDS]
+    columns = {name: np.empty(n_records, _KINDS[name]) for name in names}
+    if not n_records:
+        return columns
+    buffers = pye57.libe57.VectorSourceDestBuffer()
+    for name, values in columns.items():
+        buffers.append(
+            pye57.libe57.SourceDestBuffer(file.image_file, name, values, n_records, True, True)
+        )
+    reader = header.points.reader(buffers)
+    n_read = reader.read()
+    reader.close()
+    if n_read != n_records:
+        raise MeshError(f"scan {place} declares {counted(n_records, 'point')} and holds {n_read}")
+    return columns
+
+
+def _from_spherical(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Positions from range, azimuth and elevation, in radians."""
+    range_, azimuth, elevation = points.T
+    across = range_ * np.cos(elevation)
+    return np.column_stack(
+        [across * np.cos(azimuth), across * np.sin(azimuth), range_ * np.sin(elevation)]
+    )
+
+
+def _moved(points: npt.NDArray[np.float64], header: Any, place: int) -> npt.NDArray[np.float64]:
+    """Points of a scan in the coordinates of the file: turned, then moved."""
+    if not header.has_pose():
+        return points
+    pose = header.node["pose"]
+    if pose.isDefined("rotation"):
+        quaternion = np.array([_number_in(pose["rotation"][axis]) for axis in "wxyz"])
+        length = np.linalg.norm(quaternion)
+        if not (np.isfinite(length) and length > 0):
+            raise MeshError(f"scan {place} has a rotation that is none: {quaternion.tolist()}")
+        points = np.einsum("ij,kj->ik", points, _rotation_of(quaternion / length))
+    if pose.isDefined("translation"):
+        points = points + [_number_in(pose["translation"][axis]) for axis in "xyz"]
+    return points
+
+
+def _rotation_of(quaternion: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The matrix of a quaternion w, x, y, z of length 1."""
+    w, axis = quaternion[0], quaternion[1:]
+    crossed = np.cross(np.eye(3), axis)  # times a vector: axis x vector
+    return np.eye(3) + 2 * (w * crossed + crossed @ crossed)
+
+
+def _colors_of(
+    pye57: Any, header: Any, columns: dict[str, npt.NDArray[Any]]
+) -> npt.NDArray[np.float32] | None:
+    """Colors from 0 to 1 by the limits that the scan declares; None where these are no range."""
+    shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
+    for place, name in enumerate(_COLORS):
+        low, high = _limits_of(pye57, header, name)
+        if not (np.isfinite(high - low) and high > low):
+            return None
+        shades[:, place] = (columns[name] - np.float32(low)) / np.float32(high - low)
+    return np.clip(shades, 0, 1)
+
+
+def _limits_of(pye57: Any, header: Any, name: str) -> tuple[float, float]:
+    """Least and greatest value of a color: of the sensor, or else of the numbers stored."""
+    if header.node.isDefined("colorLimits"):
+        limits = header.node["colorLimits"]
+        return _number_in(limits[f"{name}Minimum"]), _number_in(limits[f"{name}Maximum"])
+    kind = pye57.libe57.StructureNode(header.points.prototype())[name]
+    return kind.minimum(), kind.maximum()
+
+
+def _number_in(node: Any) -> float:
+    is_scaled = hasattr(node, "scaledValue")
+    return float(node.scaledValue() if is_scaled else node.value())

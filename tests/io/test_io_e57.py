@@ -1,0 +1,254 @@
+"""E57: scans with poses, colors and invalid points as one cloud; damaged files are refused."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from superfacets import MeshError, MissingExtraError, read_cloud, segment
+from superfacets.io.readers.e57 import read_e57
+from superfacets.io.readers.read import CELL_ENDINGS
+
+QUARTER_TURN = np.sqrt([0.5, 0, 0, 0.5])  # about z, as a quaternion w, x, y, z
+POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
+COLORS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [51, 51, 51]], np.uint8)
+
+
+@pytest.fixture
+def pye57():
+    return pytest.importorskip("pye57")
+
+
+def scan(points=POINTS, colors=None, **others):
+    """A scan as pye57 writes it."""
+    columns = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), points.T, strict=True), **others)
+    if colors is not None:
+        columns |= zip(("colorRed", "colorGreen", "colorBlue"), colors.T, strict=True)
+    return columns
+
+
+@pytest.fixture
+def write(pye57, tmp_path):
+    """Write scans, each with the options of `write_scan_raw`; return the path of the file."""
+
+    def write_scans(*scans):
+        path = tmp_path / "scans.e57"
+        with pye57.E57(str(path), mode="w") as file:
+            for columns, options in scans:
+                file.write_scan_raw(columns, **options)
+        return path
+
+    return write_scans
+
+
+def test_points_and_colors(write):
+    cloud = read_cloud(write((scan(colors=COLORS), {})))
+    assert np.array_equal(cloud.points, POINTS)
+    assert cloud.colors == pytest.approx(COLORS / 255)
+    assert cloud.normals is None
+
+
+def test_scans_are_joined_in_their_poses(write):
+    path = write(
+        (scan(colors=COLORS), {"rotation": QUARTER_TURN, "translation": np.array([10.0, 0, 0])}),
+        (scan(colors=COLORS[::-1]), {"translation": np.array([0, 0, 5.0])}),
+    )
+    cloud, attributes = read_e57(path.read_bytes())
+    turned = np.column_stack([10 - POINTS[:, 1], POINTS[:, 0], POINTS[:, 2]])
+    assert cloud.points == pytest.approx(np.concatenate([turned, POINTS + [0, 0, 5]]), abs=1e-12)
+    assert cloud.colors == pytest.approx(np.concatenate([COLORS, COLORS[::-1]]) / 255)
+    assert attributes.vertex["scan"].tolist() == [0] * 4 + [1] * 4
+    assert attributes.vertex["record"].tolist() == [0, 1, 2, 3] * 2
+
+
+def test_any_rotation_is_that_of_pye57(write, pye57):
+    quaternion = np.array([0.1, -0.7, 0.5, 0.2])  # pye57 brings it to length 1, and so do we
+    path = write((scan(), {"rotation": quaternion, "translation": np.array([1.0, 2, 3])}))
+    with pye57.E57(str(path)) as file:
+        columns = file.read_scan(0, ignore_missing_fields=True)
+    expected = np.column_stack([columns[f"cartesian{axis}"] for axis in "XYZ"])
+    assert read_cloud(path).points == pytest.approx(expected, abs=1e-12)
+
+
+def test_invalid_points_are_left_out(write):
+    state = np.array([0, 2, 0, 1], np.int8)
+    rates = np.array([0.5, 0.25, 1, 0], np.float32)
+    columns = scan(colors=COLORS, cartesianInvalidState=state, intensity=rates)
+    path = write((columns, {}), (scan(colors=COLORS, intensity=rates), {}))
+    cloud, attributes = read_e57(path.read_bytes())
+    kept = [0, 2, 0, 1, 2, 3]
+    assert np.array_equal(cloud.points, POINTS[kept])
+    assert cloud.colors == pytest.approx(COLORS[kept] / 255)
+    assert attributes.vertex["record"].tolist() == kept
+    assert attributes.vertex["scan"].tolist() == [0, 0, 1, 1, 1, 1]
+    assert attributes.vertex["intensity"].tolist() == rates[kept].tolist()
+    assert len(segment(path, 2).labels) == 6
+
+
+def test_what_only_some_scans_have_is_left_out(write):
+    rates = np.ones(4, np.float32)
+    path = write((scan(colors=COLORS, intensity=rates), {}), (scan(), {}))
+    cloud, attributes = read_e57(path.read_bytes())
+    assert cloud.n_points == 8
+    assert cloud.colors is None
+    assert "intensity" not in attributes.vertex
+
+
+def build_file(pye57, path, fill):
+    """Write a file of one scan, whose tree and prototype `fill` makes; it returns the columns."""
+    nodes = pye57.libe57
+    with pye57.E57(str(path), mode="w") as file:
+        image = file.image_file
+        tree = nodes.StructureNode(image)
+        prototype = nodes.StructureNode(image)
+        columns = fill(nodes, image, tree, prototype)
+        points = nodes.CompressedVectorNode(image, prototype, nodes.VectorNode(image, True))
+        tree.set("points", points)
+        file.data3d.append(tree)
+        buffers = nodes.VectorSourceDestBuffer()
+        for name, values in columns.items():
+            buffers.append(nodes.SourceDestBuffer(image, name, values, len(values), True, True))
+        writer = points.writer(buffers)
+        writer.write(len(next(iter(columns.values()))))
+        writer.close()
+    return path
+
+
+def _doubles(nodes, image, prototype, names, table):
+    for name in names:
+        prototype.set(name, nodes.FloatNode(image, 0.0))
+    return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
+
+
+def test_spherical_coordinates(pye57, tmp_path):
+    def build(nodes, image, _tree, prototype):
+        names = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
+        table = np.array([[2, 0, 0], [2, np.pi / 2, 0], [3, 1.0, np.pi / 2], [1, 1, 1]])
+        prototype.set("sphericalInvalidState", nodes.IntegerNode(image, 0, 0, 2))
+        columns = _doubles(nodes, image, prototype, names, table)
+        return columns | {"sphericalInvalidState": np.array([0, 0, 0, 2], np.int8)}
+
+    cloud = read_cloud(build_file(pye57, tmp_path / "a.e57", build))
+    assert cloud.points == pytest.approx(np.array([[2, 0, 0], [0, 2, 0], [0, 0, 3]]), abs=1e-12)
+
+
+AXES = ("cartesianX", "cartesianY", "cartesianZ")
+
+
+@pytest.mark.parametrize("has_limits", [False, True])
+def test_colors_have_the_range_that_is_declared(pye57, tmp_path, has_limits):
+    def build(nodes, image, tree, prototype):
+        columns = _doubles(nodes, image, prototype, AXES, POINTS)
+        limits = nodes.StructureNode(image)
+        for name in ("colorRed", "colorGreen", "colorBlue"):
+            prototype.set(name, nodes.IntegerNode(image, 0, 0, 65535))
+            limits.set(f"{name}Minimum", nodes.IntegerNode(image, 0))
+            limits.set(f"{name}Maximum", nodes.IntegerNode(image, 1023))
+            columns[name] = np.array([0, 341, 682, 1023], np.uint16)
+        if has_limits:
+            tree.set("colorLimits", limits)
+        return columns
+
+    red = read_cloud(build_file(pye57, tmp_path / "a.e57", build)).colors[:, 0]
+    whole = 1023 if has_limits else 65535
+    assert red == pytest.approx(np.array([0, 341, 682, 1023]) / whole)
+
+
+def test_colors_without_a_range_are_left_out(pye57, tmp_path):
+    def build(nodes, image, _tree, prototype):
+        columns = _doubles(nodes, image, prototype, AXES, POINTS)
+        for name in ("colorRed", "colorGreen", "colorBlue"):
+            prototype.set(name, nodes.IntegerNode(image, 7, 7, 7))
+            columns[name] = np.full(4, 7, np.uint8)
+        return columns
+
+    assert read_cloud(build_file(pye57, tmp_path / "a.e57", build)).colors is None
+
+
+def test_scaled_integers(pye57, tmp_path):
+    def build(nodes, image, _tree, prototype):
+        for name in AXES:
+            prototype.set(name, nodes.ScaledIntegerNode(image, 0, -100_000, 100_000, 0.001, 0.0))
+        return {name: np.ascontiguousarray(POINTS[:, i]) for i, name in enumerate(AXES)}
+
+    cloud = read_cloud(build_file(pye57, tmp_path / "a.e57", build))
+    assert cloud.points == pytest.approx(POINTS, abs=1e-9)
+
+
+def test_a_scan_without_coordinates_is_refused(pye57, tmp_path):
+    def build(nodes, image, _tree, prototype):
+        return _doubles(nodes, image, prototype, ("intensity",), POINTS)
+
+    with pytest.raises(MeshError, match=r"a\.e57: scan 0 has no coordinates of points"):
+        read_cloud(build_file(pye57, tmp_path / "a.e57", build))
+
+
+def test_a_rotation_that_is_none_is_refused(write):
+    path = write((scan(), {"rotation": np.zeros(4)}))
+    with pytest.raises(MeshError, match="scan 0 has a rotation that is none"):
+        read_cloud(path)
+
+
+def test_a_file_without_scans_is_refused(write):
+    with pytest.raises(MeshError, match="the E57 file has no scans"):
+        read_cloud(write())
+
+
+def test_a_point_that_is_not_finite_is_refused(pye57, tmp_path):
+    def build(nodes, image, _tree, prototype):
+        points = POINTS.copy()
+        points[2, 1] = np.nan
+        return _doubles(nodes, image, prototype, AXES, points)
+
+    with pytest.raises(MeshError, match=r"a\.e57: points\[2\] is not finite"):
+        read_cloud(build_file(pye57, tmp_path / "a.e57", build))
+
+
+@pytest.mark.parametrize(
+    ("declared", "message"),
+    [(5, "scan 0 declares 5 points and holds 4"), (10**12, "scan 0 declares 1000000000000 points")],
+)
+def test_wrong_counts_are_refused(write, monkeypatch, pye57, declared, message):
+    path = write((scan(), {}))
+    monkeypatch.setattr(pye57.ScanHeader, "point_count", property(lambda _: declared))
+    with pytest.raises(MeshError, match=message):
+        read_cloud(path)
+
+
+@pytest.mark.parametrize("content", [b"ASTM-E57", b"\0" * 4000])
+def test_what_is_no_e57_is_refused(pye57, tmp_path, content):
+    (tmp_path / "a.e57").write_bytes(content)
+    with pytest.raises(MeshError, match=r"a\.e57: the E57 file cannot be read: [^\n]*$"):
+        read_cloud(tmp_path / "a.e57")
+
+
+def test_a_damaged_or_cut_file_is_refused(write, tmp_path):
+    whole = write((scan(colors=COLORS), {})).read_bytes()
+    damaged = bytearray(whole)
+    damaged[1100] ^= 0x10  # libE57 compares the checksum of each page
+    for content in (damaged, whole[:1024], whole[:-1]):
+        (tmp_path / "b.e57").write_bytes(content)
+        with pytest.raises(MeshError, match=r"b\.e57: the E57 file cannot be read"):
+            read_cloud(tmp_path / "b.e57")
+
+
+def test_memory_that_runs_out_is_no_fault_of_the_file(write, monkeypatch, pye57):
+    path = write((scan(), {}))
+
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(pye57.E57, "get_header", fail)
+    with pytest.raises(MemoryError):
+        read_cloud(path)
+
+
+def test_without_pye57_the_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pye57", None)
+    (tmp_path / "a.e57").write_bytes(b"ASTM-E57")
+    with pytest.raises(MissingExtraError, match=r"superfacets\[e57\]"):
+        read_cloud(tmp_path / "a.e57")
+
+
+def test_commands_know_the_ending():
+    assert ".e57" in CELL_ENDINGS
