@@ -19,6 +19,10 @@ from superfacets import (
     segment,
     segment_graph,
 )
+from superfacets.cells.constraints import ConstraintOptions
+from superfacets.cells.kinds import as_surface
+from superfacets.regions.edit import BorderCosts
+from superfacets.regions.smooth import straighten
 
 
 def grid(n):
@@ -166,6 +170,35 @@ def test_a_mask_of_all_and_barriers_of_none_change_nothing():
     assert np.array_equal(segment(mesh, 15, barriers=boundary).labels, expected)
 
 
+@pytest.mark.parametrize("name", ["triangles", "polygons", "fins"])
+def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
+    """Lengths, angles, sides and open borders, and the same borders get straight."""
+    mesh = shapes.fins(9) if name == "fins" else CELLS[name]()
+    graph = build_face_graph(mesh)
+    rng = np.random.default_rng(2)
+    mask = rng.uniform(size=8)[random_field(graph, 8, rng)] < 0.7
+    mask[0] = True
+    if name == "polygons":
+        corners = mesh.indices.reshape(-1, 4)
+        alone = PolygonMesh.of_faces(mesh.vertices, corners[mask])
+    else:
+        alone = Mesh(mesh.vertices, mesh.faces[mask])
+    surface = as_surface(alone, weld=True, n_threads=1)
+    cut = ConstraintOptions(mask, None).cut(mesh, graph, weld=True, n_threads=1)
+    part = cut.surface_of(as_surface(mesh, weld=True, n_threads=1))
+    assert np.array_equal(part.offsets, surface.offsets)
+    assert np.array_equal(part.neighbors, surface.neighbors)
+    assert np.array_equal(part.positions, surface.positions)
+    for one, other in zip(part.handle.arc_measures(2), surface.handle.arc_measures(1), strict=True):
+        assert one == pytest.approx(other, abs=1e-12)
+    labels = (rng.permutation(surface.n_cells) % min(9, surface.n_cells)).astype(np.int32)
+    costs = [
+        BorderCosts.of_weights(whole, np.ones(surface.n_arcs), 1.0) for whole in (part, surface)
+    ]
+    one, other = (straighten(cost, labels, np.empty(0, np.int32), 1.0) for cost in costs)
+    assert np.array_equal(one, other)
+
+
 def test_only_the_area_that_is_kept_counts():
     mesh = grid(12)
     left = mesh.vertices[mesh.faces].mean(axis=1)[:, 0] < 6
@@ -257,6 +290,12 @@ def test_labels_begin_with_their_central_cells():
     partly = np.where(mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3, -1, halves)
     assert segment(mesh, init=partly).n_segments == 2
     assert segment(mesh, init=partly, mask=partly >= 0).n_segments == 2
+    # The centers of what is left; a label of which nothing is left makes no region.
+    upper = mesh.vertices[mesh.faces].mean(axis=1)[:, 1] > 3
+    assert segment(mesh, init=halves, mask=upper).n_segments == 2
+    assert segment(mesh, init=halves, mask=halves == 1).n_segments == 1
+    with pytest.raises(ValueError, match="all are -1 where cells are kept"):
+        segment(mesh, init=np.where(upper, -1, halves), mask=upper)
 
 
 def test_all_cells_may_be_seeds():

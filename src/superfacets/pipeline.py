@@ -124,7 +124,8 @@ def segment(
         are the farthest from each other by path length. ``"flood"`` and ``"grid"`` give k regions
         only approximately. A Segmentation of the same mesh: the run begins with its centers. One
         label per face, shape (N,): with the central face of each label 0..K-1, each at least once
-        (-1 for faces of no label). An array of N different faces is one of seeds.
+        (-1 for faces of no label), or of what a mask leaves of it. An array of N different faces
+        is one of seeds.
     mask : array_like of bool, shape (N,), optional
         Faces where it is False are left out: they get the label -1, no path leads through them, and
         they count for no area, so that k regions share the area of the others. What creases cost is

@@ -357,7 +357,7 @@ def test_a_hierarchy_can_be_copied():
         ([2], {"labels": [-1] * 4}, ValueError, "all labels are -1: there is no region"),
         ([2], {"labels": [0, 1, 3, 3]}, ValueError, "no cell has label 2"),
         ([2], {"labels": [0, 1, -2, 1]}, ValueError, r"labels\[2\] is -2"),
-        ([2], {"labels": [0, 1]}, ValueError, "labels must have one value per cell: 2 for 4"),
+        ([2], {"labels": [0, 1]}, ValueError, "there are 2 labels for 4 cells"),
         (
             [2],
             {"labels": [0, 0, 1, 1], "tol": 0.1},

@@ -508,6 +508,5 @@ def test_ugly_meshes_have_finite_numbers(seed):
         lines = sf.border_lines(mesh, labels)
         table = np.zeros((3, 4))
         np.add.at(table, tuple(lines.regions.T), lines.lengths)
-        assert table[tuple(graph.edge_index)] == pytest.approx(
-            graph.border_lengths, rel=1e-9, abs=0
-        )
+        lengths = table[tuple(graph.edge_index)]
+        assert lengths == pytest.approx(graph.border_lengths, rel=1e-9, abs=0)

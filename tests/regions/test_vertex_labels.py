@@ -81,7 +81,7 @@ def test_it_is_the_rule_on_random_labels(seed):
 
 def test_labels_are_checked():
     mesh = shapes.strip(3)
-    with pytest.raises(ValueError, match=r"labels must have one value per cell: 2 for 3 cells"):
+    with pytest.raises(ValueError, match=r"there are 2 labels for 3 cells"):
         sf.vertex_labels(mesh, [0, 1])
     with pytest.raises(ValueError, match=r"labels\[1\] is -2; it must be -1 to 2147483647"):
         sf.vertex_labels(mesh, [0, -2, 1])

@@ -171,15 +171,24 @@ def _crossed_by(
     lowest = np.arange(source.n_vertices, dtype=np.int32)
     if weld:
         lowest = _core.weld_vertices(source.vertices, n_threads)
-    wanted = _names_of(lowest[given])
+    wanted = lowest[given]
+    is_end = np.zeros(source.n_vertices, bool)
+    is_end[wanted] = True
     sizes = face_sizes(source)
+    starts = np.cumsum(sizes) - sizes
     faces = np.repeat(np.arange(source.n_faces), sizes)
-    sides = np.arange(len(faces)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    is_none = ~np.isin(wanted, _names_of(lowest[ends_of_sides(source, faces, sides)]))
+    sides = np.arange(len(faces)) - np.repeat(starts, sizes)
+    ends = lowest[ends_of_sides(source, faces, sides)]
+    is_crossed: Bools = np.asarray(
+        is_end[ends].all(axis=1)
+    )  # so far: most sides have no name to look for
+    names = _names_of(ends[is_crossed])
+    is_none = ~np.isin(_names_of(wanted), names)
     if is_none.any():
         place = int(np.argmax(is_none))
         raise ValueError(f"barriers[{place}] is {given[place].tolist()}, which is no edge")
-    return np.isin(_names_of(lowest[ends_of_sides(source, sources, graph.sides)]), wanted)
+    is_crossed[is_crossed] = np.isin(names, _names_of(wanted))
+    return np.asarray(is_crossed[starts[sources] + graph.sides])
 
 
 def _names_of(edges: Ints) -> npt.NDArray[np.int64]:

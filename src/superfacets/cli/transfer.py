@@ -79,7 +79,7 @@ def transfer_command(
     def compute() -> tuple[AnyCells, MeshAttributes | None, npt.NDArray[np.int32]]:
         cells = load_cells(str(source), None)
         given = read_labels(labels, n_cells_of(cells))
-        keeps = job.holds_mesh and not drop_attributes
+        keeps = job.holds_attributes and not drop_attributes
         goal, attributes = load_cells_and_attributes(str(target), None, keep=keeps)
         carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
         return goal, attributes, carried

@@ -45,12 +45,13 @@ class Plan:
     ) -> Plan:  # fmt: skip
         """Make the plan for a source and its graph; errors are those of arguments of `segment`."""
         asked, given = start
-        init = first_centers(given, graph.positions, graph.measures, n_threads)
-        cut, measures = None, graph.measures
+        cut, kept, measures = None, None, graph.measures
         if constraints.is_used:
             cut = constraints.cut(source, graph, weld=weld, n_threads=n_threads)
-            measures = measures[cut.cells]
-            init = init if isinstance(init, str) else cut.new_cells(init, "init")
+            kept, measures = cut.cells, measures[cut.cells]
+        init = first_centers(given, graph.positions, graph.measures, kept, n_threads)
+        if cut is not None and not isinstance(init, str):
+            init = cut.new_cells(init, "init")
         asked = with_seeds(asked, init)
         size = region_size(asked, measures, graph.diagonal, n_threads, dimension)
         return cls(cut, size, asked, init)

@@ -22,12 +22,14 @@ def first_centers(
     init: Init | Start,
     positions: npt.NDArray[np.float64],
     measures: npt.NDArray[np.float64],
+    kept: npt.NDArray[np.int32] | None,
     n_threads: int,
 ) -> Init | Seeds:
     """Return the name of a way to place seeds, or the cells that are to be the first centers.
 
     Those of a segmentation are its centers. Those of labels, one per cell, are the cells nearest to
-    the centroids of their regions. Other arrays are centers already.
+    the centroids of what is left of their regions: all cells, or those that are kept. Other arrays
+    are centers already.
     """
     if isinstance(init, str):
         return init
@@ -41,8 +43,12 @@ def first_centers(
     given = np.asarray(init)
     if given.shape != (len(positions),) or _are_all_different(given):
         return checked_seeds(given, len(positions), "init")
-    labels, n_regions = _checked_labels(given, len(positions))
-    return _centers_of(labels, n_regions, positions, measures, n_threads)
+    labels = _checked_labels(given, len(positions))
+    if kept is not None:
+        named = np.full(len(labels), -1, np.int32)
+        named[kept] = labels[kept]
+        labels = named
+    return _centers_of(labels, positions, measures, n_threads)
 
 
 def _are_all_different(given: npt.NDArray[Any]) -> bool:
@@ -56,26 +62,26 @@ def with_seeds(size: SizeOptions, init: Init | Seeds) -> SizeOptions:
     return SizeOptions(size.n_segments, size.radius, seeds)
 
 
-def _checked_labels(given: npt.NDArray[Any], n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+def _checked_labels(given: npt.NDArray[Any], n_cells: int) -> npt.NDArray[np.int32]:
     try:
-        return checked_partial_labels(given, n_cells)
+        return checked_partial_labels(given, n_cells)[0]
     except ValueError as error:
         raise ValueError(f"init has a label per cell, but {error}") from None
 
 
 def _centers_of(
     labels: npt.NDArray[np.int32],
-    n_regions: int,
     positions: npt.NDArray[np.float64],
     measures: npt.NDArray[np.float64],
     n_threads: int,
 ) -> npt.NDArray[np.int32]:
-    """The center of each region, whatever became of the cells with -1."""
-    if n_regions == 0:
-        raise ValueError("init has a label per cell, but all are -1")
+    """The center of each region, in the order of labels; cells with -1 are in none."""
     kept = np.flatnonzero(labels >= 0)
+    if not len(kept):
+        raise ValueError("init has a label per cell, but all are -1 where cells are kept")
+    values, compact = np.unique(labels[kept], return_inverse=True)
     placed = _core.PlacedCells(positions[kept], measures[kept], n_threads)
     no_arcs = (np.zeros(len(kept) + 1, np.int64), np.empty(0, np.int32), np.empty(0, np.float32))
     cells = _core.OrderedGraph(placed, *no_arcs, n_threads)
-    found = _core.update_centers(cells, labels[kept], n_regions, n_threads)
+    found = _core.update_centers(cells, compact.astype(np.int32), len(values), n_threads)
     return kept[found].astype(np.int32)

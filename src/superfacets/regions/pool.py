@@ -50,9 +50,9 @@ def pool(
     Parameters
     ----------
     values : array_like of numbers or bools, shape (N,) or (N, F)
-        Per cell. With `cells` that have vertices, also per vertex, shape (V,) or (V, F): the value
-        of a vertex then counts once for each corner of a cell that it is, with an equal share of
-        the area of that cell. Where there are as many vertices as cells they are values of cells.
+        Per cell. With ``cells`` that have vertices, also per vertex, shape (V,) or (V, F): the
+        value of a vertex then counts once for each corner of a cell that it is, with an equal share
+        of the area of that cell. As many values as cells are values of cells.
     labels : array_like of int, shape (N,)
         Regions 0..K-1, each at least once. Cells labeled -1 are ignored.
     how : {"mean", "sum", "max", "min", "majority"}
@@ -64,7 +64,7 @@ def pool(
     cells : Mesh or mesh-like, or CellGraph, optional
         What the labels are of, as for `segment`: gives the areas (volumes of tetrahedra).
     measures : array_like, shape (N,), optional
-        The areas themselves, >= 0, instead of `cells`.
+        The areas themselves, >= 0, instead of ``cells``.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def pool(
         If the mesh is not valid.
     ValueError, TypeError
         If values, labels or measures do not fit each other or are of a wrong type, `how` is
-        unknown, or both `cells` and `measures` are given.
+        unknown, or both ``cells`` and ``measures`` are given.
 
     See Also
     --------

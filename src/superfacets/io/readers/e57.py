@@ -155,7 +155,7 @@ def _rotation_of(quaternion: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]
     """The matrix of a quaternion w, x, y, z of length 1."""
     w, axis = quaternion[0], quaternion[1:]
     crossed = np.cross(np.eye(3), axis)  # times a vector: axis x vector
-    return np.eye(3) + 2 * (w * crossed + crossed @ crossed)
+    return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
 
 
 def _colors_of(

@@ -1,0 +1,41 @@
+"""Tables and lines in files."""
+
+import json
+
+import numpy as np
+import pytest
+
+from superfacets import MeshError
+from superfacets.io.writers.tables import write_lines, write_tables
+
+COLUMNS = {"region": np.array([3, 7]), "area": np.array([0.1, np.nan])}
+
+
+def test_numbers_keep_all_digits_and_what_is_nan_is_left_out(tmp_path):
+    write_tables([(tmp_path / "table.CSV", COLUMNS), (tmp_path / "table.json", COLUMNS)])
+    assert (tmp_path / "table.CSV").read_bytes() == b"region,area\n3,0.1\n7,\n"
+    assert json.loads((tmp_path / "table.json").read_text()) == [
+        {"region": 3, "area": 0.1}, {"region": 7, "area": None},
+    ]  # fmt: skip
+
+
+def test_all_tables_appear_or_none(tmp_path):
+    with pytest.raises(MeshError, match=r"table\.xls: expected the ending \.csv"):
+        write_tables([(tmp_path / "table.csv", COLUMNS), (tmp_path / "table.xls", COLUMNS)])
+    with pytest.raises(OSError, match="none"):
+        write_tables([(tmp_path / "table.csv", COLUMNS), (tmp_path / "none" / "t.csv", COLUMNS)])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_lines_hold_the_vertices_that_they_use(tmp_path):
+    vertices = np.arange(12.0).reshape(4, 3) / 10
+    path = tmp_path / "lines.obj"
+    write_lines(path, vertices, [("one", np.array([3, 1])), ("two", np.array([1, 0, 1]))])
+    assert path.read_text().splitlines() == [
+        "v 0.0 0.1 0.2", "v 0.3 0.4 0.5", "v 0.9 1.0 1.1",
+        "g one", "l 3 2", "g two", "l 2 1 2",
+    ]  # fmt: skip
+    write_lines(path, vertices, [])
+    assert path.read_text() == ""
+    with pytest.raises(MeshError, match=r"expected the ending \.obj"):
+        write_lines(tmp_path / "lines.ply", vertices, [])
