@@ -40,14 +40,14 @@ if TYPE_CHECKING:
     from .io.writers.pyg import write_graphs
     from .io.writers.regions import write_regions
     from .io.writers.write import write_labels, write_mesh
+    from .levels import hierarchy
+    from .regions.hierarchy import Hierarchy
     from .regions.lines import BorderLines, border_lines, find_boundaries
     from .regions.parts import Submesh, split_regions, submesh
     from .regions.pool import pool, snap, unpool
     from .regions.region_graph import RegionGraph, region_graph
     from .regions.transfer import transfer
     from .regions.vertex_labels import vertex_labels
-    from .levels import hierarchy
-    from .regions.hierarchy import Hierarchy
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton

@@ -10,8 +10,8 @@ from .coarsening import coarse_arcs, coarse_cells
 from .face_graph import Arc, build_face_graph, build_tet_graph, measure_faces, measure_polygons
 from .graphs import find_components
 from .loop import iterate
-from .nearest import nearest_faces, nearest_in_tet, nearest_on_triangle, nearest_tets
 from .merging import find_bridges, merge_tree
+from .nearest import nearest_faces, nearest_in_tet, nearest_on_triangle, nearest_tets
 from .point_graph import build_point_graph, point_normals
 from .region_graph import RegionArc, region_arcs, region_shapes
 from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
@@ -41,11 +41,11 @@ __all__ = [
     "join_islands",
     "measure_faces",
     "measure_polygons",
+    "merge_tree",
     "nearest_faces",
     "nearest_in_tet",
     "nearest_on_triangle",
     "nearest_tets",
-    "merge_tree",
     "point_normals",
     "quantize_weights",
     "region_arcs",
