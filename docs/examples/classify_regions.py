@@ -47,7 +47,7 @@ def evaluate(models: list[sf.princeton.Model]) -> tuple[float, float, int]:
     features, names, groups = [], [], []
     for model in models:
         result = sf.segment(model.mesh, N_REGIONS)
-        features.append(features_of(model.mesh, result.labels))
+        features.append(features_of(result.regions))
         names.append(names_of(model, result.labels))
         groups.append(np.full(result.n_segments, model.number))
     x, y, group = (np.concatenate(parts) for parts in (features, names, groups))
@@ -77,57 +77,47 @@ def is_limb(graph: sf.FaceGraph, parts: np.ndarray) -> np.ndarray:
     return parts != np.lexsort((areas, n_touched))[-1]
 
 
-def features_of(mesh: sf.Mesh, labels: np.ndarray) -> np.ndarray:
-    """Numbers of each region, (K, 10), that do not depend on where the model is, or how large."""
-    graph = sf.build_face_graph(mesh)
-    arcs, area = sf.arc_measures(mesh, graph), np.bincount(labels, weights=graph.measures)
-    size, n_regions = np.sqrt(graph.measures.sum()), len(area)
-    sources = labels[np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))]
-    targets = labels[graph.neighbors]
-    out = sources != targets
-    border = np.bincount(sources[out], weights=arcs.border_lengths[out], minlength=n_regions)
+def features_of(regions: sf.RegionGraph) -> np.ndarray:
+    """Numbers of each region, (K, 20), that do not depend on where the model is, or how large.
 
-    def border_mean(values: np.ndarray) -> np.ndarray:
-        weighted = values[out] * arcs.border_lengths[out]
-        sums = np.bincount(sources[out], weights=weighted, minlength=n_regions)
-        return sums / np.maximum(border, np.finfo(float).tiny)  # of an island: 0
-
-    center = means(labels, graph.positions, graph.measures)
-    spread = np.sqrt(spreads(labels, graph.positions - center[labels], graph.measures)) / size
-    away = np.linalg.norm(graph.positions.mean(axis=0) - center, axis=1) / size
-    step = np.linalg.norm(center[sources[out]] - center[targets[out]], axis=1) / size
-    far = remoteness(sources[out], targets[out], step, area)
-    shape = [spread[:, 0], spread[:, 1], spread[:, 2], border / np.sqrt(area)]
-    creases = [border_mean(arcs.angles), border_mean(np.abs(arcs.angles))]
-    return np.stack([*shape, *creases, away, *far], axis=1)
+    The second half are means over the regions around it.
+    """
+    size = np.sqrt(regions.areas.sum())
+    away = np.linalg.norm(regions.centroids - regions.centroids.mean(axis=0), axis=1) / size
+    own = np.column_stack(
+        [
+            regions.deviations / size,
+            regions.compactness,
+            border_means(regions, regions.concavities),
+            border_means(regions, regions.mean_angles),
+            away,
+            remoteness(regions),
+        ]
+    )
+    around = regions.to_scipy("border_length")
+    lengths = np.maximum(around.sum(axis=1), np.finfo(float).tiny)[:, np.newaxis]
+    return np.column_stack([own, around @ own / lengths])
 
 
-def means(labels: np.ndarray, values: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Weighted mean of values, (N, 3), of each region, (K, 3)."""
-    sums = [np.bincount(labels, weights=weights * column) for column in values.T]
-    return np.stack(sums, axis=1) / np.bincount(labels, weights=weights)[:, np.newaxis]
+def border_means(regions: sf.RegionGraph, values: np.ndarray) -> np.ndarray:
+    """Mean of values of arcs along the border of each region, 0 where it touches no other."""
+    ends, weights = regions.edge_index.ravel(), np.tile(regions.border_lengths, 2)
+    sums = np.bincount(ends, weights=weights * np.tile(values, 2), minlength=regions.n_regions)
+    lengths = np.bincount(ends, weights=weights, minlength=regions.n_regions)
+    return sums / np.maximum(lengths, np.finfo(float).tiny)
 
 
-def spreads(labels: np.ndarray, offsets: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Variances of each region along its principal axes, (K, 3), the largest first."""
-    products = (offsets[:, :, np.newaxis] * offsets[:, np.newaxis]).reshape(-1, 9)
-    sums = np.stack([np.bincount(labels, weights=weights * column) for column in products.T], 1)
-    matrices = (sums / np.bincount(labels, weights=weights)[:, np.newaxis]).reshape(-1, 3, 3)
-    return np.maximum(np.linalg.eigvalsh(matrices)[:, ::-1], 0)
-
-
-def remoteness(
-    sources: np.ndarray, targets: np.ndarray, steps: np.ndarray, areas: np.ndarray
-) -> list[np.ndarray]:
-    """How far the others are from each region, over the surface: mean, farthest, and how many."""
-    n_regions = len(areas)
-    order = np.unique(sources * n_regions + targets, return_index=True)[1]
-    matrix = coo_array((steps[order], (sources[order], targets[order])), (n_regions, n_regions))
+def remoteness(regions: sf.RegionGraph) -> np.ndarray:
+    """How far the others are over the surface, (K, 3): mean, farthest, and how many are near."""
+    first, second = regions.edge_index
+    steps = np.linalg.norm(regions.centroids[first] - regions.centroids[second], axis=1)
+    matrix = coo_array((steps, (first, second)), (regions.n_regions, regions.n_regions))
     distances = dijkstra(matrix.tocsr(), directed=False)
     distances[np.isinf(distances)] = distances[np.isfinite(distances)].max()
-    mean = distances @ areas / areas.sum()
-    near = (distances < np.median(distances)) @ areas / areas.sum()
-    return [mean / mean.mean(), distances.max(axis=1) / mean.mean(), near]
+    share = regions.areas / regions.areas.sum()
+    mean = distances @ share
+    near = (distances < np.median(distances)) @ share
+    return np.column_stack([mean / mean.mean(), distances.max(axis=1) / mean.mean(), near])
 
 
 if __name__ == "__main__":
