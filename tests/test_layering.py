@@ -31,6 +31,7 @@ PYTHON_LAYERS = [
     "io.writers",
     "pipeline",
     "sample",
+    "batches",
     "study",
     "__init__",
     "cli",

@@ -29,6 +29,7 @@ from .regions.smooth import smooth_borders
 if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
+    from .batches.runs import BatchProgress, BatchResult, batch
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .io.attributes import MeshAttributes
@@ -47,6 +48,8 @@ __version__ = "0.1.0"
 __all__ = [
     "PAPER",
     "ArcMeasures",
+    "BatchProgress",
+    "BatchResult",
     "CellGraph",
     "Classification",
     "CloudInfo",
@@ -74,6 +77,7 @@ __all__ = [
     "Triangulation",
     "View",
     "arc_measures",
+    "batch",
     "build_face_graph",
     "build_point_graph",
     "build_tet_graph",
@@ -105,6 +109,9 @@ __all__ = [
 
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
 _LAZY_NAMES = {
+    "BatchProgress": "batches.runs",
+    "BatchResult": "batches.runs",
+    "batch": "batches.runs",
     "CloudInfo": "cells.cloud_info",
     "cloud_info": "cells.cloud_info",
     "MeshInfo": "cells.info",

@@ -18,6 +18,7 @@ __all__ = ["COMMANDS", "main"]
 
 COMMANDS = {
     "segment": "Segment the meshes and point clouds in the files IN and write their labels.",
+    "batch": "Segment all meshes and point clouds in IN on all cores, or on a cluster.",
     "info": "Print counts and sizes of the meshes and point clouds in the files IN.",
     "render": "Draw a shaded picture of the mesh or point cloud in the file IN.",
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
+from ..batches.sources import output_names
 from ..io.atomic import writable_folder
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
-from ..io.readers.tets import TET_ENDINGS
 from ..io.writers.write import CLOUD_OUTPUTS, MESH_OUTPUTS, OUTPUT_ENDINGS
 from .inputs import name_of
 from .options import STANDARD_STREAM
@@ -83,19 +83,14 @@ def plan_jobs(
     for text in inputs:
         files = list(named)
         if folders:
-            files += _derived(Path(folders[0], Path(text).name), endings or _usual(text))
+            files += _derived(Path(folders[0], Path(text).name), endings)
         elif not outputs and text != STANDARD_STREAM:
-            files += _derived(Path(text), endings or _usual(text))
+            files += _derived(Path(text), endings)
         jobs.append(Job(text, tuple(files), stream))
     _check_files(jobs)
     for folder in folders:
         writable_folder(Path(folder))
     return jobs
-
-
-def _usual(text: str) -> tuple[str]:
-    """The ending of the output for an input, where none is asked for: a mesh with labels."""
-    return (".vtu",) if Path(text).suffix.lower() in TET_ENDINGS else (".ply",)
 
 
 def _is_folder(text: str) -> bool:
@@ -105,9 +100,9 @@ def _is_folder(text: str) -> bool:
     return bool(text) and Path(text).is_dir() and Path(text).suffix.lower() not in OUTPUT_ENDINGS
 
 
-def _derived(path: Path, endings: Sequence[str]) -> Iterator[Path]:
+def _derived(path: Path, endings: Sequence[str]) -> list[Path]:
     """Names of outputs made of the name of an input."""
-    return (path.with_name(f"{path.stem}.superfacets{ending}") for ending in endings)
+    return [path.with_name(name) for name in output_names(path.name, endings)]
 
 
 def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[str]) -> None:

@@ -9,27 +9,56 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..batches.files import Outcome
 from ..cells.slivers import sliver_note
-from ..cells.subdivision import Subdivision
 from ..clustering.segmentation import Segmentation
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.writers.ply import names_replaced
+from ..mesh.faces import n_cells_of, noun_of
+from ..mesh.point_cloud import PointCloud
 from .options import STANDARD_STREAM
 
 __all__ = [
-    "attributes_of_parts",
     "facts_of",
-    "notes_on_attributes",
-    "notes_on_listed",
-    "notes_on_regions",
+    "notes_of",
     "summary_of",
 ]
 
 
-def notes_on_regions(result: Segmentation, asked: int | None) -> list[str]:
-    """Notes on unexpected results; `asked` is k, None with a radius."""
-    notes = _notes_on_number(result, asked)
+def notes_of(outcome: Outcome, asked: int | None, *, holds_labels: bool) -> list[str]:
+    """Notes on what may come as a surprise.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        What was written.
+    asked : int or None
+        The number of regions that was asked for, if one was.
+    holds_labels : bool
+        Whether labels were written of their own.
+    """
+    mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
+    n_cells = n_cells_of(mesh)
+    notes = [] if listed is None else [f"{len(listed)} faces were subdivided into {n_cells}"]
+    if asked is not None and asked > n_cells:
+        whole = "cloud" if isinstance(mesh, PointCloud) else "mesh"
+        notes.append(
+            f"{asked} regions were asked for; the {whole} has"
+            f" {counted(n_cells, noun_of(mesh))}, each of which became a region"
+        )
+    notes += _notes_on_regions(result)
+    if listed is not None and holds_labels:
+        notes += _notes_on_listed(result, listed)
+    if outcome.attributes is not None:
+        of_points = isinstance(mesh, PointCloud)
+        notes += _notes_on_attributes(outcome.attributes, of_points=of_points)
+    return notes
+
+
+def _notes_on_regions(result: Segmentation) -> list[str]:
+    """Notes on unexpected results."""
+    notes = _notes_on_number(result)
     if result.n_unreached and result.params["islands"] == "nearest":
         notes.append(
             f"{counted(result.n_unreached, 'island')} without a seed joined the nearest region"
@@ -52,9 +81,10 @@ def _is_connected_anyway(params: Mapping[str, Any]) -> bool:
     return is_exact and params["enforce_connectivity"]
 
 
-def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
+def _notes_on_number(result: Segmentation) -> list[str]:
     """A note where there are more or fewer regions than asked for, or a radius makes one of all."""
     params = result.params
+    asked = params["n_segments"]  # None with a radius
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
     if asked is None:
@@ -77,7 +107,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     ]
 
 
-def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
+def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
     """Notes on labels that are missing in files for the faces of a subdivided input."""
     n_lost = result.n_segments - len(np.unique(listed))
     if not n_lost:
@@ -87,17 +117,7 @@ def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list
     return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
 
 
-def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
-    """What of the attributes of a mesh a subdivided one has: those of the faces, and comments."""
-    left_out = [
-        *attributes.left_out,
-        *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
-    ]
-    face = {name: values[parts.sources] for name, values in attributes.face.items()}
-    return MeshAttributes({}, face, attributes.comments, tuple(left_out))
-
-
-def notes_on_attributes(attributes: MeshAttributes, *, of_points: bool = False) -> list[str]:
+def _notes_on_attributes(attributes: MeshAttributes, *, of_points: bool) -> list[str]:
     """Notes on data of the input that the labeled PLY does not hold."""
     notes = []
     if attributes.left_out:

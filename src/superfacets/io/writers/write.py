@@ -28,6 +28,7 @@ from .vtp import write_vtp
 
 __all__ = [
     "CLOUD_OUTPUTS",
+    "LABEL_OUTPUTS",
     "MESH_OUTPUTS",
     "OUTPUT_ENDINGS",
     "check_outputs",
