@@ -104,7 +104,6 @@ def _read(path: Path) -> tuple[dict[str, Record], bool]:
         if record is None or record["name"] in records:
             is_tidy = False
         if record is not None:
-            records.pop(record["name"], None)  # the last one counts, and so does its place
             records[record["name"]] = record
     return records, is_tidy
 

@@ -66,16 +66,16 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
 
 def _expanded(text: str) -> Iterator[Source]:
     path = Path(text)
+    if not text:
+        raise ValueError("'' is not a file")
     if text.startswith("@"):
         yield from _listed(Path(text[1:]))
     elif path.is_dir():
         yield from _below(path)
     elif glob.has_magic(text) and not path.exists():
         yield from _matching(text)
-    elif path.name:
-        yield Source(text, path.name)
     else:
-        raise ValueError(f"{text!r} is not a file")
+        yield Source(text, path.name)
 
 
 def _listed(path: Path) -> Iterator[Source]:
@@ -114,9 +114,8 @@ def _matching(pattern: str) -> Iterator[Source]:
     parts = Path(pattern).parts
     n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
     root = Path(*parts[:n_plain])
-    found = sorted(
-        path for path in map(Path, glob.iglob(pattern, recursive=True)) if path.is_file()
-    )
+    wanted = str(Path(*parts[n_plain:]))
+    found = sorted(path for path in root.glob(wanted) if path.is_file())
     if not found:
         raise FileNotFoundError(f"{pattern}: no file matches")
     for path in found:

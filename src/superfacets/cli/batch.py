@@ -82,11 +82,13 @@ def batch_command(
     changed. A file that fails does not stop the others; the exit status is 1 if one did.
     """
     options = options_of(**given)
+    tried: list[str] = []
     with FileBar(is_quiet=is_quiet) as bar:
 
         def progress(state: BatchProgress) -> None:
             bar.draw(state)
             if "error" in state.record:
+                tried.append(state.record["name"])
                 with bar.paused():
                     print_error(_failure(state.record))
 
@@ -99,7 +101,10 @@ def batch_command(
     elif not is_quiet:
         click.echo(_summary(result))
     if result.n_failed:
-        print_error(f"{result.n_failed} of {counted(len(result.records), 'file')} failed")
+        failed = f"{result.n_failed} of {counted(len(result.records), 'file')} failed"
+        if not tried:
+            failed += ", before this: --retry-failed tries again"
+        print_error(failed)
         ctx.exit(EXIT_DATA)
 
 
