@@ -12,7 +12,7 @@ def scans(tmp_path):
     for place, name in enumerate(["a/one.ply", "a/two.ply", "b/one.ply", "b/c/three.ply"]):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_mesh(path, sample_mesh(3_000 + 1_000 * place))
+        write_mesh(path, sample_mesh(3_000 * (1 + place)))
     (folder / "bad.ply").write_text("not a mesh")
     return folder
 

@@ -33,10 +33,7 @@ def test_a_record_says_what_was_done(scan, out):
         "name": "one.ply",
         "input": str(scan),
         "version": sf.__version__,
-        "params": {
-            "n_segments": 20, "features": [], "subdivide": False, "max_edge": None,
-            "drop_attributes": False, "ascii": False, "formats": ["npy", "ply"],
-        },
+        "params": {"formats": ["npy", "ply"], "n_segments": 20},
         "sha256": jobs.hash_of(scan),
         "cells": len(labels),
         "regions": 20,
@@ -49,6 +46,7 @@ def test_a_record_says_what_was_done(scan, out):
 
 CHANGES = {
     "nothing": lambda scan, out, keywords, patch: None,
+    "defaults": lambda scan, out, keywords, patch: keywords.update(max_num_iter=50, alpha=None),
     "threads": lambda scan, out, keywords, patch: keywords.update(n_threads=2),
     "times": lambda scan, out, keywords, patch: os.utime(scan, (1, 1)),
     "file": lambda scan, out, keywords, patch: sf.write_mesh(scan, shapes.bumpy_sheet(30)),
@@ -72,7 +70,7 @@ def test_a_second_start_does_what_has_changed_and_nothing_else(scan, out, monkey
     sf.batch(scan, out, **keywords)
     CHANGES[change](scan, out, keywords, monkeypatch)
     result = sf.batch(scan, out, **keywords)
-    is_same = change in ("nothing", "threads", "times")
+    is_same = change in ("nothing", "defaults", "threads", "times")
     assert (result.n_done, result.n_kept) == ((0, 1) if is_same else (1, 0))
     assert list(records_of(out).values()) == [without_seconds(result.records[0])]
 
@@ -126,15 +124,15 @@ def test_every_kind_of_cells_is_done(tmp_path, out):
 
 
 def test_files_are_subdivided_and_have_features_and_text(tmp_path, scan, out):
-    (record,) = sf.batch(
-        scan, out, formats=["ply", "npy"], max_edge=0.02, features=["height"], ascii=True
-    ).records
+    keywords = {"formats": ["ply", "npy"], "max_edge": 0.02, "features": ("height",), "ascii": True}
+    (record,) = sf.batch(scan, out, **keywords).records
     mesh = sf.read_mesh(scan)
     parts = sf.subdivide(mesh, 0.02)
     assert record["cells"] == parts.mesh.n_faces > mesh.n_faces
     assert len(np.load(out / "one.superfacets.npy")) == mesh.n_faces
     assert (out / "one.superfacets.ply").read_bytes().startswith(b"ply\nformat ascii")
     assert record["params"]["features"] == ["height"]
+    assert sf.batch(scan, out, **keywords).n_kept == 1
 
 
 def test_more_regions_than_cells_are_as_many(tmp_path, out):

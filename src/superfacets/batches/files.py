@@ -78,7 +78,7 @@ class FileOptions:
         """As `batch` takes them."""
         return {
             **self.keywords,
-            "features": self.features,
+            "features": list(self.features),
             "subdivide": self.is_subdivided,
             "max_edge": self.max_edge,
             "drop_attributes": not self.keeps_attributes,
@@ -87,18 +87,27 @@ class FileOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """What was asked for that results depend on, as JSON has it."""
-        asked = {**self.arguments, "features": list(self.features)}
-        asked.pop("n_threads", None)
+        """What was asked for that results depend on, and is not the default, as JSON has it."""
+        usual = {
+            **_defaults(),
+            **FileOptions({}).arguments,
+        }
         return {
             name: value.item() if isinstance(value, np.generic) else value
-            for name, value in sorted(asked.items())
+            for name, value in sorted(self.arguments.items())
+            if name != "n_threads" and value != usual[name]
         }
+
+
+def _defaults() -> dict[str, Any]:
+    """Parameters of `segment` that suit files, which arrays do not, and their defaults."""
+    parameters = inspect.signature(segment).parameters
+    return {name: p.default for name, p in parameters.items() if name not in _NOT_OF_FILES}
 
 
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
     """As `segment` does, of which files take all but arrays."""
-    known = set(inspect.signature(segment).parameters) - _NOT_OF_FILES
+    known = set(_defaults())
     unknown = sorted(set(keywords) - known)
     if unknown:
         raise TypeError(

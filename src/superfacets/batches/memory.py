@@ -21,12 +21,12 @@ FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz"
 USUAL_FILE_BYTES = 12
 
 
-def cells_of(path: str) -> float:
+def cells_of(path: str) -> int:
     """Number of cells that a file may hold, told by its size and ending; 0 if it is not there."""
-    return _size_of(path) / FILE_BYTES.get(Path(path).suffix.lower(), USUAL_FILE_BYTES)
+    return _size_of(path) // FILE_BYTES.get(Path(path).suffix.lower(), USUAL_FILE_BYTES)
 
 
-def memory_of(path: str) -> float:
+def memory_of(path: str) -> int:
     """Bytes that a process will need to segment a file: in most cases at most this."""
     return BASE + PER_BYTE * _size_of(path) + PER_CELL * cells_of(path)
 

@@ -30,7 +30,7 @@ MANIFEST = "manifest.jsonl"
 MEMORY_SHARE = 0.8
 """Of a worker's memory, what files are planned with: the rest is for what the estimate misses."""
 
-START_CELLS = 2_000.0
+START_CELLS = 2_000
 """Cells that take as long as what each file takes besides."""
 
 
