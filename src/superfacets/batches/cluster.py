@@ -91,11 +91,9 @@ class Team:
         yield from _run(self.client, [job.with_threads(1) for job in jobs], width=None)
 
     def do_alone(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Record | Killed]]:
-        """Likewise, but one after the other, on the worker with the most memory."""
-        best = max(self.workers, key=lambda worker: worker.memory)
-        jobs = [job.with_threads(best.n_threads) for job in jobs]
-        place = {"workers": [best.address], "allow_other_workers": True}
-        yield from _run(self.client, jobs, width=1, **place)
+        """Likewise, but one after the other, each on all threads of a worker."""
+        n_threads = min(worker.n_threads for worker in self.workers)
+        yield from _run(self.client, [job.with_threads(n_threads) for job in jobs], width=1)
 
 
 def local_memory() -> int:
@@ -119,7 +117,8 @@ def local_team(n_workers: int, n_threads: int = 1) -> Iterator[Team]:
                     threads_per_worker=n_threads,
                     memory_limit=local_memory() // n_workers,
                     host=LOCALHOST,
-                    dashboard_address=None,
+                    dashboard_address=f"{LOCALHOST}:0",  # none would be sought at port 8787
+                    scheduler_kwargs={"dashboard": False},
                     silence_logs=logging.CRITICAL,
                 )
                 stack.enter_context(cluster)
@@ -194,12 +193,13 @@ def _facts_of(dask_worker: Any) -> tuple[int, float]:
 
 
 def _run(
-    client: Any, jobs: Sequence[Job], width: int | None, **place: Any
+    client: Any, jobs: Sequence[Job], width: int | None
 ) -> Iterator[tuple[Job, Record | Killed]]:
     """Hand out jobs, no more at a time than there are threads, or than `width`.
 
     So the scheduler never has thousands of them, and a worker that ends takes none along that it
-    had not begun.
+    had not begun. They are tied to no worker: one that is tied to a worker which ends is never run
+    again by Dask, though others may be allowed, if no other is there at the time.
     """
     waiting = deque(jobs)
     running: dict[str, tuple[Any, Job]] = {}
@@ -210,7 +210,7 @@ def _run(
             n_threads = presence.n_threads()
             while waiting and len(running) < (n_threads if width is None else width):
                 job = waiting.popleft()
-                future = client.submit(run_job, job, pure=False, **place)
+                future = client.submit(run_job, job, pure=False)
                 running[future.key] = (future, job)
                 future.add_done_callback(ended.put)
             try:
@@ -232,7 +232,7 @@ def _run(
 def _result_of(future: Any, job: Job) -> Record | Killed | None:
     """What came of a job; None if its worker ended with the result: it is being done again.
 
-    An OSError of `run_job` is not caught: the batch cannot go on.
+    An OSError that `run_job` raised is raised here: the batch cannot go on.
     """
     if future.cancelled():
         raise _scheduler_lost()
@@ -242,7 +242,9 @@ def _result_of(future: Any, job: Job) -> Record | Killed | None:
     except TimeoutError:
         return None
     except OSError:
-        raise
+        if future.status == "error":
+            raise
+        raise _scheduler_lost() from None
     except killed as error:
         return Killed(error.allowed_failures + 1)
     except Exception as error:  # such as one that cannot be pickled

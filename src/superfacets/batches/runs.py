@@ -171,8 +171,8 @@ def batch(
     -----
     A file that needs more than its share of a worker's memory (an estimate by its size), and one at
     which workers were killed, is done when the others are, alone, with all memory of this machine
-    or of the largest worker. A script has to call this below ``if __name__ == "__main__":``, as
-    Python demands where processes are started.
+    or, on a cluster, of a worker. A script has to call this below ``if __name__ == "__main__":``,
+    as Python demands where processes are started.
 
     Examples
     --------
