@@ -51,7 +51,7 @@ def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
     """
     given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     found: dict[str, Source] = {}
-    for text in map(os.fspath, given):
+    for text in (os.fspath(path) for path in given):
         for source in _expanded(text):
             other = found.setdefault(source.name, source)
             if not _is_same_file(other.input, source.input):
