@@ -137,7 +137,7 @@ def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, monkeypatch,
 @pytest.fixture
 def many(scans):
     source = (scans / "b" / "c" / "three.ply").read_bytes()
-    for place in range(60):
+    for place in range(30):
         (scans / f"more{place}.ply").write_bytes(source)
     return scans
 
@@ -161,7 +161,7 @@ def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_pat
             sf.batch(many, out, scheduler=own.address, **OPTIONS)
     assert len(seen) >= 10
     result = sf.batch(many, out, workers=1, **OPTIONS)
-    assert result.n_kept + result.n_failed + result.n_done == 65
+    assert result.n_kept + result.n_failed + result.n_done == 35
     assert result.n_kept >= 9
 
 

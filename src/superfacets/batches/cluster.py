@@ -19,6 +19,7 @@ from typing import Any
 
 from .. import __version__
 from ..errors import MissingExtraError, reason_of
+from ..io.guards import counted
 from .jobs import Job, Record, hash_of, run_job
 
 __all__ = ["Killed", "Team", "Worker", "local_memory", "local_team", "remote_team"]
@@ -52,10 +53,11 @@ _LOCAL_SETTINGS = {
 class Killed:
     """Stands for the record of a file at which so many workers ended."""
 
-    times: int
+    n_workers: int
 
     def __str__(self) -> str:
-        return f"KilledWorker: {self.times} workers ended while they were at it (out of memory?)"
+        n_workers = counted(self.n_workers, "worker")
+        return f"KilledWorker: {n_workers} ended with this file at work (out of memory?)"
 
 
 @dataclass(frozen=True)
