@@ -40,6 +40,13 @@ Load = Callable[[bool], tuple[AnyCells, MeshAttributes | None]]
 _NOT_OF_FILES = {"mesh", "features", "progress", "on_stage"}
 """Parameters of `segment` that no file can be given; features are given by name."""
 
+_DEFAULTS = {
+    name: parameter.default
+    for name, parameter in inspect.signature(segment).parameters.items()
+    if name not in _NOT_OF_FILES
+}
+"""Of the others."""
+
 
 @dataclass(frozen=True)
 class FileOptions:
@@ -88,10 +95,7 @@ class FileOptions:
     @property
     def params(self) -> dict[str, Any]:
         """What was asked for that results depend on, and is not the default, as JSON has it."""
-        usual = {
-            **_defaults(),
-            **FileOptions({}).arguments,
-        }
+        usual = {**_DEFAULTS, **FileOptions({}).arguments}
         return {
             name: value.item() if isinstance(value, np.generic) else value
             for name, value in sorted(self.arguments.items())
@@ -99,20 +103,12 @@ class FileOptions:
         }
 
 
-def _defaults() -> dict[str, Any]:
-    """Parameters of `segment` that suit files, which arrays do not, and their defaults."""
-    parameters = inspect.signature(segment).parameters
-    return {name: p.default for name, p in parameters.items() if name not in _NOT_OF_FILES}
-
-
 def _check_keywords(keywords: Mapping[str, Any]) -> None:
     """As `segment` does, of which files take all but arrays."""
-    known = set(_defaults())
-    unknown = sorted(set(keywords) - known)
+    unknown = sorted(set(keywords) - set(_DEFAULTS))
     if unknown:
-        raise TypeError(
-            f"{unknown[0]} is no option for files; those are {', '.join(sorted(known))}"
-        )
+        names = ", ".join(sorted(_DEFAULTS))
+        raise TypeError(f"{unknown[0]} is no option for files; those are {names}")
     for name in ("weights", "init"):
         if not isinstance(keywords.get(name, ""), str):
             raise TypeError(f"{name} must be a name: arrays suit one mesh, not many files")
