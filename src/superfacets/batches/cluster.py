@@ -10,7 +10,7 @@ import os
 import signal
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from multiprocessing import resource_tracker
@@ -33,6 +33,8 @@ TICK = 1.0
 
 GATHER_TIMEOUT = 10.0
 """Seconds to wait for a record, of a few kilobytes, from a worker."""
+
+START_ATTEMPTS = 3
 
 CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
@@ -76,6 +78,8 @@ class Team:
 
     client: Any  # of Dask
     workers: tuple[Worker, ...]
+    restore: Callable[[], object] = lambda: None
+    """Starts workers anew that ended for good, where that is ours to do."""
 
     @property
     def share(self) -> float:
@@ -90,12 +94,12 @@ class Team:
         OSError
             If no worker is left, the scheduler is gone, or a job says that the batch cannot go on.
         """
-        yield from _run(self.client, [job.with_threads(1) for job in jobs], width=None)
+        yield from _run(self, [job.with_threads(1) for job in jobs], width=None)
 
     def do_alone(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Record | Killed]]:
         """Likewise, but one after the other, each on all threads of a worker."""
         n_threads = min(worker.n_threads for worker in self.workers)
-        yield from _run(self.client, [job.with_threads(n_threads) for job in jobs], width=1)
+        yield from _run(self, [job.with_threads(n_threads) for job in jobs], width=1)
 
 
 def local_memory() -> int:
@@ -112,9 +116,17 @@ def local_team(n_workers: int, n_threads: int = 1) -> Iterator[Team]:
     with contextlib.ExitStack() as stack:
         stack.enter_context(_silenced())
         stack.enter_context(dask.config.set(_LOCAL_SETTINGS))
+        cluster = stack.enter_context(_started(distributed, n_workers, n_threads))
+        client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
+        yield Team(client, _workers_of(client), lambda: cluster.scale(n_workers))
+
+
+def _started(distributed: Any, n_workers: int, n_threads: int) -> Any:
+    """A local cluster. Dask gives up where a worker is killed while it starts: tried again."""
+    for attempts_left in reversed(range(START_ATTEMPTS)):
         try:
             with _deaf_to_interrupts():
-                cluster = distributed.LocalCluster(
+                return distributed.LocalCluster(
                     n_workers=n_workers,
                     threads_per_worker=n_threads,
                     memory_limit=local_memory() // n_workers,
@@ -123,14 +135,13 @@ def local_team(n_workers: int, n_threads: int = 1) -> Iterator[Team]:
                     scheduler_kwargs={"dashboard": False},
                     silence_logs=logging.CRITICAL,
                 )
-                stack.enter_context(cluster)
         except RuntimeError as error:
-            raise ConnectionError(
-                f"the workers cannot be started ({reason_of(error)}): a script that calls batch has"
-                " to do so below if __name__ == '__main__':"
-            ) from None
-        client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
-        yield Team(client, _workers_of(client))
+            if not attempts_left:
+                raise ConnectionError(
+                    f"the workers cannot be started ({reason_of(error)}): a script that calls batch"
+                    " has to do so below if __name__ == '__main__':"
+                ) from None
+    raise AssertionError
 
 
 @contextlib.contextmanager
@@ -195,7 +206,7 @@ def _facts_of(dask_worker: Any) -> tuple[int, float]:
 
 
 def _run(
-    client: Any, jobs: Sequence[Job], width: int | None
+    team: Team, jobs: Sequence[Job], width: int | None
 ) -> Iterator[tuple[Job, Record | Killed]]:
     """Hand out jobs, no more at a time than there are threads, or than `width`.
 
@@ -206,13 +217,13 @@ def _run(
     waiting = deque(jobs)
     running: dict[str, tuple[Any, Job]] = {}
     ended: SimpleQueue[Any] = SimpleQueue()
-    presence = _Presence(client)
+    presence = _Presence(team)
     try:
         while waiting or running:
             n_threads = presence.n_threads()
             while waiting and len(running) < (n_threads if width is None else width):
                 job = waiting.popleft()
-                future = client.submit(run_job, job, pure=False)
+                future = team.client.submit(run_job, job, pure=False)
                 running[future.key] = (future, job)
                 future.add_done_callback(ended.put)
             try:
@@ -228,7 +239,7 @@ def _run(
             yield job, result
     finally:
         with contextlib.suppress(Exception):  # there may be no scheduler any more
-            client.cancel([future for future, _ in running.values()])
+            team.client.cancel([future for future, _ in running.values()])
 
 
 def _result_of(future: Any, job: Job) -> Record | Killed | None:
@@ -261,8 +272,8 @@ def _scheduler_lost() -> ConnectionError:
 class _Presence:
     """Which workers there are, looked up once in a while."""
 
-    def __init__(self, client: Any) -> None:
-        self._client = client
+    def __init__(self, team: Team) -> None:
+        self._team = team
         self._looked = -math.inf
         self._seen = time.monotonic()
         self._n_threads = 0
@@ -273,10 +284,11 @@ class _Presence:
         if now < self._looked + TICK:
             return self._n_threads
         try:
-            self._n_threads = sum(self._client.nthreads().values())
+            self._n_threads = sum(self._team.client.nthreads().values())
         except OSError:
             raise _scheduler_lost() from None
         self._looked = now
+        self._team.restore()
         if self._n_threads:
             self._seen = now
         elif now > self._seen + PATIENCE:
