@@ -35,6 +35,7 @@ PYTHON_LAYERS = [
     "segmentator",
     "levels",
     "sample",
+    "batches",
     "study",
     "__init__",
     "cli",

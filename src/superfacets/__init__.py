@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
     from . import segmentator as segmentator
+    from .batches.runs import BatchProgress, BatchResult, batch
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .cells.nearest import NearestFaces, nearest_faces
@@ -60,6 +61,8 @@ __version__ = "0.1.0"
 __all__ = [
     "PAPER",
     "ArcMeasures",
+    "BatchProgress",
+    "BatchResult",
     "BorderLines",
     "CellGraph",
     "Classification",
@@ -93,6 +96,7 @@ __all__ = [
     "View",
     "arc_measures",
     "attach_labels",
+    "batch",
     "border_lines",
     "build_face_graph",
     "build_point_graph",
@@ -139,6 +143,9 @@ __all__ = [
 # Files, colors and pictures take as long to import as the rest: they are loaded when first used.
 _LAZY_NAMES = {
     "attach_labels": "interop.attach",
+    "BatchProgress": "batches.runs",
+    "BatchResult": "batches.runs",
+    "batch": "batches.runs",
     "CloudInfo": "cells.cloud_info",
     "cloud_info": "cells.cloud_info",
     "Hierarchy": "regions.hierarchy",

@@ -1,6 +1,8 @@
 """The errors that superfacets raises for wrong input and missing extras, and its warnings."""
 
-__all__ = ["IslandWarning", "MeshError", "MissingExtraError", "RenderError", "SliverWarning"]
+__all__ = [
+    "IslandWarning", "MeshError", "MissingExtraError", "RenderError", "SliverWarning", "reason_of",
+]  # fmt: skip
 
 
 class MeshError(ValueError):
@@ -25,3 +27,9 @@ class IslandWarning(UserWarning):
 
 class SliverWarning(UserWarning):
     """Regions become stripes because faces are long and thin; the message says what to do."""
+
+
+def reason_of(error: BaseException) -> str:
+    """Return the class of an error and its message, as one line for a record."""
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -342,7 +342,7 @@ def test_an_error_that_names_no_file_gets_its_name(run, three, monkeypatch):
     def fail(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("superfacets.cli.segment.segment", fail)
+    monkeypatch.setattr("superfacets.batches.files.segment", fail)
     _, _, err = run("segment", *three)
     assert f"superfacets: error: {three[0]}: not enough memory\n" in err
     _, _, err = run("segment", three[0])
@@ -441,7 +441,7 @@ main()
     ("module", "function"),
     [
         ("superfacets.cli.segment", "load_cells_and_attributes"),
-        ("superfacets.cli.segment", "segment"),
+        ("superfacets.batches.files", "segment"),
         ("superfacets.io.writers.ply", "_rows"),
     ],
 )

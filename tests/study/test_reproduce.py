@@ -17,6 +17,7 @@ import shapes
 
 from superfacets import Mesh
 from superfacets.cli.main import main
+from superfacets.io.locks import locked
 from superfacets.study import runner
 from superfacets.study.reproduce import figures, measure, methods, pictures, plan, reproduction
 from superfacets.study.reproduce.gallery import pictures_of, view_of
@@ -411,7 +412,7 @@ def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp
 def test_two_starts_do_not_share_a_folder(run, benchmark, tmp_path):
     pytest.importorskip("fcntl")
     out = tmp_path / "out"
-    with runner.locked(out):
+    with locked(out):
         status, _, stderr = run(benchmark, "-o", out, *FAST)
     assert (status, stderr) == (2, f"superfacets: error: {out}: another run is writing there\n")
 

@@ -15,14 +15,14 @@ from ..io.attributes import MeshAttributes
 from ..io.readers.labels import has_labels, read_labels
 from ..io.writers.cells import FormatOptions
 from ..io.writers.regions import write_regions
-from ..io.writers.write import check_outputs, write_outputs
+from ..io.writers.write import ENDING_OF_FORMAT, check_outputs, write_outputs
 from ..mesh.faces import AnyCells, n_cells_of
 from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import print_note
 from .inputs import load_cells_and_attributes
 from .options import FILE, FOLDER, INPUT_FORMATS, STANDARD_STREAM, label_options
-from .outputs import ENDING_OF_FORMAT, OUTPUT_FORMATS, Job, plan_jobs
+from .outputs import OUTPUT_FORMATS, Job, plan_jobs
 from .report import notes_on_attributes, notes_on_vertices
 
 __all__ = ["convert_command"]

@@ -10,7 +10,7 @@ import click
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, read_content
-from ..io.readers.read import cell_ending, parse_cells, parse_cells_and_attributes
+from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.readers.recognize import recognized_ending
 from ..mesh.faces import AnyCells
 from .options import STANDARD_STREAM
@@ -46,9 +46,7 @@ def load_cells_and_attributes(
     """What `load_cells` returns, and the attributes of a PLY or a cloud if they are to be kept."""
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:
-        if keep:
-            return parse_cells_and_attributes(data, ending, folder)
-        return parse_cells(data, ending, folder), None
+        return parse_cells_and_attributes(data, ending, folder, keep=keep)
     except MeshError as error:
         raise MeshError(f"{name_of(text)}: {error}") from None
 

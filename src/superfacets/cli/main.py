@@ -19,6 +19,7 @@ __all__ = ["COMMANDS", "main"]
 COMMANDS = {
     "segment": "Segment the meshes and point clouds in the files IN and write their labels.",
     "levels": "Segment the mesh or point cloud in the file IN, and merge regions level by level.",
+    "batch": "Segment all meshes and point clouds in IN on all cores, or on a cluster.",
     "info": "Print counts and sizes of the meshes and point clouds in the files IN.",
     "convert": "Write the mesh in the file IN, with its LABELS, in other formats.",
     "render": "Draw a shaded picture of the mesh or point cloud in the file IN.",

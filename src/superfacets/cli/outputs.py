@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
+from ..batches.sources import output_names
 from ..io.atomic import writable_folder
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
-from ..io.readers.tets import TET_ENDINGS
-from ..io.writers.cells import CLOUD_OUTPUTS, MESH_OUTPUTS
-from ..io.writers.scannet import scene_of
-from ..io.writers.write import OUTPUT_ENDINGS
+from ..io.writers.cells import ATTRIBUTE_OUTPUTS, CLOUD_OUTPUTS, MESH_OUTPUTS
+from ..io.writers.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
 from .inputs import name_of
 from .options import STANDARD_STREAM
 
-__all__ = ["ENDING_OF_FORMAT", "OUTPUT_FORMATS", "Job", "plan_jobs"]
+__all__ = ["OUTPUT_FORMATS", "Job", "plan_jobs"]
 
-OUTPUT_FORMATS = tuple(ending.lstrip("._") for ending in OUTPUT_ENDINGS)
-"""What --to takes: ``ply``, ``segs.json``, ``sp_label.npy``."""
+OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
+"""What --to takes."""
 
 TEXT_OUTPUTS = frozenset(
     (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
@@ -31,10 +30,6 @@ TEXT_OUTPUTS = frozenset(
 
 ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
 """Files that --ascii makes text of."""
-
-ATTRIBUTE_OUTPUTS = frozenset((".ply", ".vtp", ".las", ".laz"))
-
-ENDING_OF_FORMAT = dict(zip(OUTPUT_FORMATS, OUTPUT_ENDINGS, strict=True))
 
 
 @dataclass(frozen=True)
@@ -48,7 +43,7 @@ class Job:
     @property
     def holds_attributes(self) -> bool:
         """Whether an output has a place for attributes of vertices and faces."""
-        return bool(self.endings & ATTRIBUTE_OUTPUTS)
+        return not self.endings.isdisjoint(ATTRIBUTE_OUTPUTS)
 
     @property
     def holds_labels(self) -> bool:
@@ -105,19 +100,14 @@ def plan_jobs(
     for text in inputs:
         files = list(named)
         if folders:
-            files += _derived(Path(folders[0], Path(text).name), endings or _usual(text))
+            files += _derived(Path(folders[0], Path(text).name), endings)
         elif not outputs and text != STANDARD_STREAM:
-            files += _derived(Path(text), endings or _usual(text))
+            files += _derived(Path(text), endings)
         jobs.append(Job(text, tuple(files), stream))
     _check_files(jobs, also_read)
     for folder in folders:
         writable_folder(Path(folder))
     return jobs
-
-
-def _usual(text: str) -> tuple[str]:
-    """The ending of the output for an input, where none is asked for: a mesh with labels."""
-    return (".vtu",) if Path(text).suffix.lower() in TET_ENDINGS else (".ply",)
 
 
 def _is_folder(text: str) -> bool:
@@ -127,20 +117,9 @@ def _is_folder(text: str) -> bool:
     return bool(text) and Path(text).is_dir() and not text.lower().endswith(OUTPUT_ENDINGS)
 
 
-def _derived(path: Path, endings: Sequence[str]) -> Iterator[Path]:
+def _derived(path: Path, endings: Sequence[str]) -> list[Path]:
     """Names of outputs made of the name of an input."""
-    return (path.with_name(_derived_name(path, ending)) for ending in endings)
-
-
-def _derived_name(path: Path, ending: str) -> str:
-    """The name that readers of the format look for, or one that says who wrote the file."""
-    if ending == ".segs.json":
-        return f"{path.stem}.0.010000{ending}"
-    if ending == ".aggregation.json":
-        return f"{scene_of(path, path.suffix)}{ending}"
-    if ending == "_sp_label.npy":
-        return f"{path.stem}{ending}"
-    return f"{path.stem}.superfacets{ending}"
+    return [path.with_name(name) for name in output_names(path.name, endings)]
 
 
 def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[str]) -> None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import sys
 import time
+from collections.abc import Iterator
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["SHARES", "Bar", "Estimate", "open_bar"]
+if TYPE_CHECKING:  # a bar for one file takes no batch
+    from ..batches.runs import BatchProgress
+
+__all__ = ["SHARES", "Bar", "Estimate", "FileBar", "open_bar"]
 
 SHARES = {
     "mesh": 0.06,
@@ -142,3 +147,52 @@ class Bar:
 def open_bar(name: str, *, is_quiet: bool = False) -> Bar:
     """A bar for the run of that name, to be used in a `with`; shown where stderr is a terminal."""
     return Bar(name, is_shown=not is_quiet and sys.stderr.isatty())
+
+
+class FileBar:
+    """A bar on stderr for a batch; shown where that is a terminal, from the first file on."""
+
+    def __init__(self, *, is_quiet: bool) -> None:
+        self._is_shown = not is_quiet and sys.stderr.isatty()
+        self._bar: Any = None
+
+    def __enter__(self) -> FileBar:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def draw(self, state: BatchProgress) -> None:
+        """Show how many files have ended, faces per second, and the time left."""
+        if not self._is_shown:
+            return
+        from tqdm import tqdm
+
+        if self._bar is None:
+            self._bar = tqdm(
+                total=state.n_files,
+                leave=False,
+                dynamic_ncols=True,
+                file=sys.stderr,
+                bar_format="{n_fmt}/{total_fmt} files |{bar}| {desc}",
+            )
+        pace = tqdm.format_sizeof(state.n_cells / state.seconds)
+        left = tqdm.format_interval(state.seconds_left)
+        self._bar.set_description_str(f"{pace} faces/s, {left} left", refresh=False)
+        self._bar.n = state.n_ended
+        self._bar.refresh()
+
+    @contextlib.contextmanager
+    def paused(self) -> Iterator[None]:
+        """Take the bar away while a line is printed."""
+        if self._bar is not None:
+            self._bar.clear()
+        yield
+        if self._bar is not None:
+            self._bar.refresh()

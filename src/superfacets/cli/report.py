@@ -2,36 +2,75 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..batches.files import Outcome
 from ..cells.slivers import sliver_note
-from ..cells.subdivision import Subdivision
 from ..clustering.segmentation import Segmentation
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.writers.ids import VERTEX_OUTPUTS
 from ..io.writers.ply import names_replaced
-from ..mesh.faces import AnyCells
+from ..mesh.faces import AnyCells, n_cells_of, noun_of
+from ..mesh.point_cloud import PointCloud
 from ..regions.vertex_labels import vertex_labels
 from .options import STANDARD_STREAM
 
 __all__ = [
-    "attributes_of_parts",
     "facts_of",
+    "notes_of",
     "notes_on_attributes",
-    "notes_on_listed",
-    "notes_on_regions",
     "notes_on_vertices",
     "summary_of",
 ]
 
 
-def notes_on_regions(result: Segmentation, asked: int | None) -> list[str]:
+def notes_of(
+    outcome: Outcome, asked: int | None, *, endings: Collection[str], holds_labels: bool
+) -> list[str]:
+    """Notes on what may come as a surprise.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        What was written.
+    asked : int or None
+        The number of regions that was asked for, if one was.
+    endings : collection of str
+        Those of all outputs.
+    holds_labels : bool
+        Whether labels were written of their own.
+    """
+    mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
+    notes = []
+    if listed is not None:
+        notes.append(f"{len(listed)} faces were subdivided into {n_cells_of(mesh)}")
+    n_kept = int(np.count_nonzero(result.labels >= 0))
+    if asked is not None and asked > n_kept:
+        whole = "cloud" if isinstance(mesh, PointCloud) else "mesh"
+        notes.append(
+            f"{asked} regions were asked for; the {whole} has"
+            f" {counted(n_kept, noun_of(mesh))}, each of which became a region"
+        )
+    notes += _notes_on_regions(result, result.params["n_segments"])
+    if listed is not None and holds_labels:
+        notes += _notes_on_listed(result, listed)
+    if outcome.listed_mesh is None:
+        notes += notes_on_vertices(mesh, result.labels, endings)
+    elif listed is not None:
+        notes += notes_on_vertices(outcome.listed_mesh, listed, endings)
+    if outcome.attributes is not None:
+        of_points = isinstance(mesh, PointCloud)
+        notes += notes_on_attributes(outcome.attributes, of_points=of_points)
+    return notes
+
+
+def _notes_on_regions(result: Segmentation, asked: int | None) -> list[str]:
     """Notes on unexpected results; `asked` is k, None with a radius."""
     notes = _notes_on_number(result, asked)
     n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
@@ -81,7 +120,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
     return [f"{more}, for {why}; with --islands nearest they join the nearest region"]
 
 
-def notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
+def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
     """Notes on labels that are missing in files for the faces of a subdivided input."""
     n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
@@ -106,16 +145,6 @@ def notes_on_vertices(
     lost = counted(n_lost, "region")
     lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''} {them}"
     return [f"{lost} {have} most of the area around no vertex: {lack}"]
-
-
-def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
-    """What of the attributes of a mesh a subdivided one has: those of the faces, and comments."""
-    left_out = [
-        *attributes.left_out,
-        *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
-    ]
-    face = {name: values[parts.sources] for name, values in attributes.face.items()}
-    return MeshAttributes({}, face, attributes.comments, tuple(left_out))
 
 
 def notes_on_attributes(

@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ..io.atomic import writable_folder
+from ..errors import reason_of
 from .records import Key, Record, read_record, write_record
 from .workers import Death, Job, run_jobs
 
 __all__ = [
-    "Piece", "Task", "free_memory", "locked", "read_piece", "run_shown", "run_tasks",
+    "Piece", "Task", "free_memory", "read_piece", "run_shown", "run_tasks",
 ]  # fmt: skip
 
 # Share of the free memory that tasks plan with; the rest is for everything else.
@@ -113,13 +113,13 @@ class _Recording:
             make = self.task.prepare()
         except Exception as error:  # of any method: it is named, and other tasks go on
             for piece in self.task.pieces:
-                lost |= _record_failure(piece, _reason(error))
+                lost |= _record_failure(piece, reason_of(error))
             return lost
         for piece in self.task.pieces:
             try:
                 write_record(piece.path, piece.key, make(piece))
             except Exception as error:
-                lost |= _record_failure(piece, _reason(error))
+                lost |= _record_failure(piece, reason_of(error))
         return lost
 
 
@@ -136,7 +136,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
-        return {piece.path: f"no record can be written: {_reason(error)}"}
+        return {piece.path: f"no record can be written: {reason_of(error)}"}
     return {}
 
 
@@ -147,11 +147,6 @@ def _record_death(task: Task, death: Death) -> dict[Path, str]:
         if read_piece(piece) is None:
             lost |= _record_failure(piece, str(death))
     return lost
-
-
-def _reason(error: Exception) -> str:
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
 def run_shown(
@@ -168,31 +163,6 @@ def run_shown(
         for job, result in ends:
             yield job, result
             bar.update()
-
-
-@contextlib.contextmanager
-def locked(folder: Path) -> Iterator[None]:
-    """Make the folder and lock it against other starts, if the system can.
-
-    Raises
-    ------
-    ValueError
-        If another start is using it.
-    OSError
-        If it cannot be made or written, or is a file.
-    """
-    writable_folder(folder)
-    try:
-        import fcntl
-    except ImportError:  # Windows: two starts at once would do work twice, and no harm
-        yield
-        return
-    with (folder / ".lock").open("a") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise ValueError(f"{folder}: another run is writing there") from None
-        yield
 
 
 def free_memory() -> int:

@@ -263,9 +263,14 @@ def parse_cells(data: Content, ending: str, folder: Path | None) -> AnyCells:
 
 
 def parse_cells_and_attributes(
-    data: Content, ending: str, folder: Path | None
+    data: Content, ending: str, folder: Path | None, *, keep: bool = True
 ) -> tuple[AnyCells, MeshAttributes | None]:
-    """As `parse_cells`, and the attributes of clouds, and of meshes where the format is PLY."""
+    """As `parse_cells`, and the attributes of clouds, and of meshes where the format is PLY.
+
+    No attributes if they are not to be kept.
+    """
+    if not keep:
+        return parse_cells(data, ending, folder), None
     if holds_cloud(data, ending):
         return CLOUD_READERS[ending](data)
     if ending != ".ply":

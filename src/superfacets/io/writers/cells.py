@@ -26,6 +26,7 @@ from .tets import TET_OUTPUTS, write_tets
 from .vtp import write_vtp
 
 __all__ = [
+    "ATTRIBUTE_OUTPUTS",
     "CLOUD_OUTPUTS",
     "MESH_OUTPUTS",
     "CellWriter",
@@ -44,6 +45,9 @@ FACE_WRITERS: dict[str, Callable[..., None]] = {
 MESH_OUTPUTS = (*FACE_WRITERS, *TET_OUTPUTS)
 CLOUD_OUTPUTS = (".csv", ".las", ".laz")
 """Of point clouds alone."""
+
+ATTRIBUTE_OUTPUTS = (".ply", ".vtp", ".las", ".laz")
+"""Files that have a place for attributes of vertices and faces."""
 
 NAMED_OUTPUTS = (".vtp", *TET_OUTPUTS)
 """Files whose array of labels may have any name."""

@@ -20,6 +20,7 @@ from .ids import ID_OUTPUTS, LABEL_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
 
 __all__ = [
+    "ENDING_OF_FORMAT",
     "OUTPUT_ENDINGS",
     "check_outputs",
     "write_labels",
@@ -31,6 +32,9 @@ DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
 """What is made of a mesh and its labels, and holds neither."""
 
 OUTPUT_ENDINGS = (*MESH_OUTPUTS, *CLOUD_OUTPUTS, *LABEL_OUTPUTS, *DERIVED_OUTPUTS)
+
+ENDING_OF_FORMAT = {ending.lstrip("._"): ending for ending in OUTPUT_ENDINGS}
+"""By name: ``ply``, ``segs.json``, ``sp_label.npy``."""
 
 NO_STREAMS: Mapping[str, IO[bytes]] = MappingProxyType({})
 

@@ -11,8 +11,9 @@ from typing import Any
 
 from ...errors import MeshError, MissingExtraError
 from ...io.atomic import atomic_outputs, remove_leftovers
+from ...io.locks import locked
 from ..princeton import Benchmark
-from ..runner import Piece, free_memory, locked, read_piece, run_tasks
+from ..runner import Piece, free_memory, read_piece, run_tasks
 from ..sources import Source, find_models
 from ..table_writer import write_csv
 from .measure import Case, Task

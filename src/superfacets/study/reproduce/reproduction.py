@@ -11,8 +11,9 @@ from typing import Any
 
 from ...errors import MeshError, MissingExtraError
 from ...io.atomic import remove_leftovers
+from ...io.locks import locked
 from ...view.rendering import check_rendering
-from ..runner import Piece, free_memory, locked, run_shown, run_tasks
+from ..runner import Piece, free_memory, run_shown, run_tasks
 from ..sources import Sources, find_meshes, find_models
 from .gallery import GALLERY
 from .measure import Task

@@ -1,4 +1,4 @@
-"""Features of the inputs of ``superfacets segment``, by name."""
+"""Features of the cells of a file, by name."""
 
 from __future__ import annotations
 

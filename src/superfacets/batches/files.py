@@ -1,0 +1,243 @@
+"""What is done with one file, by ``superfacets segment`` and by `batch`."""
+
+from __future__ import annotations
+
+import inspect
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._options import (
+    INITS,
+    CleanupOptions,
+    LoopOptions,
+    Progress,
+    SizeOptions,
+    WeightOptions,
+)
+from .._timing import OnStage, timed
+from .._validate import checked_choice, checked_flag, checked_number, checked_threads
+from ..adapters.convert import as_mesh
+from ..cells.features import FEATURE_WEIGHT, FeatureOptions
+from ..cells.slivers import advised_max_edge
+from ..cells.subdivision import Subdivision, subdivide
+from ..clustering.segmentation import Segmentation
+from ..errors import IslandWarning, SliverWarning
+from ..io.attributes import MeshAttributes
+from ..io.writers.cells import FormatOptions
+from ..mesh.faces import AnyCells, n_cells_of
+from ..pipeline import segment
+from .features import features_of
+
+__all__ = ["FileOptions", "Load", "Outcome", "attributes_of_parts", "segment_file"]
+
+Load = Callable[[bool], tuple[AnyCells, MeshAttributes | None]]
+"""Reads a file, with its attributes or without."""
+
+_NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "progress", "on_stage"}
+"""Parameters of `segment` that no file can be given; features are given by name."""
+
+_DEFAULTS = {
+    name: parameter.default
+    for name, parameter in inspect.signature(segment).parameters.items()
+    if name not in _NOT_OF_FILES
+}
+"""Of the others."""
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """What is to be done with each file."""
+
+    keywords: Mapping[str, Any]  # of `segment`
+    features: tuple[str, ...] = ()  # names
+    is_subdivided: bool = False
+    max_edge: float | None = None
+    keeps_attributes: bool = True
+    ascii: bool = False
+    label_name: str = "label"
+    vertex_labels: bool = False
+
+    @classmethod
+    def checked(
+        cls,
+        keywords: Mapping[str, Any],
+        *,
+        features: tuple[str, ...] = (),
+        subdivide: bool = False,
+        max_edge: float | None = None,
+        drop_attributes: bool = False,
+        ascii: bool = False,
+        label_name: str = "label",
+        vertex_labels: bool = False,
+    ) -> FileOptions:
+        """Raise an error if options are wrong for every mesh, before one is read."""
+        given = {name: value for name, value in keywords.items() if value is not None}
+        _check_keywords(given)
+        if max_edge is not None:
+            max_edge = checked_number(max_edge, "max_edge", zero=False)
+        is_subdivided = checked_flag(subdivide, "subdivide") or max_edge is not None
+        keeps = not checked_flag(drop_attributes, "drop_attributes")
+        return cls(
+            given, tuple(features), is_subdivided, max_edge, keeps, checked_flag(ascii, "ascii"),
+            label_name, checked_flag(vertex_labels, "vertex_labels"),
+        )  # fmt: skip
+
+    def form(self, endings: Sequence[str]) -> FormatOptions:
+        """How files with these endings are written; a ValueError if a choice suits none of them."""
+        return FormatOptions.checked(
+            endings, ascii=self.ascii, label_name=self.label_name, vertex_labels=self.vertex_labels
+        )
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """As `batch` takes them."""
+        return {
+            **self.keywords,
+            "features": list(self.features),
+            "subdivide": self.is_subdivided,
+            "max_edge": self.max_edge,
+            "drop_attributes": not self.keeps_attributes,
+            "ascii": self.ascii,
+            "label_name": self.label_name,
+            "vertex_labels": self.vertex_labels,
+        }
+
+    @property
+    def params(self) -> dict[str, Any]:
+        """What was asked for that results depend on, and is not the default, as JSON has it."""
+        usual = {**_DEFAULTS, **FileOptions({}).arguments}
+        return {
+            name: value.item() if isinstance(value, np.generic) else value
+            for name, value in sorted(self.arguments.items())
+            if name != "n_threads" and value != usual[name]
+        }
+
+
+def _check_keywords(keywords: Mapping[str, Any]) -> None:
+    """As `segment` does, of which files take all but arrays."""
+    unknown = sorted(set(keywords) - set(_DEFAULTS))
+    if unknown:
+        names = ", ".join(sorted(_DEFAULTS))
+        raise TypeError(f"{unknown[0]} is no option for files; those are {names}")
+    for name in ("weights", "init"):
+        if not isinstance(keywords.get(name, ""), str):
+            raise TypeError(f"{name} must be a name: arrays suit one mesh, not many files")
+    get = keywords.get
+    SizeOptions.checked(get("n_segments"), get("radius"), "geodesic")
+    WeightOptions.checked(get("weights", "creases"), get("alpha"), get("eta_convex"))
+    checked_choice(get("init", "geodesic"), "init", INITS)
+    islands = get("islands", "keep")
+    LoopOptions.checked(
+        get("max_num_iter", 1), get("tol", 0.0), get("radius_factor"), islands, get("n_threads"),
+        None,
+    )  # fmt: skip
+    CleanupOptions.checked(
+        get("smooth", True), get("enforce_connectivity", False), get("min_size", 0.0), islands
+    )
+    FeatureOptions.checked(None, get("feature_weight", FEATURE_WEIGHT), get("scale_features", True))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The data to write for one file."""
+
+    mesh: AnyCells
+    attributes: MeshAttributes | None
+    result: Segmentation
+    listed: npt.NDArray[np.int64] | None = None  # labels of the file's faces, if it was subdivided
+    listed_mesh: AnyCells | None = None  # that of the file, then
+
+
+def segment_file(
+    load: Load,
+    options: FileOptions,
+    *,
+    holds_attributes: bool,
+    timings: dict[str, float],
+    constraints: Callable[[AnyCells], dict[str, npt.NDArray[Any]]] | None = None,
+    progress: Progress | None = None,
+    on_stage: OnStage | None = None,
+) -> Outcome:
+    """Read, subdivide and segment; write nothing.
+
+    Parameters
+    ----------
+    load : callable
+        Reads the file; its attributes, too, if it is called with True.
+    options : FileOptions
+    holds_attributes : bool
+        Whether an output has a place for attributes of vertices and faces.
+    timings : dict
+        Gets the seconds of "mesh" and "subdivide"; those of the result count nothing twice.
+    constraints : callable, optional
+        Gives the mask and barriers of the cells, as keywords of `segment`.
+    progress, on_stage : callable, optional
+        As for `segment`.
+    """
+    keeps = options.keeps_attributes and holds_attributes
+    with timed(timings, "mesh", on_stage):
+        mesh, attributes = load(keeps or bool(options.features))
+        threads = checked_threads(options.keywords.get("n_threads"))
+        of_cells = {} if constraints is None else constraints(mesh)
+        features = features_of(options.features, mesh, attributes, threads)
+        if features is not None:
+            of_cells["features"] = features
+        attributes = attributes if keeps else None
+    parts, given = None, mesh
+    if options.is_subdivided:
+        with timed(timings, "subdivide"):
+            parts = _subdivided(mesh, options)
+        mesh = parts.mesh
+        of_cells = {name: values[parts.sources] for name, values in of_cells.items()}
+        attributes = None if attributes is None else attributes_of_parts(attributes, parts)
+    result = _segmented(mesh, of_cells, options, progress, on_stage)
+    if parts is None:
+        return Outcome(mesh, attributes, result)
+    return Outcome(mesh, attributes, result, parts.labels_back(result.labels), given)
+
+
+def _subdivided(source: AnyCells, options: FileOptions) -> Subdivision:
+    """Subdivide; without a given edge length, to suit the size of the regions."""
+    mesh = as_mesh(source)
+    get = options.keywords.get
+    max_edge = options.max_edge
+    if max_edge is None:
+        max_edge = advised_max_edge(mesh, get("n_segments"), get("radius"))
+    return subdivide(mesh, max_edge, n_threads=get("n_threads"))
+
+
+def _segmented(
+    mesh: AnyCells,
+    of_cells: Mapping[str, Any],
+    options: FileOptions,
+    progress: Progress | None,
+    on_stage: OnStage | None,
+) -> Segmentation:
+    """Segment; a mesh with fewer cells than regions were asked for has a region for each."""
+    keywords = dict(options.keywords)
+    if keywords.get("n_segments") is not None:
+        keywords["n_segments"] = min(keywords["n_segments"], _n_kept(mesh, of_cells))
+    with warnings.catch_warnings():  # what warnings say, the facts of the result say
+        warnings.simplefilter("ignore", IslandWarning)
+        warnings.simplefilter("ignore", SliverWarning)
+        return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
+
+
+def _n_kept(mesh: AnyCells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
+    """Number of cells that a mask leaves."""
+    return int(of_cells["mask"].sum()) if "mask" in of_cells else n_cells_of(mesh)
+
+
+def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:
+    """What of the attributes of a mesh a subdivided one has: those of the faces, and comments."""
+    left_out = [
+        *attributes.left_out,
+        *(f"vertex property {name}, which new vertices do not have" for name in attributes.vertex),
+    ]
+    face = {name: values[parts.sources] for name, values in attributes.face.items()}
+    return MeshAttributes({}, face, attributes.comments, tuple(left_out))

@@ -1,0 +1,123 @@
+"""One file of a batch: done anywhere, and told in a record."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import socket
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from .. import __version__
+from .._timing import timed
+from ..errors import reason_of
+from ..io.attributes import MeshAttributes
+from ..io.guards import known_ending, read_content
+from ..io.readers.read import cell_ending, parse_cells_and_attributes
+from ..io.writers.cells import ATTRIBUTE_OUTPUTS
+from ..io.writers.write import OUTPUT_ENDINGS, check_outputs, write_outputs
+from ..mesh.faces import AnyCells
+from .files import FileOptions, segment_file
+
+__all__ = ["Job", "Record", "hash_of", "run_job"]
+
+Record = dict[str, Any]
+"""What a line of the manifest holds."""
+
+_STOPPING = (errno.ENOSPC, errno.EDQUOT)
+"""A disk that is full is not the fault of a file: the batch ends, and none is recorded."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """A file, and what is to be done with it. It is pickled for the worker."""
+
+    head: Mapping[str, Any]
+    """What its record begins with: name, input, version, params."""
+    path: str
+    folder: str
+    outputs: tuple[str, ...]
+    """Below the folder, with slashes."""
+    options: FileOptions
+
+    @property
+    def name(self) -> str:
+        """That of the record."""
+        return str(self.head["name"])
+
+    @property
+    def files(self) -> list[Path]:
+        """Paths of the results."""
+        return [Path(self.folder, name) for name in self.outputs]
+
+    def with_threads(self, n_threads: int) -> Job:
+        """The job on so many threads, if no other number was asked for."""
+        keywords = {"n_threads": n_threads, **self.options.keywords}
+        return replace(self, options=replace(self.options, keywords=keywords))
+
+
+def run_job(job: Job) -> Record:
+    """Read, segment, write; return the record, of a failure too.
+
+    Raises
+    ------
+    OSError
+        If the batch cannot go on: the disk is full, or this process has another version of the
+        package than the one that made the job.
+    """
+    if job.head["version"] != __version__:
+        raise ConnectionError(
+            f"a worker on {socket.gethostname()} has superfacets {__version__}, and this is"
+            f" superfacets {job.head['version']}"
+        )
+    record = {**job.head, "sha256": None}
+    try:
+        return record | _done(job, record)
+    except Exception as error:  # of any kind: other files go on
+        if isinstance(error, OSError) and error.errno in _STOPPING:
+            raise
+        return record | {"error": reason_of(error)}
+
+
+def _done(job: Job, record: Record) -> Record:
+    """Do it; the hash is recorded as soon as it is known, whatever comes after."""
+    files = job.files
+    for folder in {path.parent for path in files}:
+        folder.mkdir(parents=True, exist_ok=True)
+    check_outputs(files)
+    path = Path(job.path)
+
+    def load(keep: bool) -> tuple[AnyCells, MeshAttributes | None]:
+        content = read_content(path)
+        record["sha256"] = hashlib.sha256(content).hexdigest()
+        return parse_cells_and_attributes(content, cell_ending(path), path.parent, keep=keep)
+
+    timings: dict[str, float] = {}
+    endings = [known_ending(file, OUTPUT_ENDINGS) for file in files]
+    holds_attributes = not {*endings}.isdisjoint(ATTRIBUTE_OUTPUTS)
+    outcome = segment_file(load, job.options, holds_attributes=holds_attributes, timings=timings)
+    result = outcome.result
+    with timed(timings, "export"):
+        write_outputs(
+            files, outcome.mesh, result.labels, attributes=outcome.attributes,
+            options=job.options.form(endings), listed=outcome.listed,
+            listed_mesh=outcome.listed_mesh,
+        )  # fmt: skip
+    seconds = {**result.timings, **timings}
+    return {
+        "cells": len(result.labels),
+        "regions": result.n_segments,
+        "seconds": {stage: round(spent, 4) for stage, spent in seconds.items()},
+        "outputs": {name: Path(job.folder, name).stat().st_size for name in job.outputs},
+    }
+
+
+def hash_of(path: str) -> str | None:
+    """SHA-256 of a file; None where it cannot be read."""
+    try:
+        with Path(path).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None

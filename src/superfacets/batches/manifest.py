@@ -1,0 +1,118 @@
+"""The manifest of a batch: a line of JSON for each file that was done, or failed."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from types import TracebackType
+
+from ..io.atomic import atomic_outputs
+from .jobs import Record
+
+__all__ = ["Manifest"]
+
+
+class Manifest:
+    """The records in a file, to be used in a `with` by one process at a time.
+
+    Each record is on the disk before `append` returns. A last line that a killed process left half
+    written counts for nothing, and neither does a line that a later one of the same name replaces:
+    both are gone when the manifest is next written or closed.
+
+    Parameters
+    ----------
+    path : Path
+        Need not exist.
+
+    Attributes
+    ----------
+    records : dict
+        The last record of each name.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._file: int | None = None
+        self.records, self._is_tidy = _read(path)
+
+    def __enter__(self) -> Manifest:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._close()
+        if not self._is_tidy and error is None:
+            self._write_anew()
+
+    def append(self, record: Record) -> None:
+        """Add a record, or replace that of its name.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; the file then holds what it held before.
+        """
+        line = json.dumps(record).encode() + b"\n"
+        if self._file is None:
+            if not self._is_tidy:
+                self._write_anew()
+            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+            self._file = os.open(self._path, flags, 0o666)
+        size = os.fstat(self._file).st_size
+        try:
+            _write_all(self._file, line)
+        except OSError as error:
+            os.ftruncate(self._file, size)
+            raise OSError(error.errno, error.strerror, str(self._path)) from None
+        self._is_tidy = self._is_tidy and record["name"] not in self.records
+        self.records[record["name"]] = record
+
+    def _close(self) -> None:
+        if self._file is not None:
+            os.close(self._file)
+            self._file = None
+
+    def _write_anew(self) -> None:
+        """Replace the file by one with a line per name."""
+        lines = (json.dumps(record) + "\n" for record in self.records.values())
+        with atomic_outputs([self._path]) as (partial,), partial.open("wb") as file:
+            file.write("".join(lines).encode())
+            file.flush()
+            os.fsync(file.fileno())
+        self._is_tidy = True
+
+
+def _write_all(file: int, data: bytes) -> None:
+    """Write to the disk; a system may take less than all at a time."""
+    while data:
+        data = data[os.write(file, data) :]
+    os.fsync(file)
+
+
+def _read(path: Path) -> tuple[dict[str, Record], bool]:
+    """The last record of each name, and whether the file holds those and nothing else."""
+    records: dict[str, Record] = {}
+    is_tidy = True
+    content = path.read_bytes() if path.exists() else b""
+    for line in content.splitlines(keepends=True):
+        record = _record_of(line)
+        if record is None or record["name"] in records:
+            is_tidy = False
+        if record is not None:
+            records[record["name"]] = record
+    return records, is_tidy
+
+
+def _record_of(line: bytes) -> Record | None:
+    """The record in a line; None where that is cut or damaged."""
+    try:
+        record = json.loads(line)
+    except ValueError:
+        return None
+    is_record = isinstance(record, dict) and isinstance(record.get("name"), str)
+    return record if is_record and line.endswith(b"\n") else None

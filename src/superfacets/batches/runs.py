@@ -1,0 +1,353 @@
+"""A batch from end to end: what is to be done, doing it, and telling what came of it."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .. import __version__
+from .._validate import checked_callable, checked_count, checked_threads
+from ..io.atomic import StrPath, remove_leftovers
+from ..io.locks import locked
+from ..io.writers.write import ENDING_OF_FORMAT
+from .cluster import Killed, Team, local_team, remote_team
+from .files import FileOptions
+from .jobs import Job, Record, hash_of, run_job
+from .manifest import Manifest
+from .memory import cells_of, memory_of
+from .sources import Source, check_outputs_differ, find_sources, output_names, usual_ending
+
+__all__ = ["MANIFEST", "BatchProgress", "BatchResult", "batch"]
+
+MANIFEST = "manifest.jsonl"
+"""Name of the manifest in the output folder."""
+
+MEMORY_SHARE = 0.8
+"""Of a worker's memory, what files are planned with: the rest is for what the estimate misses."""
+
+START_CELLS = 2_000
+"""Cells that take as long as what each file takes besides."""
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """What came of a batch.
+
+    Parameters
+    ----------
+    records : tuple of dict
+        What `manifest.jsonl` says of each input, in the order of the inputs: ``name``, ``input``,
+        ``version``, ``params``, ``sha256``, and either ``cells``, ``regions``, ``seconds`` and
+        ``outputs`` or, if it failed, ``error``.
+    n_done : int
+        Files that were segmented by this call.
+    n_kept : int
+        Files that had been before, and were left alone.
+    n_failed : int
+        Files that failed, in this call or, if they were not tried again, before.
+    n_cells : int
+        Cells of the files that were segmented by this call.
+    seconds : float
+        Wall time.
+    """
+
+    records: tuple[Record, ...]
+    n_done: int
+    n_kept: int
+    n_failed: int
+    n_cells: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class BatchProgress:
+    """How far a batch is, each time that a file ends.
+
+    Parameters
+    ----------
+    record : dict
+        Of the file, as in `BatchResult`.
+    n_ended : int
+        Files that have ended, the failed ones among them.
+    n_files : int
+        Files that this call has to do.
+    n_cells : int
+        Cells of the files that were segmented.
+    seconds : float
+        Since work began.
+    seconds_left : float
+        An estimate, by the sizes of the files.
+    """
+
+    record: Record
+    n_ended: int
+    n_files: int
+    n_cells: int
+    seconds: float
+    seconds_left: float
+
+
+def batch(
+    inputs: StrPath | Iterable[StrPath],
+    output_folder: StrPath,
+    *,
+    formats: Sequence[str] = (),
+    scheduler: str | None = None,
+    workers: int | None = None,
+    retry_failed: bool = False,
+    progress: Callable[[BatchProgress], object] | None = None,
+    features: Sequence[str] = (),
+    subdivide: bool = False,
+    max_edge: float | None = None,
+    drop_attributes: bool = False,
+    ascii: bool = False,
+    label_name: str = "label",
+    vertex_labels: bool = False,
+    **options: Any,
+) -> BatchResult:
+    """Segment many files, on all cores or on a cluster, and write their labels into a folder.
+
+    A file that fails does not stop the others. A second call does what is missing, and what has
+    changed: the file (by its hash), what is asked for, the version of the package.
+
+    Parameters
+    ----------
+    inputs : path-like, or iterable of these
+        Files; folders, which are searched with all folders below them, but not for ``.csv``,
+        ``.txt`` and ``.npy``; patterns such as ``"scans/**/*.ply"``; or ``"@list.txt"``, a file
+        with a path per line, relative to its own folder.
+    output_folder : path-like
+        Is made. It gets ``manifest.jsonl`` with a record per file, and ``NAME.superfacets.ply`` for
+        each, in folders that mirror those of the inputs.
+    formats : sequence of str, optional
+        What is written: ``"ply"``, ``"npy"`` and so on, as the endings of `write_mesh` and
+        `write_labels`. By default PLY, or VTU of tetrahedra.
+    scheduler : str, optional
+        Address of a Dask scheduler, such as ``"tcp://10.0.0.1:8786"``; its workers have to see all
+        files under the same paths, and to have the same version of the package. By default worker
+        processes are started on this machine, with Dask, where there is more than one file to do.
+    workers : int, optional
+        Number of those. By default one per core. Each works on one file at a time, on one thread
+        if ``n_threads`` does not say otherwise.
+    retry_failed : bool, default False
+        Whether files that failed are tried again though nothing has changed.
+    progress : callable, optional
+        Called with a `BatchProgress` each time that a file ends.
+    features : sequence of str, optional
+        Names of what borders follow besides creases: ``"color"``, ``"normals"``, ``"height"``, or
+        properties of the cells or vertices in the files.
+    subdivide : bool, default False
+        Bisect edges longer than a quarter of a region's radius first; label files have a label for
+        each face of the file.
+    max_edge : float, optional
+        Subdivide until no edge is longer than this, in the unit of the file.
+    drop_attributes : bool, default False
+        Do not carry over what a PLY stores besides its mesh.
+    ascii : bool, default False
+        Write text instead of binary where a format has both.
+    label_name, vertex_labels
+        As for `write_mesh`.
+    **options
+        As for `segment`, but for what is of one mesh: arrays, `progress` and `on_stage`.
+
+    Returns
+    -------
+    BatchResult
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a parameter is wrong, two files would have the same result, or another call is writing to
+        the folder.
+    OSError
+        If nothing is found, a folder cannot be read or written, or the disk is full. A
+        ConnectionError if there is no scheduler, its workers do not fit, or none is left. What was
+        done until then is kept.
+    MissingExtraError
+        If Dask is needed and not installed.
+
+    Notes
+    -----
+    A file that needs more than its share of a worker's memory (an estimate by its size), and one at
+    which workers were killed, is done when the others are, alone, with all memory of this machine
+    or, on a cluster, of a worker. A script has to call this below ``if __name__ == "__main__":``,
+    as Python demands where processes are started.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import superfacets
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "bear.ply")
+    ...     superfacets.write_mesh(path, superfacets.sample_mesh(5_000))
+    ...     result = superfacets.batch(path, Path(folder, "out"), formats=["npy"], n_segments=20)
+    ...     again = superfacets.batch(path, Path(folder, "out"), formats=["npy"], n_segments=20)
+    ...     sorted(found.name for found in Path(folder, "out").glob("[!.]*"))
+    ['bear.superfacets.npy', 'manifest.jsonl']
+    >>> result.records[0]["regions"], result.n_done, again.n_done, again.n_kept
+    (20, 1, 0, 1)
+    """
+    file_options = FileOptions.checked(
+        options, features=tuple(features), subdivide=subdivide, max_edge=max_edge,
+        drop_attributes=drop_attributes, ascii=ascii, label_name=label_name,
+        vertex_labels=vertex_labels,
+    )  # fmt: skip
+    if scheduler is not None and workers is not None:
+        raise ValueError("give scheduler or workers, not both: a scheduler has its own")
+    n_workers = checked_threads(None) if workers is None else checked_count(workers, "workers")
+    checked_callable(progress, "progress")
+    began = time.perf_counter()
+    folder = Path(output_folder).absolute()
+    jobs = _plan(inputs, folder, formats, file_options)
+    with locked(folder), Manifest(folder / MANIFEST) as manifest, _tidied(jobs):
+        todo = _todo(jobs, manifest, retry_failed=retry_failed)
+        tally = _Tally(todo)
+        with contextlib.closing(_do(todo, scheduler, n_workers, str(folder))) as ends:
+            for job, record in ends:
+                manifest.append(record)
+                tally.count(job, record)
+                if progress is not None:
+                    progress(tally.seen(record))
+        records = tuple(manifest.records[job.name] for job in jobs)
+    n_failed = sum("error" in record for record in records)
+    n_kept = len(jobs) - n_failed - tally.n_done
+    seconds = time.perf_counter() - began
+    return BatchResult(records, tally.n_done, n_kept, n_failed, tally.n_cells, seconds)
+
+
+def _plan(
+    inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
+) -> list[Job]:
+    """The jobs for all files, done or not; an error if they do not go together."""
+    if isinstance(formats, str):
+        raise TypeError(f"formats must be a sequence of names, got {formats!r}")
+    for name in formats:
+        if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
+            known = ", ".join(ENDING_OF_FORMAT)
+            raise ValueError(f"formats must be some of {known}, each once; got {name!r}")
+    endings = tuple(ENDING_OF_FORMAT[name] for name in formats)
+    sources = find_sources(inputs)
+    options.form(
+        [ending for source in sources for ending in endings or [usual_ending(source.name)]]
+    )
+    check_outputs_differ(sources, endings)
+    params = {**options.params, "formats": list(formats)}
+
+    def job_of(source: Source) -> Job:
+        head = {
+            "name": source.name, "input": source.input, "version": __version__, "params": params,
+        }  # fmt: skip
+        names = output_names(source.name, endings)
+        return Job(head, str(Path(source.input).absolute()), str(folder), names, options)
+
+    return [job_of(source) for source in sources]
+
+
+@contextlib.contextmanager
+def _tidied(jobs: Sequence[Job]) -> Iterator[None]:
+    """Remove what killed processes have left behind, before and after; nobody else writes here."""
+    files = [path for job in jobs for path in job.files]
+    remove_leftovers(files, older_than=0.0)
+    try:
+        yield
+    finally:
+        remove_leftovers(files, older_than=0.0)
+
+
+def _todo(jobs: Sequence[Job], manifest: Manifest, *, retry_failed: bool) -> list[Job]:
+    """The jobs that have no valid record; files are read for their hashes, several at a time."""
+
+    def is_done(job: Job) -> bool:
+        record = manifest.records.get(job.name)
+        if record is None or (retry_failed and "error" in record):
+            return False
+        if any(record.get(key) != job.head[key] for key in ("version", "params")):
+            return False
+        if not all(_has_size(job, *output) for output in record.get("outputs", {}).items()):
+            return False
+        return hash_of(job.path) == record.get("sha256")
+
+    with ThreadPoolExecutor() as pool:
+        return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
+
+
+def _has_size(job: Job, name: str, size: int) -> bool:
+    path = Path(job.folder, name)
+    return path.is_file() and path.stat().st_size == size
+
+
+def _do(
+    jobs: Sequence[Job], scheduler: str | None, n_workers: int, folder: str
+) -> Generator[tuple[Job, Record]]:
+    """Yield jobs with their records, in the order in which they end."""
+    if not jobs:
+        return
+    if scheduler is not None:
+        yield from _do_in_teams(
+            jobs, lambda: remote_team(scheduler, folder), lambda: remote_team(scheduler, folder)
+        )
+    elif len(jobs) == 1:
+        yield jobs[0], run_job(jobs[0])
+    else:
+        n_threads = checked_threads(None)
+        n_workers = min(n_workers, len(jobs))
+        yield from _do_in_teams(
+            jobs, lambda: local_team(n_workers), lambda: local_team(1, n_threads)
+        )
+
+
+OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
+
+
+def _do_in_teams(
+    jobs: Sequence[Job], open_many: OpenTeam, open_one: OpenTeam
+) -> Iterator[tuple[Job, Record]]:
+    """Do what fits side by side, the largest first; then the others, and what killed workers."""
+    needs = {job.name: memory_of(job.path) for job in jobs}
+    with open_many() as team:
+        room = MEMORY_SHARE * team.share
+        fitting = [job for job in jobs if needs[job.name] <= room]
+        alone = [job for job in jobs if needs[job.name] > room]
+        fitting.sort(key=lambda job: -needs[job.name])
+        for job, record in team.do_together(fitting):
+            if isinstance(record, Killed):
+                alone.append(job)
+            else:
+                yield job, record
+    if not alone:
+        return
+    with open_one() as team:
+        for job, record in team.do_alone(alone):
+            if isinstance(record, Killed):
+                yield job, {**job.head, "sha256": hash_of(job.path), "error": str(record)}
+            else:
+                yield job, record
+
+
+class _Tally:
+    """Counts of what has ended, and how much is left by the sizes of files."""
+
+    def __init__(self, jobs: Sequence[Job]) -> None:
+        self.n_done = self.n_cells = 0
+        self._n_ended, self._n_files = 0, len(jobs)
+        self._work = {job.name: START_CELLS + cells_of(job.path) for job in jobs}
+        self._left = self._all = sum(self._work.values())
+        self._began = time.perf_counter()
+
+    def count(self, job: Job, record: Record) -> None:
+        self._n_ended += 1
+        self._left -= self._work[job.name]
+        if "error" not in record:
+            self.n_done += 1
+            self.n_cells += record["cells"]
+
+    def seen(self, record: Record) -> BatchProgress:
+        spent = time.perf_counter() - self._began
+        left = spent * self._left / (self._all - self._left)
+        return BatchProgress(record, self._n_ended, self._n_files, self.n_cells, spent, left)

@@ -1,0 +1,163 @@
+"""Which files a batch is about, and what their results are called."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from ..io.atomic import StrPath
+from ..io.readers.read import CELL_ENDINGS
+from ..io.readers.tets import TET_ENDINGS
+from ..io.writers.scannet import scene_of
+
+__all__ = ["Source", "check_outputs_differ", "find_sources", "output_names", "usual_ending"]
+
+FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
+"""Of files that a folder is searched for: those three more often hold something else."""
+
+MARK = ".superfacets"
+"""In the names of results, which a folder is not searched for."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """An input file."""
+
+    input: str
+    """Its path: as given, or as found in what was given."""
+    name: str
+    """Path of it below the folder that was given, with slashes: the results mirror that."""
+
+
+def find_sources(inputs: StrPath | Iterable[StrPath]) -> list[Source]:
+    """Return the files that inputs stand for, each once.
+
+    Parameters
+    ----------
+    inputs : path-like, or iterable of these
+        A file; a folder, which is searched with all folders below it (links to folders are not
+        followed) for meshes and clouds, but not for ``.csv``, ``.txt`` and ``.npy``; a pattern with
+        ``*``, ``?``, ``[]`` or ``**``; or ``@LIST``, a text file with a path per line, relative to
+        its own folder, in which empty lines and those that begin with ``#`` count for nothing.
+
+    Raises
+    ------
+    OSError
+        If a folder or a list cannot be read, or nothing is found.
+    ValueError
+        If two files have the same name below what was given.
+    """
+    given = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
+    found: dict[str, Source] = {}
+    for text in (os.fspath(path) for path in given):
+        for source in _expanded(text):
+            other = found.setdefault(source.name, source)
+            if not _is_same_file(other.input, source.input):
+                raise ValueError(
+                    f"{other.input} and {source.input} are both called {source.name}: give the"
+                    " folder above them, or a pattern in quotes, and results mirror its folders"
+                )
+    if not found:
+        raise ValueError("no input was given")
+    return list(found.values())
+
+
+def _expanded(text: str) -> Iterator[Source]:
+    path = Path(text)
+    if not text:
+        raise ValueError("'' is not a file")
+    if text.startswith("@"):
+        yield from _listed(Path(text[1:]))
+    elif path.is_dir():
+        yield from _below(path)
+    elif glob.has_magic(text) and not path.exists():
+        yield from _matching(text)
+    else:
+        yield Source(text, path.name)
+
+
+def _listed(path: Path) -> Iterator[Source]:
+    """The files that a list names."""
+    for line in path.read_text(encoding="utf-8").splitlines():
+        text = line.strip()
+        if not text or text.startswith("#"):
+            continue
+        name = os.path.normpath(text)
+        is_below = not Path(name).is_absolute() and Path(name).parts[0] != os.pardir
+        yield Source(
+            str(path.parent / text), Path(name if is_below else Path(name).name).as_posix()
+        )
+
+
+def _below(folder: Path) -> Iterator[Source]:
+    """The files of known kinds in a folder and below, in order."""
+    n_found = 0
+    for parent, folders, names in os.walk(folder, onerror=_fail):
+        folders.sort()
+        for name in sorted(names):
+            if Path(name).suffix.lower() in FOUND_ENDINGS and MARK not in Path(name).suffixes:
+                path = Path(parent, name)
+                n_found += 1
+                yield Source(str(path), path.relative_to(folder).as_posix())
+    if not n_found:
+        raise FileNotFoundError(f"{folder}: no file in it ends in {', '.join(FOUND_ENDINGS)}")
+
+
+def _fail(error: OSError) -> None:
+    raise error
+
+
+def _matching(pattern: str) -> Iterator[Source]:
+    """The files that match a pattern, named from its first folder with a wildcard on."""
+    parts = Path(pattern).parts
+    n_plain = next(place for place, part in enumerate(parts) if glob.has_magic(part))
+    root = Path(*parts[:n_plain])
+    wanted = str(Path(*parts[n_plain:]))
+    found = sorted(path for path in root.glob(wanted) if path.is_file())
+    if not found:
+        raise FileNotFoundError(f"{pattern}: no file matches")
+    for path in found:
+        yield Source(str(path), path.relative_to(root).as_posix())
+
+
+def _is_same_file(one: str, other: str) -> bool:
+    return os.path.realpath(one) == os.path.realpath(other)
+
+
+def usual_ending(path: StrPath) -> str:
+    """The ending of the result for a file, where none is asked for: a mesh with labels."""
+    return ".vtu" if Path(path).suffix.lower() in TET_ENDINGS else ".ply"
+
+
+def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
+    """Names of results made of the name of an input; with no endings, of the usual one."""
+    path = PurePosixPath(name)
+    wanted = tuple(endings) or (usual_ending(name),)
+    return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
+
+
+def _output_name(path: PurePosixPath, ending: str) -> str:
+    """The name that readers of the format look for, or one that says who wrote the file."""
+    if ending == ".segs.json":
+        return f"{path.stem}.0.010000{ending}"
+    if ending == ".aggregation.json":
+        return f"{scene_of(Path(path), path.suffix)}{ending}"
+    if ending == "_sp_label.npy":
+        return f"{path.stem}{ending}"
+    return f"{path.stem}{MARK}{ending}"
+
+
+def check_outputs_differ(sources: Iterable[Source], endings: Sequence[str]) -> None:
+    """Raise a ValueError where two files would have the same result."""
+    writers: dict[str, Source] = {}
+    for source in sources:
+        for output in output_names(source.name, endings):
+            other = writers.setdefault(os.path.normcase(output), source)
+            if other is not source:
+                raise ValueError(
+                    f"{other.input} and {source.input} would both be written to {output}:"
+                    " give them folders of their own"
+                )

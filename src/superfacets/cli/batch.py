@@ -1,0 +1,139 @@
+"""The command ``superfacets batch``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ..batches.runs import MANIFEST, BatchProgress, BatchResult, batch
+from ..io.guards import counted
+from .failures import EXIT_DATA, print_error
+from .options import COUNT, FOLDER
+from .outputs import OUTPUT_FORMATS
+from .progress import FileBar
+from .segment_options import file_options, options_of, segment_options
+
+__all__ = ["batch_command"]
+
+
+def _formats(
+    ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Names in lists with commas, in one tuple; a callback of options."""
+    names = tuple(name.strip() for text in given for name in text.split(","))
+    for name in names:
+        if name not in OUTPUT_FORMATS:
+            known = ", ".join(OUTPUT_FORMATS)
+            raise click.BadParameter(f"{name!r} is not one of {known}", ctx, parameter)
+    return names
+
+
+@click.command("batch")
+@click.argument("inputs", metavar="IN...", nargs=-1, required=True)
+@click.option(
+    "-o",
+    "--output",
+    metavar="DIR",
+    type=FOLDER,
+    required=True,
+    help="Folder for the results and the manifest; folders in it mirror those of IN.",
+)
+@click.option(
+    "--to",
+    "--format",
+    "formats",
+    metavar="LIST",
+    multiple=True,
+    callback=_formats,
+    help="Formats of the results, as npy,ply.  [default: ply; vtu of tetrahedra]",
+)
+@click.option(
+    "--workers", type=COUNT, help="Worker processes on this machine.  [default: one per core]"
+)
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Address of a Dask scheduler, as tcp://10.0.0.1:8786."
+)
+@click.option("--retry-failed", is_flag=True, help="Try files again that failed before.")
+@segment_options
+@file_options
+@click.option("-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but errors.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as a JSON object.")
+@click.pass_context
+def batch_command(
+    ctx: click.Context,
+    /,
+    inputs: tuple[str, ...],
+    output: Path,
+    formats: tuple[str, ...],
+    workers: int | None,
+    scheduler: str | None,
+    retry_failed: bool,
+    is_quiet: bool,
+    as_json: bool,
+    **given: Any,
+) -> None:
+    """Segment all meshes and point clouds in IN on all cores, or on a cluster.
+
+    IN are files, folders, patterns in quotes ("scans/**/*.ply"), or @LIST, a text file with a path
+    per line. DIR/manifest.jsonl gets a line per file. A second start does what is missing or has
+    changed. A file that fails does not stop the others; the exit status is 1 if one did.
+    """
+    options = options_of(**given)
+    tried: list[str] = []
+    with FileBar(is_quiet=is_quiet) as bar:
+
+        def progress(state: BatchProgress) -> None:
+            bar.draw(state)
+            if "error" in state.record:
+                tried.append(state.record["name"])
+                with bar.paused():
+                    print_error(_failure(state.record))
+
+        result = batch(
+            inputs, output, formats=formats, scheduler=scheduler, workers=workers,
+            retry_failed=retry_failed, progress=progress, **options.arguments,
+        )  # fmt: skip
+    if as_json:
+        click.echo(json.dumps(_facts(result, output)))
+    elif not is_quiet:
+        click.echo(_summary(result))
+    if result.n_failed:
+        failed = f"{result.n_failed} of {counted(len(result.records), 'file')} failed"
+        if not tried:
+            failed += ", before this: --retry-failed tries again"
+        print_error(failed)
+        ctx.exit(EXIT_DATA)
+
+
+def _failure(record: dict[str, Any]) -> str:
+    """Why a file failed, with its name."""
+    name, error = record["input"], record["error"]
+    return error if name in error else f"{name}: {error}"
+
+
+def _facts(result: BatchResult, output: Path) -> dict[str, Any]:
+    """The batch as an object for JSON."""
+    failed = {record["name"]: record["error"] for record in result.records if "error" in record}
+    return {
+        "n_files": len(result.records),
+        "n_done": result.n_done,
+        "n_kept": result.n_kept,
+        "n_failed": result.n_failed,
+        "n_cells": result.n_cells,
+        "seconds": result.seconds,
+        "manifest": str(output / MANIFEST),
+        "failed": failed,
+    }
+
+
+def _summary(result: BatchResult) -> str:
+    """The batch in one line."""
+    pace = result.n_cells / result.seconds
+    kept = f", {result.n_kept} were there" if result.n_kept else ""
+    return (
+        f"{counted(result.n_done, 'file')} done{kept}; {counted(result.n_cells, 'face')} in"
+        f" {result.seconds:.1f} s, {pace:,.0f} faces/s"
+    )

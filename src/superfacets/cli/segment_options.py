@@ -1,0 +1,178 @@
+"""The options of ``superfacets segment`` that are those of ``superfacets batch``, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from .._options import INITS, ISLANDS, WEIGHTS
+from ..batches.files import FileOptions
+from ..pipeline import PAPER
+from .options import COUNT, NOT_NEGATIVE, POSITIVE, Count, label_options
+
+__all__ = ["file_options", "options_of", "segment_options"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_OF_SEGMENT = (
+    click.option("-n", "--n-segments", type=COUNT, help="Number of regions.  [default: 150]"),
+    click.option(
+        "-r",
+        "--radius",
+        type=POSITIVE,
+        help="Radius of a region, as a fraction of the mesh's diagonal, instead of -n.",
+    ),
+    click.option(
+        "-a",
+        "--alpha",
+        type=NOT_NEGATIVE,
+        help="How much borders follow creases.  [default: by weights: 20, 200, 0.5]",
+    ),
+    click.option(
+        "--eta",
+        "eta_convex",
+        type=NOT_NEGATIVE,
+        help="Weight of convex creases (ridges) relative to concave ones; 0.2 is right for machine"
+        " parts.  [default: by weights: 0, 0.2]",
+    ),
+    click.option(
+        "--weights",
+        type=click.Choice(tuple(WEIGHTS)),
+        help="Lengths of steps: with a price for creases that does not depend on resolution, those"
+        " of the paper, or those of Shlafman, Tal and Katz.  [default: creases]",
+    ),
+    click.option(
+        "--init",
+        type=click.Choice(INITS),
+        help="How the first centers are placed; flood and grid make only about as many regions as"
+        " -n says.  [default: geodesic]",
+    ),
+    click.option("--paper", is_flag=True, help="The algorithm of the paper, exactly as published."),
+    click.option(
+        "--max-iter",
+        "max_num_iter",
+        type=Count(0),
+        default=50,
+        show_default=True,
+        help="Maximum number of iterations; 0 labels by the first centers.",
+    ),
+    click.option(
+        "--tol",
+        type=NOT_NEGATIVE,
+        help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]",
+    ),
+    click.option(
+        "--smooth/--no-smooth",
+        default=None,
+        help="Make borders straight where the surface is smooth.  [default: yes; no with --paper]",
+    ),
+    click.option(
+        "--connect",
+        "enforce_connectivity",
+        is_flag=True,
+        help="Disconnected regions, which --paper may give, keep one piece.",
+    ),
+    click.option(
+        "--min-size",
+        type=NOT_NEGATIVE,
+        help="Regions smaller than this, in mean regions, join a neighbor.",
+    ),
+    click.option(
+        "--islands",
+        type=click.Choice(ISLANDS),
+        help="Components without a seed, and small regions without a neighbor, are regions of their"
+        " own, or join the nearest region, which makes -n exact (but with --init flood or grid)."
+        "  [default: keep]",
+    ),
+    click.option(
+        "--subdivide",
+        "is_subdivided",
+        is_flag=True,
+        help="Bisect edges longer than a quarter of a region's radius first, for meshes of long"
+        " thin faces. A .ply or .vtp then holds the subdivided mesh; label files hold a label for"
+        " each face of IN: that with the most area in it.",
+    ),
+    click.option(
+        "--max-edge",
+        type=POSITIVE,
+        help="Subdivide until no edge is longer than this, in the unit of the mesh.",
+    ),
+    click.option(
+        "--features",
+        metavar="NAME",
+        multiple=True,
+        help="What borders follow besides creases: color, normals, height (z), or a property of the"
+        " faces, points or vertices in IN; may be given several times.",
+    ),
+    click.option(
+        "--feature-weight",
+        type=NOT_NEGATIVE,
+        help="How much features count, in radii per standard deviation.  [default: 5]",
+    ),
+    click.option(
+        "--threads",
+        "n_threads",
+        type=COUNT,
+        help="Threads to use.  [default: one per core]",
+    ),
+)
+
+_OF_FILES = (
+    click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text."),
+    label_options,
+    click.option(
+        "--drop-attributes",
+        is_flag=True,
+        help="Do not carry over what a .ply input stores besides its mesh: colors, normals, texture"
+        " coordinates, further properties, comments.",
+    ),
+)
+
+
+def segment_options(function: Function) -> Function:
+    """Add the options that say what is computed; a decorator."""
+    return _with_options(function, _OF_SEGMENT)
+
+
+def file_options(function: Function) -> Function:
+    """Add the options that say how meshes are written; a decorator."""
+    return _with_options(function, _OF_FILES)
+
+
+def _with_options(function: Function, options: tuple[Callable[[Any], Any], ...]) -> Function:
+    for option in reversed(options):  # click lists first what is added last
+        function = option(function)
+    return function
+
+
+def options_of(
+    *,
+    paper: bool,
+    features: tuple[str, ...],
+    is_subdivided: bool,
+    max_edge: float | None,
+    ascii: bool,
+    label_name: str,
+    vertex_labels: bool,
+    drop_attributes: bool,
+    **given: Any,
+) -> FileOptions:
+    """The options as they were given, or as --paper stands for them; an error if they are wrong."""
+    keywords = {name: value for name, value in given.items() if value is not None}
+    if paper:
+        for name in ("weights", "init"):
+            if name in keywords and keywords[name] != PAPER[name]:
+                raise click.UsageError(f"--paper has {name} of its own: leave --{name} out")
+        keywords = {**PAPER, **keywords}
+    return FileOptions.checked(
+        keywords,
+        features=features,
+        subdivide=is_subdivided,
+        max_edge=max_edge,
+        drop_attributes=drop_attributes,
+        ascii=ascii,
+        label_name=label_name,
+        vertex_labels=vertex_labels,
+    )

@@ -1,0 +1,22 @@
+"""Files for the tests of batches."""
+
+import pytest
+
+from superfacets import sample_mesh, write_mesh
+
+
+@pytest.fixture
+def scans(tmp_path):
+    """A folder with meshes in folders, and a file that is none."""
+    folder = tmp_path / "scans"
+    for place, name in enumerate(["a/one.ply", "a/two.ply", "b/one.ply", "b/c/three.ply"]):
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_mesh(path, sample_mesh(3_000 * (1 + place)))
+    (folder / "bad.ply").write_text("not a mesh")
+    return folder
+
+
+@pytest.fixture
+def scan(scans):
+    return scans / "a" / "one.ply"

@@ -1,0 +1,228 @@
+"""Batches of files: records, what a second start does, what stops one and what does not."""
+
+import errno
+import json
+import os
+from pathlib import Path
+
+import gallery_meshes
+import numpy as np
+import pytest
+import shapes
+from batch_folders import lines_of, records_of, results_in
+
+import superfacets as sf
+from superfacets.batches import files, jobs, runs
+from superfacets.io.locks import locked
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "out"
+
+
+def test_a_record_says_what_was_done(scan, out):
+    result = sf.batch(scan, out, formats=["npy", "ply"], n_segments=np.int64(20), n_threads=2)
+    labels = sf.segment(scan, 20).labels
+    assert np.array_equal(np.load(out / "one.superfacets.npy"), labels)
+    assert np.array_equal(sf.read_labels(out / "one.superfacets.ply"), labels)
+    (record,) = map(json.loads, lines_of(out))
+    assert result.records == (record,)
+    assert set(record.pop("seconds")) > {"mesh", "classify", "export"}
+    assert record == {
+        "name": "one.ply",
+        "input": str(scan),
+        "version": sf.__version__,
+        "params": {"formats": ["npy", "ply"], "n_segments": 20},
+        "sha256": jobs.hash_of(scan),
+        "cells": len(labels),
+        "regions": 20,
+        "outputs": {name: len(data) for name, data in results_in(out).items()},
+    }  # fmt: skip
+    assert (result.n_done, result.n_kept, result.n_failed) == (1, 0, 0)
+    assert result.n_cells == len(labels)
+    assert result.seconds > 0
+
+
+CHANGES = {
+    "nothing": lambda scan, out, keywords, patch: None,
+    "defaults": lambda scan, out, keywords, patch: keywords.update(max_num_iter=50, alpha=None),
+    "threads": lambda scan, out, keywords, patch: keywords.update(n_threads=2),
+    "times": lambda scan, out, keywords, patch: os.utime(scan, (1, 1)),
+    "file": lambda scan, out, keywords, patch: sf.write_mesh(scan, shapes.bumpy_sheet(30)),
+    "parameter": lambda scan, out, keywords, patch: keywords.update(n_segments=21),
+    "formats": lambda scan, out, keywords, patch: keywords.update(formats=["seg"]),
+    "version": lambda scan, out, keywords, patch: set_version(patch, "9.9"),
+    "result gone": lambda scan, out, keywords, patch: (out / "one.superfacets.npy").unlink(),
+    "result cut": lambda scan, out, keywords, patch: (out / "one.superfacets.npy").write_bytes(b""),
+    "record cut": lambda scan, out, keywords, patch: os.truncate(out / "manifest.jsonl", 99),
+}
+
+
+def set_version(patch, version):
+    patch.setattr(runs, "__version__", version)
+    patch.setattr(jobs, "__version__", version)
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_second_start_does_what_has_changed_and_nothing_else(scan, out, monkeypatch, change):
+    keywords = {"n_segments": 20, "formats": ["npy"]}
+    sf.batch(scan, out, **keywords)
+    CHANGES[change](scan, out, keywords, monkeypatch)
+    result = sf.batch(scan, out, **keywords)
+    is_same = change in ("nothing", "defaults", "threads", "times")
+    assert (result.n_done, result.n_kept) == ((0, 1) if is_same else (1, 0))
+    assert list(records_of(out).values()) == [without_seconds(result.records[0])]
+
+
+def without_seconds(record):
+    return {name: value for name, value in record.items() if name != "seconds"}
+
+
+def test_a_file_that_failed_is_tried_again_when_it_changed_or_on_request(scan, out):
+    good = scan.read_bytes()
+    scan.write_bytes(b"no mesh")
+    first = sf.batch(scan, out, formats=["npy"])
+    (record,) = first.records
+    assert (first.n_done, first.n_kept, first.n_failed) == (0, 0, 1)
+    assert record["error"] == "MeshError: not a PLY file: it does not begin with the word ply"
+    assert record["sha256"] == jobs.hash_of(scan)
+    seen = []
+    again = sf.batch(scan, out, formats=["npy"], progress=seen.append)
+    assert (again.n_failed, seen) == (1, [])
+    sf.batch(scan, out, formats=["npy"], progress=seen.append, retry_failed=True)
+    assert len(seen) == 1
+    scan.write_bytes(good)
+    assert sf.batch(scan, out, formats=["npy"]).n_done == 1
+    assert len(records_of(out)) == 1
+
+
+def test_a_file_that_is_not_there_fails_until_it_is(scan, out):
+    good = scan.read_bytes()
+    scan.unlink()
+    (record,) = sf.batch(scan, out).records
+    assert record["error"] == f"FileNotFoundError: {scan}: no such file"
+    assert record["sha256"] is None
+    assert sf.batch(scan, out).n_failed == 1
+    scan.write_bytes(good)
+    assert sf.batch(scan, out).n_done == 1
+
+
+def test_every_kind_of_cells_is_done(tmp_path, out):
+    pytest.importorskip("meshio")
+    spatial = pytest.importorskip("scipy.spatial")
+    points = np.random.default_rng(0).random((500, 3))
+    sf.write_mesh(tmp_path / "quads.ply", gallery_meshes.knot())
+    sf.write_mesh(tmp_path / "tets.vtu", sf.TetMesh(points, spatial.Delaunay(points).simplices))
+    np.save(tmp_path / "points.npy", points)
+    endings = {"quads.ply": ".ply", "tets.vtu": ".vtu", "points.npy": ".ply"}
+    for name, ending in endings.items():
+        (record,) = sf.batch(tmp_path / name, out, n_segments=7).records
+        assert record["regions"] == 7, name
+        output = (out / name).with_suffix(f".superfacets{ending}")
+        assert np.array_equal(sf.read_labels(output), sf.segment(tmp_path / name, 7).labels)
+
+
+def test_files_are_subdivided_and_have_features_and_text(tmp_path, scan, out):
+    keywords = {"formats": ["ply", "npy"], "max_edge": 0.02, "features": ("height",), "ascii": True}
+    (record,) = sf.batch(scan, out, **keywords).records
+    mesh = sf.read_mesh(scan)
+    parts = sf.subdivide(mesh, 0.02)
+    assert record["cells"] == parts.mesh.n_faces > mesh.n_faces
+    assert len(np.load(out / "one.superfacets.npy")) == mesh.n_faces
+    assert (out / "one.superfacets.ply").read_bytes().startswith(b"ply\nformat ascii")
+    assert record["params"]["features"] == ["height"]
+    assert sf.batch(scan, out, **keywords).n_kept == 1
+
+
+def test_more_regions_than_cells_are_as_many(tmp_path, out):
+    sf.write_mesh(tmp_path / "two.ply", ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]],
+                                         [[0, 1, 2], [0, 2, 3]]))  # fmt: skip
+    assert sf.batch(tmp_path / "two.ply", out, n_segments=150).records[0]["regions"] == 2
+
+
+@pytest.mark.parametrize(
+    ("keywords", "error", "message"),
+    [
+        ({"n_segments": 0}, ValueError, "n_segments must be at least 1"),
+        ({"n_segments": 5, "radius": 0.1}, ValueError, "n_segments or radius, not both"),
+        ({"init": "best"}, ValueError, "init must be one of"),
+        ({"init": [1, 2]}, TypeError, "init must be a name"),
+        ({"weights": np.ones(3)}, TypeError, "weights must be a name"),
+        ({"segments": 5}, TypeError, "segments is no option for files; those are alpha, "),
+        ({"on_stage": print}, TypeError, "on_stage is no option"),
+        ({"max_edge": -1}, ValueError, "max_edge must be"),
+        ({"subdivide": 1}, TypeError, "subdivide must be True or False"),
+        ({"drop_attributes": 1}, TypeError, "drop_attributes must be True or False"),
+        ({"ascii": 1}, TypeError, "ascii must be True or False"),
+        ({"formats": "npy"}, TypeError, "formats must be a sequence of names, got 'npy'"),
+        ({"formats": ["npy", "png"]}, ValueError, "formats must be some of ply, .*; got 'png'"),
+        ({"formats": ["npy", "npy"]}, ValueError, "each once; got 'npy'"),
+        ({"workers": 0}, ValueError, "workers must be at least 1"),
+        ({"workers": 2, "scheduler": "tcp://a:1"}, ValueError, "scheduler or workers, not both"),
+        ({"progress": 1}, TypeError, "progress"),
+    ],
+)
+def test_wrong_parameters_are_found_before_anything_is_made(scan, out, keywords, error, message):
+    with pytest.raises(error, match=message):
+        sf.batch(scan, out, **keywords)
+    assert not out.exists()
+
+
+def test_progress_counts_files_and_cells(scan, out):
+    seen = []
+    result = sf.batch(scan, out, progress=seen.append)
+    (state,) = seen
+    assert (state.n_ended, state.n_files, state.n_cells) == (1, 1, result.n_cells)
+    assert state.record == result.records[0]
+    assert state.seconds > state.seconds_left == 0
+
+
+def test_a_full_disk_stops_the_batch_and_blames_no_file(scan, out, monkeypatch):
+    def fill(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device", "x.npy")
+
+    monkeypatch.setattr(jobs, "write_outputs", fill)
+    with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
+        sf.batch(scan, out)
+    assert not (out / "manifest.jsonl").exists()
+    monkeypatch.undo()
+    assert sf.batch(scan, out).n_done == 1
+
+
+def test_an_error_of_any_class_is_recorded(scan, out, monkeypatch):
+    def fail(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr(files, "segment", fail)
+    assert sf.batch(scan, out).records[0]["error"] == "MemoryError"
+
+
+def test_what_killed_processes_left_behind_goes(scan, out):
+    out.mkdir()
+    left = out / ".one.superfacets.npy.0123456789ab.tmp"
+    other = out / ".two.superfacets.npy.0123456789ab.tmp"
+    for path in (left, other):
+        path.write_text("")
+    sf.batch(scan, out, formats=["npy"])
+    assert (left.exists(), other.exists()) == (False, True)
+
+
+def test_two_batches_do_not_share_a_folder(scan, out):
+    pytest.importorskip("fcntl")
+    with locked(out), pytest.raises(ValueError, match="another run is writing there"):
+        sf.batch(scan, out)
+
+
+def test_records_of_other_files_stay(scan, scans, out):
+    sf.batch(scan, out, formats=["npy"], n_segments=5)
+    sf.batch(scans / "a" / "two.ply", out, formats=["npy"], n_segments=5)
+    assert list(records_of(out)) == ["one.ply", "two.ply"]
+    assert sf.batch(scan, out, formats=["npy"], n_segments=5).n_kept == 1
+
+
+def test_relative_paths_are_those_of_the_caller(scans, monkeypatch):
+    monkeypatch.chdir(scans)
+    result = sf.batch(Path("a", "one.ply"), "out", formats=["npy"])
+    assert result.records[0]["input"] == "a/one.ply"
+    assert list(results_in(scans / "out")) == ["one.superfacets.npy"]

@@ -1,0 +1,178 @@
+"""Batches on a cluster that is there: found by its address, and checked."""
+
+import contextlib
+import json
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+from batch_folders import results_in
+
+import superfacets as sf
+from superfacets.batches import cluster
+
+distributed = pytest.importorskip("distributed")
+
+OPTIONS = {"n_segments": 20, "formats": ["npy"]}
+
+LOOPBACK = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file"]
+
+
+class Cluster:
+    """A scheduler and two workers, of one thread and of two, each in a process of its own."""
+
+    def __init__(self, folder):
+        file = folder / "scheduler.json"
+        self.processes = []
+        self._start(folder, "scheduler", *LOOPBACK, str(file), "--port", "0")
+        self.address = _wait_for(lambda: json.loads(file.read_text())["address"])
+        for n_threads in ("1", "2"):
+            self._start(folder, "worker", *LOOPBACK, str(file), "--nthreads", n_threads,
+                        "--no-nanny", "--local-directory", str(folder))  # fmt: skip
+        with distributed.Client(self.address, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)
+
+    def _start(self, folder, *words):
+        command = [sys.executable, "-m", "dask", *words]
+        # In a folder of their own: relative paths would mean something else there.
+        self.processes.append(subprocess.Popen(command, cwd=folder, stderr=subprocess.DEVNULL))
+
+    def kill(self, *places):
+        for place in places:
+            self.processes[place].kill()
+            self.processes[place].wait()
+
+
+def _wait_for(look):
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        with contextlib.suppress(OSError, ValueError):
+            return look()
+        time.sleep(0.02)
+    raise TimeoutError
+
+
+@contextlib.contextmanager
+def started(folder):
+    there = Cluster(folder)
+    try:
+        yield there
+    finally:
+        there.kill(2, 1, 0)
+
+
+@pytest.fixture(scope="module")
+def there(tmp_path_factory):
+    with started(tmp_path_factory.mktemp("cluster")) as cluster:
+        yield cluster
+
+
+def test_a_batch_runs_by_address_alone(there, scans, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = sf.batch("scans", "out", scheduler=there.address, **OPTIONS)
+    assert (result.n_done, result.n_failed) == (4, 1)
+    sf.batch("scans", "local", workers=1, **OPTIONS)
+    assert results_in(tmp_path / "out") == results_in(tmp_path / "local")
+    assert sf.batch("scans", "out", scheduler=there.address, **OPTIONS).n_kept == 4
+
+
+def test_workers_may_differ_in_threads(there, tmp_path):
+    with cluster.remote_team(there.address, str(tmp_path)) as team:
+        assert sorted(worker.n_threads for worker in team.workers) == [1, 2]
+        least = min(worker.memory / worker.n_threads for worker in team.workers)
+        assert team.share == least > 0
+
+
+def test_a_large_file_runs_alone_on_a_cluster_too(there, scans, tmp_path, monkeypatch):
+    monkeypatch.setattr("superfacets.batches.runs.memory_of", lambda path: 1e15)
+    assert sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS).n_done == 4
+
+
+def test_another_version_on_a_worker_is_named(there, scans, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster, "__version__", "9.9")
+    message = r"the worker at tcp://127.0.0.1:\d+ has superfacets .*, and this is superfacets 9.9"
+    with pytest.raises(ConnectionError, match=message):
+        sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS)
+    assert results_in(tmp_path / "out") == {}
+
+
+def test_another_version_on_a_worker_that_comes_later_is_named(there, scans, tmp_path, monkeypatch):
+    monkeypatch.setattr("superfacets.batches.runs.__version__", "9.9")
+    message = "a worker on .* has superfacets .*, and this is superfacets 9.9"
+    with pytest.raises(ConnectionError, match=message):
+        sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS)
+    assert results_in(tmp_path / "out") == {}
+
+
+def test_a_worker_without_the_package_is_named(there, scans, tmp_path, monkeypatch):
+    def missing(name):
+        raise ModuleNotFoundError(name)
+
+    monkeypatch.setattr(cluster.metadata, "version", missing)
+    with pytest.raises(ConnectionError, match=r"127.0.0.1:\d+ has no superfacets: install it"):
+        sf.batch(scans, tmp_path / "out", scheduler=there.address, **OPTIONS)
+
+
+def test_a_folder_that_workers_do_not_see_is_named(there, tmp_path):
+    with (
+        pytest.raises(ConnectionError, match="does not see the folder /nowhere"),
+        cluster.remote_team(there.address, "/nowhere"),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:{port}", "nonsense://a:1"])
+def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, monkeypatch, address):
+    monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        address = address.format(port=free.getsockname()[1])
+    with pytest.raises(ConnectionError, match=f"no scheduler at {address}: "):
+        sf.batch(scans, tmp_path / "out", scheduler=address, **OPTIONS)
+
+
+@pytest.fixture
+def many(scans):
+    source = (scans / "b" / "c" / "three.ply").read_bytes()
+    for place in range(30):
+        (scans / f"more{place}.ply").write_bytes(source)
+    return scans
+
+
+def test_workers_that_end_for_good_end_the_batch_when_none_is_left(many, tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster, "PATIENCE", 1.0)
+    seen = []
+
+    def kill(state):
+        seen.append(state.record)
+        if len(seen) == 3:
+            own.kill(1)
+        if len(seen) == 10:
+            own.kill(2)
+
+    with started(tmp_path) as own:
+        out = tmp_path / "out"
+        with pytest.raises(ConnectionError, match="no worker has been there for 1 seconds"):
+            sf.batch(many, out, scheduler=own.address, progress=kill, **OPTIONS)
+        with pytest.raises(ConnectionError, match=f"the scheduler at {own.address} has no workers"):
+            sf.batch(many, out, scheduler=own.address, **OPTIONS)
+    assert len(seen) >= 10
+    result = sf.batch(many, out, workers=1, **OPTIONS)
+    assert result.n_kept + result.n_failed + result.n_done == 35
+    assert result.n_kept >= 9
+
+
+def test_a_scheduler_that_ends_ends_the_batch(many, tmp_path):
+    seen = []
+
+    def kill(state):
+        seen.append(state.record)
+        if len(seen) == 3:
+            own.processes[0].send_signal(signal.SIGKILL)
+
+    with started(tmp_path) as own, pytest.raises(ConnectionError, match="the scheduler is gone"):
+        sf.batch(many, tmp_path / "out", scheduler=own.address, progress=kill, **OPTIONS)
+    assert len((tmp_path / "out" / "manifest.jsonl").read_text().splitlines()) == len(seen)

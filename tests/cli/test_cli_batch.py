@@ -1,0 +1,115 @@
+"""The command `superfacets batch`."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from command_line import files_in
+
+from superfacets import segment
+from superfacets.cli.progress import FileBar
+
+
+@pytest.fixture
+def out(tmp_path):
+    return tmp_path / "out"
+
+
+def test_a_file_is_done_with_the_options_of_segment(run, sheet, out):
+    status, printed, err = run("batch", sheet, "-o", out, "-n", 7, "--to", "npy,seg", "--paper")
+    assert (status, err) == (0, "")
+    assert printed.startswith("1 file done; 1152 faces in ")
+    assert files_in(out) == [
+        ".lock", "manifest.jsonl", "sheet.superfacets.npy", "sheet.superfacets.seg",
+    ]  # fmt: skip
+    record = json.loads((out / "manifest.jsonl").read_text())
+    assert record["params"]["weights"] == "superfacets"
+    assert record["params"]["formats"] == ["npy", "seg"]
+    run("segment", sheet, "-n", 7, "--paper", "-o", out / "labels.npy")
+    assert np.array_equal(np.load(out / "sheet.superfacets.npy"), np.load(out / "labels.npy"))
+    status, printed, _ = run("batch", sheet, "-o", out, "-n", 7, "--to", "npy,seg", "--paper")
+    assert status == 0
+    assert printed.startswith("0 files done, 1 were there; 0 faces in ")
+
+
+def test_failures_are_lines_and_a_status(run, sheet, out):
+    sheet.write_text("nothing")
+    status, printed, err = run("batch", sheet, "-o", out)
+    assert status == 1
+    assert printed.startswith("0 files done; ")
+    assert err.splitlines() == [
+        f"superfacets: error: {sheet}: MeshError: not a PLY file: it does not begin with the word"
+        " ply",
+        "superfacets: error: 1 of 1 file failed",
+    ]
+    status, _, err = run("batch", sheet, "-o", out, "-q")
+    assert (status, err) == (
+        1,
+        "superfacets: error: 1 of 1 file failed, before this: --retry-failed tries again\n",
+    )
+    assert len(run("batch", sheet, "-o", out, "--retry-failed")[2].splitlines()) == 2
+    sheet.unlink()
+    err = run("batch", sheet, "-o", out)[2]
+    assert err.startswith(f"superfacets: error: FileNotFoundError: {sheet}: no such file\n")
+
+
+def test_json_is_one_object(run, sheet, out):
+    status, printed, err = run("batch", sheet, "-o", out, "-n", 7, "--json", "--format", "npy")
+    assert (status, err) == (0, "")
+    facts = json.loads(printed)
+    assert facts.pop("seconds") > 0
+    assert facts == {
+        "n_files": 1, "n_done": 1, "n_kept": 0, "n_failed": 0, "n_cells": 1152,
+        "manifest": str(out / "manifest.jsonl"), "failed": {},
+    }  # fmt: skip
+    sheet.write_text("nothing")
+    facts = json.loads(run("batch", sheet, "-o", out, "--json")[1])
+    assert list(facts["failed"]) == ["sheet.ply"]
+
+
+def test_quiet_prints_nothing(run, sheet, out):
+    assert run("batch", sheet, "-o", out, "-q") == (0, "", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--to", "npy,png"], "'png' is not one of ply, "),
+        (["--workers", "0"], "is not a whole number of 1 or more"),
+        (["--workers", "2", "--scheduler", "tcp://a:1"], "give scheduler or workers, not both"),
+        (["--paper", "--init", "flood"], "--paper has init of its own"),
+        (["-n", 5, "-r", 0.1], "give n_segments or radius, not both"),
+    ],
+)
+def test_a_wrong_command_line_is_one_line(run, sheet, out, arguments, message):
+    status, printed, err = run("batch", sheet, "-o", out, *arguments)
+    assert (status, printed, err.count("\n")) == (2, "", 1)
+    assert message in err
+    assert not out.exists()
+
+
+def test_what_is_not_there_is_one_line(run, tmp_path, out):
+    assert run("batch", tmp_path / "*.ply", "-o", out) == (
+        1, "", f"superfacets: error: {tmp_path}/*.ply: no file matches\n",
+    )  # fmt: skip
+
+
+def test_a_terminal_shows_how_far_it_is(run, sheet, out, monkeypatch):
+    pytest.importorskip("distributed")
+    for place in range(3):
+        sheet.with_name(f"copy{place}.ply").write_bytes(sheet.read_bytes())
+    (sheet.parent / "bad.ply").write_text("nothing")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    status, _, err = run("batch", sheet.parent / "*.ply", "-o", out, "--to", "npy", "--workers", 1)
+    assert status == 1
+    assert "5/5 files" in err
+    assert "faces/s, 00:00 left" in err
+    assert "superfacets: error: " in err
+    assert np.array_equal(np.load(out / "copy1.superfacets.npy"), segment(sheet).labels)
+
+
+def test_a_bar_that_is_not_shown_draws_nothing(capsys):
+    with FileBar(is_quiet=False) as bar, bar.paused():
+        bar.draw(None)
+    assert capsys.readouterr().err == ""
