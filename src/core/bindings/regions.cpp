@@ -5,8 +5,8 @@
 #include "regions/bridges.hpp"
 #include "regions/join.hpp"
 #include "regions/lines.hpp"
-#include "regions/region_graph.hpp"
 #include "regions/merge_tree.hpp"
+#include "regions/region_graph.hpp"
 #include "regions/smooth.hpp"
 
 namespace superfacets {

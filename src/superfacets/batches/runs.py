@@ -233,9 +233,7 @@ def _plan(
             raise ValueError(f"formats must be some of {known}, each once; got {name!r}")
     endings = tuple(ENDING_OF_FORMAT[name] for name in formats)
     sources = find_sources(inputs)
-    options.form(
-        [ending for source in sources for ending in endings or [usual_ending(source.name)]]
-    )
+    options.form(endings or [usual_ending(source.name) for source in sources])
     check_outputs_differ(sources, endings)
     params = {**options.params, "formats": list(formats)}
 
