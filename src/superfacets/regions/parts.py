@@ -19,7 +19,7 @@ from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
-__all__ = ["Submesh", "split_regions", "submesh"]
+__all__ = ["Splitter", "Submesh", "split_regions", "submesh"]
 
 Ints = npt.NDArray[np.int32]
 
@@ -80,7 +80,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     number = operator.index(region)
     if not 0 <= number < n_regions:
         raise ValueError(f"there is no region {number}: there are {n_regions}")
-    return _Splitter(whole).part(np.flatnonzero(array == number).astype(np.int32))
+    return Splitter(whole).part(np.flatnonzero(array == number).astype(np.int32))
 
 
 def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
@@ -112,11 +112,11 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     array, n_regions = checked_regions(labels, n_cells_of(whole))
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
-    splitter = _Splitter(whole)
+    splitter = Splitter(whole)
     return (splitter.part(order[a:b]) for a, b in pairwise(starts))
 
 
-class _Splitter:
+class Splitter:
     """Cuts parts out of a mesh, in time and memory of the part once it is made."""
 
     def __init__(self, whole: AnyCells) -> None:

@@ -10,11 +10,9 @@ import numpy.typing as npt
 
 from ...adapters.convert import as_cells
 from ...errors import MeshError
-from ...mesh.faces import AnyMesh, n_cells_of
+from ...mesh.faces import n_cells_of
 from ...mesh.point_cloud import PointCloud
-from ...mesh.polygon_mesh import PolygonMesh
-from ...mesh.tet_mesh import TetMesh
-from ...mesh.triangle_mesh import Mesh
+from ...regions.parts import Splitter
 from ..atomic import StrPath, atomic_outputs, writable_folder
 from ..readers.labels import checked_labels
 from .cells import CellWriter, FormatOptions, usual_ending
@@ -77,7 +75,7 @@ def write_regions(
         raise MeshError("regions of a cloud are no files: points[labels == 17] are those of one")
     ending = usual_ending(cells) if ending is None else ending
     cell_labels = checked_labels(labels, n_cells_of(cells))
-    order = np.argsort(cell_labels, kind="stable")
+    order = np.argsort(cell_labels, kind="stable").astype(np.int32)
     order = order[np.searchsorted(cell_labels[order], 0) :]
     if not len(order):
         raise MeshError("no cell is in a region: all labels are -1")
@@ -88,35 +86,13 @@ def write_regions(
     CellWriter(cells, None, None, None, options).checked([ending])
     writable_folder(Path(folder))
     paths = [Path(folder, name) for name in names]
+    splitter = Splitter(cells)
     with atomic_outputs(paths) as temporaries:
         for temporary, cells_of in zip(temporaries, members, strict=True):
             try:
-                part = CellWriter(_take_cells(cells, cells_of), None, None, None, options)
+                part = CellWriter(splitter.part(cells_of).mesh, None, None, None, options)
             except MeshError as error:  # all of it lies at one point
                 raise MeshError(f"region {cell_labels[cells_of[0]]}: {error}") from None
             with temporary.open("wb") as file:
                 part.write(file, ending)
     return paths
-
-
-def _take_cells(cells: AnyMesh, chosen: npt.NDArray[np.intp]) -> AnyMesh:
-    """Some of the cells, with the vertices that they have."""
-    if isinstance(cells, TetMesh):
-        used, corners = _renumbered(cells.tets[chosen])
-        return TetMesh(cells.vertices[used], corners)
-    if isinstance(cells, Mesh):
-        used, corners = _renumbered(cells.faces[chosen])
-        return Mesh(cells.vertices[used], corners)
-    sizes = cells.sizes[chosen]
-    offsets = np.concatenate([[0], np.cumsum(sizes)])
-    places = np.arange(offsets[-1]) + np.repeat(cells.offsets[chosen] - offsets[:-1], sizes)
-    used, corners = _renumbered(cells.indices[places])
-    return PolygonMesh(cells.vertices[used], offsets, corners)
-
-
-def _renumbered(
-    corners: npt.NDArray[np.int32],
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]:
-    """The vertices that corners have, ascending, and the corners counted in these."""
-    used, places = np.unique(corners, return_inverse=True)
-    return used, places.astype(np.int32).reshape(corners.shape)
