@@ -208,11 +208,12 @@ def _facts_of(dask_worker: Any) -> tuple[int, float]:
 def _run(
     team: Team, jobs: Sequence[Job], width: int | None
 ) -> Iterator[tuple[Job, Record | Killed]]:
-    """Hand out jobs, no more at a time than there are threads, or than `width`.
+    """Hand out jobs: one to each thread, and one more to each worker for when it has done that.
 
-    So the scheduler never has thousands of them, and a worker that ends takes none along that it
-    had not begun. They are tied to no worker: one that is tied to a worker which ends is never run
-    again by Dask, though others may be allowed, if no other is there at the time.
+    With a `width`, no more than that. So the scheduler never has thousands of them, and a worker
+    that is killed counts against few that it had not begun; none is lost by that. They are tied to
+    no worker: one that is tied to a worker which ends is never run again by Dask, though others may
+    be allowed, if no other is there at the time.
     """
     waiting = deque(jobs)
     running: dict[str, tuple[Any, Job]] = {}
@@ -221,7 +222,8 @@ def _run(
     try:
         while waiting or running:
             n_threads = presence.n_threads()
-            while waiting and len(running) < (n_threads if width is None else width):
+            room = n_threads + len(team.workers) if width is None else width
+            while waiting and len(running) < room:
                 job = waiting.popleft()
                 future = team.client.submit(run_job, job, pure=False)
                 running[future.key] = (future, job)
