@@ -10,6 +10,7 @@ import pytest
 from batch_folders import records_of, results_in
 
 import superfacets as sf
+from superfacets._validate import checked_threads
 from superfacets.batches import cluster, runs
 from superfacets.batches.jobs import run_job
 
@@ -92,6 +93,12 @@ def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
     assert None not in (nonsense["sha256"], killed["sha256"])
     monkeypatch.undo()
     assert sf.batch(scans, tmp_path / "out", **OPTIONS).n_done == 0
+
+
+def test_a_worker_of_one_thread_also_reads_on_one():
+    with cluster.local_team(1) as team:
+        found = team.client.run(checked_threads, None)
+        assert list(found.values()) == [1]
 
 
 def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_path, monkeypatch):

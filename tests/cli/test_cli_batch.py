@@ -104,7 +104,7 @@ def test_a_terminal_shows_how_far_it_is(run, sheet, out, monkeypatch):
     status, _, err = run("batch", sheet.parent / "*.ply", "-o", out, "--to", "npy", "--workers", 1)
     assert status == 1
     assert "5/5 files" in err
-    assert "faces/s, 00:00 left" in err
+    assert "cells/s, 00:00 left" in err
     assert "superfacets: error: " in err
     assert np.array_equal(np.load(out / "copy1.superfacets.npy"), segment(sheet).labels)
 

@@ -83,7 +83,7 @@ def test_properties_of_faces_and_vertices(folder):
 
 def test_what_the_file_does_not_have_is_an_error(folder):
     output = run("segment", "bear.ply", "--features", "color", status=1)
-    assert "--features color: the file has no red green blue; it has no such data" in output
+    assert "features color: the file has no red green blue; it has no such data" in output
     output = run("segment", "cloud.ply", "--features", "heat", status=1)
     assert "it has alpha, blue, green, red" in output
 

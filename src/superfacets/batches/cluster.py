@@ -134,6 +134,7 @@ def _started(distributed: Any, n_workers: int, n_threads: int) -> Any:
                     dashboard_address=f"{LOCALHOST}:0",  # none would be sought at port 8787
                     scheduler_kwargs={"dashboard": False},
                     silence_logs=logging.CRITICAL,
+                    env={"SUPERFACETS_NUM_THREADS": str(n_threads)},  # also for reading and writing
                 )
         except RuntimeError as error:
             if not attempts_left:

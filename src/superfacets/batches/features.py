@@ -56,7 +56,7 @@ def _columns_of(
             return table if stored is of_faces else _per_cell(table, cells)
     known = sorted({*of_faces, *of_vertices})
     raise MeshError(
-        f"--features {name}: the file has no {' '.join(wanted)};"
+        f"features {name}: the file has no {' '.join(wanted)};"
         f" it has {', '.join(known) or 'no such data'}"
     )
 
@@ -77,7 +77,7 @@ def _normals_of(cells: AnyCells, n_threads: int) -> npt.NDArray[np.float64]:
         given = cells.normals
         return estimate_normals(cells, n_threads=n_threads) if given is None else given
     if isinstance(cells, TetMesh):
-        raise MeshError("--features normals: tetrahedra have none")
+        raise MeshError("features normals: tetrahedra have none")
     vectors = area_vectors(cells, n_threads)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))

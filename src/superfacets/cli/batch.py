@@ -134,6 +134,6 @@ def _summary(result: BatchResult) -> str:
     pace = result.n_cells / result.seconds
     kept = f", {result.n_kept} were there" if result.n_kept else ""
     return (
-        f"{counted(result.n_done, 'file')} done{kept}; {counted(result.n_cells, 'face')} in"
-        f" {result.seconds:.1f} s, {pace:,.0f} faces/s"
+        f"{counted(result.n_done, 'file')} done{kept}; {counted(result.n_cells, 'cell')} in"
+        f" {result.seconds:.1f} s, {pace:,.0f} cells/s"
     )

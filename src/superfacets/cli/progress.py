@@ -169,7 +169,7 @@ class FileBar:
             self._bar.close()
 
     def draw(self, state: BatchProgress) -> None:
-        """Show how many files have ended, faces per second, and the time left."""
+        """Show how many files have ended, cells per second, and the time left."""
         if not self._is_shown:
             return
         from tqdm import tqdm
@@ -184,7 +184,7 @@ class FileBar:
             )
         pace = tqdm.format_sizeof(state.n_cells / state.seconds)
         left = tqdm.format_interval(state.seconds_left)
-        self._bar.set_description_str(f"{pace} faces/s, {left} left", refresh=False)
+        self._bar.set_description_str(f"{pace} cells/s, {left} left", refresh=False)
         self._bar.n = state.n_ended
         self._bar.refresh()
 
