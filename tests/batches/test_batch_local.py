@@ -1,5 +1,6 @@
 """Batches on worker processes of this machine: same results, whatever is killed."""
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -34,8 +35,12 @@ def alone(scans, tmp_path):
 def worker_processes():
     """Those of ours that run Dask's workers."""
     psutil = pytest.importorskip("psutil")
-    children = psutil.Process().children(recursive=True)
-    return [child for child in children if "spawn_main" in " ".join(child.cmdline())]
+    found = []
+    for child in psutil.Process().children(recursive=True):
+        with contextlib.suppress(psutil.NoSuchProcess):  # one that was killed a moment ago
+            if "spawn_main" in " ".join(child.cmdline()):
+                found.append(child)
+    return found
 
 
 def test_workers_do_what_one_process_does(scans, alone, tmp_path):
@@ -56,7 +61,9 @@ def test_a_worker_that_is_killed_loses_nothing(scans, alone, tmp_path):
 
     def kill(_):
         if len(killed) < 3:
-            process = worker_processes()[0]
+            while not (processes := worker_processes()):
+                time.sleep(0.1)
+            process = processes[0]
             process.kill()
             killed.append(process.pid)
 

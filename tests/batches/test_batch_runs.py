@@ -1,6 +1,7 @@
 """Batches of files: records, what a second start does, what stops one and what does not."""
 
 import errno
+import hashlib
 import json
 import os
 from pathlib import Path
@@ -108,6 +109,17 @@ def test_a_file_that_is_not_there_fails_until_it_is(scan, out):
     assert sf.batch(scan, out).n_done == 1
 
 
+def test_an_empty_file_fails_until_it_changes(scan, out):
+    good = scan.read_bytes()
+    scan.write_bytes(b"")
+    (record,) = sf.batch(scan, out).records
+    assert "the file is empty" in record["error"]
+    assert record["sha256"] == hashlib.sha256(b"").hexdigest()
+    assert sf.batch(scan, out).records == (record,)
+    scan.write_bytes(good)
+    assert sf.batch(scan, out).n_done == 1
+
+
 def test_every_kind_of_cells_is_done(tmp_path, out):
     pytest.importorskip("meshio")
     spatial = pytest.importorskip("scipy.spatial")
@@ -156,6 +168,7 @@ def test_more_regions_than_cells_are_as_many(tmp_path, out):
         ({"drop_attributes": 1}, TypeError, "drop_attributes must be True or False"),
         ({"ascii": 1}, TypeError, "ascii must be True or False"),
         ({"formats": "npy"}, TypeError, "formats must be a sequence of names, got 'npy'"),
+        ({"features": "color"}, TypeError, "features must be a sequence of names, got 'color'"),
         ({"formats": ["npy", "png"]}, ValueError, "formats must be some of ply, .*; got 'png'"),
         ({"formats": ["npy", "npy"]}, ValueError, "each once; got 'npy'"),
         ({"workers": 0}, ValueError, "workers must be at least 1"),

@@ -94,7 +94,7 @@ def test_a_folder_and_standard_output_take_formats(run, folder):
         "convert", "a.ply", "a.npy", "-o", "out/", "--to", "glb", "--to", "bin"
     )
     assert status == 0
-    assert files_in(folder / "out") == ["a.superfacets.bin", "a.superfacets.glb"]
+    assert files_in(folder / "out") == ["a.bin", "a.superfacets.glb"]
     status, printed, err = run("convert", "a.ply", "a.npy", "-o", "-", "--to", "seg")
     assert (status, err) == (0, "wrote standard output\n")
     assert printed == "".join(f"{face // 8}\n" for face in range(72))
@@ -131,9 +131,9 @@ def test_files_are_named_as_their_readers_look_for_them(run, tmp_path, monkeypat
     assert run("segment", "scene0000_00_vh_clean_2.ply", "-n", 3, "-o", "out/", *options)[0] == 0
     assert files_in(tmp_path / "out") == [
         "scene0000_00.aggregation.json",
+        "scene0000_00_sp_label.npy",
         "scene0000_00_vh_clean_2.0.010000.segs.json",
         "scene0000_00_vh_clean_2.superfacets.obj",
-        "scene0000_00_vh_clean_2_sp_label.npy",
     ]
 
 

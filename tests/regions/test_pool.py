@@ -154,6 +154,7 @@ def test_regions_without_an_area_count_their_cells_alike():
 def test_there_may_be_no_region_at_all():
     for how in HOWS:
         assert sf.pool([1, 2], [-1, -1], how=how).shape == (0,)
+        assert sf.pool(np.empty(0, int), [], how=how).shape == (0,)
         assert sf.pool([[1, 2], [3, 4]], [-1, -1], how=how).shape == (0, 2)
     assert (
         sf.unpool(np.empty((0, 2)), [-1, -1]).tolist()
@@ -183,8 +184,9 @@ def test_unpool_fills_what_is_in_no_region():
     assert sf.unpool(["a", "b"], [1, -1], fill="").tolist() == ["b", ""]
     assert sf.unpool([7, 8, 9], [1, 1]).tolist() == [8, 8]  # region 0 and 2 are elsewhere
     for values, fill in [([1, 2], np.nan), ([1, 2], 0.5), (np.uint8([1, 2]), None),
-                         ([True, False], None), (np.int8([1, 2]), 300)]:  # fmt: skip
-        with pytest.raises(ValueError, match=r"there are cells labeled -1, and \w+ cannot hold"):
+                         ([True, False], None), (np.int8([1, 2]), 300), (["wood", "a"], "other"),
+                         (["a", "b"], None), (np.array([1, 2], "M8[D]"), None)]:  # fmt: skip
+        with pytest.raises(ValueError, match=r"there are cells labeled -1, and \S+ cannot hold"):
             sf.unpool(values, [0, -1], fill)
 
 

@@ -107,6 +107,7 @@ auto bind_merge_tree(const Array<double>& areas, const Rows<double>& positions,
                      const Array<Label>& high, const Array<double>& lengths,
                      const Array<double>& costs, double crease_weight, int dimension) {
   std::vector<MergeBorder> borders;
+  borders.reserve(low.shape(0));
   for (std::size_t i = 0; i < low.shape(0); ++i) {
     borders.push_back({view(low)[i], view(high)[i], view(lengths)[i], view(costs)[i]});
   }

@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import __version__
 from .._timing import timed
-from ..errors import reason_of
+from ..errors import MeshError, reason_of
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, read_content
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
@@ -90,7 +90,11 @@ def _done(job: Job, record: Record) -> Record:
     path = Path(job.path)
 
     def load(keep: bool) -> tuple[AnyCells, MeshAttributes | None]:
-        content = read_content(path)
+        try:
+            content = read_content(path)
+        except MeshError:  # an empty file
+            record["sha256"] = hash_of(job.path)
+            raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
         return parse_cells_and_attributes(content, cell_ending(path), path.parent, keep=keep)
 

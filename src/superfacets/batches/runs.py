@@ -193,6 +193,9 @@ def batch(
     >>> result.records[0]["regions"], result.n_done, again.n_done, again.n_kept
     (20, 1, 0, 1)
     """
+    for name, value in (("formats", formats), ("features", features)):
+        if isinstance(value, str):
+            raise TypeError(f"{name} must be a sequence of names, got {value!r}")
     file_options = FileOptions.checked(
         options, features=tuple(features), subdivide=subdivide, max_edge=max_edge,
         drop_attributes=drop_attributes, ascii=ascii, label_name=label_name,
@@ -225,8 +228,6 @@ def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> list[Job]:
     """The jobs for all files, done or not; an error if they do not go together."""
-    if isinstance(formats, str):
-        raise TypeError(f"formats must be a sequence of names, got {formats!r}")
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)

@@ -145,8 +145,8 @@ def _output_name(path: PurePosixPath, ending: str) -> str:
         return f"{path.stem}.0.010000{ending}"
     if ending == ".aggregation.json":
         return f"{scene_of(Path(path), path.suffix)}{ending}"
-    if ending == "_sp_label.npy":
-        return f"{path.stem}{ending}"
+    if ending in (".bin", "_sp_label.npy"):
+        return f"{scene_of(Path(path), path.suffix)}{ending}"
     return f"{path.stem}{MARK}{ending}"
 
 

@@ -167,8 +167,8 @@ def checked_cut(n: int, name: str, tree: MergeTree) -> int:
     count = checked_count(n, name, tree.n_regions, "regions on the finest level")
     if count < tree.n_fewest:
         raise ValueError(
-            f"{name} is {count} but merging ends at {tree.n_fewest} regions that touch no other:"
-            " islands='nearest' merges across gaps"
+            f"{name} is {count} but merging ends at {tree.n_fewest} regions that may not merge:"
+            " islands='nearest' merges across gaps, if there are no barriers"
         )
     return count
 

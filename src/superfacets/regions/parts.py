@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .._validate import checked_regions
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
+from ..errors import MeshError
 from ..mesh.faces import AnyCells, n_cells_of
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
@@ -80,7 +81,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     number = operator.index(region)
     if not 0 <= number < n_regions:
         raise ValueError(f"there is no region {number}: there are {n_regions}")
-    return Splitter(whole).part(np.flatnonzero(array == number).astype(np.int32))
+    return Splitter(whole).named_part(np.flatnonzero(array == number).astype(np.int32), number)
 
 
 def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterator[Submesh]:
@@ -113,7 +114,9 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
     splitter = Splitter(whole)
-    return (splitter.part(order[a:b]) for a, b in pairwise(starts))
+    return (
+        splitter.named_part(order[a:b], region) for region, (a, b) in enumerate(pairwise(starts))
+    )
 
 
 class Splitter:
@@ -145,6 +148,13 @@ class Splitter:
             return Submesh(PolygonMesh(points, offsets, numbers), cells, vertices)
         kind = TetMesh if isinstance(whole, TetMesh) else Mesh
         return Submesh(kind(points, numbers), cells, vertices)
+
+    def named_part(self, cells: Ints, region: int) -> Submesh:
+        """Return the mesh of the cells of a region, which an error names."""
+        try:
+            return self.part(cells)
+        except MeshError as error:  # all of it lies at one point
+            raise MeshError(f"region {region}: {error}") from None
 
     def _renumber(self, corners: Ints) -> Ints:
         """Number the vertices of a part, and return them."""

@@ -107,7 +107,7 @@ def pool(
     needs_weights = how not in ("max", "min")
     weights = _weights_of(source, measures, len(array)) if needs_weights else None
     members = _members_of(table, array, n_regions, weights, source)
-    columns = table.reshape(len(table), -1)
+    columns = table[:, np.newaxis] if table.ndim == 1 else table
     if how == "majority":
         pooled = [_majorities(column, members) for column in columns.T]
         return np.stack(pooled, axis=-1).reshape(n_regions, *table.shape[1:])
@@ -391,7 +391,10 @@ def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     given = np.asarray(fill)
     with np.errstate(invalid="ignore", over="ignore"):
         held = given.astype(dtype)
-    is_changed = dtype.kind in "iu" and not np.array_equal(held, given)
-    if is_changed or (dtype.kind == "b" and given.dtype != bool):
-        raise ValueError(f"there are cells labeled -1, and {dtype} cannot hold {fill}: give fill=")
+    is_of_kind = dtype.kind in "iufc" or given.dtype.kind == dtype.kind
+    is_changed = dtype.kind not in "fc" and not np.array_equal(held, given)
+    if is_changed or not is_of_kind:
+        raise ValueError(
+            f"there are cells labeled -1, and {dtype} cannot hold {fill}: give a fill= that it can"
+        )
     return held
