@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import Mesh, read_labels, read_mesh, segment, write_labels, write_mesh
+from superfacets import (
+    Mesh,
+    PointCloud,
+    read_labels,
+    read_mesh,
+    segment,
+    write_labels,
+    write_mesh,
+)
 
 
 @pytest.fixture
@@ -72,3 +80,48 @@ def test_without_iterations_faces_go_to_the_first_centers(run, sheet, tmp_path):
     out = tmp_path / "out.npy"
     assert run("segment", sheet, "-n", 9, "--max-iter", 0, "-o", out)[0] == 0
     assert np.array_equal(np.load(out), segment(read_mesh(sheet), 9, max_num_iter=0).labels)
+
+
+def test_a_mask_may_be_bools(run, sheet, halves):
+    mask = np.load(halves / "left.npy") == 1
+    np.save(halves / "bools.npy", mask)
+    out = halves / "out.npy"
+    assert run("segment", sheet, "-n", 9, "--mask", halves / "bools.npy", "-o", out)[0] == 0
+    assert np.array_equal(np.load(out), segment(read_mesh(sheet), 9, mask=mask).labels)
+
+
+@pytest.mark.parametrize(
+    ("mask", "message"),
+    [
+        (np.ones(3, bool), "m.npy: there are 3 labels but the mesh has 1152 faces"),
+        (np.ones((1152, 1), bool), "m.npy: labels must be one-dimensional"),
+        (np.ones(1152), "m.npy: labels must be integers, got float64"),
+    ],
+)
+def test_masks_that_do_not_fit_are_one_line(run, sheet, tmp_path, mask, message):
+    np.save(tmp_path / "m.npy", mask)
+    status, _, err = run("segment", sheet, "--mask", tmp_path / "m.npy")
+    assert (status, err.count("\n")) == (1, 1)
+    assert message in err
+
+
+def test_outputs_that_cannot_hold_the_labels_are_refused_before_the_work(run, sheet, halves):
+    for name in ("x.segs.json", "x.bin", "x_sp_label.npy"):
+        status, _, err = run("segment", "none.ply", "--mask", "none.npy", "-o", halves / name)
+        assert status == 2
+        assert "are 0 and up, and what --mask leaves out has none" in err
+
+
+def test_clouds_have_no_labels_of_vertices(run, tmp_path, monkeypatch):
+    write_mesh(tmp_path / "cloud.ply", PointCloud(np.random.default_rng(0).random((99, 3))))
+    monkeypatch.setattr("superfacets.batches.files.segment", None)  # not reached
+    status, _, err = run("segment", tmp_path / "cloud.ply", "--vertex-labels", "-n", 3)
+    assert (status, "vertex_labels needs faces with labels" in err) == (1, True)
+    status, _, err = run("segment", tmp_path / "cloud.ply", "-n", 3, "-o", tmp_path / "x.vtp")
+    assert (status, "points are written as" in err) == (1, True)
+
+
+def test_masks_and_barriers_are_not_replaced(run, sheet, halves):
+    for option in ("--mask", "--barriers"):
+        status, _, err = run("segment", sheet, option, halves / "low.npy", "-o", halves / "low.npy")
+        assert (status, "the output would take the place of the input" in err) == (2, True)

@@ -46,6 +46,12 @@ def test_labels_in_the_mesh_are_used_where_none_are_named(run, folder):
     assert "g " not in (folder / "d.obj").read_text()
 
 
+def test_a_quiet_run_prints_nothing(run, folder):
+    assert run("convert", "own.ply", "a.npy", "-o", "b.ply")[2].startswith("superfacets: note: ")
+    assert run("convert", "own.ply", "a.npy", "-o", "c.ply", "-q") == (0, "", "")
+    assert (folder / "c.ply").read_bytes() == (folder / "b.ply").read_bytes()
+
+
 def test_options_of_labels_go_to_the_files(run, folder):
     pyvista = pytest.importorskip("pyvista")
     status, _, _ = run("convert", "a.ply", "a.npy", "-o", "b.vtp", "-o", "b.ply",

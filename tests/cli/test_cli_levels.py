@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from command_line import files_in
 
+import superfacets as sf
 from superfacets import hierarchy, read_labels, read_mesh, segment, write_labels
+from superfacets.io.writers.cells import CellWriter
 
 
 def test_levels_writes_all_levels_to_one_file(run, sheet, tmp_path):
@@ -48,14 +50,105 @@ def test_levels_writes_a_file_for_each_level(run, sheet, tmp_path):
     assert len(np.unique(read_labels(tmp_path / "part.6.ply"))) == 6
 
 
+@pytest.mark.parametrize("ending", [".segs.json", ".aggregation.json", "_sp_label.npy", ".SEG"])
+def test_the_number_of_a_level_stands_before_the_whole_ending(run, sheet, tmp_path, ending):
+    assert run("levels", sheet, "-n", "5,12", "-o", tmp_path / f"a{ending}", "-q") == (0, "", "")
+    assert files_in(tmp_path) == sorted([f"a.12{ending}", f"a.5{ending}", "sheet.ply"])
+    for n, labels in zip((12, 5), hierarchy(read_mesh(sheet), [12, 5]).levels, strict=True):
+        expected = tmp_path / f"b{ending.lower()}"  # of the same length: so is the scene
+        sf.write_mesh(expected, read_mesh(sheet), labels) if ending != ".SEG" else write_labels(
+            expected, labels
+        )
+        found = (tmp_path / f"a.{n}{ending}").read_bytes()
+        assert found.replace(b'"a', b'"b') == expected.read_bytes()
+
+
+def test_sstk_has_all_levels_in_one_file(run, sheet, tmp_path):
+    out = tmp_path / "all.sstk.json"
+    status, printed, _ = run("levels", sheet, "-n", "5,12", "-o", out)
+    assert (status, printed.splitlines()[-1]) == (0, f"wrote {out}")
+    write_labels(tmp_path / "other.sstk.json", hierarchy(read_mesh(sheet), [12, 5]).levels)
+    assert out.read_bytes() == (tmp_path / "other.sstk.json").read_bytes()
+
+
+def test_levels_takes_masks_barriers_and_features(run, sheet, tmp_path):
+    mesh = read_mesh(sheet)
+    middle = mesh.vertices[mesh.faces].mean(axis=1)
+    mask, low = middle[:, 0] < 0.7, (middle[:, 1] < 0.5).astype(int)
+    np.save(tmp_path / "mask.npy", mask)
+    write_labels(tmp_path / "low.seg", low)
+    options = ("--mask", tmp_path / "mask.npy", "--barriers", tmp_path / "low.seg")
+    out = tmp_path / "a.npz"
+    assert run("levels", sheet, "-n", "20,6", *options, "--features", "height", "-o", out)[0] == 0
+    nested = hierarchy(mesh, [20, 6], mask=mask, barriers=low, features=middle[:, 2:])
+    with np.load(out) as found:
+        assert np.array_equal(found["labels"], nested.levels)
+    assert (nested.levels[0] == -1).any()
+
+
+def test_levels_replaces_no_input(run, sheet, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    sheet.rename("x.10.ply")
+    write_labels("l.10.npy", np.arange(1152) // 100)
+    np.save("m.10.npy", np.ones(1152, int))
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    for out, *options in [
+        ("x.ply",), ("l.npy", "--labels", "./l.10.npy"), ("m.npy", "--mask", "m.10.npy"),
+        ("m.npy", "--barriers", tmp_path / "m.10.npy"),
+    ]:  # fmt: skip
+        status, _, err = run("levels", "x.10.ply", "-n", "10,5", "-o", out, *options)
+        assert status == 2
+        assert "the output would take the place of the input" in err
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_levels_writes_all_files_or_none(run, sheet, tmp_path, monkeypatch):
+    written = []
+
+    def write(writer, file, *others):
+        written.append(file.write(b"part"))
+        if len(written) == 2:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(CellWriter, "write", write)
+    status, _, err = run("levels", sheet, "-n", "10,5", "-o", tmp_path / "x.ply")
+    assert (status, len(written)) == (1, 2)
+    assert "No space left on device" in err
+    assert files_in(tmp_path) == ["sheet.ply"]
+
+
+def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, monkeypatch):
+    sf.write_mesh(tmp_path / "cloud.ply", sf.PointCloud(np.random.default_rng(0).random((99, 3))))
+    np.save(tmp_path / "l.npy", np.arange(99) // 10 - 1)
+    monkeypatch.setattr("superfacets.cli.levels.hierarchy", None)
+    given = ("levels", tmp_path / "cloud.ply", "-n", 3, "--labels", tmp_path / "l.npy", "-o")
+    for name, message in [
+        ("a.sstk.json", ".sstk.json holds labels of triangles, and these are points"),
+        ("a.vtp", "points are written as"),
+        ("a.segs.json", "labels[0] is -1; ids in .segs.json are 0 and up"),
+    ]:
+        status, _, err = run(*given, tmp_path / name)
+        assert status == 1
+        assert message in err
+
+
 @pytest.mark.parametrize(
     ("options", "status", "message"),
     [
         (("-n", "3,x", "-o", "out.npz"), 2, "expected whole numbers >= 1, got 'x'"),
         (("-n", "3"), 2, "Missing option '-o'"),
-        (("-n", "3", "-o", "out.xyz"), 2, "out.xyz: expected the ending .npz, .ply,"),
+        (("-n", "3", "-o", "out.xyz"), 2, "out.xyz: expected the ending .ply, .vtp,"),
         (("-n", "3", "-o", "no/out.npz"), 1, "the folder no does not exist"),
         (("-n", "3", "-o", "no/out.seg"), 1, "the folder no does not exist"),
+        (("-n", "3", "-o", "sheet.ply", "--labels", "sheet.3.ply"), 2, "place of the input"),
+        (("-n", "3", "-o", "x_sp_label.npy", "--mask", "m.npy"), 2, "what --mask leaves out has"),
+        (("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"), 2, "leave --mask out"),
+        (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
+        (
+            ("-n", "3", "-o", "x.npy", "--features", "heat"),
+            1,
+            "features heat: the file has no heat",
+        ),
         (("-n", "9999", "-o", "out.npz"), 2, "n_segments is 9999 but there are only 1152 faces"),
     ],
 )

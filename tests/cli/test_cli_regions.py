@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 import shapes
+from command_line import files_in
 
 from superfacets import write_mesh
 
@@ -127,3 +128,48 @@ def test_labels_of_another_mesh_are_refused(run, fold):
     status, _, error = run("regions", fold / "fold.ply", fold / "short.seg")
     assert status == 1
     assert "there are 1 label but the mesh has 2 faces" in error
+
+
+def test_no_input_is_replaced(run, fold, monkeypatch):
+    monkeypatch.chdir(fold)
+    np.save("cloud.npy", np.random.default_rng(0).uniform(size=(50, 3)))
+    np.savetxt("cloud.csv", np.load("cloud.npy"), delimiter=",")
+    (fold / "many.seg").write_text("0\n1\n" * 25)
+    write_mesh("fold.obj", FOLD)
+    (fold / "l.csv").symlink_to("labels.seg")
+    before = {path.name: path.read_bytes() for path in fold.iterdir()}
+    for given in [
+        ("cloud.csv", "many.seg", "-o", "cloud.csv"),
+        ("cloud.csv", "many.seg", "--arcs", "./cloud.csv"),
+        ("fold.obj", "labels.seg", "--borders", fold / "fold.obj"),
+        ("fold.obj", "labels.seg", "-o", "l.csv"),
+    ]:
+        status, _, err = run("regions", *given)
+        assert status == 2
+        assert "the output would take the place of the input" in err
+    assert {path.name: path.read_bytes() for path in fold.iterdir()} == before
+
+
+def test_folders_that_are_missing_are_found_before_anything_is_read(run, tmp_path):
+    for option, name in [("-o", "no/t.csv"), ("--arcs", "no/t.csv"), ("--borders", "no/b.obj")]:
+        status, _, err = run("regions", "none.ply", "none.seg", option, tmp_path / name)
+        assert status == 1
+        assert f"the folder {tmp_path / 'no'} does not exist" in err
+    status, _, err = run("regions", "", "none.seg")
+    assert (status, "'' is not a file" in err) == (2, True)
+
+
+def test_no_table_is_written_where_the_borders_fail(run, fold, monkeypatch):
+    monkeypatch.setattr("superfacets.cli.regions.border_lines", lambda *_: 1 / 0)
+    given = ("-o", fold / "t.csv", "--borders", fold / "b.obj")
+    with pytest.raises(ZeroDivisionError):
+        run("regions", fold / "fold.ply", fold / "labels.seg", *given)
+    assert files_in(fold) == ["fold.ply", "labels.seg"]
+
+
+def test_a_quiet_run_prints_the_table_alone(run, fold):
+    given = ("regions", fold / "fold.ply", fold / "labels.seg", "-q")
+    _, printed, notes = run(*given)
+    assert (len(rows_of(printed)), notes) == (2, "")
+    assert run(*given, "-o", fold / "t.csv") == (0, "", "")
+    assert (fold / "t.csv").read_text() == printed

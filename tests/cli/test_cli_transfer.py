@@ -47,6 +47,16 @@ def test_a_labeled_file_is_given_twice_and_several_are_written(run, folder):
     assert "part" not in sf.read_attributes("a.ply").face
 
 
+def test_formats_are_named_and_text_is_written(run, folder):
+    (folder / "coarse.ply").rename("coarse.mesh")
+    (folder / "fine.ply").rename("fine.scan")
+    given = ("transfer", "coarse.mesh", "labels.npy", "fine.scan", "-o", "a.ply", "--ascii")
+    assert run(*given)[0] == 1
+    assert run(*given, "--format", "ply", "--target-format", "ply")[0] == 0
+    assert b"format ascii 1.0" in (folder / "a.ply").read_bytes()
+    assert len(sf.read_labels("a.ply")) == 4 * len(np.load("labels.npy"))
+
+
 def test_what_is_too_far_gets_no_label(run, folder):
     status, out, _ = run(
         "transfer", "coarse.ply", "labels.npy", "points.ply", "--max-distance", 0.5,

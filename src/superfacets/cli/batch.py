@@ -11,7 +11,7 @@ import click
 from ..batches.runs import MANIFEST, BatchProgress, BatchResult, batch
 from ..io.guards import counted
 from .failures import EXIT_DATA, print_error
-from .options import COUNT, FOLDER
+from .options import COUNT, FOLDER, quiet_option
 from .outputs import OUTPUT_FORMATS
 from .progress import FileBar
 from .segment_options import file_options, options_of, segment_options
@@ -59,7 +59,7 @@ def _formats(
 @click.option("--retry-failed", is_flag=True, help="Try files again that failed before.")
 @segment_options
 @file_options
-@click.option("-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as a JSON object.")
 @click.pass_context
 def batch_command(

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
+import numpy.typing as npt
 
-from ..io.readers.labels import read_labels
+from ..errors import MeshError
+from ..io.guards import known_ending, read_content
+from ..io.readers.labels import LABEL_ENDINGS, checked_labels, npy_array, read_labels
+from ..io.writers.ids import VERTEX_OUTPUTS
 from .options import FILE
 
-__all__ = ["constraint_options", "constraints_of"]
+__all__ = ["check_mask", "constraint_options", "constraints_of"]
 
 _OPTIONS = (
     click.option(
         "--mask",
         metavar="FILE",
         type=FILE,
-        help="Leave faces or points out where this .npy, .seg or .txt holds 0: they get label -1.",
+        help="Leave faces or points out where this .npy, .seg or .txt holds 0 (or False): they get"
+        " label -1.",
     ),
     click.option(
         "--barriers",
@@ -36,11 +43,34 @@ def constraint_options(command: Any) -> Any:
     return command
 
 
+def check_mask(mask: Path | None, endings: Iterable[str]) -> None:
+    """Raise a usage error if what a mask leaves out has no place in a file with these endings."""
+    refusing = sorted({*endings} & {*VERTEX_OUTPUTS})
+    if mask is not None and refusing:
+        raise click.UsageError(
+            f"ids in {refusing[0]} are 0 and up, and what --mask leaves out has none: leave one out"
+        )
+
+
 def constraints_of(mask: Path | None, barriers: Path | None, n_cells: int) -> dict[str, Any]:
     """The keywords of `segment` that the files stand for."""
     keywords: dict[str, Any] = {}
     if mask is not None:
-        keywords["mask"] = read_labels(mask, n_cells) != 0
+        keywords["mask"] = _read_mask(mask, n_cells)
     if barriers is not None:
         keywords["barriers"] = read_labels(barriers, n_cells)
     return keywords
+
+
+def _read_mask(path: Path, n_cells: int) -> npt.NDArray[np.bool_]:
+    """Whether each cell is kept: not 0 in a file of labels, or True in a .npy."""
+    if known_ending(path, LABEL_ENDINGS) != ".npy":
+        return read_labels(path, n_cells) != 0
+    data = read_content(path)
+    try:
+        values = npy_array(data, "labels")
+        if values.dtype == bool:
+            values = values.view(np.uint8)
+        return checked_labels(values, n_cells) != 0
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None

@@ -21,7 +21,14 @@ from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import print_note
 from .inputs import load_cells_and_attributes
-from .options import FILE, FOLDER, INPUT_FORMATS, STANDARD_STREAM, label_options
+from .options import (
+    FILE,
+    FOLDER,
+    INPUT_FORMATS,
+    STANDARD_STREAM,
+    label_options,
+    quiet_option,
+)
 from .outputs import OUTPUT_FORMATS, Job, plan_jobs
 from .report import notes_on_attributes, notes_on_vertices
 
@@ -68,10 +75,11 @@ __all__ = ["convert_command"]
     is_flag=True,
     help="Do not carry over what a .ply input stores besides its mesh.",
 )
+@quiet_option
 def convert_command(
     mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
     formats: tuple[str, ...], format: str | None, ascii: bool, label_name: str,
-    vertex_labels: bool, drop_attributes: bool,
+    vertex_labels: bool, drop_attributes: bool, is_quiet: bool,
 ) -> None:  # fmt: skip
     """Write the mesh in the file IN, with its LABELS, in other formats.
 
@@ -86,11 +94,13 @@ def convert_command(
     found = run_in_background(lambda: _read(mesh, labels, format, keep=keeps))
     if folder is not None and found.labels is None:
         raise MeshError(f"{mesh}: there are no labels to split it by")
-    for note in found.notes(job):
-        print_note(note)
+    if not is_quiet:
+        for note in found.notes(job):
+            print_note(note)
     names = run_in_background(lambda: _write(job, found, form, folder, ending))
-    for name in names:
-        click.echo(f"wrote {name}", err=job.stream is not None)
+    if not is_quiet:
+        for name in names:
+            click.echo(f"wrote {name}", err=job.stream is not None)
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ __all__ = [
     "Real",
     "label_options",
     "numbers",
+    "quiet_option",
 ]
 
 
@@ -75,6 +76,11 @@ INPUT_FORMATS = (
     *("xyz", "csv", "txt", "npy", "las", "laz", "e57"),
 )
 """Of meshes and, in the second line (and PLY without faces), of point clouds."""
+
+
+quiet_option = click.option(
+    "-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but errors."
+)
 
 
 def label_options(command: Any) -> Any:

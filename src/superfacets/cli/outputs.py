@@ -4,22 +4,32 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import click
+import numpy as np
+import numpy.typing as npt
 
 from ..batches.sources import output_names
 from ..io.atomic import writable_folder
 from ..io.guards import known_ending
 from ..io.readers.read import MESH_ENDINGS
-from ..io.writers.cells import ATTRIBUTE_OUTPUTS, CLOUD_OUTPUTS, MESH_OUTPUTS
+from ..io.writers.cells import (
+    ATTRIBUTE_OUTPUTS,
+    CLOUD_OUTPUTS,
+    MESH_OUTPUTS,
+    CellWriter,
+    FormatOptions,
+)
+from ..io.writers.ids import IdWriter
 from ..io.writers.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
+from ..mesh.faces import AnyCells, n_cells_of
 from .inputs import name_of
 from .options import STANDARD_STREAM
 
-__all__ = ["OUTPUT_FORMATS", "Job", "plan_jobs"]
+__all__ = ["OUTPUT_FORMATS", "Job", "check_files", "check_fit", "plan_jobs", "writer_of"]
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
 """What --to takes."""
@@ -27,6 +37,9 @@ OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
 TEXT_OUTPUTS = frozenset(
     (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
 )
+
+CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
+"""Files that hold the cells themselves; all others are labels alone, or made of them."""
 
 ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
 """Files that --ascii makes text of."""
@@ -48,7 +61,7 @@ class Job:
     @property
     def holds_labels(self) -> bool:
         """Whether an output is labels alone."""
-        return not self.endings <= {*MESH_OUTPUTS, *CLOUD_OUTPUTS}
+        return not self.endings <= CELL_OUTPUTS
 
     @property
     def endings(self) -> set[str]:
@@ -104,7 +117,7 @@ def plan_jobs(
         elif not outputs and text != STANDARD_STREAM:
             files += _derived(Path(text), endings)
         jobs.append(Job(text, tuple(files), stream))
-    _check_files(jobs, also_read)
+    check_files(jobs, also_read)
     for folder in folders:
         writable_folder(Path(folder))
     return jobs
@@ -166,7 +179,7 @@ def _check_terminal(stream: str, ascii: bool) -> None:
         )
 
 
-def _check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
+def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
     """Raise a usage error where an output would replace another, or an input."""
     inputs = {_identity(job.input): job.input for job in jobs if job.input != STANDARD_STREAM}
     if len(inputs) < sum(job.input != STANDARD_STREAM for job in jobs):
@@ -197,3 +210,27 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
     except OSError:
         return os.path.normcase(os.path.realpath(path))
     return found.st_dev, found.st_ino
+
+
+def writer_of(
+    cells: AnyCells, labels: npt.NDArray[np.int32], ending: str, form: FormatOptions
+) -> CellWriter | IdWriter:
+    """What writes files with this ending; an error if they cannot hold these cells or labels."""
+    if ending in CELL_OUTPUTS:
+        return CellWriter(cells, labels, None, None, form).checked([ending])
+    return IdWriter(cells, labels, form).checked([ending])
+
+
+def check_fit(
+    cells: AnyCells,
+    labels: npt.NDArray[np.int32] | None,
+    endings: Iterable[str],
+    form: FormatOptions,
+) -> None:
+    """Raise an error, before the long work, if files with these endings cannot hold such cells.
+
+    Labels are those given, which others will be made of; without any, each cell will have one.
+    """
+    likely = np.zeros(n_cells_of(cells), np.int32) if labels is None else labels
+    for ending in endings:
+        writer_of(cells, likely, ending, form)

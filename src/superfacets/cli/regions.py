@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import compact_labels
+from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
 from ..io.writers.tables import (
@@ -27,8 +28,9 @@ from ..mesh.tet_mesh import TetMesh
 from ..regions.lines import BorderLines, border_lines
 from ..regions.region_graph import RegionGraph, region_graph
 from .background import run_in_background
-from .inputs import load_cells
+from .inputs import check_inputs, load_cells
 from .options import FILE, INPUT_FORMATS
+from .outputs import Job, check_files
 
 __all__ = ["regions_command"]
 
@@ -49,9 +51,12 @@ __all__ = ["regions_command"]
     type=click.Choice(INPUT_FORMATS),
     help="Format of IN.  [default: by the ending; standard input by its content]",
 )
+@click.option(
+    "-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but the table and errors."
+)
 def regions_command(
     cells: str, labels: Path, output: Path | None, arcs: Path | None, borders: Path | None,
-    format: str | None,
+    format: str | None, is_quiet: bool,
 ) -> None:  # fmt: skip
     """Measure the regions that LABELS of the mesh in the file IN make.
 
@@ -59,7 +64,10 @@ def regions_command(
     centroid, normal, shape, neighbors and more. Labels are read from .npy, .seg, .txt or labeled
     .ply or .vtp files.
     """
-    _check_outputs(output, arcs, borders)
+    check_inputs((cells,))
+    files = _checked_outputs(output, arcs, borders)
+    check_files([Job(cells, files)], also_read=[str(labels)])
+    checked_targets(files)
 
     def compute() -> tuple[RegionGraph, npt.NDArray[np.int64]]:
         whole = load_cells(cells, format)
@@ -71,22 +79,29 @@ def regions_command(
         names[compact] = given
         graph = region_graph(whole, compact)
         tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
-        write_tables([(path, table) for path, table in tables if path is not None])
+        lines = None
         if borders is not None and not isinstance(whole, (PointCloud, TetMesh)):
-            write_lines(borders, whole.vertices, _named(border_lines(whole, compact), names))
+            lines = list(_named(border_lines(whole, compact), names))
+        write_tables([(path, table) for path, table in tables if path is not None])
+        if borders is not None and lines is not None:
+            write_lines(borders, whole.vertices, lines)
         return graph, names
 
     graph, names = run_in_background(compute)
     if output is None:
         print_csv(sys.stdout, _regions_of(graph, names))
     found = f"{counted(graph.n_regions, 'region')}, {counted(graph.n_arcs, 'pair')} that touch"
-    for path in (output, arcs, borders):
-        if path is not None:
-            click.echo(f"wrote {path}", err=output is None)
+    if is_quiet:
+        return
+    for path in files:
+        click.echo(f"wrote {path}", err=output is None)
     click.echo(f"{cells}: {found}", err=output is None)
 
 
-def _check_outputs(output: Path | None, arcs: Path | None, borders: Path | None) -> None:
+def _checked_outputs(
+    output: Path | None, arcs: Path | None, borders: Path | None
+) -> tuple[Path, ...]:
+    """The outputs that are named; a usage error if the ending of one is wrong."""
     try:
         for path in (output, arcs):
             if path is not None:
@@ -95,8 +110,7 @@ def _check_outputs(output: Path | None, arcs: Path | None, borders: Path | None)
             known_ending(borders, LINE_ENDINGS)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
-    if output is not None and output == arcs:
-        raise click.UsageError(f"{output}: the same output is given twice")
+    return tuple(path for path in (output, arcs, borders) if path is not None)
 
 
 def _regions_of(graph: RegionGraph, names: npt.NDArray[np.int64]) -> Columns:

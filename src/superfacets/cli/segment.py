@@ -12,15 +12,16 @@ import click
 
 from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
+from ..io.attributes import MeshAttributes
 from ..io.writers.cells import FormatOptions
 from ..io.writers.write import check_outputs, write_outputs
-from ..mesh.faces import n_cells_of, noun_of
+from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from .background import run_in_background
-from .constraints import constraint_options, constraints_of
+from .constraints import check_mask, constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import INPUT_FORMATS
-from .outputs import OUTPUT_FORMATS, Job, plan_jobs
+from .options import INPUT_FORMATS, quiet_option
+from .outputs import OUTPUT_FORMATS, Job, check_fit, plan_jobs
 from .progress import Bar, open_bar
 from .report import facts_of, notes_of, summary_of
 from .segment_options import file_options, options_of, segment_options
@@ -61,7 +62,7 @@ __all__ = ["segment_command"]
     help="Format of the inputs.  [default: by the ending; standard input by its content]",
 )
 @file_options
-@click.option("-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 @click.option(
     "--json", "as_json", is_flag=True, help="Print the facts as JSON, an object and a line per IN."
 )
@@ -87,8 +88,11 @@ def segment_command(
     """
     options = options_of(**given)
     check_inputs(inputs)
-    jobs = plan_jobs(inputs, outputs, formats, ascii=options.ascii)
-    form = options.form([ending for job in jobs for ending in job.endings])
+    also_read = [str(path) for path in (mask, barriers) if path is not None]
+    jobs = plan_jobs(inputs, outputs, formats, ascii=options.ascii, also_read=also_read)
+    endings = [ending for job in jobs for ending in job.endings]
+    check_mask(mask, endings)
+    form = options.form(endings)
     run = _Run(options, format, form, mask, barriers, is_quiet=is_quiet, as_json=as_json)
     n_failed = sum(not run.try_job(job, is_one_of_many=len(jobs) > 1) for job in jobs)
     if n_failed and len(jobs) > 1:
@@ -151,7 +155,7 @@ class _Run:
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment; write nothing."""
         return segment_file(
-            lambda keep: load_cells_and_attributes(job.input, self.format, keep=keep),
+            lambda keep: self._load(job, keep=keep),
             self.options,
             holds_attributes=job.holds_attributes,
             timings=timings,
@@ -159,6 +163,12 @@ class _Run:
             progress=bar.on_iteration,
             on_stage=bar.on_stage,
         )
+
+    def _load(self, job: Job, *, keep: bool) -> tuple[AnyCells, MeshAttributes | None]:
+        """Read the input; an error if the outputs could not hold such cells."""
+        cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
+        check_fit(cells, None, job.endings, self.form)
+        return cells, attributes
 
     def _print(self, job: Job, text: str) -> None:
         """Print on stdout, or on stderr where stdout holds the result."""

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.labels import read_labels
+from ..io.writers.cells import FormatOptions
 from ..io.writers.write import check_outputs, write_outputs
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
@@ -19,7 +20,7 @@ from ..regions.transfer import transfer
 from .background import run_in_background
 from .failures import print_note
 from .inputs import load_cells, load_cells_and_attributes
-from .options import COUNT, FILE, NOT_NEGATIVE
+from .options import COUNT, FILE, INPUT_FORMATS, NOT_NEGATIVE, quiet_option
 from .outputs import OUTPUT_FORMATS, Job, plan_jobs
 from .report import notes_on_attributes
 
@@ -55,16 +56,26 @@ __all__ = ["transfer_command"]
     " vtu of tetrahedra]",
 )
 @click.option(
+    "--format", type=click.Choice(INPUT_FORMATS), help="Format of IN.  [default: by the ending]"
+)
+@click.option(
+    "--target-format",
+    type=click.Choice(INPUT_FORMATS),
+    help="Format of TARGET.  [default: by the ending]",
+)
+@click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
+@click.option(
     "--drop-attributes",
     is_flag=True,
     help="Do not carry over what a .ply TARGET stores besides its mesh.",
 )
 @click.option("--threads", "n_threads", type=COUNT, help="Threads to use.  [default: one per core]")
-@click.option("-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but errors.")
+@quiet_option
 def transfer_command(
     source: Path, labels: Path, target: Path, max_distance: float | None,
-    outputs: tuple[str, ...], formats: tuple[str, ...], drop_attributes: bool,
-    n_threads: int | None, is_quiet: bool,
+    outputs: tuple[str, ...], formats: tuple[str, ...], format: str | None,
+    target_format: str | None, ascii: bool, drop_attributes: bool, n_threads: int | None,
+    is_quiet: bool,
 ) -> None:  # fmt: skip
     """Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.
 
@@ -73,20 +84,21 @@ def transfer_command(
     labeled .ply or .vtp files; a labeled IN may be given twice.
     """
     read = (str(source), str(labels))
-    (job,) = plan_jobs((str(target),), outputs, formats, ascii=False, also_read=read)
+    (job,) = plan_jobs((str(target),), outputs, formats, ascii=ascii, also_read=read)
     check_outputs(job.files)
 
     def compute() -> tuple[AnyCells, MeshAttributes | None, npt.NDArray[np.int32]]:
-        cells = load_cells(str(source), None)
+        cells = load_cells(str(source), format)
         given = read_labels(labels, n_cells_of(cells))
         keeps = job.holds_attributes and not drop_attributes
-        goal, attributes = load_cells_and_attributes(str(target), None, keep=keeps)
+        goal, attributes = load_cells_and_attributes(str(target), target_format, keep=keeps)
         carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
         return goal, attributes, carried
 
     goal, attributes, carried = run_in_background(compute)
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    write_outputs(job.files, goal, carried, streams=streams, attributes=attributes)
+    form = FormatOptions(ascii=ascii)
+    write_outputs(job.files, goal, carried, streams=streams, attributes=attributes, options=form)
     if not is_quiet:
         _report(job, goal, attributes, carried)
 
