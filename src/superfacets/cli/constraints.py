@@ -65,12 +65,12 @@ def constraints_of(mask: Path | None, barriers: Path | None, n_cells: int) -> di
 def _read_mask(path: Path, n_cells: int) -> npt.NDArray[np.bool_]:
     """Whether each cell is kept: not 0 in a file of labels, or True in a .npy."""
     if known_ending(path, LABEL_ENDINGS) != ".npy":
-        return read_labels(path, n_cells) != 0
+        return np.asarray(read_labels(path, n_cells) != 0)
     data = read_content(path)
     try:
         values = npy_array(data, "labels")
         if values.dtype == bool:
             values = values.view(np.uint8)
-        return checked_labels(values, n_cells) != 0
+        return np.asarray(checked_labels(values, n_cells) != 0)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None

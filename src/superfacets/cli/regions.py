@@ -79,12 +79,12 @@ def regions_command(
         names[compact] = given
         graph = region_graph(whole, compact)
         tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
-        lines = None
+        drawn = None
         if borders is not None and not isinstance(whole, (PointCloud, TetMesh)):
-            lines = list(_named(border_lines(whole, compact), names))
+            drawn = whole.vertices, list(_named(border_lines(whole, compact), names))
         write_tables([(path, table) for path, table in tables if path is not None])
-        if borders is not None and lines is not None:
-            write_lines(borders, whole.vertices, lines)
+        if borders is not None and drawn is not None:
+            write_lines(borders, *drawn)
         return graph, names
 
     graph, names = run_in_background(compute)
