@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import Mesh, build_face_graph, sample_mesh, segment
+from superfacets import Mesh, MeshError, TetMesh, build_face_graph, sample_mesh, segment
 from superfacets.metrics import (
     GroundTruths,
     achievable_accuracy,
@@ -307,3 +307,25 @@ def test_the_explained_variation_of_a_surface_that_is_all_but_flat_is_right():
         steep = Mesh(mesh.vertices * [1, 1, 2], mesh.faces)
         expected = explained_variation(steep, labels)
         assert explained_variation(mesh, labels) == pytest.approx(expected, rel=1e-4)
+
+
+def test_cells_in_no_region_are_no_region():
+    mesh = shapes.strip(4)
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    tets = TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
+    labels, hole = [0, 0, 1, 1], [0, -1, 1, 1]
+    message = r"\[1\] is -1; metrics need each cell in a region"
+    for measure in (compactness, explained_variation, evaluate):
+        with pytest.raises(MeshError, match="labels" + message):
+            measure(mesh, hole)
+    for compare in (boundary_agreement, cut_discrepancy, undersegmentation_error):
+        with pytest.raises(MeshError, match="labels" + message):
+            compare(mesh, hole, labels)
+        with pytest.raises(MeshError, match="truth" + message):
+            compare(mesh, labels, hole)
+    with pytest.raises(MeshError, match="truth" + message):
+        evaluate(mesh, labels, [hole])
+    with pytest.raises(MeshError, match="labels" + message):
+        evaluate(tets, [0, -1])
+    with pytest.raises(MeshError, match="truth" + message):
+        evaluate(tets, [0, 0], [[0, -1]])

@@ -10,7 +10,8 @@ import click
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import compact_labels
+from .._validate import ranked_labels
+from ..errors import MeshError
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
 from ..io.writers.tables import (
@@ -61,14 +62,14 @@ def regions_command(
     """
     _check_outputs(output, arcs, borders)
 
-    def compute() -> tuple[RegionGraph, npt.NDArray[np.int64]]:
+    def compute() -> tuple[RegionGraph, npt.NDArray[np.int32]]:
         whole = load_cells(cells, format)
         given = read_labels(labels, n_cells_of(whole))
         if borders is not None and isinstance(whole, (PointCloud, TetMesh)):
             raise click.UsageError("--borders needs a mesh of faces")
-        compact, n_regions = compact_labels(given, len(given))
-        names = np.empty(n_regions, dtype=np.int64)  # a file's labels may have gaps
-        names[compact] = given
+        compact, names = ranked_labels(given)  # a file's labels may have gaps
+        if not len(names):
+            raise MeshError(f"{labels}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
         tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
         write_tables([(path, table) for path, table in tables if path is not None])
@@ -99,17 +100,17 @@ def _check_outputs(output: Path | None, arcs: Path | None, borders: Path | None)
         raise click.UsageError(f"{output}: the same output is given twice")
 
 
-def _regions_of(graph: RegionGraph, names: npt.NDArray[np.int64]) -> Columns:
+def _regions_of(graph: RegionGraph, names: npt.NDArray[np.int32]) -> Columns:
     return graph.table() | {"region": names}
 
 
-def _arcs_of(graph: RegionGraph, names: npt.NDArray[np.int64]) -> Columns:
+def _arcs_of(graph: RegionGraph, names: npt.NDArray[np.int32]) -> Columns:
     ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
     return ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
 
 
 def _named(
-    lines: BorderLines, names: npt.NDArray[np.int64]
+    lines: BorderLines, names: npt.NDArray[np.int32]
 ) -> Iterator[tuple[str, npt.NDArray[np.int32]]]:
     """Lines with names as ``border_3_7``, or ``border_3_open`` at the boundary of the mesh."""
     for i, (low, high) in enumerate(lines.regions.tolist()):
