@@ -21,6 +21,7 @@ from superfacets import (
     PolygonMesh,
     TetMesh,
     read_attributes,
+    read_cloud,
     read_labels,
     read_mesh,
     write_graphs,
@@ -630,8 +631,7 @@ class TestRegions:
         cloud = PointCloud(VERTICES, normals)
         paths = write_regions(tmp_path, cloud, [6, 2, 6, 2, -1])
         assert [path.name for path in paths] == ["region_2.ply", "region_6.ply"]
-        part = read_mesh(paths[0])
-        assert isinstance(part, PointCloud)
+        part = read_cloud(paths[0])
         assert_array_equal(part.points, cloud.points[[1, 3]])
         assert_array_equal(part.normals, normals[:2])
 

@@ -207,7 +207,7 @@ def test_nothing_depends_on_names_of_labels_order_of_faces_scale_or_threads():
     order = rng.permutation(mesh.n_faces)
     changed = Mesh(7.5 * mesh.vertices[:, [1, 2, 0]] + 3, mesh.faces[order])
     renamed = rng.permutation(40)[labels] * 10
-    values = evaluate(changed, renamed[order], [-truth[order]], n_threads=3)
+    values = evaluate(changed, renamed[order], [9 - truth[order]], n_threads=3)
     assert values == pytest.approx(expected, rel=1e-6)  # paths keep 24 bits of each edge's length
 
 

@@ -51,7 +51,7 @@ def test_vertices_at_one_position_are_two():
 
 
 def test_polygons_and_tetrahedra_vote_by_area_and_volume():
-    house = sf.sf.PolygonMesh.of_faces([*SQUARE, [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]])
+    house = sf.PolygonMesh.of_faces([*SQUARE, [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]])
     assert sf.vertex_labels(house, [5, 2]).tolist() == [5, 5, 5, 5, 2]
     tets = sf.TetMesh(
         [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2], [5, 5, 5]],
