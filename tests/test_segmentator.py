@@ -1,6 +1,7 @@
 """The stand-in for the package `segmentator`."""
 
 import inspect
+import json
 
 import numpy as np
 import pytest
@@ -152,6 +153,14 @@ def test_regions_of_single_faces_have_vertices_while_there_are_enough():
         ids = segment_mesh(sheet.vertices, sheet.faces, n_segments=n_segments)
         assert len(np.unique(ids)) == n_segments
     assert len(np.unique(segment_mesh(sheet.vertices, sheet.faces, n_segments=18))) <= 16
+
+
+def test_files_of_ids_have_the_same_regions(bear, tmp_path):
+    labels = sf.segment(bear, 400).labels
+    ids = segment_mesh(bear.vertices, bear.faces, n_segments=400)
+    assert len(np.unique(sf.vertex_labels(bear, labels))) < len(np.unique(ids)) == 400
+    sf.write_mesh(tmp_path / "bear.segs.json", bear, labels)
+    assert_array_equal(json.loads((tmp_path / "bear.segs.json").read_text())["segIndices"], ids)
 
 
 def test_vertices_of_no_face_have_ids_of_their_own():

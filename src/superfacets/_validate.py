@@ -566,6 +566,31 @@ def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return compact.astype(np.int32), len(values)
 
 
+def compact_complete(
+    labels: Any, n_cells: int, name: str = "labels"
+) -> tuple[npt.NDArray[np.int32], int]:
+    """Labels with a region for every cell as by `compact_labels`; a MeshError where one has none.
+
+    For metrics: cells in no region would count as a region of their own.
+    """
+    array = checked_face_labels(labels, n_cells)
+    if array.min() < 0:
+        place = int(np.argmax(array < 0))
+        raise MeshError(
+            f"{name}[{place}] is {array[place]}; metrics need each cell in a region, 0 and up"
+        )
+    return compact_labels(array, n_cells)
+
+
+def ranked_labels(
+    labels: npt.NDArray[np.integer[Any]],
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[Any]]:
+    """Checked labels renamed to 0..K-1 in their order, -1 as it is, and the K labels that occur."""
+    names, ranks = np.unique(labels, return_inverse=True)
+    has_none = int(names[0] < 0)
+    return (ranks - has_none).astype(np.int32), names[has_none:]
+
+
 def checked_count(
     value: Any, name: str, high: int | None = None, of: str = "", *, low: int = 1
 ) -> int:

@@ -29,7 +29,7 @@ from .mesh.faces import area_vectors
 from .mesh.point_cloud import PointCloud
 from .mesh.triangle_mesh import Mesh
 from .pipeline import segment
-from .regions.vertex_labels import vertex_labels
+from .regions.vertex_labels import vertex_ids
 
 __all__ = ["segment_mesh", "segment_point"]
 
@@ -121,7 +121,7 @@ def segment_mesh(
     with warnings.catch_warnings():  # small components are counted for themselves
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment(mesh, min(number, mesh.n_faces)).labels
-    return _like(_ids(_with_all_regions(vertex_labels(mesh, labels), mesh, labels)), faces)
+    return _like(np.unique(vertex_ids(mesh, labels), return_inverse=True)[1], faces)
 
 
 def segment_point(
@@ -184,7 +184,7 @@ def segment_point(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment_graph(graph, number).labels
-    return _like(_ids(labels), edges)
+    return _like(labels.astype(np.int64), edges)
 
 
 def _checked(threshold: Any, least: Any) -> tuple[float, int]:
@@ -204,31 +204,6 @@ def _is_tensor(values: Any) -> bool:
 def _like(ids: Ints, indices: Any) -> Any:
     """The ids as what the faces or edges are."""
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
-
-
-def _with_all_regions(
-    of_vertices: npt.NDArray[np.int32], mesh: Mesh, labels: npt.NDArray[np.int32]
-) -> npt.NDArray[np.int32]:
-    """Give a vertex to each region that has none, where another region has one to spare."""
-    counts = np.bincount(of_vertices[of_vertices >= 0], minlength=int(labels.max()) + 1)
-    order = np.argsort(labels, kind="stable")
-    starts = np.searchsorted(labels[order], np.arange(len(counts) + 1))
-    for region in np.flatnonzero(counts == 0).tolist():
-        corners = np.unique(mesh.faces[order[starts[region] : starts[region + 1]]])
-        spare = corners[counts[of_vertices[corners]] > 1]
-        if len(spare):
-            counts[of_vertices[spare[0]]] -= 1
-            counts[region] = 1
-            of_vertices[spare[0]] = region
-    return of_vertices
-
-
-def _ids(labels: npt.NDArray[np.int32]) -> Ints:
-    """Ids without gaps; one of its own for each vertex that has no label."""
-    ids = labels.astype(np.int64)
-    alone = np.flatnonzero(ids < 0)
-    ids[alone] = int(ids.max()) + 1 + np.arange(len(alone))
-    return np.unique(ids, return_inverse=True)[1].astype(np.int64)
 
 
 def _checked_edges(edges: npt.NDArray[Any], n_points: int) -> npt.NDArray[Any]:

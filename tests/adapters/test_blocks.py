@@ -1,5 +1,8 @@
 """Meshes of meshio, whose cells come in blocks of one type each."""
 
+import tracemalloc
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import shapes
@@ -32,6 +35,30 @@ def test_faces_of_all_types_keep_their_corners():
     assert isinstance(cells, PolygonMesh)
     faces = [cells.face(i).tolist() for i in range(cells.n_faces)]
     assert faces == [[0, 1, 2, 3], [1, 4, 2], [0, 1, 4, 5, 3]]
+
+
+def test_blocks_of_polygons_may_be_lists_of_faces_that_differ():
+    quads, others = [[0, 1, 2, 3]], [[1, 4, 2], [0, 1, 4, 5, 3]]
+    blocks = [
+        SimpleNamespace(type="quad", data=np.array(quads, np.int32)),
+        SimpleNamespace(type="polygon", data=others),
+    ]
+    cells = as_cells(SimpleNamespace(points=CORNERS, cells=blocks))
+    assert [cells.face(i).tolist() for i in range(3)] == quads + others
+
+
+def test_quads_are_not_made_objects_one_by_one():
+    n = 20_000
+    quads = np.tile(np.array([[0, 1, 2, 3]], np.int32), (n, 1))
+    mesh = meshio.Mesh(CORNERS, [("quad", quads), ("triangle", quads[:, :3])])
+    tracemalloc.start()
+    try:
+        cells = as_cells(mesh)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert cells.n_faces == 2 * n
+    assert peak < 100 * 2 * n  # bytes; an array for each face takes more
 
 
 def test_tetrahedra_come_before_the_faces_on_their_outside():

@@ -144,19 +144,27 @@ def test_files_are_named_as_their_readers_look_for_them(run, tmp_path, monkeypat
 
 
 def test_regions_without_a_vertex_are_a_note(run, folder):
-    labels = np.zeros(72, int)
-    labels[[10, 40]] = 1, 2  # single faces amid others
-    write_labels("b.npy", labels)
-    status, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json", "-o", "b.bin")
+    write_mesh("cube.ply", shapes.cube())
+    write_labels("b.npy", np.arange(12))  # of 8 vertices
+    status, _, err = run("convert", "cube.ply", "b.npy", "-o", "b.segs.json", "-o", "b.bin")
     assert status == 0
     assert err == (
-        "superfacets: note: 2 regions have most of the area around no vertex: .bin and .segs.json"
-        " lack them\n"
+        "superfacets: note: .bin and .segs.json lack 4 regions, for which no vertex could be"
+        " spared\n"
     )
-    labels[40] = 0
+    labels = np.zeros(72, int)
+    labels[[10, 40]] = 1, 2  # single faces amid others get a vertex
     write_labels("b.npy", labels)
-    _, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json")
-    assert err.endswith("1 region has most of the area around no vertex: .segs.json lacks it\n")
+    status, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json")
+    assert (status, err) == (0, "")
+    assert {*json.loads((folder / "b.segs.json").read_text())["segIndices"]} == {0, 1, 2}
+
+
+def test_no_region_at_all_has_no_ids_of_vertices(run, folder):
+    write_labels("b.npy", np.full(72, -1))
+    status, _, err = run("convert", "a.ply", "b.npy", "-o", "b.segs.json")
+    assert status == 1
+    assert err == "superfacets: error: labels[0] is -1; ids in .segs.json are 0 and up\n"
 
 
 def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, folder):

@@ -54,3 +54,14 @@ def test_evaluate_refuses_what_does_not_fit(run, labeled_strip):
     status, _, error = run("evaluate", mesh, labels, "--tolerance", "nan")
     assert status == 2
     assert "'nan' is not a finite number" in error
+
+
+def test_faces_in_no_region_are_an_error(run, labeled_strip):
+    mesh, labels = labeled_strip / "strip.ply", labeled_strip / "labels.seg"
+    hole = labeled_strip / "hole.seg"
+    hole.write_text("0\n-1\n1\n1\n")
+    status, _, err = run("evaluate", mesh, hole)
+    expected = "[1] is -1; metrics need each cell in a region, 0 and up\n"
+    assert (status, err) == (1, f"superfacets: error: labels{expected}")
+    status, _, err = run("evaluate", mesh, labels, "--gt", hole)
+    assert (status, err) == (1, f"superfacets: error: truth{expected}")

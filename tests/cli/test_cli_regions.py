@@ -173,3 +173,19 @@ def test_a_quiet_run_prints_the_table_alone(run, fold):
     assert (len(rows_of(printed)), notes) == (2, "")
     assert run(*given, "-o", fold / "t.csv") == (0, "", "")
     assert (fold / "t.csv").read_text() == printed
+
+
+def test_faces_in_no_region_have_no_row_and_no_name(run, fold):
+    (fold / "labels.seg").write_text("-1\n7\n")
+    borders = fold / "borders.obj"
+    files = (fold / "fold.ply", fold / "labels.seg")
+    status, printed, notes = run("regions", *files, "--borders", borders)
+    assert status == 0
+    assert [(row["region"], float(row["area"])) for row in rows_of(printed)] == [("7", 3)]
+    assert notes.endswith("1 region, 0 pairs that touch\n")
+    names = [line for line in borders.read_text().splitlines() if line[0] == "g"]
+    assert {*names} == {"g border_7_open"}
+    (fold / "labels.seg").write_text("-1\n-1\n")
+    status, _, error = run("regions", *files)
+    assert status == 1
+    assert error.endswith("labels.seg: no cell is in a region: all labels are -1\n")

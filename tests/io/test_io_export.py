@@ -2,6 +2,7 @@
 
 import json
 import struct
+import tracemalloc
 import warnings
 from collections import Counter
 from itertools import pairwise
@@ -20,6 +21,7 @@ from superfacets import (
     PolygonMesh,
     TetMesh,
     read_attributes,
+    read_cloud,
     read_labels,
     read_mesh,
     write_graphs,
@@ -27,6 +29,7 @@ from superfacets import (
     write_mesh,
     write_regions,
 )
+from superfacets.io.writers import glb, obj, text
 from superfacets.io.writers.cells import FACE_WRITERS, FormatOptions
 from superfacets.io.writers.scannet import scene_of
 from superfacets.io.writers.write import write_outputs
@@ -554,6 +557,51 @@ class TestNamesAndVertices:
             write_mesh(tmp_path / "a.obj", TETS)
 
 
+def test_a_glb_of_more_than_4_gib_is_refused(tmp_path, square, monkeypatch):
+    path = tmp_path / "a.glb"
+    write_mesh(path, square, [0, 1])
+    size = path.stat().st_size
+    for limit in (size - 1, 100):  # the file, and what is in it
+        monkeypatch.setattr(glb, "MAX_BYTES", limit)
+        with pytest.raises(MeshError, match="too large for GLB, which holds 4 GiB"):
+            write_mesh(tmp_path / "b.glb", square, [0, 1])
+        assert [*tmp_path.iterdir()] == [path]
+    monkeypatch.setattr(glb, "MAX_BYTES", size)
+    write_mesh(tmp_path / "b.glb", square, [0, 1])
+
+
+@pytest.mark.parametrize("ending", [".obj", ".off"])
+class TestTextInBlocks:
+    @pytest.mark.parametrize("kind", ["triangles", "polygons"])
+    def test_the_file_does_not_depend_on_the_size_of_blocks(
+        self, tmp_path, monkeypatch, house, ending, kind
+    ):
+        mesh = house if kind == "polygons" else shapes.bumpy_sheet(5)
+        n = mesh.n_faces
+        for labels in (None, np.arange(n) % 4 - 1, np.arange(n) // 7):
+            write_mesh(tmp_path / f"a{ending}", mesh, labels)
+            for size in (1, 3, 7):
+                monkeypatch.setattr(obj, "ROWS_AT_ONCE", size)
+                write_mesh(tmp_path / f"b{ending}", mesh, labels)
+                blocks = [(tmp_path / f"{name}{ending}").read_bytes() for name in "ab"]
+                assert blocks[0] == blocks[1]
+            monkeypatch.undo()
+
+    def test_memory_is_that_of_a_block(self, tmp_path, monkeypatch, ending):
+        mesh = shapes.bumpy_sheet(60)
+        for module in (obj, text):
+            monkeypatch.setattr(module, "ROWS_AT_ONCE", 256)
+        labels = np.zeros(mesh.n_faces, np.int32)
+        colors = np.zeros((mesh.n_faces, 3), np.uint8)
+        tracemalloc.start()
+        try:
+            write_mesh(tmp_path / f"a{ending}", mesh, labels, colors=colors)
+            _, peak = tracemalloc.get_traced_memory()
+        finally:
+            tracemalloc.stop()
+        assert peak < 120 * mesh.n_faces  # bytes; lines as objects take twice as many
+
+
 class TestRegions:
     @pytest.mark.parametrize("ending", [".ply", ".obj", ".off", ".glb"])
     def test_the_files_together_are_the_mesh(self, tmp_path, ending):
@@ -578,6 +626,15 @@ class TestRegions:
         assert path.name == "region_0.vtu"
         assert_array_equal(part.vertices[part.tets], TETS.vertices[TETS.tets[1:]])
 
+    def test_clouds_have_parts_too(self, tmp_path):
+        normals = np.tile([[0.0, 0.0, 1.0]], (5, 1))
+        cloud = PointCloud(VERTICES, normals)
+        paths = write_regions(tmp_path, cloud, [6, 2, 6, 2, -1])
+        assert [path.name for path in paths] == ["region_2.ply", "region_6.ply"]
+        part = read_cloud(paths[0])
+        assert_array_equal(part.points, cloud.points[[1, 3]])
+        assert_array_equal(part.normals, normals[:2])
+
     def test_either_all_are_written_or_none(self, tmp_path, house, monkeypatch):
         (tmp_path / "region_0.ply").write_text("old")
         calls = []
@@ -599,8 +656,9 @@ class TestRegions:
         with pytest.raises(MeshError, match="region 7: "):
             write_regions(tmp_path / "b", shapes.slivers(), [0, 0, 7, 0])
         (tmp_path / "b").rmdir()
-        with pytest.raises(MeshError, match="regions of a cloud are no files"):
-            write_regions(tmp_path / "a", PointCloud(VERTICES), [0] * 5)
+        with pytest.raises(MeshError, match="region 4: "):
+            write_regions(tmp_path / "b", PointCloud(VERTICES), [0, 0, 0, 0, 4])
+        (tmp_path / "b").rmdir()
         with pytest.raises(MeshError, match=r"faces are written as .*, not as \.stl"):
             write_regions(tmp_path / "a", house, [0, 1], ending=".stl")
         assert not list(tmp_path.iterdir())

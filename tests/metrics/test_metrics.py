@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import Mesh, build_face_graph, sample_mesh, segment
+from superfacets import Mesh, MeshError, TetMesh, build_face_graph, sample_mesh, segment
 from superfacets.metrics import (
     GroundTruths,
     achievable_accuracy,
@@ -207,7 +207,7 @@ def test_nothing_depends_on_names_of_labels_order_of_faces_scale_or_threads():
     order = rng.permutation(mesh.n_faces)
     changed = Mesh(7.5 * mesh.vertices[:, [1, 2, 0]] + 3, mesh.faces[order])
     renamed = rng.permutation(40)[labels] * 10
-    values = evaluate(changed, renamed[order], [-truth[order]], n_threads=3)
+    values = evaluate(changed, renamed[order], [9 - truth[order]], n_threads=3)
     assert values == pytest.approx(expected, rel=1e-6)  # paths keep 24 bits of each edge's length
 
 
@@ -307,3 +307,25 @@ def test_the_explained_variation_of_a_surface_that_is_all_but_flat_is_right():
         steep = Mesh(mesh.vertices * [1, 1, 2], mesh.faces)
         expected = explained_variation(steep, labels)
         assert explained_variation(mesh, labels) == pytest.approx(expected, rel=1e-4)
+
+
+def test_cells_in_no_region_are_no_region():
+    mesh = shapes.strip(4)
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    tets = TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
+    labels, hole = [0, 0, 1, 1], [0, -1, 1, 1]
+    message = r"\[1\] is -1; metrics need each cell in a region"
+    for measure in (compactness, explained_variation, evaluate):
+        with pytest.raises(MeshError, match="labels" + message):
+            measure(mesh, hole)
+    for compare in (boundary_agreement, cut_discrepancy, undersegmentation_error):
+        with pytest.raises(MeshError, match="labels" + message):
+            compare(mesh, hole, labels)
+        with pytest.raises(MeshError, match="truth" + message):
+            compare(mesh, labels, hole)
+    with pytest.raises(MeshError, match="truth" + message):
+        evaluate(mesh, labels, [hole])
+    with pytest.raises(MeshError, match="labels" + message):
+        evaluate(tets, [0, -1])
+    with pytest.raises(MeshError, match="truth" + message):
+        evaluate(tets, [0, 0], [[0, -1]])

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 import shapes
+from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets.mesh.tet_mesh import signed_volumes
 from superfacets.regions.majority import weighted_majority
+from superfacets.regions.vertex_labels import vertex_ids
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 
@@ -77,6 +79,38 @@ def test_it_is_the_rule_on_random_labels(seed):
     volumes = np.abs(signed_volumes(tets))
     expected = naive_vertex_labels(12, tets.tets.tolist(), volumes, labels)
     assert sf.vertex_labels(tets, labels).tolist() == expected
+
+
+def test_each_region_has_an_id_while_there_are_vertices():
+    sheet = shapes.bumpy_sheet(6)
+    labels = np.full(sheet.n_faces, 2**31 - 1)
+    labels[[10, 40]] = 5, 9  # most of the area around no vertex
+    ids = vertex_ids(sheet, labels.astype(np.int32))
+    assert [*np.unique(ids)] == [5, 9, 2**31 - 1]
+    assert [np.count_nonzero(ids == region) for region in (5, 9)] == [1, 1]
+    assert np.flatnonzero(ids == 5)[0] in sheet.faces[10]
+    assert np.flatnonzero(ids == 9)[0] in sheet.faces[40]
+
+
+def test_ids_of_polygons_tetrahedra_and_points_are_alike():
+    quads = sf.PolygonMesh.of_faces(*grid_of_quads(4))
+    labels = np.zeros(quads.n_faces, np.int32)
+    labels[5] = 1
+    assert 1 not in sf.vertex_labels(quads, labels)
+    assert np.count_nonzero(vertex_ids(quads, labels) == 1) == 1
+    tets = sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [3, 3, 3]],
+                      [[1, 2, 3, 4], [0, 1, 2, 3]])  # fmt: skip
+    assert {*vertex_ids(tets, np.array([3, 8], np.int32)).tolist()} == {3, 8}
+    cloud = sf.PointCloud(quads.vertices)
+    assert_array_equal(vertex_ids(cloud, np.arange(25, dtype=np.int32)), np.arange(25))
+
+
+def grid_of_quads(n):
+    """Vertices and faces of n x n unit squares."""
+    x, y = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
+    first = (np.arange(n)[:, np.newaxis] * (n + 1) + np.arange(n)).ravel()
+    faces = first[:, np.newaxis] + [0, 1, n + 2, n + 1]
+    return np.stack([x, y, 0 * x], axis=2).reshape(-1, 3), faces
 
 
 def test_labels_are_checked():

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._validate import polygon_arrays
 from ..errors import MeshError
 from ..mesh.faces import FaceMesh
 from ..mesh.polygon_mesh import PolygonMesh
@@ -62,15 +63,16 @@ def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
         tets = np.concatenate([np.asarray(block.data)[:, :4] for block in blocks])
         return TetMesh(source.points, tets)
     parts = [_faces_of(block) for block in blocks]
-    if all(isinstance(part, np.ndarray) and part.shape[1] == 3 for part in parts):
-        return Mesh(source.points, np.concatenate(parts))
-    return PolygonMesh.of_faces(source.points, [face for part in parts for face in part])
+    corners = np.concatenate([part[1] for part in parts])
+    if all(_FACES[block.type] == 3 for block in blocks):
+        return Mesh(source.points, corners.reshape(-1, 3))
+    sizes = np.concatenate([np.diff(offsets) for offsets, _ in parts])
+    return PolygonMesh(source.points, np.concatenate([[0], np.cumsum(sizes)]), corners)
 
 
-def _faces_of(block: Any) -> Any:
-    """Faces of a block, without the nodes on their edges."""
+def _faces_of(block: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Offsets and corners of the faces of a block, without the nodes on their edges."""
     n_corners = _FACES[block.type]
     if n_corners is None:
-        return [np.asarray(face) for face in block.data]
-    corners: npt.NDArray[Any] = np.asarray(block.data)[:, :n_corners]
-    return corners
+        return polygon_arrays(block.data)
+    return polygon_arrays(np.asarray(block.data)[:, :n_corners])

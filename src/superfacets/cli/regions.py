@@ -10,7 +10,8 @@ import click
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import compact_labels
+from .._validate import ranked_labels
+from ..errors import MeshError
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
@@ -69,14 +70,14 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)])
     checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, npt.NDArray[np.int64]]:
+    def compute() -> tuple[RegionGraph, npt.NDArray[np.int32]]:
         whole = load_cells(cells, format)
         given = read_labels(labels, n_cells_of(whole))
         if borders is not None and isinstance(whole, (PointCloud, TetMesh)):
             raise click.UsageError("--borders needs a mesh of faces")
-        compact, n_regions = compact_labels(given, len(given))
-        names = np.empty(n_regions, dtype=np.int64)  # a file's labels may have gaps
-        names[compact] = given
+        compact, names = ranked_labels(given)  # a file's labels may have gaps
+        if not len(names):
+            raise MeshError(f"{labels}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
         tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
         drawn = None
@@ -113,17 +114,17 @@ def _checked_outputs(
     return tuple(path for path in (output, arcs, borders) if path is not None)
 
 
-def _regions_of(graph: RegionGraph, names: npt.NDArray[np.int64]) -> Columns:
+def _regions_of(graph: RegionGraph, names: npt.NDArray[np.int32]) -> Columns:
     return graph.table() | {"region": names}
 
 
-def _arcs_of(graph: RegionGraph, names: npt.NDArray[np.int64]) -> Columns:
+def _arcs_of(graph: RegionGraph, names: npt.NDArray[np.int32]) -> Columns:
     ends = {"low": names[graph.edge_index[0]], "high": names[graph.edge_index[1]]}
     return ends | {name: graph.arc_values(name) for name in graph.ARC_VALUES}
 
 
 def _named(
-    lines: BorderLines, names: npt.NDArray[np.int64]
+    lines: BorderLines, names: npt.NDArray[np.int32]
 ) -> Iterator[tuple[str, npt.NDArray[np.int32]]]:
     """Lines with names as ``border_3_7``, or ``border_3_open`` at the boundary of the mesh."""
     for i, (low, high) in enumerate(lines.regions.tolist()):

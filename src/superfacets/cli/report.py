@@ -18,7 +18,7 @@ from ..io.writers.ids import VERTEX_OUTPUTS
 from ..io.writers.ply import names_replaced
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
-from ..regions.vertex_labels import vertex_labels
+from ..regions.vertex_labels import vertex_ids
 from .options import STANDARD_STREAM
 
 __all__ = [
@@ -135,16 +135,13 @@ def notes_on_vertices(
 ) -> list[str]:
     """Notes on labels that are missing in files of labels of vertices."""
     named = sorted({*endings} & {*VERTEX_OUTPUTS})
-    if not named:
+    if not named or labels.min() < 0:  # which is refused
         return []
-    of_vertices = vertex_labels(cells, labels)
-    n_lost = len(np.unique(labels)) - len(np.unique(of_vertices[of_vertices >= 0]))
+    n_lost = len(np.setdiff1d(labels, vertex_ids(cells, labels)))
     if not n_lost:
         return []
-    have, them = ("has", "it") if n_lost == 1 else ("have", "them")
-    lost = counted(n_lost, "region")
-    lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''} {them}"
-    return [f"{lost} {have} most of the area around no vertex: {lack}"]
+    lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''}"
+    return [f"{lack} {counted(n_lost, 'region')}, for which no vertex could be spared"]
 
 
 def notes_on_attributes(

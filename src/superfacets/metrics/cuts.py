@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_number, compact_labels
+from .._validate import checked_number, compact_complete
 from ..adapters.convert import MeshLike
 from .borders import Borders, find_borders
 from .edges import MeshEdges
@@ -66,7 +66,7 @@ def boundary_agreement(
     mesh : Mesh or mesh-like
         As for `segment`.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, any numbers.
+        Region and true segment of each face, 0 and up.
     tolerance : float, default 0.01
         Maximum distance of borders that count as the same, >= 0, as a fraction of the diagonal of
         the bounding box. Distances are geodesic and measured along edges from vertex to vertex,
@@ -84,7 +84,7 @@ def boundary_agreement(
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If there is not one integer label per face, or `tolerance` is negative.
+        If there is not one label of 0 and up per face, or `tolerance` is negative.
 
     References
     ----------
@@ -127,7 +127,7 @@ def cut_discrepancy(
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If there is not one integer label per face, or no face has an area.
+        If there is not one label of 0 and up per face, or no face has an area.
 
     References
     ----------
@@ -165,8 +165,9 @@ def cut_discrepancy_of(mesh: MeshEdges, found: Cuts, true: Cuts) -> float:
 def _cuts_of_both(
     mesh: MeshEdges, labels: npt.ArrayLike, truth: npt.ArrayLike
 ) -> tuple[Cuts, Cuts]:
-    both = [compact_labels(given, mesh.graph.n_cells)[0] for given in (labels, truth)]
-    return Cuts.of(mesh, both[0]), Cuts.of(mesh, both[1])
+    regions, _ = compact_complete(labels, mesh.graph.n_cells)
+    segments, _ = compact_complete(truth, mesh.graph.n_cells, "truth")
+    return Cuts.of(mesh, regions), Cuts.of(mesh, segments)
 
 
 def _share_near(borders: Borders, distances: npt.NDArray[np.float64], within: float) -> float:

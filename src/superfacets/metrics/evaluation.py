@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_number, compact_labels
+from .._validate import checked_number, compact_complete
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.kinds import as_surface
 from ..cells.sums import positive_total
@@ -49,7 +49,7 @@ class GroundTruths:
     mesh : Mesh or mesh-like
         As for `segment`.
     truths : array of integers, shape (F,), or sequence of such array_like
-        True segment of each face, any numbers; none, one or several of these.
+        True segment of each face, 0 and up; none, one or several of these.
     weld : bool, default True
         Count vertices at exactly the same position as one.
     n_threads : int, optional
@@ -60,7 +60,7 @@ class GroundTruths:
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If there is not one integer per face, or no face has an area.
+        If there is not one label of 0 and up per face, or no face has an area.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class GroundTruths:
         self.edges = MeshEdges.of(mesh, weld=weld, n_threads=n_threads)
         positive_total(self.edges.areas)
         n_faces = self.edges.mesh.n_faces
-        compact = [compact_labels(truth, n_faces) for truth in _listed(truths)]
+        compact = [compact_complete(truth, n_faces, "truth") for truth in _listed(truths)]
         self.truths = [_Truth(*labels, Cuts.of(self.edges, labels[0])) for labels in compact]
 
     def __len__(self) -> int:
@@ -100,7 +100,7 @@ def evaluate(
     mesh : Mesh or mesh-like
         As for `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, any numbers.
+        Region of each face, 0 and up.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
         True segments of each face: one ground truth, or several. `GroundTruths` saves time if many
         labels of one mesh are compared with the same ones. It must have been made for the same
@@ -128,8 +128,8 @@ def evaluate(
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If there is not one integer per face, no face has an area, `tolerance` is negative, or the
-        ground truths are of another mesh.
+        If there is not one label of 0 and up per face, no face has an area, `tolerance` is
+        negative, or the ground truths are of another mesh.
 
     Examples
     --------
@@ -146,7 +146,7 @@ def evaluate(
         return _of_volume(as_surface(cells, weld=weld, n_threads=n_threads), labels, ground_truths)
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
-    regions, n_regions = compact_labels(labels, surface.n_cells)
+    regions, n_regions = compact_complete(labels, surface.n_cells)
     values: dict[str, float] = {
         "n_regions": n_regions,
         "n_extra_pieces": extra_pieces_of(surface, regions, n_regions),
@@ -169,13 +169,13 @@ def _of_volume(
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> dict[str, float]:
     """All metrics of tetrahedra: they have neither normals nor edges to walk along."""
-    regions, n_regions = compact_labels(labels, surface.n_cells)
+    regions, n_regions = compact_complete(labels, surface.n_cells)
     values: dict[str, float] = {
         "n_regions": n_regions,
         "n_extra_pieces": extra_pieces_of(surface, regions, n_regions),
         "compactness": compactness_of(surface, regions, n_regions),
     }
-    truths = [compact_labels(truth, surface.n_cells) for truth in _listed(ground_truths)]
+    truths = [compact_complete(truth, surface.n_cells, "truth") for truth in _listed(ground_truths)]
     rows = [
         _of_overlap(overlap_of(regions, n_regions, *truth, surface.measures)) for truth in truths
     ]

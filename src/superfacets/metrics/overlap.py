@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_labels
+from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_complete
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.cell_graph import CellGraph
 from ..cells.point_graph import find_point_graph
@@ -75,7 +75,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
     Parameters
     ----------
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, any numbers.
+        Region and true segment of each face, 0 and up.
     areas : array_like, shape (F,)
         Area of each face, finite, >= 0 and not all 0; ``build_face_graph(mesh).measures``.
 
@@ -100,8 +100,8 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
         areas, np.size(areas), "areas", "face", checked_threads(None)
     )
     positive_total(values)
-    regions, n_regions = compact_labels(labels, len(values))
-    segments, n_segments = compact_labels(truth, len(values))
+    regions, n_regions = compact_complete(labels, len(values))
+    segments, n_segments = compact_complete(truth, len(values), "truth")
     return overlap_of(regions, n_regions, segments, n_segments, values)
 
 
@@ -150,7 +150,7 @@ def undersegmentation_error(
     mesh : Mesh, mesh-like or CellGraph; or Overlap
         What the labels are of; or an overlap that was prepared, alone.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, any numbers.
+        Region and true segment of each face, 0 and up.
     tolerance : float, default 0.05
         Share of a region's area that an overlap has to exceed to count, 0 to 1. tau of the paper.
         An overlap of exactly this share does not count: one that exceeds it by less than a
@@ -190,7 +190,7 @@ def achievable_accuracy(
     mesh : Mesh, mesh-like or CellGraph; or Overlap
         What the labels are of; or an overlap that was prepared, alone.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, any numbers.
+        Region and true segment of each face, 0 and up.
 
     References
     ----------
@@ -235,7 +235,7 @@ def hamming_distance(
     mesh : Mesh, mesh-like or CellGraph; or Overlap
         What the labels are of; or an overlap that was prepared, alone.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, any numbers.
+        Region and true segment of each face, 0 and up.
 
     References
     ----------
@@ -272,7 +272,7 @@ def rand_index(
     mesh : Mesh, mesh-like or CellGraph; or Overlap
         What the labels are of; or an overlap that was prepared, alone.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, any numbers.
+        Region and true segment of each face, 0 and up.
 
     References
     ----------
@@ -321,7 +321,7 @@ def consistency_error(
     mesh : Mesh, mesh-like or CellGraph; or Overlap
         What the labels are of; or an overlap that was prepared, alone.
     labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, any numbers.
+        Region and true segment of each face, 0 and up.
 
     References
     ----------

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import compact_labels
+from .._validate import compact_complete
 from ..adapters.convert import MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
@@ -35,7 +35,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     labels : array_like of integers, shape (F,)
-        Region of each face, any numbers.
+        Region of each face, 0 and up.
     weld : bool, default True
         Count vertices at exactly the same position as one.
 
@@ -44,7 +44,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If there is not one integer label per face, or no face has an area.
+        If there is not one label of 0 and up per face, or no face has an area.
 
     References
     ----------
@@ -57,7 +57,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     4.0
     """
     surface = as_surface(mesh, weld=weld, n_threads=None)
-    return compactness_of(surface, *compact_labels(labels, surface.n_cells))
+    return compactness_of(surface, *compact_complete(labels, surface.n_cells))
 
 
 def compactness_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> float:
@@ -83,14 +83,14 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
     mesh : Mesh or mesh-like
         As for `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, any numbers.
+        Region of each face, 0 and up.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If there is not one integer label per face, or no face has an area.
+        If there is not one label of 0 and up per face, or no face has an area.
 
     References
     ----------
@@ -105,7 +105,7 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
     (1.0, 0.0)
     """
     surface = as_surface(as_mesh(mesh), weld=False, n_threads=None)
-    return explained_variation_of(surface, *compact_labels(labels, surface.n_cells))
+    return explained_variation_of(surface, *compact_complete(labels, surface.n_cells))
 
 
 def explained_variation_of(

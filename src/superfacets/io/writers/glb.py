@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._validate import checked_threads
+from ...errors import MeshError
 from ...mesh.faces import FaceMesh, area_vectors, cut_into_triangles, measure_faces
 from ..attributes import MeshAttributes
 from .text import fits_single
@@ -26,6 +27,9 @@ __all__ = ["write_glb"]
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
 """Targets of buffer views."""
+
+MAX_BYTES = 2**32 - 1
+"""Of a file: its length is 32 bits wide."""
 
 ALIGNMENT = 8
 """Of all buffer views; tables of properties need it."""
@@ -141,6 +145,11 @@ def _enum_of(classes: Sequence[str]) -> tuple[dict[str, Any], npt.NDArray[Any]]:
     return {"valueType": "UINT32", "values": values}, numbers.astype("<u4")
 
 
+def _check_size(n_bytes: int) -> None:
+    if n_bytes > MAX_BYTES:
+        raise MeshError("the mesh is too large for GLB, which holds 4 GiB: write .ply or .obj")
+
+
 @dataclass
 class _Scene:
     """A document that grows, and the parts of its one buffer."""
@@ -154,6 +163,7 @@ class _Scene:
 
     def view(self, array: npt.NDArray[Any], target: int | None = None) -> int:
         """Append an array to the buffer, and return the number of its view."""
+        _check_size(self.n_bytes + array.nbytes)
         data = np.ascontiguousarray(array).tobytes()
         view = {"buffer": 0, "byteOffset": self.n_bytes, "byteLength": len(data)}
         self.views.append(view if target is None else {**view, "target": target})
@@ -223,6 +233,7 @@ class _Scene:
         text = json.dumps(self.document, separators=(",", ":")).encode("ascii")
         text += b" " * (-(12 + 8 + len(text)) % ALIGNMENT)  # so that the buffer begins aligned
         size = 12 + 8 + len(text) + 8 + self.n_bytes
+        _check_size(size)
         file.write(struct.pack("<4s2I", b"glTF", 2, size))
         file.write(struct.pack("<2I", len(text), 0x4E4F534A) + text)
         file.write(struct.pack("<2I", self.n_bytes, 0x004E4942))

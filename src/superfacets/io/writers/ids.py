@@ -12,6 +12,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._validate import ranked_labels
 from ...errors import MeshError
 from ...mesh.faces import AnyCells, noun_of
 from ...mesh.polygon_mesh import PolygonMesh
@@ -72,20 +73,16 @@ class IdWriter:
         from ...regions.region_graph import region_graph
 
         assert self.labels is not None
-        names, ranks = np.unique(self.labels, return_inverse=True)
-        graph = region_graph(self.cells, ranks - int(names[0] < 0))
+        ranks, _ = ranked_labels(self.labels)
+        graph = region_graph(self.cells, ranks)
         write_arrays(file, graph.to_pyg())
 
     @cached_property
     def _vertex_ids(self) -> npt.NDArray[np.int64]:
-        """The label of each vertex; one of its own for each that no face has."""
-        from ...regions.vertex_labels import vertex_labels
+        from ...regions.vertex_labels import vertex_ids
 
         assert self.labels is not None
-        ids = vertex_labels(self.cells, self.labels).astype(np.int64)
-        alone = np.flatnonzero(ids < 0)
-        ids[alone] = int(self.labels.max()) + 1 + np.arange(len(alone))
-        return ids
+        return vertex_ids(self.cells, self.labels)
 
 
 def write_given_labels(

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...mesh.faces import FaceMesh, corners_in_a_row, face_sizes
+from ...mesh.faces import FaceMesh, corners_in_a_row
 from ...mesh.polygon_mesh import PolygonMesh
 from ..attributes import MeshAttributes
-from .text import coordinate_format, text_rows, write_rows
+from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 
 __all__ = ["face_lines", "write_obj"]
 
@@ -31,15 +32,21 @@ def write_obj(
     row = " ".join(["v", *[coordinate_format(mesh.vertices)] * 3]) + "\n"
     write_rows(file, row, list(mesh.vertices.T))
     if labels is None:
-        file.write(b"".join(face_lines(mesh, np.arange(mesh.n_faces), "f ", first=1)))
+        for lines in face_lines(mesh, np.arange(mesh.n_faces), "f ", first=1):
+            file.write(b"".join(lines))
         return
     order = np.argsort(labels, kind="stable")
-    lines = face_lines(mesh, order, "f ", first=1)
-    starts = np.flatnonzero(np.diff(labels[order], prepend=-2)).tolist()
-    for begin, end in zip(starts, [*starts[1:], len(order)], strict=True):
-        region = int(labels[order[begin]])
-        file.write(b"g region_%d\n" % region if region >= 0 else b"g unlabeled\n")
-        file.write(b"".join(lines[begin:end]))
+    begin, last = 0, -2  # no label is below -1
+    for lines in face_lines(mesh, order, "f ", first=1):
+        regions = labels[order[begin : begin + len(lines)]]
+        for place in np.flatnonzero(np.diff(regions, prepend=last)).tolist():
+            lines[place] = _group_line(int(regions[place])) + lines[place]
+        file.write(b"".join(lines))
+        begin, last = begin + len(lines), regions[-1]
+
+
+def _group_line(region: int) -> bytes:
+    return b"g region_%d\n" % region if region >= 0 else b"g unlabeled\n"
 
 
 def face_lines(
@@ -49,15 +56,28 @@ def face_lines(
     *,
     first: int = 0,
     ends: tuple[npt.NDArray[Any], ...] = (),
-) -> list[bytes]:
+) -> Iterator[list[bytes]]:
     """Lines of text of some faces: the corners, counted from `first`, between `begin` and `ends`.
 
-    A ``#`` in `begin` stands for the number of corners.
+    A ``#`` in `begin` stands for the number of corners. `ROWS_AT_ONCE` lines at a time.
     """
+    for place in range(0, len(faces), ROWS_AT_ONCE):
+        yield _lines_of(mesh, faces[place : place + ROWS_AT_ONCE], begin, first, ends)
+
+
+def _lines_of(
+    mesh: FaceMesh,
+    faces: npt.NDArray[np.intp],
+    begin: str,
+    first: int,
+    ends: tuple[npt.NDArray[Any], ...],
+) -> list[bytes]:
     lines = np.empty(len(faces), dtype=object)
-    sizes = face_sizes(mesh)[faces]
     corners = corners_in_a_row(mesh)
-    starts = mesh.offsets[faces] if isinstance(mesh, PolygonMesh) else 3 * faces
+    if isinstance(mesh, PolygonMesh):
+        starts, sizes = mesh.offsets[faces], mesh.offsets[faces + 1] - mesh.offsets[faces]
+    else:
+        starts, sizes = 3 * faces, np.full(len(faces), 3)
     for size in np.unique(sizes).tolist():
         alike = np.flatnonzero(sizes == size)
         columns = [corners[starts[alike] + place] + first for place in range(size)]

@@ -33,4 +33,5 @@ def write_off(
     row = " ".join([coordinate_format(mesh.vertices)] * 3) + "\n"
     write_rows(file, row, list(mesh.vertices.T))
     ends = () if colors is None else tuple(colors.T)
-    file.write(b"".join(face_lines(mesh, np.arange(mesh.n_faces), "# ", ends=ends)))
+    for lines in face_lines(mesh, np.arange(mesh.n_faces), "# ", ends=ends):
+        file.write(b"".join(lines))

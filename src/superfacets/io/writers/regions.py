@@ -11,7 +11,6 @@ import numpy.typing as npt
 from ...adapters.convert import as_cells
 from ...errors import MeshError
 from ...mesh.faces import n_cells_of
-from ...mesh.point_cloud import PointCloud
 from ...regions.parts import Splitter
 from ..atomic import StrPath, atomic_outputs, writable_folder
 from ..readers.labels import checked_labels
@@ -34,8 +33,8 @@ def write_regions(
     ----------
     folder : path-like
         Made where it does not exist. Files are named after the labels: ``region_17.ply``.
-    mesh : Mesh, PolygonMesh, TetMesh, or what is like one
-        As for `segment`. Not a point cloud, which `labels` select points of.
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
+        As for `segment`. Points keep their normals and colors.
     labels : array_like of integers, shape (N,)
         0 and up; cells labeled -1 are in no file.
     ending : str, optional
@@ -53,7 +52,7 @@ def write_regions(
     ------
     ValueError
         If the ending or a label is wrong, no cell is in a region, or all of a region lies at one
-        point.
+        point, as a region of one point does.
     OSError
         If a file cannot be written.
 
@@ -71,8 +70,6 @@ def write_regions(
     ['region_2.obj', 'region_4.obj']
     """
     cells = as_cells(mesh)
-    if isinstance(cells, PointCloud):
-        raise MeshError("regions of a cloud are no files: points[labels == 17] are those of one")
     ending = usual_ending(cells) if ending is None else ending
     cell_labels = checked_labels(labels, n_cells_of(cells))
     order = np.argsort(cell_labels, kind="stable").astype(np.int32)

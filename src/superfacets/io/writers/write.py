@@ -97,8 +97,8 @@ def write_mesh(
     ------
     ValueError
         If the ending, a shape or a dtype is wrong, a label is below -1, the format does not hold
-        these cells or has no place for what an option asks for; or if labels are -1 in a format
-        whose ids begin at 0.
+        these cells or so many of them, or has no place for what an option asks for; or if labels
+        are -1 in a format whose ids begin at 0.
     TypeError
         If `attributes` are none.
     OSError
@@ -106,7 +106,8 @@ def write_mesh(
 
     Notes
     -----
-    Linear in V + F, but for a sort in OBJ and GLB; the file is made piece by piece.
+    Linear in V + F, but for a sort in OBJ and GLB. The file is made piece by piece; GLB is made in
+    memory, some 200 bytes a face, and holds up to 4 GiB.
 
     Examples
     --------
