@@ -22,6 +22,7 @@ from superfacets import (
 from superfacets.cells.constraints import ConstraintOptions
 from superfacets.cells.kinds import as_surface
 from superfacets.regions.edit import BorderCosts
+from superfacets.regions.region_graph import region_graph_of
 from superfacets.regions.smooth import straighten
 
 
@@ -209,6 +210,10 @@ def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
     ]
     one, other = (straighten(cost, labels, np.empty(0, np.int32), 1.0) for cost in costs)
     assert np.array_equal(one, other)
+    one, other = (region_graph_of(whole, labels, labels.max() + 1) for whole in (part, surface))
+    for field in ("measures", "centroids", "normals", "deviations", "bounds", "perimeters"):
+        expected = getattr(other, field)
+        assert getattr(one, field) == pytest.approx(expected, abs=1e-7, nan_ok=True), field
 
 
 def test_only_the_area_that_is_kept_counts():

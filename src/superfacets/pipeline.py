@@ -162,12 +162,12 @@ def segment(
         What to do with components without a seed, with faces that no center reaches and, with
         `min_size`, with small regions that have no neighbor. ``"keep"``: they are regions of their
         own, in addition to the k asked for. ``"nearest"``: each joins the region with the face
-        nearest (Euclidean, by centroids, the lowest index among equals) to any of its faces; there
-        are then exactly k regions, which may extend over several components. A component gets a
-        seed if it has at least half of the area expected of a region, A / k, or if all larger
-        components together have fewer than k faces; at most the k largest do. (With ``"keep"``,
-        ``"farthest"`` and ``"flood"`` place seeds in islands, too. ``"grid"`` and given seeds do
-        not follow this rule.)
+        nearest (Euclidean, by centroids) to any of its faces, among equals that with the lowest
+        index (of a cloud the first along a space-filling curve); there are then exactly k regions,
+        which may extend over several components. A component gets a seed if it has at least half of
+        the area expected of a region, A / k, or if all larger components together have fewer than k
+        faces; at most the k largest do. (With ``"keep"``, ``"farthest"`` and ``"flood"`` place
+        seeds in islands, too. ``"grid"`` and given seeds do not follow this rule.)
     smooth : bool, default True
         Make borders straight where the surface is smooth; see `smooth_borders`. Centers stay in
         their regions, and connected regions stay connected.

@@ -159,7 +159,7 @@ GIVEN = [
 ]
 
 
-@pytest.mark.parametrize("options", GIVEN, ids=lambda options: "-".join(options))
+@pytest.mark.parametrize("options", GIVEN, ids="-".join)
 def test_results_are_in_the_order_of_the_input(options):
     """They are those of the points in the order in which cells are placed, put back."""
     points = sphere(3000)

@@ -59,9 +59,7 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> npt.NDArray[
     return init.centers
 
 
-def _places_of(
-    cells: npt.NDArray[np.int32], order: npt.NDArray[np.int32]
-) -> npt.NDArray[np.int32]:
+def _places_of(cells: npt.NDArray[np.int32], order: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
     """The places in an order at which these cells stand."""
     places = np.empty_like(order)
     places[order] = np.arange(len(order), dtype=order.dtype)
