@@ -22,6 +22,7 @@ from superfacets import (
 from superfacets.cells.constraints import ConstraintOptions
 from superfacets.cells.kinds import as_surface
 from superfacets.regions.edit import BorderCosts
+from superfacets.regions.region_graph import region_graph_of
 from superfacets.regions.smooth import straighten
 
 
@@ -159,12 +160,24 @@ def pieces_of(graph, sides):
     return _core.find_components(graph.offsets, graph.neighbors, sides.astype(np.int32))[0]
 
 
-def test_a_mask_of_all_and_barriers_of_none_change_nothing():
+@pytest.mark.parametrize("name", CELLS)
+def test_a_mask_of_all_and_barriers_of_none_change_nothing(name):
+    cells = CELLS[name]()
+    expected = run(cells, 15)
+    n = len(expected.labels)
+    for options in (
+        {"mask": np.ones(n, bool)},
+        {"barriers": np.zeros(n, int)},
+        {"mask": np.ones(n, bool), "barriers": np.full(n, 7)},
+    ):
+        result = run(cells, 15, **options)
+        assert np.array_equal(result.labels, expected.labels)
+        assert np.array_equal(result.centers, expected.centers)
+
+
+def test_barriers_that_nothing_crosses_anyway_change_nothing():
     mesh = shapes.bumpy_sheet(20)
     expected = segment(mesh, 15).labels
-    n = mesh.n_faces
-    assert np.array_equal(segment(mesh, 15, mask=np.ones(n, bool)).labels, expected)
-    assert np.array_equal(segment(mesh, 15, barriers=np.zeros(n, int)).labels, expected)
     assert np.array_equal(segment(mesh, 15, barriers=np.empty((0, 2), int)).labels, expected)
     boundary = [[0, 1], [2, 1]]  # edges that nothing crosses anyway
     assert np.array_equal(segment(mesh, 15, barriers=boundary).labels, expected)
@@ -197,6 +210,10 @@ def test_what_is_left_has_the_measures_of_a_mesh_of_its_own(name):
     ]
     one, other = (straighten(cost, labels, np.empty(0, np.int32), 1.0) for cost in costs)
     assert np.array_equal(one, other)
+    one, other = (region_graph_of(whole, labels, labels.max() + 1) for whole in (part, surface))
+    for field in ("measures", "centroids", "normals", "deviations", "bounds", "perimeters"):
+        expected = getattr(other, field)
+        assert getattr(one, field) == pytest.approx(expected, abs=1e-7, nan_ok=True), field
 
 
 def test_only_the_area_that_is_kept_counts():
@@ -266,13 +283,13 @@ def test_islands_join_the_nearest_region_of_their_number():
     assert (small.n_segments, small.n_merged, small.n_islands) == (4, 2, 1)
 
 
-def test_a_run_begins_where_another_ended():
-    mesh = shapes.bumpy_sheet(20)
-    first = segment(mesh, 15, smooth=False)
-    again = segment(mesh, init=first, smooth=False)
+@pytest.mark.parametrize("cells", [shapes.bumpy_sheet(20), points()], ids=["mesh", "points"])
+def test_a_run_begins_where_another_ended(cells):
+    first = segment(cells, 15, smooth=False)
+    again = segment(cells, init=first, smooth=False)
     assert again.n_iter < first.n_iter
     assert again.params["init"] == "given"
-    still = segment(mesh, init=first, smooth=False, max_num_iter=0)
+    still = segment(cells, init=first, smooth=False, max_num_iter=0)
     assert np.array_equal(still.labels, first.labels)
     assert np.array_equal(still.centers, first.centers)
     assert (still.n_iter, still.stop_reason) == (0, "max_num_iter")
@@ -405,6 +422,14 @@ def test_constrained_labels_do_not_depend_on_threads():
 def test_wrong_arguments_are_named(options, error, message):
     with pytest.raises(error, match=message):
         segment(shapes.strip(4), **options)
+
+
+def test_seeds_of_a_cloud_are_named_by_their_numbers_in_the_input():
+    mask = np.arange(700) != 123
+    with pytest.raises(ValueError, match=r"init\[1\] is 123, which the mask leaves out"):
+        segment(points(), mask=mask, init=[7, 123])
+    with pytest.raises(ValueError, match=r"init\[1\] is 700; it must be 0 to 699"):
+        segment(points(), init=[7, 700])
 
 
 def test_what_does_not_fit_the_cells_is_named():

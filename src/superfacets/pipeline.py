@@ -162,12 +162,12 @@ def segment(
         What to do with components without a seed, with faces that no center reaches and, with
         `min_size`, with small regions that have no neighbor. ``"keep"``: they are regions of their
         own, in addition to the k asked for. ``"nearest"``: each joins the region with the face
-        nearest (Euclidean, by centroids, the lowest index among equals) to any of its faces; there
-        are then exactly k regions, which may extend over several components. A component gets a
-        seed if it has at least half of the area expected of a region, A / k, or if all larger
-        components together have fewer than k faces; at most the k largest do. (With ``"keep"``,
-        ``"farthest"`` and ``"flood"`` place seeds in islands, too. ``"grid"`` and given seeds do
-        not follow this rule.)
+        nearest (Euclidean, by centroids) to any of its faces, among equals that with the lowest
+        index (of a cloud the first along a space-filling curve); there are then exactly k regions,
+        which may extend over several components. A component gets a seed if it has at least half of
+        the area expected of a region, A / k, or if all larger components together have fewer than k
+        faces; at most the k largest do. (With ``"keep"``, ``"farthest"`` and ``"flood"`` place
+        seeds in islands, too. ``"grid"`` and given seeds do not follow this rule.)
     smooth : bool, default True
         Make borders straight where the surface is smooth; see `smooth_borders`. Centers stay in
         their regions, and connected regions stay connected.
@@ -273,12 +273,6 @@ class _Options:
             **self.constraints.params,
         }
 
-    @property
-    def names_no_cells(self) -> bool:
-        """Whether neither arcs nor cells are given by their numbers."""
-        are_given = self.weights.given is not None or self.constraints.is_used
-        return isinstance(self.init, str) and not are_given
-
 
 def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
     """Run all stages; the caller of `segment` is warned."""
@@ -336,13 +330,15 @@ def _build_cells(
         source = as_cells(mesh)
         kind = kind_of(source)
     with timed(timings, "face_graph", on_stage):
-        if kind.sorted_graph is not None and options.names_no_cells:
+        order = None
+        if kind.sorted_graph is not None and options.weights.given is None:
             graph, shapes = kind.sorted_graph(source, n_threads), None
-        else:
+            order = graph.points
+        else:  # given weights are numbered as the arcs of this graph
             graph, shapes = kind.build_graph(source, options.weld, n_threads)
         plan = Plan.of(
             source, graph, (options.size, options.init), options.constraints, n_threads,
-            kind.dimension, weld=options.weld,
+            kind.dimension, weld=options.weld, order=order,
         )  # fmt: skip
         radius = plan.size.radius
         share = kind.sliver_share(source, graph, shapes, radius, n_threads)

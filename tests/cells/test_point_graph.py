@@ -145,16 +145,42 @@ def test_sorted_cells_are_the_points_in_another_order(has_normals):
     assert [sorted(order[row].tolist()) for row in rows_of(by_place)] == [rows[i] for i in order]
 
 
-@pytest.mark.parametrize("weights", ["creases", "superfacets"])
-def test_results_are_in_the_order_of_the_input(weights):
+X = sphere(3000)[:, 0]
+
+# What `segment` takes of each point, all at least once.
+GIVEN = [
+    {"n_segments": 40},
+    {"n_segments": 40, "weights": "superfacets"},
+    {"n_segments": 40, "features": X, "feature_weight": 50.0},
+    {"n_segments": 40, "mask": X < 0.4, "islands": "nearest"},
+    {"n_segments": 40, "barriers": np.sign(X).astype(int), "min_size": 0.5, "islands": "nearest"},
+    {"init": (8 * X).astype(int) + 7},
+    {"init": (8 * X).astype(int) + 7, "mask": X < 0.4, "barriers": (3 * X).astype(int)},
+]
+
+
+@pytest.mark.parametrize("options", GIVEN, ids="-".join)
+def test_results_are_in_the_order_of_the_input(options):
+    """They are those of the points in the order in which cells are placed, put back."""
     points = sphere(3000)
-    result = segment(points, 40, weights=weights, features=points[:, 0], feature_weight=0.1)
-    assert np.array_equal(result.labels[result.centers], np.arange(40))
-    apart = np.linalg.norm(points - points[result.centers[result.labels]], axis=1)
-    assert apart.max() < 0.8  # r is 0.32
-    # Given seeds are numbers in the input, too.
-    given = segment(points, init=result.centers, weights=weights, max_num_iter=1)
-    assert np.array_equal(given.labels[given.centers], np.arange(40))
+    order = find_sorted_graph(PointCloud(points), 1).points
+    at_place = {
+        name: value[order] if isinstance(value, np.ndarray) else value
+        for name, value in options.items()
+    }
+    result, expected = segment(points, **options), segment(points[order], **at_place)
+    assert np.array_equal(result.labels[order], expected.labels)
+    assert np.array_equal(result.centers, order[expected.centers])
+
+
+@pytest.mark.parametrize("mask", [None, X < 0.4], ids=["all", "some"])
+def test_seeds_are_numbers_in_the_input(mask):
+    points = sphere(3000)
+    seeds = np.flatnonzero(X < 0.4)[::170]
+    options = {"max_num_iter": 0, "islands": "nearest", "smooth": False}
+    result = segment(points, init=seeds, mask=mask, **options)
+    assert np.array_equal(result.centers, seeds)
+    assert np.array_equal(result.labels[seeds], np.arange(len(seeds)))
 
 
 def test_a_gap_is_not_crossed():

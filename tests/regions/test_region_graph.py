@@ -2,6 +2,7 @@
 
 import pickle
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +21,8 @@ from superfacets import (
     region_graph,
 )
 from superfacets.cells.kinds import as_surface
+from superfacets.cells.point_graph import find_point_graph, point_surface
+from superfacets.regions.region_graph import region_graph_of
 
 QUARTER = np.pi / 2
 SPREAD = np.sqrt(1 / 12)  # standard deviation along a line of length 1
@@ -192,6 +195,19 @@ def test_a_grid_of_squares_one_of_which_is_in_no_region():
 def test_centers_are_those_given():
     graph = region_graph(grid(3, 2), [0, 0, 1, 0, 2, -1], centers=[3, 2, 4])
     assert graph.centers.tolist() == [3, 2, 4]
+
+
+def test_where_normals_of_points_were_left_out_regions_have_none():
+    points = np.random.default_rng(0).uniform(size=(500, 3)) * [1, 1, 0]
+    cloud, labels = sf.PointCloud(points), (points[:, 0] > 0.4).astype(np.int32)
+    behind = np.ones((500, 3))  # what a read past the end of no rows would find
+    bare = point_surface(cloud, replace(find_point_graph(cloud, 1), normals=behind[:0]), 1)
+    graph, expected = region_graph_of(bare, labels, 2), region_graph(cloud, labels)
+    assert np.isnan(graph.normals).all()
+    assert not np.isnan(expected.normals).any()
+    assert graph.mean_angles.tolist() == [0.0]
+    for name in ("measures", "centroids", "deviations", "bounds", "perimeters"):
+        assert np.array_equal(getattr(graph, name), getattr(expected, name)), name
 
 
 def test_points_are_where_they_are():

@@ -6,6 +6,8 @@ import shapes
 from models import read_off
 
 from superfacets import (
+    ArcMeasures,
+    CellGraph,
     Mesh,
     _core,
     build_face_graph,
@@ -14,6 +16,7 @@ from superfacets import (
     segment,
 )
 from superfacets.regions.edit import read_regions
+from superfacets.regions.merge import merge_regions
 
 
 def roof(*angles):
@@ -114,6 +117,30 @@ def test_small_islands_stay_or_join_the_nearest_region():
     check_edit(merge_small_regions(mesh, labels, 0.5), labels, [0, 1, 2], 0, 1)
     edit = merge_small_regions(mesh, labels, 0.5, islands="nearest")
     check_edit(edit, [0] * 4 + [1] * 5, [0, 2], 1, 0)
+
+
+def test_islands_of_many_groups_join_the_nearest_of_their_own():
+    """As a search of all pairs finds them: the lowest among equals; -1 goes with any."""
+    rng = np.random.default_rng(0)
+    n, positions = 400, rng.integers(0, 12, (400, 3)).astype(float)
+    is_small = rng.uniform(size=n) < 0.5
+    groups = rng.integers(-1, 150, n).astype(np.int32)
+    graph = CellGraph(
+        positions, np.where(is_small, 0.1, 1.0), np.zeros(n + 1, int), [], [],
+        arc_measures=ArcMeasures([]),
+    )  # fmt: skip
+    costs, labels, _ = read_regions(graph, rng.permutation(n), None, True, 1)
+    edit = merge_regions(costs, labels, n, 0.5, "nearest", groups)
+    roots, n_islands = labels.copy(), 0
+    for cell in np.flatnonzero(is_small):
+        may_take = ~is_small & ((groups == groups[cell]) | (groups[cell] == -1))
+        n_islands += not may_take.any()
+        if may_take.any():
+            squares = np.square(positions - positions[cell]).sum(axis=1)
+            roots[cell] = labels[np.argmin(np.where(may_take, squares, np.inf))]
+    assert n_islands > 0
+    assert edit.n_islands == n_islands
+    assert np.array_equal(edit.sources[edit.labels], roots)
 
 
 def test_where_there_are_only_small_islands_they_stay():

@@ -129,12 +129,6 @@ auto bind_smooth_borders(const Surface& surface, const Array<float>& lengths, do
   }));
 }
 
-auto bind_nearest_wanted(const OrderedGraph& graph, const Array<Cell>& cells,
-                         const Array<std::uint8_t>& is_wanted) {
-  const auto input = std::pair(view(cells), view(is_wanted));
-  return to_numpy(without_gil([&] { return nearest_wanted(graph, input.first, input.second); }));
-}
-
 }  // namespace
 
 void bind_regions(nb::module_& module) {
@@ -157,8 +151,6 @@ void bind_regions(nb::module_& module) {
   module.def("merge_tree", &bind_merge_tree, "areas"_a.noconvert(), "positions"_a.noconvert(),
              "features"_a.noconvert(), "low"_a.noconvert(), "high"_a.noconvert(),
              "lengths"_a.noconvert(), "costs"_a.noconvert(), "crease_weight"_a, "dimension"_a);
-  module.def("nearest_wanted", &bind_nearest_wanted, "graph"_a, "cells"_a.noconvert(),
-             "is_wanted"_a.noconvert());
 }
 
 }  // namespace superfacets

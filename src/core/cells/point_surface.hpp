@@ -13,7 +13,7 @@ namespace superfacets {
 // neighbors around a point is not known. Memory: none of its own.
 class PointSurface final : public Surface {
  public:
-  // Normals are of length 1, or zero where a point has none; empty where no angles are wanted. The
+  // Normals are of length 1, or zero where a point has none; empty where none are wanted. The
   // order holds all points, near ones after each other.
   PointSurface(std::span<const Point> positions, std::span<const double> areas,
                std::span<const Point> normals, std::span<const Cell> order, const Arcs& arcs)
@@ -28,7 +28,8 @@ class PointSurface final : public Surface {
   double measure(Cell point) const override { return areas_[point]; }
   CellShape shape(Cell point) const override {
     const Point& at = positions_[point];
-    return {at, areas_[point], areas_[point] * normals_[point], {}, {at, at}};
+    const Point normal = normals_.empty() ? Point{} : normals_[point];
+    return {at, areas_[point], areas_[point] * normal, {}, {at, at}};
   }
   std::span<const Cell> order() const { return order_; }
   Bends find_bends(bool wants_convex, ThreadTeam& team) const {

@@ -33,6 +33,7 @@ class SubSurface final : public Surface {
 
   Point position(Cell cell) const override { return whole_.position(kept_.cells[cell]); }
   double measure(Cell cell) const override { return whole_.measure(kept_.cells[cell]); }
+  CellShape shape(Cell cell) const override { return whole_.shape(kept_.cells[cell]); }
   double step_length(Cell from, std::int64_t arc) const override {
     return whole_.step_length(kept_.cells[from], kept_.arcs[arc]);
   }

@@ -155,17 +155,4 @@ std::vector<Label> join_regions(std::span<const double> areas,
   return groups.roots();
 }
 
-std::vector<Cell> nearest_wanted(const OrderedGraph& graph, std::span<const Cell> cells,
-                                 std::span<const std::uint8_t> is_wanted) {
-  SUPERFACETS_ASSERT(std::cmp_equal(is_wanted.size(), graph.n_cells()));
-  const auto any = std::find(is_wanted.begin(), is_wanted.end(), 1) - is_wanted.begin();
-  std::vector<Place> found;
-  found.reserve(cells.size());
-  for (const Place place : graph.places_of(cells)) {
-    found.push_back(graph.nearest(graph.positions[place], graph.place_of[any],
-                                  [&](Place other) { return is_wanted[graph.cells[other]] != 0; }));
-  }
-  return graph.cells_at(found);
-}
-
 }  // namespace superfacets

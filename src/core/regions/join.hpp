@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "cells/ordered_graph.hpp"
 #include "regions/borders.hpp"
 
 namespace superfacets {
@@ -24,10 +23,5 @@ struct JoinRule {
 // neighbors are moved to the other.
 std::vector<Label> join_regions(std::span<const double> areas,
                                 std::span<const RegionBorder> borders, const JoinRule& rule);
-
-// For each of some cells, the nearest (Euclidean) of the wanted cells, the lowest among equals. At
-// least one cell must be wanted.
-std::vector<Cell> nearest_wanted(const OrderedGraph& graph, std::span<const Cell> cells,
-                                 std::span<const std::uint8_t> is_wanted);
 
 }  // namespace superfacets

@@ -21,7 +21,7 @@ from ..mesh.triangle_mesh import Mesh
 from .face_graph import FaceGraph
 from .surface import Surface
 
-__all__ = ["ANY_GROUP", "NO_GROUPS", "ConstraintOptions", "Cut"]
+__all__ = ["ANY_GROUP", "NO_GROUPS", "ConstraintOptions", "Cut", "in_order"]
 
 ANY_GROUP = -1
 """The group of cells that barriers say nothing about."""
@@ -51,13 +51,16 @@ class ConstraintOptions:
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
 
-    def cut(self, source: object, graph: Any, *, weld: bool, n_threads: int) -> Cut:
+    def cut(
+        self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
+    ) -> Cut:
         """Return what is left of the graph of a source, which has edges if it is a mesh.
 
+        Where the graph has the cells in another order, ``order`` holds their numbers in the source.
         A ValueError or TypeError if the mask or the barriers do not fit it.
         """
         n_cells = len(graph.offsets) - 1
-        is_kept = _checked_kept(self.mask, n_cells)
+        is_kept = in_order(_checked_kept(self.mask, n_cells), order)
         sources = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(graph.offsets))
         keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
         groups = NO_GROUPS
@@ -67,7 +70,7 @@ class ConstraintOptions:
                 crosses = _crossed_by(self.barriers, source, graph, sources, weld, n_threads)
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
-                sides = _checked_sides(self.barriers, n_cells)
+                sides = in_order(_checked_sides(self.barriers, n_cells), order)
                 crosses = sides[sources] != sides[graph.neighbors]
                 groups = sides
             keeps_arc &= ~crosses
@@ -122,14 +125,18 @@ class Cut:
             whole.n_threads, dimension=whole.dimension,
         )  # fmt: skip
 
-    def new_cells(self, cells: npt.ArrayLike, name: str) -> Ints:
-        """Return new numbers of cells; a ValueError if one is not left."""
+    def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
+        """Return new numbers of cells; a ValueError if one is not left.
+
+        It tells the number of a cell in the source, which ``order`` holds if it is another.
+        """
         given = checked_seeds(cells, self.n_whole, name)
         places = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
         is_out = self.cells[places] != given
         if is_out.any():
             place = int(np.argmax(is_out))
-            raise ValueError(f"{name}[{place}] is {given[place]}, which the mask leaves out")
+            number = given[place] if order is None else order[given[place]]
+            raise ValueError(f"{name}[{place}] is {number}, which the mask leaves out")
         return places.astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
@@ -137,6 +144,11 @@ class Cut:
         whole = np.full(self.n_whole, -1, np.int32)
         whole[self.cells] = labels
         return whole
+
+
+def in_order(values: npt.NDArray[Any], order: Ints | None) -> npt.NDArray[Any]:
+    """Values of cells in another order, which holds the numbers that cells had; None: the same."""
+    return values if order is None else values[order]
 
 
 def _checked_kept(mask: Any, n_cells: int) -> Bools:

@@ -42,16 +42,21 @@ class Plan:
     def of(
         cls, source: object, graph: Any, start: tuple[SizeOptions, Init | Start],
         constraints: ConstraintOptions, n_threads: int, dimension: int, *, weld: bool = True,
+        order: npt.NDArray[np.int32] | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a source and its graph; errors are those of arguments of `segment`."""
+        """Make the plan for a source and its graph; errors are those of arguments of `segment`.
+
+        Where the graph has the cells in an order of their own, this holds their numbers in the
+        source, by which masks, barriers and seeds are given.
+        """
         asked, given = start
         cut, kept, measures = None, None, graph.measures
         if constraints.is_used:
-            cut = constraints.cut(source, graph, weld=weld, n_threads=n_threads)
+            cut = constraints.cut(source, graph, weld=weld, n_threads=n_threads, order=order)
             kept, measures = cut.cells, measures[cut.cells]
-        init = first_centers(given, graph.positions, graph.measures, kept, n_threads)
+        init = first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
         if cut is not None and not isinstance(init, str):
-            init = cut.new_cells(init, "init")
+            init = cut.new_cells(init, "init", order)
         asked = with_seeds(asked, init)
         size = region_size(asked, measures, graph.diagonal, n_threads, dimension)
         return cls(cut, size, asked, init)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from .. import _core
 from .._options import Init, Seeds, SizeOptions
 from .._validate import checked_partial_labels, checked_seeds, refuse_mask
+from ..cells.constraints import in_order
 from .segmentation import Segmentation
 
 __all__ = ["Start", "first_centers", "with_seeds"]
@@ -24,31 +25,45 @@ def first_centers(
     measures: npt.NDArray[np.float64],
     kept: npt.NDArray[np.int32] | None,
     n_threads: int,
+    order: npt.NDArray[np.int32] | None = None,
 ) -> Init | Seeds:
     """Return the name of a way to place seeds, or the cells that are to be the first centers.
 
     Those of a segmentation are its centers. Those of labels, one per cell, are the cells nearest to
     the centroids of what is left of their regions: all cells, or those that are kept. Other arrays
-    are centers already.
+    are centers already. Where positions and measures are in another order than the labels and
+    centers given, that holds the numbers which cells have in these; those returned are by place.
     """
     if isinstance(init, str):
         return init
-    if isinstance(init, Segmentation):
-        if len(init.labels) != len(positions):
-            raise ValueError(
-                f"init is a segmentation of {len(init.labels)} cells, not of {len(positions)}"
-            )
-        return init.centers
-    refuse_mask(init, "init")
-    given = np.asarray(init)
-    if given.shape != (len(positions),) or _are_all_different(given):
-        return checked_seeds(given, len(positions), "init")
-    labels = _checked_labels(given, len(positions))
+    n_cells = len(positions)
+    given = _centers_or_labels(init, n_cells)
+    is_result = isinstance(init, Segmentation)
+    if is_result or given.shape != (n_cells,) or _are_all_different(given):
+        centers = checked_seeds(given, n_cells, "init")
+        return centers if order is None else _places_of(centers, order)
+    labels = in_order(_checked_labels(given, n_cells), order)
     if kept is not None:
         named = np.full(len(labels), -1, np.int32)
         named[kept] = labels[kept]
         labels = named
     return _centers_of(labels, positions, measures, n_threads)
+
+
+def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> npt.NDArray[Any]:
+    if not isinstance(init, Segmentation):
+        refuse_mask(init, "init")
+        return np.asarray(init)
+    if len(init.labels) != n_cells:
+        raise ValueError(f"init is a segmentation of {len(init.labels)} cells, not of {n_cells}")
+    return init.centers
+
+
+def _places_of(cells: npt.NDArray[np.int32], order: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+    """The places in an order at which these cells stand."""
+    places = np.empty_like(order)
+    places[order] = np.arange(len(order), dtype=order.dtype)
+    return places[cells]
 
 
 def _are_all_different(given: npt.NDArray[Any]) -> bool:

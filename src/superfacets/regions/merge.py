@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +22,7 @@ from .edit import BorderCosts, RegionEdit, read_regions
 __all__ = ["merge_regions", "merge_small_regions"]
 
 Ints = npt.NDArray[np.int32]
-Bools = npt.NDArray[np.bool_]
+Places = npt.NDArray[np.intp]
 
 
 def merge_small_regions(
@@ -135,25 +137,37 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
     regions, compact = np.unique(region_of_cell, return_inverse=True)
     centers = _core.update_centers(cells, compact.astype(np.int32), len(regions), surface.n_threads)
     joined_to = np.arange(len(roots), dtype=np.int32)
-    for some, may_take in _by_group(islands, region_of_cell, is_wanted, groups, len(roots)):
-        island_centers = centers[np.searchsorted(regions, some)]
-        nearest = _core.nearest_wanted(cells, island_centers, may_take.astype(np.uint8))
-        joined_to[some] = region_of_cell[nearest]
+    positions, wanted = surface.positions, np.flatnonzero(is_wanted)
+    for some, others in _by_group(islands, wanted, region_of_cell, groups, len(roots)):
+        queries = positions[centers[np.searchsorted(regions, some)]]
+        nearest, _, _ = _core.nearest_points(
+            positions[others], queries, math.inf, surface.n_threads
+        )
+        joined_to[some] = region_of_cell[others[nearest]]
     return joined_to[roots]
 
 
 def _by_group(
-    islands: Ints, region_of_cell: Ints, is_wanted: Bools, groups: Ints, n_regions: int
-) -> Iterator[tuple[Ints, Bools]]:
-    """Islands, and the cells whose regions they may join; those that may join none are left out."""
+    islands: Ints, wanted: Places, region_of_cell: Ints, groups: Ints, n_regions: int
+) -> Iterator[tuple[Ints, Places]]:
+    """Islands, and the wanted cells, ascending, whose regions they may join.
+
+    Islands that may join none are left out. Time O(N log N), however many groups there are.
+    """
     if not len(groups):
-        yield islands, is_wanted
+        yield islands, wanted
         return
     group_of = np.full(n_regions, ANY_GROUP, np.int32)
     np.maximum.at(group_of, region_of_cell, groups)  # a region has cells of one, and of any
-    for group in np.unique(group_of[islands]):
-        may_take = is_wanted
-        if group != ANY_GROUP:
-            may_take = is_wanted & (group_of[region_of_cell] == group)
-        if may_take.any():
-            yield islands[group_of[islands] == group], may_take
+    cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
+    for group, some in _split_by(islands, group_of[islands]).items():
+        others = wanted if group == ANY_GROUP else cells_of.get(group)
+        if others is not None:
+            yield some, others
+
+
+def _split_by(values: npt.NDArray[Any], keys: Ints) -> dict[int, npt.NDArray[Any]]:
+    """The values of each key, in their order."""
+    found, counts = np.unique(keys, return_counts=True)
+    parts = np.split(values[np.argsort(keys, kind="stable")], np.cumsum(counts)[:-1])
+    return dict(zip(found.tolist(), parts, strict=True))
