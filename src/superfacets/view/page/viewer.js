@@ -593,7 +593,11 @@ class Content {
 // ------------------------------------------------------------------------------------- the page
 
 const byId = (id) => document.getElementById(id);
-const number = (value) => Number(value.toPrecision(4)).toLocaleString("en");
+const number = (value) => {
+  const size = Math.abs(value);
+  if (size && (size < 1e-4 || size >= 1e9)) return value.toExponential(3);
+  return value.toLocaleString("en", { maximumSignificantDigits: 4 });
+};
 const counted = (n, noun) => `${n.toLocaleString("en")} ${noun}${n === 1 ? "" : "s"}`;
 
 class Page {
@@ -700,10 +704,12 @@ class Page {
     const isGray = isFeature ? coloring.feature.n_missing : labeling?.n_left_out;
     byId("gray").hidden = !isGray;
     byId("gray-text").textContent = isFeature
-      ? `${counted(isGray, coloring.feature.of)} without a value`
+      ? `${counted(isGray, coloring.feature.of === "cell" ? facts.noun : "region")} without a value`
       : `${counted(isGray ?? 0, facts.noun)} in no region`;
     byId("regions").hidden = isFeature || !labeling;
-    byId("regions-text").textContent = `${counted(n, "region")}, neighbors in different colors`;
+    const noun = coloring.kind === "truth" ? "part" : "region";
+    byId("regions-text").textContent = `${counted(n, noun)}, neighbors in different colors`;
+    byId("level").disabled = coloring.kind === "truth";
   }
 
   scaleStops() {
@@ -754,9 +760,9 @@ class Page {
       row.textContent = line;
       return row;
     }));
-    const { clientWidth, clientHeight } = byId("canvas");
-    tip.style.left = `${Math.min(x + 14, clientWidth - tip.offsetWidth - 4)}px`;
-    tip.style.top = `${Math.min(y + 14, clientHeight - tip.offsetHeight - 4)}px`;
+    const { right, bottom, left, top } = byId("canvas").getBoundingClientRect();
+    tip.style.left = `${Math.min(left + x + 14, right - tip.offsetWidth - 4)}px`;
+    tip.style.top = `${Math.min(top + y + 14, bottom - tip.offsetHeight - 4)}px`;
     return lines;
   }
 
