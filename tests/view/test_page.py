@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from shapes import bumpy_sheet, cube, soup, strip
+from shapes import bumpy_sheet, cube, soup, strip, table
 
 import superfacets as sf
 from superfacets import Mesh, PointCloud, PolygonMesh, TetMesh, View, hierarchy, sample_mesh
@@ -273,13 +273,24 @@ def test_numbers_are_coded_by_the_newest():
     assert codes.tolist() == [0, 0, 0, 1, 2, 0, 4]
 
 
-@pytest.mark.parametrize("vertices", [[[1, 1, 1]] * 3, [[1e9, 0, 0], [1e9 + 1, 0, 0], [1e9, 1, 0]]])
-def test_meshes_without_extent_or_far_away_are_shown(vertices):
+@pytest.mark.parametrize("vertices", [[[0, 1, 1], [1, 1, 1], [2, 1, 1]], [[1e9, 0, 0], [1e9 + 1, 0, 0], [1e9, 1, 0]]])
+def test_meshes_without_area_or_far_away_are_shown(vertices):
     mesh = Mesh(vertices, [[0, 1, 2]])
     facts, arrays = contents(sf.view(mesh, [0]))
     assert np.isfinite(facts["low"]).all()
     assert np.isfinite(facts["step"]).all()
-    np.testing.assert_allclose(drawn_corners(mesh, facts, arrays)[0], mesh.vertices)
+    np.testing.assert_allclose(drawn_corners(mesh, facts, arrays)[0], mesh.vertices, atol=2e-5)
+
+
+def test_what_stands_on_z_has_z_up_as_in_pictures():
+    mesh = table()
+    rng = np.random.default_rng(0)
+    areas = sf.build_face_graph(mesh).measures
+    faces = rng.choice(mesh.n_faces, 3_000, p=areas / areas.sum())
+    shares = rng.dirichlet([1, 1, 1], 3_000)
+    cloud = PointCloud(np.einsum("ij,ijk->ik", shares, mesh.vertices[mesh.faces[faces]]))
+    for source in (mesh, cloud):
+        assert facts_of(sf.view(source))["axes"][1] == [0, 0, 1]
 
 
 def test_the_package_is_the_function_however_it_is_imported():

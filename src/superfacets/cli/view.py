@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -108,21 +109,17 @@ def _labels_of(mesh: Path, path: Path | None, n_cells: int) -> npt.NDArray[Any] 
 
 def _read_levels(path: Path) -> npt.NDArray[Any]:
     """The labels in what ``superfacets levels`` has written, (L, N)."""
+    content = io.BytesIO(read_content(path))
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with np.load(content, allow_pickle=False) as arrays:
             return np.asarray(arrays["labels"])
-    except OSError:
-        raise
     except Exception:  # zipfile, zlib and numpy have errors of their own for damaged files
         raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None
 
 
 def _read_values(path: Path) -> npt.NDArray[Any]:
     """The numbers in a file, one per cell or region."""
-    try:
-        ending = known_ending(path, (".npy", ".txt"))
-    except ValueError as error:
-        raise click.UsageError(str(error)) from None
+    ending = known_ending(path, (".npy", ".txt"))
     data = read_content(path)
     try:
         if ending == ".npy":

@@ -18,7 +18,7 @@ from ...cells.tet_graph import TetGraph, build_tet_graph
 from ...mesh.faces import AnyCells, FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
 from ...mesh.tet_mesh import TetMesh, signed_volumes
-from ..scene import Scene
+from ..scene import Scene, squares_of
 from .coding import Arrays
 
 __all__ = ["Shape", "shape_of"]
@@ -27,7 +27,7 @@ STEPS = 65535
 """Steps from one side of the bounding box to the other: positions are right to half of one."""
 
 # Diameter of a point, in square roots of the area around it: gaps are closed, but for a few.
-_POINT_SIZE = 1.6
+_POINT_SIZE = 2.0
 
 Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
@@ -69,10 +69,14 @@ class Shape:
 
     @property
     def scene(self) -> Scene:
-        """The triangles in a box of diagonal 1, without colors; none for a cloud."""
+        """The triangles, or squares on points, in a box of diagonal 1; without colors."""
+        points, triangles = self.points, self.triangles
+        if isinstance(self.graph, PointGraph):
+            points = squares_of(self.graph)
+            triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 4)[:, :3]  # half of each
+        assert triangles is not None
+        points = (points - self.bounds.mean(axis=0)) / self.diagonal
         none = np.empty((0, 3), np.uint8)
-        triangles = np.empty((0, 3), np.int64) if self.triangles is None else self.triangles
-        points = (self.points - self.bounds.mean(axis=0)) / self.diagonal
         return Scene(points, triangles.astype(np.int64), none, np.empty((0, 2), np.int64), 1)
 
     @property
