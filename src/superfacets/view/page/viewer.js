@@ -9,6 +9,8 @@
 
 const WIDTH = 2048; // of textures: each WebGL 2 has room for it
 const NO_GROUP = 0xffffffff; // a cell in no region, or without a value
+const NO_NORMAL = 0; // of a corner in a crease, where each triangle has its own
+const SMOOTH = 0.9; // least cosine between the normals of a triangle and of a corner that is none
 const PLAIN = [205, 197, 184];
 const GRAY = [150, 150, 150];
 const HALF_ANGLE = (10 * Math.PI) / 180; // of what the height of the page shows
@@ -91,7 +93,8 @@ uniform bool is_cloud;
 uniform float point_size;  // pixels at distance 1
 flat out uint cell;
 out vec3 at;
-out vec3 normal;
+out vec3 normal;  // none in a crease
+out float smoothness;  // 0 in a crease
 vec3 unpacked(uint bits) {
   vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;
   vec3 v = vec3(xy, 1.0 - abs(xy.x) - abs(xy.y));
@@ -103,7 +106,9 @@ void main() {
   cell = has_sources ? texelFetch(sources, place(piece), 0).r : piece;
   uvec4 texel = texelFetch(positions, place(vertex), 0);
   at = seen(texel);
-  normal = turn * unpacked(texel.w);
+  bool has_normal = is_cloud || texel.w != ${NO_NORMAL}u;
+  normal = has_normal ? turn * unpacked(texel.w) : vec3(0.0);
+  smoothness = has_normal ? 1.0 : 0.0;
   gl_Position = projection * vec4(at, 1.0);
   gl_PointSize = max(1.0, point_size / -at.z);
 }`;
@@ -118,24 +123,18 @@ uniform bool is_cloud;
 flat in uint cell;
 in vec3 at;
 in vec3 normal;
+in float smoothness;
 out vec4 color;
 void main() {
   uint group = texelFetch(groups, place(cell), 0).r;
   vec3 base = group == ${NO_GROUP}u ? missing : texelFetch(colors, place(group), 0).rgb;
-  vec3 smooth_ = normalize(normal);
   vec3 toward = normalize(-at);
-  if (is_cloud) {
-    smooth_ = dot(smooth_, toward) < 0.0 ? -smooth_ : smooth_;
-  } else {
-    // The normal of the triangle at creases, where it is far from that of its corners.
-    vec3 flat_ = normalize(cross(dFdx(at), dFdy(at)));
-    flat_ = dot(flat_, toward) < 0.0 ? -flat_ : flat_;
-    float turned = dot(flat_, smooth_);
-    smooth_ = turned < 0.0 ? -smooth_ : smooth_;
-    smooth_ = normalize(mix(flat_, smooth_, smoothstep(0.7, 0.85, abs(turned))));
-  }
-  float key = max(0.0, dot(smooth_, normalize(vec3(0.4, 0.55, 0.75))));
-  float light = 0.42 + 0.48 * key + 0.16 * max(0.0, dot(smooth_, toward));
+  vec3 flat_ = is_cloud ? normalize(normal) : normalize(cross(dFdx(at), dFdy(at)));
+  flat_ = dot(flat_, toward) < 0.0 ? -flat_ : flat_;
+  vec3 bent = dot(flat_, normal) < 0.0 ? -normal : normal;
+  vec3 shading = normalize(bent + max(0.0, 1.0 - smoothness) * flat_);
+  float key = max(0.0, dot(shading, normalize(vec3(0.4, 0.55, 0.75))));
+  float light = 0.42 + 0.48 * key + 0.16 * max(0.0, dot(shading, toward));
   if (texelFetch(regions, place(cell), 0).r == marked && marked != ${NO_GROUP}u) {
     base = mix(base, vec3(1.0), 0.45);
   }
@@ -144,8 +143,6 @@ void main() {
 
 const PICK = `${SHARED}
 flat in uint cell;
-in vec3 at;
-in vec3 normal;
 out uvec4 found;
 void main() { found = uvec4(cell + 1u, 0u, 0u, 0u); }`;
 
@@ -244,34 +241,54 @@ function packDirection(x, y, z) {
   return Math.round((a + 1) * 127) | (Math.round((b + 1) * 127) << 8);
 }
 
-/** Positions and normals, four numbers a vertex. Triangles add their normals to their corners. */
-function vertexTexels(positions, triangles, normals, step) {
+/** Normals of vertices, packed: sums of those of triangles, or NO_NORMAL where they differ much. */
+function vertexNormals(positions, triangles, [dx, dy, dz]) {
   const n = positions.length / 3;
   const sums = new Float32Array(3 * n);
-  const [dx, dy, dz] = step;
+  const [u, v, normal] = [new Float32Array(3), new Float32Array(3), new Float32Array(3)];
+  const side = (into, a, b) => {
+    into[0] = (positions[b] - positions[a]) * dx;
+    into[1] = (positions[n + b] - positions[n + a]) * dy;
+    into[2] = (positions[2 * n + b] - positions[2 * n + a]) * dz;
+  };
+  const measure = (i) => {
+    side(u, triangles[i], triangles[i + 1]);
+    side(v, triangles[i], triangles[i + 2]);
+    normal[0] = u[1] * v[2] - u[2] * v[1];
+    normal[1] = u[2] * v[0] - u[0] * v[2];
+    normal[2] = u[0] * v[1] - u[1] * v[0];
+    return Math.hypot(normal[0], normal[1], normal[2]);
+  };
   for (let i = 0; i < triangles.length; i += 3) {
-    const [a, b, c] = [triangles[i], triangles[i + 1], triangles[i + 2]];
-    const ux = (positions[b] - positions[a]) * dx, vx = (positions[c] - positions[a]) * dx;
-    const uy = (positions[n + b] - positions[n + a]) * dy;
-    const vy = (positions[n + c] - positions[n + a]) * dy;
-    const uz = (positions[2 * n + b] - positions[2 * n + a]) * dz;
-    const vz = (positions[2 * n + c] - positions[2 * n + a]) * dz;
-    const x = uy * vz - uz * vy, y = uz * vx - ux * vz, z = ux * vy - uy * vx;
+    measure(i);
+    for (let k = 0; k < 9; k++) sums[3 * triangles[i + ((k / 3) | 0)] + (k % 3)] += normal[k % 3];
+  }
+  const packed = new Uint16Array(n);
+  for (let i = 0; i < n; i++) {
+    const length = Math.hypot(sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]) || 1;
+    for (let k = 0; k < 3; k++) sums[3 * i + k] /= length;
+    packed[i] = packDirection(sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]) || 0xfefe; // the same
+  }
+  for (let i = 0; i < triangles.length; i += 3) {
+    const least = SMOOTH * measure(i);
     for (let k = 0; k < 3; k++) {
       const at = 3 * triangles[i + k];
-      sums[at] += x;
-      sums[at + 1] += y;
-      sums[at + 2] += z;
+      const along = normal[0] * sums[at] + normal[1] * sums[at + 1] + normal[2] * sums[at + 2];
+      if (along < least) packed[at / 3] = NO_NORMAL;
     }
   }
+  return packed;
+}
+
+/** Positions and normals, four numbers a vertex. */
+function vertexTexels(positions, normals) {
+  const n = positions.length / 3;
   const texels = new Uint16Array(4 * n);
   for (let i = 0; i < n; i++) {
     texels[4 * i] = positions[i];
     texels[4 * i + 1] = positions[n + i];
     texels[4 * i + 2] = positions[2 * n + i];
-    texels[4 * i + 3] = normals
-      ? normals[i]
-      : packDirection(sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]);
+    texels[4 * i + 3] = normals[i];
   }
   return texels;
 }
@@ -374,8 +391,8 @@ class Drawing {
   upload() {
     const { gl, arrays, facts } = this;
     const triangles = arrays.triangles ?? new Uint32Array(0);
-    const texels = vertexTexels(arrays.positions, triangles, arrays.normals, facts.step);
-    fillTexture(gl, UNIT.positions, "rgba16", texels);
+    const normals = arrays.normals ?? vertexNormals(arrays.positions, triangles, facts.step);
+    fillTexture(gl, UNIT.positions, "rgba16", vertexTexels(arrays.positions, normals));
     fillTexture(gl, UNIT.sources, "r32", arrays.sources ?? new Uint32Array(1));
     const all = { length: facts.kind === "cloud" ? facts.n_cells : 0 };
     const corners = all.length ? Uint32Array.from(all, (_, i) => i) : triangles;
