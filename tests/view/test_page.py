@@ -273,7 +273,9 @@ def test_numbers_are_coded_by_the_newest():
     assert codes.tolist() == [0, 0, 0, 1, 2, 0, 4]
 
 
-@pytest.mark.parametrize("vertices", [[[0, 1, 1], [1, 1, 1], [2, 1, 1]], [[1e9, 0, 0], [1e9 + 1, 0, 0], [1e9, 1, 0]]])
+@pytest.mark.parametrize(
+    "vertices", [[[0, 1, 1], [1, 1, 1], [2, 1, 1]], [[1e9, 0, 0], [1e9 + 1, 0, 0], [1e9, 1, 0]]]
+)
 def test_meshes_without_area_or_far_away_are_shown(vertices):
     mesh = Mesh(vertices, [[0, 1, 2]])
     facts, arrays = contents(sf.view(mesh, [0]))

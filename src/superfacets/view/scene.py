@@ -17,7 +17,15 @@ from ..mesh.point_cloud import PointCloud
 from .borders import border_edges
 from .colors import region_colors
 
-__all__ = ["FloatArray", "Picture", "Scene", "build_cloud_scene", "build_scene", "checked_colors", "squares_of"]
+__all__ = [
+    "FloatArray",
+    "Picture",
+    "Scene",
+    "build_cloud_scene",
+    "build_scene",
+    "checked_colors",
+    "squares_of",
+]
 
 FloatArray = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]

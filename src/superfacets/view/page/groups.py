@@ -171,4 +171,3 @@ def checked_features(
             raise ValueError(f"feature {name!r} has infinite values; NaN stands for none")
         found.append(Feature(str(name), values, "cell" if len(values) == n_cells else "region"))
     return found
-

@@ -73,7 +73,9 @@ class Shape:
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
             points = squares_of(self.graph)
-            triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 4)[:, :3]  # half of each
+            triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 4)[
+                :, :3
+            ]  # half of each
         assert triangles is not None
         points = (points - self.bounds.mean(axis=0)) / self.diagonal
         none = np.empty((0, 3), np.uint8)
@@ -118,7 +120,9 @@ class _Outline:
 
     def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
         """Two drawn vertices and two cells of each edge that is between regions, (B, 4)."""
-        sources = np.repeat(np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets))
+        sources = np.repeat(
+            np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
+        )
         targets = self.graph.neighbors
         is_border = np.zeros(len(targets), dtype=bool)
         for labels in labelings:
