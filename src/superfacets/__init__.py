@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
     from . import segmentator as segmentator
+    from . import view as view
     from .batches.runs import BatchProgress, BatchResult, batch
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from .study import princeton as princeton
     from .view.camera import View
     from .view.colors import face_colors
+    from .view.page.document import Page
     from .view.rendering import render
 
 __version__ = "0.1.0"
@@ -78,6 +80,7 @@ __all__ = [
     "MeshInfo",
     "MissingExtraError",
     "NearestFaces",
+    "Page",
     "PointCloud",
     "PolygonMesh",
     "RegionEdit",
@@ -179,6 +182,7 @@ _LAZY_NAMES = {
     "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
     "face_colors": "view.colors",
+    "Page": "view.page.document",
     "View": "view.camera",
     "render": "view.rendering",
 }
@@ -188,6 +192,7 @@ _LAZY_MODULES = {
     "princeton": "study.princeton",
     "reference": "reference",
     "segmentator": "segmentator",
+    "view": "view",
 }
 
 if not TYPE_CHECKING:  # type checkers see the imports above, and names that are not there

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._validate import checked_choice, checked_number
 
-__all__ = ["UP_CHOICES", "Camera", "Up", "View", "place_camera"]
+__all__ = ["UP_CHOICES", "Camera", "Up", "View", "place_camera", "view_axes"]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -81,7 +81,7 @@ class Camera:
 
 def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
     """Camera from which the points just fill the frame; the view's axis is not "auto"."""
-    right, toward, up = _view_axes(view)
+    right, toward, up = view_axes(view)
     across, height, depth = points @ right, points @ up, points @ toward
     across_middle, height_middle, depth_middle = map(_midrange, (across, height, depth))
     slope = math.tan(math.radians(_HALF_VIEW_ANGLE))
@@ -103,7 +103,7 @@ def _midrange(values: FloatArray) -> float:
     return float(values.min() + values.max()) / 2
 
 
-def _view_axes(view: View) -> tuple[FloatArray, FloatArray, FloatArray]:
+def view_axes(view: View) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Unit vectors to the right, toward the viewer and up, as the viewer sees them."""
     right, front = (np.array(axis) for axis in _FRAMES[view.up])
     azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)

@@ -20,7 +20,7 @@ from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 
-__all__ = ["MIN_COLOR_DISTANCE", "PALETTE", "face_colors", "region_colors"]
+__all__ = ["MIN_COLOR_DISTANCE", "PALETTE", "face_colors", "region_colors", "scale_colors"]
 
 # Colors far from each other in OKLab, found by farthest-point search with exchanges among those of
 # lightness 0.68 to 0.92 (so that shading darkens them without turning them black) and a chroma of
@@ -250,6 +250,28 @@ def oklab(colors: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     cones = np.cbrt(linear @ _LINEAR_TO_CONES.T)
     return np.asarray(cones @ _CONES_TO_OKLAB.T)
 
+
+def scale_colors(n: int = 256) -> npt.NDArray[np.uint8]:
+    """Return n colors for values from low to high, (n, 3), sRGB.
+
+    They run from dark blue over green to yellow. Lightness rises evenly: the order is seen without
+    colors too.
+    """
+    at = np.linspace(0, len(_SCALE) - 1, n)
+    places = np.stack([np.interp(at, range(len(_SCALE)), column) for column in _SCALE.T], axis=1)
+    linear = (places @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3 @ np.linalg.inv(_LINEAR_TO_CONES).T
+    linear = np.clip(linear, 0, 1)
+    shares = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
+    return np.rint(shares * 255).astype(np.uint8)
+
+
+# In OKLab.
+_SCALE = np.array(
+    [
+        (0.30, 0.02, -0.13), (0.46, -0.03, -0.10), (0.62, -0.10, -0.01),
+        (0.78, -0.12, 0.11), (0.94, -0.03, 0.17),
+    ]
+)  # fmt: skip
 
 _LINEAR_TO_CONES = np.array(
     [

@@ -17,7 +17,15 @@ from ..mesh.point_cloud import PointCloud
 from .borders import border_edges
 from .colors import region_colors
 
-__all__ = ["FloatArray", "Picture", "Scene", "build_cloud_scene", "build_scene", "checked_colors"]
+__all__ = [
+    "FloatArray",
+    "Picture",
+    "Scene",
+    "build_cloud_scene",
+    "build_scene",
+    "checked_colors",
+    "squares_of",
+]
 
 FloatArray = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]
@@ -103,14 +111,14 @@ def build_cloud_scene(
     if colors is not None:
         point_colors = checked_colors(colors, cloud.n_points)
     low, high = cloud.bounds
-    corners = (_squares(graph) - (low + high) / 2) / np.linalg.norm(high - low)
+    corners = (squares_of(graph) - (low + high) / 2) / np.linalg.norm(high - low)
     first = 4 * np.arange(cloud.n_points)[:, np.newaxis, np.newaxis]
     triangles = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
     no_borders = np.empty((0, 2), dtype=np.int64)
     return Scene(corners, triangles, np.repeat(point_colors, 2, axis=0), no_borders, n_regions)
 
 
-def _squares(graph: PointGraph) -> FloatArray:
+def squares_of(graph: PointGraph) -> FloatArray:
     """Corners, (4 N, 3), of a square around each point, counterclockwise seen from outside."""
     areas = graph.measures
     known = areas[areas > 0]

@@ -1,0 +1,129 @@
+"""The command ``superfacets view``."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError
+from ..io.guards import known_ending, read_content
+from ..io.readers.labels import has_labels, npy_array, read_labels
+from ..io.readers.read import read_cells
+from ..mesh.faces import n_cells_of
+from .failures import print_note
+from .options import FILE, Real
+
+if TYPE_CHECKING:
+    from ..view.camera import Up
+
+__all__ = ["view_command"]
+
+LEVELS_ENDING = ".npz"
+
+
+@click.command("view")
+@click.argument("mesh", metavar="IN", type=FILE)
+@click.option("--html", "output", metavar="OUT", type=FILE, required=True, help="A .html file.")
+@click.option(
+    "--labels",
+    metavar="L",
+    type=FILE,
+    help="A .npy, .seg, .txt or labeled mesh, or the .npz of superfacets levels; those in IN, if it"
+    " has any, otherwise.",
+)
+@click.option("--gt", metavar="SEG", type=FILE, help="Ground truth: labels of another kind.")
+@click.option(
+    "--feature",
+    "features",
+    metavar="FILE",
+    type=FILE,
+    multiple=True,
+    help="A .npy or .txt file with a value per cell, or per region of the first level; several"
+    " times if you like.",
+)
+@click.option("--title", metavar="TEXT", help="What the page is called.  [default: the name of IN]")
+@click.option(
+    "--up",
+    type=click.Choice(("auto", "x", "y", "z")),
+    default="auto",
+    show_default=True,
+    help="Axis that points up; a guess between y and z by default.",
+)
+@click.option("--azimuth", type=Real(), default=30.0, show_default=True, help="Degrees around.")
+@click.option(
+    "--elevation",
+    type=Real(-90, 90),
+    default=15.0,
+    show_default=True,
+    help="Degrees above the horizon.",
+)
+def view_command(
+    mesh: Path, output: Path, labels: Path | None, gt: Path | None, features: tuple[Path, ...],
+    title: str | None, up: Up, azimuth: float, elevation: float,
+) -> None:  # fmt: skip
+    """Write a page to look at the mesh or point cloud in the file IN with its regions.
+
+    The page is one file, which opens in any browser from disk, offline.
+    """
+    from ..view.page.document import View, checked_page_path, view
+
+    try:
+        target = checked_page_path(output)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from None
+    names = [path.stem for path in features]
+    if len(set(names)) < len(names):
+        raise click.UsageError("two features have the same name, that of their files")
+    cells = read_cells(mesh)
+    n_cells = n_cells_of(cells)
+    shown = _labels_of(mesh, labels, n_cells)
+    if shown is None:
+        print_note(f"{mesh} holds no labels: --labels names a file of them")
+    truth = None if gt is None else read_labels(gt, n_cells)
+    values = {path.stem: _read_values(path) for path in features}
+    camera = View(azimuth=azimuth, elevation=elevation, up=up)
+    name = mesh.name if title is None else title
+    try:
+        page = view(
+            cells, shown, ground_truth=truth, features=values, title=name, camera=camera
+        )  # fmt: skip
+    except (ValueError, TypeError) as error:  # all that is left to be wrong comes from files
+        raise MeshError(f"{mesh}: {error}") from None
+    page.save(target)
+    click.echo(f"wrote {output}")
+
+
+def _labels_of(mesh: Path, path: Path | None, n_cells: int) -> npt.NDArray[Any] | None:
+    """The labels of one level or several; None if there are none."""
+    if path is None:
+        return read_labels(mesh, n_cells) if has_labels(mesh) else None
+    if path.suffix.lower() == LEVELS_ENDING:
+        return _read_levels(path)
+    return read_labels(path, n_cells)
+
+
+def _read_levels(path: Path) -> npt.NDArray[Any]:
+    """The labels in what ``superfacets levels`` has written, (L, N)."""
+    content = io.BytesIO(read_content(path))
+    try:
+        with np.load(content, allow_pickle=False) as arrays:
+            return np.asarray(arrays["labels"])
+    except Exception:  # zipfile, zlib and numpy have errors of their own for damaged files
+        raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None
+
+
+def _read_values(path: Path) -> npt.NDArray[Any]:
+    """The numbers in a file, one per cell or region."""
+    ending = known_ending(path, (".npy", ".txt"))
+    data = read_content(path)
+    try:
+        if ending == ".npy":
+            return npy_array(data, "values")
+        return np.array(bytes(data).split(), dtype=np.float64)
+    except ValueError as error:
+        raise MeshError(f"{path}: {error}") from None

@@ -1,0 +1,224 @@
+"""The page: its parts put together, shown in a notebook, written to a file."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...adapters.clouds import CloudLike
+from ...adapters.convert import MeshLike, as_cells
+from ...io.atomic import atomic_outputs, checked_targets
+from ...mesh.faces import n_cells_of, noun_of
+from ...mesh.tet_mesh import TetMesh
+from ..camera import View, view_axes
+from ..colors import scale_colors
+from ..upright import guess_up
+from .coding import Arrays
+from .groups import (
+    Feature,
+    Labeling,
+    LabelsLike,
+    checked_features,
+    checked_levels,
+    checked_truth,
+)
+from .shape import STEPS, Shape, shape_of
+
+__all__ = ["Page", "view"]
+
+_MAX_TITLE = 200
+
+# Of the frame in a notebook, in pixels.
+_FRAME_HEIGHT = 480
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page with a mesh and its regions: the result of `superfacets.view`.
+
+    In a notebook it shows itself, as the last line of a cell.
+
+    Attributes
+    ----------
+    html : str
+        The whole page: HTML with all that it needs.
+    """
+
+    html: str = field(repr=False)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the page to a file that ends in .html, and return its path.
+
+        The file is complete or not there: an existing one is replaced at the very end.
+
+        Raises
+        ------
+        ValueError
+            If the path does not end in .html or .htm.
+        OSError
+            If the file cannot be written.
+        """
+        target = checked_page_path(path)
+        with atomic_outputs([target]) as (partial,):
+            partial.write_text(self.html, encoding="utf-8", newline="\n")
+        return target
+
+    def _repr_html_(self) -> str:
+        """A frame with the page, which has no access to the notebook around it."""
+        return (
+            f'<iframe title="superfacets" width="100%" height="{_FRAME_HEIGHT}"'
+            ' style="border:0" sandbox="allow-scripts"'
+            f' srcdoc="{html.escape(self.html)}"></iframe>'
+        )
+
+
+def view(
+    mesh: MeshLike | CloudLike,
+    labels: LabelsLike | None = None,
+    *,
+    ground_truth: npt.ArrayLike | None = None,
+    features: Mapping[str, npt.ArrayLike] | None = None,
+    title: str = "superfacets",
+    camera: View | None = None,
+) -> Page:
+    """Return a page to look at a mesh and its regions in a browser, offline and in one file.
+
+    It turns, zooms and moves; the pointer tells a region's number, cells and area; cells are
+    colored by region, ground truth or value; a slider goes through levels. Colors of regions are
+    those of `face_colors`, borders those of `render`. Positions are rounded to 1/65535 of the
+    bounding box, values to 1/65534 of their range. Time and size are linear in cells: about 12
+    bytes for a triangle. The browser needs WebGL 2, and nothing is loaded from anywhere.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like, PointCloud or cloud-like
+        As for `segment`. Polygons are cut into triangles, tetrahedra are seen from outside.
+    labels : array_like of integers, shape (N,) or (L, N), or Hierarchy, optional
+        Region of each cell, any numbers; -1 where there is none, which is gray. Of several levels
+        the first is shown at first; a list of arrays will do too. Without labels all is plain.
+    ground_truth : array_like of integers, shape (N,), optional
+        Labels of another kind, to compare with.
+    features : mapping of str to array_like of numbers, shape (N,) or (K,), optional
+        Values by name: one per cell, or one per region of the first level, in the order of their
+        numbers. NaN stands for none.
+    title : str, default "superfacets"
+        What the page is called.
+    camera : View, optional
+        Where the mesh is seen from at first; by default from the right and a little above.
+
+    Returns
+    -------
+    Page
+        With ``save(path)``; it shows itself in a notebook.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If another argument is not as described.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> page = view(square, [0, 1], title="a square", features={"height": [0.5, 2]})
+    >>> page.html.startswith("<!DOCTYPE html>")
+    True
+    """
+    cells = as_cells(mesh)
+    n_cells = n_cells_of(cells)
+    levels = checked_levels(labels, n_cells)
+    truth = checked_truth(ground_truth, n_cells)
+    values = checked_features(features, n_cells, levels[0].n_regions if levels else None)
+    if camera is not None and not isinstance(camera, View):
+        raise TypeError(f"camera must be a superfacets.View, got {camera!r}")
+    shape = shape_of(cells)
+    arrays = _arrays(shape, levels, truth, values)
+    facts = {
+        **_facts_of_shape(shape, camera or View()),
+        "noun": noun_of(cells),
+        "n_cells": n_cells,
+        "measure": "volume" if isinstance(cells, TetMesh) else "area",
+        "levels": [level.facts(shape) for level in levels],
+        "truth": None if truth is None else truth.facts(shape),
+        "features": [feature.facts() for feature in values],
+        "arrays": arrays.entries,
+    }
+    size = f"{n_cells:,} {noun_of(cells)}s"
+    return Page(_assembled(str(title)[:_MAX_TITLE], size, facts, arrays.text()))
+
+
+def checked_page_path(path: str | os.PathLike[str]) -> Path:
+    """The path of a page in an existing folder."""
+    target = Path(path)
+    if target.suffix.lower() not in (".html", ".htm"):
+        raise ValueError(f"{target.name!r} must end in .html")
+    checked_targets([target])
+    return target
+
+
+def _arrays(
+    shape: Shape, levels: list[Labeling], truth: Labeling | None, features: list[Feature]
+) -> Arrays:
+    """All that the page holds in numbers."""
+    arrays = Arrays()
+    labelings = [*levels, *([] if truth is None else [truth])]
+    shape.add_to(arrays, [labeling.labels for labeling in labelings])
+    for i, level in enumerate(levels):
+        level.add_to(arrays, f"level_{i}", shape, levels[0] if i else None)
+    if truth is not None:
+        truth.add_to(arrays, "truth", shape, None)
+    if features:
+        arrays.add("scale", scale_colors().ravel())
+    for i, feature in enumerate(features):
+        arrays.add(f"feature_{i}", feature.steps(), "difference")
+    return arrays
+
+
+def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
+    """How the page draws the shape, in a box of diagonal 1 around the origin."""
+    low, high = shape.bounds
+    up = guess_up(shape.scene) if camera.up == "auto" else camera.up
+    right, toward, upward = view_axes(replace(View(azimuth=0, elevation=0), up=up))
+    return {
+        "kind": "cloud" if shape.triangles is None else "mesh",
+        "low": ((low - high) / 2 / shape.diagonal).tolist(),
+        "step": ((high - low) / shape.diagonal / STEPS).tolist(),
+        "axes": np.stack([right, upward, toward]).tolist(),
+        "view": {
+            "azimuth": camera.azimuth, "elevation": camera.elevation, "zoom": camera.zoom,
+        },
+        "point_size": shape.point_size,
+    }  # fmt: skip
+
+
+def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> str:
+    """The text of the page, in which no title or name can end the element that it stands in."""
+    folder = files(__package__)
+    template, style, script = (
+        folder.joinpath(name).read_text(encoding="utf-8")
+        for name in ("page.html", "viewer.css", "viewer.js")
+    )
+    parts = {
+        "TITLE": html.escape(title),
+        "SIZE": html.escape(size),
+        "STYLE": style.strip(),
+        "SCRIPT": script.strip(),
+        "FACTS": json.dumps(facts, separators=(",", ":")).replace("<", "\\u003c"),
+        "PAYLOAD": payload,
+    }
+    # Cut first, then filled: what is filled in is not looked at again.
+    first, *rest = template.split("@")
+    pieces = [first]
+    for i, piece in enumerate(rest):
+        pieces.append(parts[piece] if i % 2 == 0 else piece)
+    return "".join(pieces)

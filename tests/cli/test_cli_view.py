@@ -1,0 +1,76 @@
+"""The command `view`."""
+
+import numpy as np
+import pytest
+from shapes import strip
+
+from superfacets import write_mesh
+
+
+def test_a_page_is_written_with_levels_ground_truth_and_values(run, sheet, tmp_path):
+    levels, page = tmp_path / "levels.npz", tmp_path / "page.html"
+    assert run("levels", sheet, "-n", "20,5", "-o", levels)[0] == 0
+    with np.load(levels) as arrays:
+        labels = arrays["labels"]
+    np.save(tmp_path / "truth.npy", labels[1])
+    np.save(tmp_path / "height.npy", np.arange(labels.shape[1]) / 7)
+    (tmp_path / "size.txt").write_text("".join(f"{n}\n" for n in np.bincount(labels[0])))
+    given = ["--gt", tmp_path / "truth.npy", "--feature", tmp_path / "height.npy"]
+    given += ["--feature", tmp_path / "size.txt", "--title", "A sheet", "--up", "z"]
+    assert run("view", sheet, "--labels", levels, "--html", page, *given) == (
+        0, f"wrote {page}\n", "",
+    )  # fmt: skip
+    text = page.read_text(encoding="utf-8")
+    assert "<title>A sheet</title>" in text
+    assert '"name":"height","of":"cell"' in text
+    assert '"name":"size","of":"region"' in text
+    assert '"level_1_parents"' in text
+    assert '"truth_labels"' in text
+
+
+def test_labels_in_the_file_are_taken_and_their_lack_is_noted(run, tmp_path):
+    mesh, page = tmp_path / "<b>.ply", tmp_path / "page.html"
+    write_mesh(mesh, strip(2), [0, 1])
+    assert run("view", mesh, "--html", page)[::2] == (0, "")
+    text = page.read_text(encoding="utf-8")
+    assert "level_0_labels" in text
+    assert "<title>&lt;b&gt;.ply</title>" in text
+    write_mesh(mesh, strip(2))
+    status, _, err = run("view", mesh, "--html", page)
+    assert status == 0
+    assert "holds no labels: --labels names a file of them" in err
+
+
+def test_pages_end_in_html(run, sheet, tmp_path):
+    status, _, err = run("view", sheet, "--html", tmp_path / "page.png")
+    assert status == 2
+    assert "'page.png' must end in .html" in err
+
+
+def test_features_have_different_names(run, sheet, tmp_path):
+    features = ["--feature", tmp_path / "a.npy", "--feature", tmp_path / "a.txt"]
+    status, _, err = run("view", sheet, "--html", tmp_path / "page.html", *features)
+    assert status == 2
+    assert "two features have the same name" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "content", "message"),
+    [
+        ("--labels", "l.npz", b"PK damaged", "holds no levels as superfacets levels writes them"),
+        ("--labels", "l.npz", None, "l.npz: no such file"),
+        ("--labels", "l.txt", b"1\n2\n", "there are 2 labels"),
+        ("--feature", "f.txt", b"1\nx\n", "f.txt: could not convert"),
+        ("--feature", "f.npy", b"nothing", "f.npy: the header of the .npy file cannot be read"),
+        ("--feature", "f.csv", b"1\n", "expected the ending .npy, .txt, got .csv"),
+        ("--feature", "f.txt", b"1\n2\n", "feature 'f' must have a value per cell"),
+    ],
+)
+def test_wrong_files_are_refused(run, sheet, tmp_path, option, name, content, message):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    page = tmp_path / "page.html"
+    status, _, err = run("view", sheet, "--html", page, option, tmp_path / name)
+    assert status == 1
+    assert message in err
+    assert not page.exists()
