@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
     from . import segmentator as segmentator
-    from . import view as view
     from .batches.runs import BatchProgress, BatchResult, batch
     from .cells.cloud_info import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
@@ -56,6 +55,7 @@ if TYPE_CHECKING:
     from .view.camera import View
     from .view.colors import face_colors
     from .view.page.document import Page
+    from .view.page.document import view as view
     from .view.rendering import render
 
 __version__ = "0.1.0"

@@ -2,7 +2,6 @@
 
 import html
 import json
-import os
 import re
 import time
 
@@ -229,7 +228,7 @@ def test_a_page_is_saved_whole(tmp_path):
         page.save(tmp_path / "a.txt")
     with pytest.raises(OSError, match="nowhere"):
         page.save(tmp_path / "nowhere" / "a.html")
-    assert os.listdir(tmp_path) == ["a.html"]
+    assert [path.name for path in tmp_path.iterdir()] == ["a.html"]
     assert repr(Page("much")) == "Page()"
 
 

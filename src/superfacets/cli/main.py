@@ -23,7 +23,7 @@ COMMANDS = {
     "info": "Print counts and sizes of the meshes and point clouds in the files IN.",
     "convert": "Write the mesh in the file IN, with its LABELS, in other formats.",
     "render": "Draw a shaded picture of the mesh or point cloud in the file IN.",
-    "view": "Write a page to look at the mesh in the file IN with its regions in a browser.",
+    "view": "Write a page to look at the mesh or point cloud in the file IN.",
     "regions": "Measure the regions that LABELS of the mesh in the file IN make.",
     "transfer": "Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.",
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",

@@ -66,11 +66,12 @@ def view_command(
     mesh: Path, output: Path, labels: Path | None, gt: Path | None, features: tuple[Path, ...],
     title: str | None, up: Up, azimuth: float, elevation: float,
 ) -> None:  # fmt: skip
-    """Write a page to look at the mesh or point cloud in the file IN with its regions.
+    """Write a page to look at the mesh or point cloud in the file IN.
 
-    The page is one file, which opens in any browser from disk, offline.
+    The page shows its regions. It is one file, which opens in any browser from disk, offline.
     """
-    from ..view.page.document import View, checked_page_path, view
+    from ..view.camera import View
+    from ..view.page.document import checked_page_path, view
 
     try:
         target = checked_page_path(output)

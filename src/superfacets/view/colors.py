@@ -262,7 +262,7 @@ def scale_colors(n: int = 256) -> npt.NDArray[np.uint8]:
     linear = (places @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3 @ np.linalg.inv(_LINEAR_TO_CONES).T
     linear = np.clip(linear, 0, 1)
     shares = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return np.rint(shares * 255).astype(np.uint8)
+    return np.asarray(np.rint(shares * 255), np.uint8)
 
 
 # In OKLab.

@@ -33,7 +33,7 @@ from .groups import (
 )
 from .shape import STEPS, Shape, shape_of
 
-__all__ = ["Page", "view"]
+__all__ = ["Page", "checked_page_path", "view"]
 
 _MAX_TITLE = 200
 

@@ -57,8 +57,10 @@ class Labeling:
         }
 
     def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
-        """Add labels, or which region of this each of the finer ones lies in, and of regions
-        colors, numbers of cells and sizes."""
+        """Add labels, and colors, numbers of cells and sizes of regions.
+
+        In the place of labels may stand which region each of the finer ones lies in.
+        """
         parents = None if finer is None else self._parents(finer)
         if parents is None:
             arrays.add(f"{name}_labels", self.labels.view(np.uint32))

@@ -94,7 +94,7 @@ class Shape:
         """Positions in `STEPS` of the bounding box, (P, 3)."""
         low, high = self.bounds
         extent = np.where(high > low, high - low, 1.0)
-        return np.rint((self.points - low) / extent * STEPS).astype(np.uint16)
+        return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
     def add_to(self, arrays: Arrays, labelings: Sequence[Ints]) -> None:
         """Add what is drawn, and the edges at which one of the labelings has a border."""
