@@ -20,6 +20,7 @@ sf.metrics.undersegmentation_error(mesh, labels, labels)
 sf.metrics.undersegmentation_error(sf.metrics.area_overlap(labels, labels, np.ones(9)))
 sf.baselines.metis_partition(mesh, 20)
 sf.princeton.Benchmark("psb")
+sf.view(mesh, labels, title="A scan").save("scan.html")
 """
 
 WRONG = [
