@@ -189,3 +189,10 @@ def test_faces_in_no_region_have_no_row_and_no_name(run, fold):
     status, _, error = run("regions", *files)
     assert status == 1
     assert error.endswith("labels.seg: no cell is in a region: all labels are -1\n")
+
+
+def test_a_closed_standard_output_is_one_line(run, fold, monkeypatch):
+    monkeypatch.setattr("sys.stdout", None)
+    status, _, error = run("regions", fold / "fold.ply", fold / "labels.seg")
+    assert status == 1
+    assert "standard output is closed" in error

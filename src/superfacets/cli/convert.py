@@ -97,7 +97,7 @@ def convert_command(
     if not is_quiet:
         for note in found.notes(job):
             print_note(note)
-    names = run_in_background(lambda: _write(job, found, form, folder, ending))
+    names = _write(job, found, form, folder, ending)  # not in the background: it writes files
     if not is_quiet:
         for name in names:
             click.echo(f"wrote {name}", err=job.stream is not None)

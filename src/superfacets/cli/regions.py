@@ -36,6 +36,10 @@ from .outputs import Job, check_files
 __all__ = ["regions_command"]
 
 
+_Drawn = tuple[npt.NDArray[np.float64], list[tuple[str, npt.NDArray[np.int32]]]]
+"""Vertices of a mesh, and named lines along its edges."""
+
+
 @click.command("regions")
 @click.argument("cells", metavar="IN", type=click.Path(allow_dash=True))
 @click.argument("labels", metavar="LABELS", type=FILE)
@@ -70,7 +74,7 @@ def regions_command(
     check_files([Job(cells, files)], also_read=[str(labels)])
     checked_targets(files)
 
-    def compute() -> tuple[RegionGraph, npt.NDArray[np.int32]]:
+    def compute() -> tuple[RegionGraph, npt.NDArray[np.int32], _Drawn | None]:
         whole = load_cells(cells, format)
         given = read_labels(labels, n_cells_of(whole))
         if borders is not None and isinstance(whole, (PointCloud, TetMesh)):
@@ -79,16 +83,18 @@ def regions_command(
         if not len(names):
             raise MeshError(f"{labels}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
-        tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
-        drawn = None
+        drawn: _Drawn | None = None
         if borders is not None and not isinstance(whole, (PointCloud, TetMesh)):
             drawn = whole.vertices, list(_named(border_lines(whole, compact), names))
-        write_tables([(path, table) for path, table in tables if path is not None])
-        if borders is not None and drawn is not None:
-            write_lines(borders, *drawn)
-        return graph, names
+        return graph, names, drawn
 
-    graph, names = run_in_background(compute)
+    graph, names, drawn = run_in_background(compute)
+    tables = [(output, _regions_of(graph, names)), (arcs, _arcs_of(graph, names))]
+    write_tables([(path, table) for path, table in tables if path is not None])
+    if borders is not None and drawn is not None:
+        write_lines(borders, *drawn)
+    if output is None and sys.stdout is None:
+        raise OSError("standard output is closed")
     if output is None:
         print_csv(sys.stdout, _regions_of(graph, names))
     found = f"{counted(graph.n_regions, 'region')}, {counted(graph.n_arcs, 'pair')} that touch"
