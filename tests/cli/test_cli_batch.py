@@ -19,7 +19,7 @@ def out(tmp_path):
 def test_a_file_is_done_with_the_options_of_segment(run, sheet, out):
     status, printed, err = run("batch", sheet, "-o", out, "-n", 7, "--to", "npy,seg", "--paper")
     assert (status, err) == (0, "")
-    assert printed.startswith("1 file done; 1152 faces in ")
+    assert printed.startswith("1 file done; 1152 cells in ")
     assert files_in(out) == [
         ".lock", "manifest.jsonl", "sheet.superfacets.npy", "sheet.superfacets.seg",
     ]  # fmt: skip
@@ -30,7 +30,7 @@ def test_a_file_is_done_with_the_options_of_segment(run, sheet, out):
     assert np.array_equal(np.load(out / "sheet.superfacets.npy"), np.load(out / "labels.npy"))
     status, printed, _ = run("batch", sheet, "-o", out, "-n", 7, "--to", "npy,seg", "--paper")
     assert status == 0
-    assert printed.startswith("0 files done, 1 were there; 0 faces in ")
+    assert printed.startswith("0 files done, 1 were there; 0 cells in ")
 
 
 def test_failures_are_lines_and_a_status(run, sheet, out):
