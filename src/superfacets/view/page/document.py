@@ -43,7 +43,7 @@ _FRAME_HEIGHT = 480
 
 @dataclass(frozen=True)
 class Page:
-    """A page with a mesh and its regions: the result of `superfacets.view`.
+    """A page with a mesh and its regions: the result of ``superfacets.view``.
 
     In a notebook it shows itself, as the last line of a cell.
 
