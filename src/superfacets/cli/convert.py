@@ -12,7 +12,6 @@ import numpy.typing as npt
 
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.readers.labels import has_labels, read_labels
 from ..io.writers.cells import FormatOptions
 from ..io.writers.regions import write_regions
 from ..io.writers.write import ENDING_OF_FORMAT, check_outputs, write_outputs
@@ -20,16 +19,19 @@ from ..mesh.faces import AnyCells, n_cells_of
 from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import print_note
-from .inputs import load_cells_and_attributes
+from .inputs import labels_beside, load_cells_and_attributes
 from .options import (
     FILE,
     FOLDER,
-    INPUT_FORMATS,
     STANDARD_STREAM,
+    ascii_option,
+    drop_attributes_option,
+    format_option,
     label_options,
+    labels_named_option,
     quiet_option,
 )
-from .outputs import OUTPUT_FORMATS, Job, plan_jobs
+from .outputs import Job, output_option, plan_jobs, to_option
 from .report import notes_on_attributes, notes_on_vertices
 
 __all__ = ["convert_command"]
@@ -38,15 +40,9 @@ __all__ = ["convert_command"]
 @click.command("convert")
 @click.argument("mesh", metavar="IN", type=FILE)
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
-@click.option(
-    "-o",
-    "--output",
-    "outputs",
-    metavar="OUT",
-    type=click.Path(allow_dash=True),
-    multiple=True,
-    help="Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
-    " for standard output.",
+@output_option(
+    "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
+    " for standard output."
 )
 @click.option(
     "--split",
@@ -55,31 +51,17 @@ __all__ = ["convert_command"]
     type=FOLDER,
     help="Write each region to a file of its own in this folder: DIR/region_17.ply.",
 )
-@click.option(
-    "--to",
-    "formats",
-    type=click.Choice(OUTPUT_FORMATS),
-    multiple=True,
-    help="Format of what no file name tells the format of; may be given several times.  [default:"
-    " ply; vtu of tetrahedra]",
-)
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of IN.  [default: by the ending]",
-)
-@click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
+@to_option("no file name tells the format of")
+@labels_named_option
+@format_option("IN")
+@ascii_option
 @label_options
-@click.option(
-    "--drop-attributes",
-    is_flag=True,
-    help="Do not carry over what a .ply input stores besides its mesh.",
-)
+@drop_attributes_option("input")
 @quiet_option
 def convert_command(
     mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
-    formats: tuple[str, ...], format: str | None, ascii: bool, label_name: str,
-    vertex_labels: bool, drop_attributes: bool, is_quiet: bool,
+    formats: tuple[str, ...], labels_named: str, format: str | None, ascii: bool,
+    label_name: str, vertex_labels: bool, drop_attributes: bool, is_quiet: bool,
 ) -> None:  # fmt: skip
     """Write the mesh in the file IN, with its LABELS, in other formats.
 
@@ -91,7 +73,7 @@ def convert_command(
     )
     check_outputs(job.files)
     keeps = job.holds_attributes and not drop_attributes
-    found = run_in_background(lambda: _read(mesh, labels, format, keep=keeps))
+    found = run_in_background(lambda: _read(mesh, labels, labels_named, format, keep=keeps))
     if folder is not None and found.labels is None:
         raise MeshError(f"{mesh}: there are no labels to split it by")
     if not is_quiet:
@@ -149,11 +131,11 @@ def _plan(
     return plan_jobs([str(mesh)], outputs, (), ascii=ascii, also_read=also_read)[0], ending
 
 
-def _read(mesh: Path, labels: Path | None, format: str | None, *, keep: bool) -> _Found:
+def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, keep: bool) -> _Found:
     cells, attributes = load_cells_and_attributes(str(mesh), format, keep=keep)
-    if labels is None and not (format is None and has_labels(mesh)):
+    if labels is None and format is not None:  # its ending does not tell how to read it
         return _Found(cells, None, attributes, False)
-    found = read_labels(labels or mesh, n_cells_of(cells))
+    found = labels_beside(mesh, labels, n_cells_of(cells), named)
     return _Found(cells, found, attributes, labels is not None)
 
 

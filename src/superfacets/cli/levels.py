@@ -28,7 +28,14 @@ from ..regions.hierarchy import Hierarchy
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import COUNT, FILE, INPUT_FORMATS, STANDARD_STREAM, numbers, quiet_option
+from .options import (
+    FILE,
+    STANDARD_STREAM,
+    format_option,
+    numbers,
+    quiet_option,
+    threads_option,
+)
 from .outputs import Job, check_files, check_fit, writer_of
 
 __all__ = ["levels_command"]
@@ -81,12 +88,8 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")
     " given several times.",
 )
 @constraint_options
-@click.option("--threads", "n_threads", type=COUNT, help="Threads to use.  [default: one per core]")
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of IN.  [default: by the ending; standard input by its content]",
-)
+@threads_option
+@format_option("IN", of_stream=True)
 @quiet_option
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def levels_command(

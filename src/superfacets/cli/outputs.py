@@ -27,9 +27,18 @@ from ..io.writers.ids import IdWriter
 from ..io.writers.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
 from ..mesh.faces import AnyCells, n_cells_of
 from .inputs import name_of
-from .options import STANDARD_STREAM
+from .options import STANDARD_STREAM, Decorator
 
-__all__ = ["OUTPUT_FORMATS", "Job", "check_files", "check_fit", "plan_jobs", "writer_of"]
+__all__ = [
+    "OUTPUT_FORMATS",
+    "Job",
+    "check_files",
+    "check_fit",
+    "output_option",
+    "plan_jobs",
+    "to_option",
+    "writer_of",
+]
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
 """What --to takes."""
@@ -43,6 +52,31 @@ CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
 
 ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
 """Files that --ascii makes text of."""
+
+
+def output_option(help: str) -> Decorator:
+    """Add the option that says where results go: `plan_jobs` takes them."""
+    return click.option(
+        "-o",
+        "--output",
+        "outputs",
+        metavar="OUT",
+        type=click.Path(allow_dash=True),
+        multiple=True,
+        help=help,
+    )
+
+
+def to_option(what: str = "-o gives no file name for") -> Decorator:
+    """Add the option that says the formats of results that have no names."""
+    return click.option(
+        "--to",
+        "formats",
+        type=click.Choice(OUTPUT_FORMATS),
+        multiple=True,
+        help=f"Format of what {what}; may be given several times.  [default: ply; vtu of"
+        " tetrahedra]",
+    )
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ from ..regions.lines import BorderLines, border_lines
 from ..regions.region_graph import RegionGraph, region_graph
 from .background import run_in_background
 from .inputs import check_inputs, load_cells
-from .options import FILE, INPUT_FORMATS
+from .options import FILE, format_option
 from .outputs import Job, check_files
 
 __all__ = ["regions_command"]
@@ -51,11 +51,7 @@ _Drawn = tuple[npt.NDArray[np.float64], list[tuple[str, npt.NDArray[np.int32]]]]
 )
 @click.option("--arcs", type=FILE, help="The same for the table of pairs of regions that touch.")
 @click.option("--borders", type=FILE, help="An .obj file for the borders, as lines.")
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of IN.  [default: by the ending; standard input by its content]",
-)
+@format_option("IN", of_stream=True)
 @click.option(
     "-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but the table and errors."
 )

@@ -20,8 +20,8 @@ from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import INPUT_FORMATS, quiet_option
-from .outputs import OUTPUT_FORMATS, Job, check_fit, plan_jobs
+from .options import format_option, quiet_option
+from .outputs import Job, check_fit, output_option, plan_jobs, to_option
 from .progress import Bar, open_bar
 from .report import facts_of, notes_of, summary_of
 from .segment_options import file_options, options_of, segment_options
@@ -35,32 +35,15 @@ __all__ = ["segment_command"]
 )
 @segment_options
 @constraint_options
-@click.option(
-    "-o",
-    "--output",
-    "outputs",
-    metavar="OUT",
-    type=click.Path(allow_dash=True),
-    multiple=True,
-    help="A .ply, .vtp, .obj, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
+@output_option(
+    "A .ply, .vtp, .obj, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
     " point cloud a .ply, .csv, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json, .bin or"
     " _sp_label.npy (labels of vertices), a .sstk.json, .aggregation.json or .npz (graph of"
     " regions); may be given several times. Or a folder (results/) for the files of all inputs, or"
-    " - for standard output.  [default: IN.superfacets.ply beside IN]",
+    " - for standard output.  [default: IN.superfacets.ply beside IN]"
 )
-@click.option(
-    "--to",
-    "formats",
-    type=click.Choice(OUTPUT_FORMATS),
-    multiple=True,
-    help="Format of what -o gives no file name for; may be given several times.  [default: ply;"
-    " vtu of tetrahedra]",
-)
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of the inputs.  [default: by the ending; standard input by its content]",
-)
+@to_option()
+@format_option("the inputs", of_stream=True)
 @file_options
 @quiet_option
 @click.option(

@@ -20,8 +20,17 @@ from ..regions.transfer import transfer
 from .background import run_in_background
 from .failures import print_note
 from .inputs import load_cells, load_cells_and_attributes
-from .options import COUNT, FILE, INPUT_FORMATS, NOT_NEGATIVE, quiet_option
-from .outputs import OUTPUT_FORMATS, Job, plan_jobs
+from .options import (
+    FILE,
+    NOT_NEGATIVE,
+    ascii_option,
+    drop_attributes_option,
+    format_option,
+    labels_named_option,
+    quiet_option,
+    threads_option,
+)
+from .outputs import Job, output_option, plan_jobs, to_option
 from .report import notes_on_attributes
 
 __all__ = ["transfer_command"]
@@ -36,44 +45,22 @@ __all__ = ["transfer_command"]
     type=NOT_NEGATIVE,
     help="What is farther than this from IN, in its unit, gets the label -1.  [default: no limit]",
 )
-@click.option(
-    "-o",
-    "--output",
-    "outputs",
-    metavar="OUT",
-    type=click.Path(allow_dash=True),
-    multiple=True,
-    help="TARGET with its labels, or the labels alone, in any format that segment writes; may be"
+@output_option(
+    "TARGET with its labels, or the labels alone, in any format that segment writes; may be"
     " given several times. Or a folder (results/), or - for standard output."
-    "  [default: TARGET.superfacets.ply beside TARGET]",
+    "  [default: TARGET.superfacets.ply beside TARGET]"
 )
-@click.option(
-    "--to",
-    "formats",
-    type=click.Choice(OUTPUT_FORMATS),
-    multiple=True,
-    help="Format of what -o gives no file name for; may be given several times.  [default: ply;"
-    " vtu of tetrahedra]",
-)
-@click.option(
-    "--format", type=click.Choice(INPUT_FORMATS), help="Format of IN.  [default: by the ending]"
-)
-@click.option(
-    "--target-format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of TARGET.  [default: by the ending]",
-)
-@click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
-@click.option(
-    "--drop-attributes",
-    is_flag=True,
-    help="Do not carry over what a .ply TARGET stores besides its mesh.",
-)
-@click.option("--threads", "n_threads", type=COUNT, help="Threads to use.  [default: one per core]")
+@to_option()
+@labels_named_option
+@format_option("IN")
+@format_option("TARGET", name="--target-format")
+@ascii_option
+@drop_attributes_option("TARGET")
+@threads_option
 @quiet_option
 def transfer_command(
     source: Path, labels: Path, target: Path, max_distance: float | None,
-    outputs: tuple[str, ...], formats: tuple[str, ...], format: str | None,
+    outputs: tuple[str, ...], formats: tuple[str, ...], labels_named: str, format: str | None,
     target_format: str | None, ascii: bool, drop_attributes: bool, n_threads: int | None,
     is_quiet: bool,
 ) -> None:  # fmt: skip
@@ -89,7 +76,7 @@ def transfer_command(
 
     def compute() -> tuple[AnyCells, MeshAttributes | None, npt.NDArray[np.int32]]:
         cells = load_cells(str(source), format)
-        given = read_labels(labels, n_cells_of(cells))
+        given = read_labels(labels, n_cells_of(cells), name=labels_named)
         keeps = job.holds_attributes and not drop_attributes
         goal, attributes = load_cells_and_attributes(str(target), target_format, keep=keeps)
         carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
