@@ -470,6 +470,21 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArra
     return array
 
 
+def checked_region_centers(
+    centers: npt.ArrayLike, labels: npt.NDArray[np.int32], n_regions: int
+) -> npt.NDArray[np.int32]:
+    """One cell of each region, in the order of the labels, as (K,) int32; a ValueError if not."""
+    cells = checked_seeds(centers, len(labels))
+    if len(cells) != n_regions:
+        raise ValueError(f"there are {len(cells)} centers for {n_regions} regions")
+    is_wrong = labels[cells] != np.arange(n_regions)
+    if is_wrong.any():
+        region = int(np.argmax(is_wrong))
+        cell = cells[region]
+        raise ValueError(f"centers[{region}] is {cell}, which has label {labels[cell]}")
+    return cells
+
+
 def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int32]:
     """Pairs of vertices as an (E, 2) int32 array."""
     given = np.asarray(edges)

@@ -29,7 +29,7 @@ from .mesh.faces import area_vectors
 from .mesh.point_cloud import PointCloud
 from .mesh.triangle_mesh import Mesh
 from .pipeline import segment
-from .regions.vertex_labels import vertex_ids
+from .regions.vertices import vertex_ids
 
 __all__ = ["segment_mesh", "segment_point"]
 

@@ -225,7 +225,7 @@ class TestPyTorchGeometric:
             assert_array_equal(data[name], values)
 
     def test_a_mesh_and_its_labels_make_one(self, tmp_path):
-        pytest.importorskip("superfacets.regions.region_graph")
+        pytest.importorskip("superfacets.cells.region_adjacency")
         sheet = shapes.bumpy_sheet(4)
         labels = np.arange(32) // 8 * 5  # with gaps
         labels[:8] = -1

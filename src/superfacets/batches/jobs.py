@@ -21,7 +21,7 @@ from ..io.writers.write import OUTPUT_ENDINGS, check_outputs, write_outputs
 from ..mesh.faces import AnyCells
 from .files import FileOptions, segment_file
 
-__all__ = ["Job", "Record", "hash_of", "run_job"]
+__all__ = ["BatchJob", "Record", "hash_of", "run_job"]
 
 Record = dict[str, Any]
 """What a line of the manifest holds."""
@@ -31,7 +31,7 @@ _STOPPING = (errno.ENOSPC, errno.EDQUOT)
 
 
 @dataclass(frozen=True)
-class Job:
+class BatchJob:
     """A file, and what is to be done with it. It is pickled for the worker."""
 
     head: Mapping[str, Any]
@@ -52,13 +52,13 @@ class Job:
         """Paths of the results."""
         return [Path(self.folder, name) for name in self.outputs]
 
-    def with_threads(self, n_threads: int) -> Job:
+    def with_threads(self, n_threads: int) -> BatchJob:
         """The job on so many threads, if no other number was asked for."""
         keywords = {"n_threads": n_threads, **self.options.keywords}
         return replace(self, options=replace(self.options, keywords=keywords))
 
 
-def run_job(job: Job) -> Record:
+def run_job(job: BatchJob) -> Record:
     """Read, segment, write; return the record, of a failure too.
 
     Raises
@@ -81,7 +81,7 @@ def run_job(job: Job) -> Record:
         return record | {"error": reason_of(error)}
 
 
-def _done(job: Job, record: Record) -> Record:
+def _done(job: BatchJob, record: Record) -> Record:
     """Do it; the hash is recorded as soon as it is known, whatever comes after."""
     files = job.files
     for folder in {path.parent for path in files}:

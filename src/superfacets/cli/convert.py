@@ -76,11 +76,10 @@ def convert_command(
     found = run_in_background(lambda: _read(mesh, labels, labels_named, format, keep=keeps))
     if folder is not None and found.labels is None:
         raise MeshError(f"{mesh}: there are no labels to split it by")
+    names, n_lost = _write(job, found, form, folder, ending)  # in the foreground: it writes files
     if not is_quiet:
-        for note in found.notes(job):
+        for note in [*notes_on_vertices(n_lost, job.endings), *found.notes()]:
             print_note(note)
-    names = _write(job, found, form, folder, ending)  # not in the background: it writes files
-    if not is_quiet:
         for name in names:
             click.echo(f"wrote {name}", err=job.stream is not None)
 
@@ -94,17 +93,12 @@ class _Found:
     attributes: MeshAttributes | None
     are_named: bool  # labels, as a file of their own
 
-    def notes(self, job: Job) -> list[str]:
-        """Notes on what the outputs lack."""
-        notes = []
-        if self.labels is not None:
-            notes = notes_on_vertices(self.cells, self.labels, job.endings)
+    def notes(self) -> list[str]:
+        """Notes on attributes that the outputs lack."""
         if self.attributes is None:
-            return notes
+            return []
         is_cloud = isinstance(self.cells, PointCloud)
-        return notes + notes_on_attributes(
-            self.attributes, of_points=is_cloud, are_replaced=self.are_named
-        )
+        return notes_on_attributes(self.attributes, of_points=is_cloud, are_replaced=self.are_named)
 
 
 def _plan(
@@ -141,10 +135,10 @@ def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, ke
 
 def _write(
     job: Job, found: _Found, form: FormatOptions, folder: Path | None, ending: str | None
-) -> list[str]:
-    """Write all files, and return what to say that was written."""
+) -> tuple[list[str], int]:
+    """Write all; return what to say that was written, and how many regions have no vertex."""
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    write_outputs(
+    n_lost = write_outputs(
         job.files,
         found.cells,
         found.labels,
@@ -156,4 +150,4 @@ def _write(
     if folder is not None and found.labels is not None:
         paths = write_regions(folder, found.cells, found.labels, ending=ending, ascii=form.ascii)
         names.append(f"{len(paths)} files in {folder}")
-    return names
+    return names, n_lost

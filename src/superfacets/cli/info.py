@@ -8,7 +8,7 @@ from functools import partial
 
 import click
 
-from ..cells.cloud_info import CloudInfo, cloud_info
+from ..cells.cloud_facts import CloudInfo, cloud_info
 from ..cells.info import MeshInfo, TetInfo, mesh_info
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.slivers import sliver_note

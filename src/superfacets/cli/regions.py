@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import ranked_labels
+from ..cells.region_adjacency import RegionGraph, region_graph
 from ..errors import MeshError
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
@@ -27,7 +28,6 @@ from ..mesh.faces import n_cells_of
 from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh
 from ..regions.lines import BorderLines, border_lines
-from ..regions.region_graph import RegionGraph, region_graph
 from .background import run_in_background
 from .inputs import check_inputs, load_cells
 from .options import FILE, format_option

@@ -121,13 +121,15 @@ class _Run:
         with open_bar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
             with timed(timings, "export", bar.on_stage):
-                _write(job, outcome, self.form)
+                n_lost = _write(job, outcome, self.form)
         result, noun = outcome.result, noun_of(outcome.mesh)
         timings = {**result.timings, **timings}
         if not self.is_quiet:
             asked = self.options.keywords.get("n_segments")
             endings, holds_labels = job.endings, job.holds_labels
-            for note in notes_of(outcome, asked, endings=endings, holds_labels=holds_labels):
+            for note in notes_of(
+                outcome, asked, endings=endings, holds_labels=holds_labels, n_lost=n_lost
+            ):
                 print_note(note)
         if self.as_json:
             self._print(job, json.dumps(facts_of(job.input, result, timings, job.names, noun)))
@@ -158,9 +160,10 @@ class _Run:
         click.echo(text, err=job.stream is not None)
 
 
-def _write(job: Job, outcome: Outcome, form: FormatOptions) -> None:
+def _write(job: Job, outcome: Outcome, form: FormatOptions) -> int:
+    """Write all files, and return the number of regions that labels of vertices lack."""
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    write_outputs(
+    return write_outputs(
         job.files,
         outcome.mesh,
         outcome.result.labels,

@@ -16,7 +16,7 @@ from ..io.writers.cells import FormatOptions
 from ..io.writers.write import check_outputs, write_outputs
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
-from ..regions.transfer import transfer
+from ..regions.nearest_labels import transfer
 from .background import run_in_background
 from .failures import print_note
 from .inputs import load_cells, load_cells_and_attributes

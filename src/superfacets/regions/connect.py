@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_seeds
+from .._validate import checked_region_centers
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.sums import sums_by_label
@@ -87,7 +87,7 @@ def connect_regions(
     if centers is None:
         kept = _largest_pieces(region_of_piece, areas, n_regions)
     else:
-        kept = pieces[_checked_centers(centers, labels, n_regions)]
+        kept = pieces[checked_region_centers(centers, labels, n_regions)]
     stays = np.zeros(n_pieces, np.uint8)
     stays[kept] = 1
     roots = _core.join_regions(*costs.args, pieces, areas, stays, np.inf, surface.n_threads)
@@ -109,17 +109,3 @@ def _largest_pieces(region_of_piece: Ints, areas: npt.NDArray[np.float64], n_reg
     largest = np.empty(n_regions, np.int32)
     largest[region_of_piece[order]] = order  # the last one written is the largest
     return largest
-
-
-def _checked_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
-    """One cell of each region, in the order of the labels."""
-    cells = checked_seeds(centers, len(labels))
-    if len(cells) != n_regions:
-        raise ValueError(f"there are {len(cells)} centers for {n_regions} regions")
-    is_wrong = labels[cells] != np.arange(n_regions)
-    if is_wrong.any():
-        region = int(np.argmax(is_wrong))
-        raise ValueError(
-            f"centers[{region}] is face {cells[region]}, which has label {labels[cells[region]]}"
-        )
-    return cells

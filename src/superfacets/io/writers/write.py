@@ -16,7 +16,7 @@ from ..attributes import MeshAttributes
 from ..guards import known_ending
 from ..readers.labels import checked_labels
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
-from .ids import ID_OUTPUTS, LABEL_OUTPUTS, IdWriter, write_given_labels
+from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
 
 __all__ = [
@@ -190,7 +190,7 @@ def write_outputs(
     options: FormatOptions | None = None,
     listed: npt.ArrayLike | None = None,
     listed_mesh: Any = None,
-) -> None:
+) -> int:
     """Write several files, each by its ending, such that all appear, or none.
 
     Parameters
@@ -214,6 +214,11 @@ def write_outputs(
     listed_mesh : Mesh, PolygonMesh or mesh-like, optional
         That mesh.
 
+    Returns
+    -------
+    int
+        Number of regions that files of labels of vertices lack, as no vertex could be spared.
+
     Raises
     ------
     ValueError
@@ -229,11 +234,9 @@ def write_outputs(
     if listed is not None:
         of_labels = checked_labels(listed)
         of_cells = cells if listed_mesh is None else as_cells(listed_mesh)
-    writers = _writers(
-        {*endings, *streams},
-        IdWriter(of_cells, of_labels, options),
-        CellWriter(cells, cell_labels, None, attributes, options),
-    )
+    all_endings = {*endings, *streams}
+    ids = IdWriter(of_cells, of_labels, options)
+    writers = _writers(all_endings, ids, CellWriter(cells, cell_labels, None, attributes, options))
     with atomic_outputs(paths) as temporaries:
         for temporary, ending, path in zip(temporaries, endings, paths, strict=True):
             with temporary.open("wb") as file:
@@ -241,6 +244,7 @@ def write_outputs(
         for ending, stream in streams.items():
             writers[ending](stream, ending, None)
             stream.flush()
+    return 0 if all_endings.isdisjoint(VERTEX_OUTPUTS) else ids.n_lost
 
 
 def _writers(

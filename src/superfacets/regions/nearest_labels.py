@@ -11,12 +11,12 @@ from .._validate import checked_classes, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.cell_graph import CellGraph
+from ..cells.majority import weighted_majority
 from ..cells.nearest import checked_distance, nearest_cells, query_points
 from ..mesh.faces import AnyCells, n_cells_of
 from ..mesh.point_cloud import PointCloud
 from ..mesh.samples import sample_faces
 from ..mesh.tet_mesh import TetMesh
-from .majority import weighted_majority
 
 __all__ = ["transfer"]
 
