@@ -281,6 +281,13 @@ def _check_extent(
         )
 
 
+def is_extent_valid(bounds: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Whether each box, (K, 2, 3), has a size that a mesh may have: (K,)."""
+    with np.errstate(over="ignore"):
+        sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
+    return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
+
+
 def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
     refuse_mask(value, name, MeshError)
     try:
@@ -304,8 +311,14 @@ def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
-    _check_extent(box[0], box[1], "points lie", "cloud")
+    if not np.array_equal(*box):  # what needs a size, asks for it: `check_spread`
+        _check_extent(box[0], box[1], "points lie", "cloud")
     return array, box
+
+
+def check_spread(bounds: npt.NDArray[np.float64]) -> None:
+    """Raise a MeshError if all points of a cloud lie at one place."""
+    _check_extent(bounds[0], bounds[1], "points lie", "cloud")
 
 
 def checked_queries(points: Any) -> npt.NDArray[np.float64]:

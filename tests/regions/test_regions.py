@@ -202,7 +202,7 @@ def test_random_labels_of_real_meshes_end_up_in_one_piece_each(benchmark_paths):
 @pytest.mark.parametrize(
     ("parameters", "error", "message"),
     [
-        ({"labels": [0, 2, 0, 0]}, ValueError, "no face has label 1"),
+        ({"labels": [0, 2, 0, 0]}, ValueError, "no cell has label 1"),
         ({"centers": [0]}, ValueError, "there are 1 centers for 2 regions"),
         ({"centers": [0, 1]}, ValueError, r"centers\[1\] is 1, which has label 0"),
         ({"centers": [0, 7]}, ValueError, r"centers\[1\] is 7; it must be 0 to 3"),

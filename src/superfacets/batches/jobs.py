@@ -17,7 +17,7 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, read_content
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.writers.cells import ATTRIBUTE_OUTPUTS
-from ..io.writers.write import OUTPUT_ENDINGS, check_outputs, write_outputs
+from ..io.writers.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells
 from .files import FileOptions, segment_file
 
@@ -88,6 +88,8 @@ def _done(job: BatchJob, record: Record) -> Record:
         folder.mkdir(parents=True, exist_ok=True)
     check_outputs(files)
     path = Path(job.path)
+    endings = [known_ending(file, OUTPUT_ENDINGS) for file in files]
+    form = job.options.form(endings)
 
     def load(keep: bool) -> tuple[AnyCells, MeshAttributes | None]:
         try:
@@ -96,17 +98,18 @@ def _done(job: BatchJob, record: Record) -> Record:
             record["sha256"] = hash_of(job.path)
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
-        return parse_cells_and_attributes(content, cell_ending(path), path.parent, keep=keep)
+        found = parse_cells_and_attributes(content, cell_ending(path), path.parent, keep=keep)
+        check_fit(found[0], None, endings, form)
+        return found
 
     timings: dict[str, float] = {}
-    endings = [known_ending(file, OUTPUT_ENDINGS) for file in files]
     holds_attributes = not {*endings}.isdisjoint(ATTRIBUTE_OUTPUTS)
     outcome = segment_file(load, job.options, holds_attributes=holds_attributes, timings=timings)
     result = outcome.result
     with timed(timings, "export"):
         write_outputs(
             files, outcome.mesh, result.labels, attributes=outcome.attributes,
-            options=job.options.form(endings), listed=outcome.listed,
+            options=form, listed=outcome.listed,
             listed_mesh=outcome.listed_mesh,
         )  # fmt: skip
     seconds = {**result.timings, **timings}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from ..io.attributes import MeshAttributes
 from ..io.writers.cells import FormatOptions
 from ..io.writers.regions import write_regions
 from ..io.writers.write import ENDING_OF_FORMAT, check_outputs, write_outputs
-from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import print_note
@@ -58,10 +59,11 @@ __all__ = ["convert_command"]
 @label_options
 @drop_attributes_option("input")
 @quiet_option
+@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def convert_command(
     mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
     formats: tuple[str, ...], labels_named: str, format: str | None, ascii: bool,
-    label_name: str, vertex_labels: bool, drop_attributes: bool, is_quiet: bool,
+    label_name: str, vertex_labels: bool, drop_attributes: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Write the mesh in the file IN, with its LABELS, in other formats.
 
@@ -76,10 +78,17 @@ def convert_command(
     found = run_in_background(lambda: _read(mesh, labels, labels_named, format, keep=keeps))
     if folder is not None and found.labels is None:
         raise MeshError(f"{mesh}: there are no labels to split it by")
-    names, n_lost = _write(job, found, form, folder, ending)  # in the foreground: it writes files
+    parts, n_lost = _write(job, found, form, folder, ending)  # in the foreground: it writes files
     if not is_quiet:
         for note in [*notes_on_vertices(n_lost, job.endings), *found.notes()]:
             print_note(note)
+    if as_json:
+        facts = {"file": str(mesh), **found.facts, "outputs": [*job.names, *parts]}
+        click.echo(json.dumps(facts), err=job.stream is not None)
+    elif not is_quiet:
+        names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
+        if folder is not None:
+            names.append(f"{len(parts)} files in {folder}")
         for name in names:
             click.echo(f"wrote {name}", err=job.stream is not None)
 
@@ -92,6 +101,14 @@ class _Found:
     labels: npt.NDArray[np.int32] | None
     attributes: MeshAttributes | None
     are_named: bool  # labels, as a file of their own
+
+    @property
+    def facts(self) -> dict[str, int | None]:
+        """Number of cells, and of labels: None where there are none."""
+        count = {f"n_{noun_of(self.cells)}s": n_cells_of(self.cells)}
+        if self.labels is None:
+            return {**count, "n_labels": None}
+        return {**count, "n_labels": len(np.unique(self.labels[self.labels >= 0]))}
 
     def notes(self) -> list[str]:
         """Notes on attributes that the outputs lack."""
@@ -136,7 +153,7 @@ def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, ke
 def _write(
     job: Job, found: _Found, form: FormatOptions, folder: Path | None, ending: str | None
 ) -> tuple[list[str], int]:
-    """Write all; return what to say that was written, and how many regions have no vertex."""
+    """Write all; return the files of regions, and how many regions labels of vertices lack."""
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
     n_lost = write_outputs(
         job.files,
@@ -146,8 +163,7 @@ def _write(
         attributes=found.attributes,
         options=form,
     )
-    names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
+    paths = []
     if folder is not None and found.labels is not None:
         paths = write_regions(folder, found.cells, found.labels, ending=ending, ascii=form.ascii)
-        names.append(f"{len(paths)} files in {folder}")
-    return names, n_lost
+    return [str(path) for path in paths], n_lost

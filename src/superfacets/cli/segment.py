@@ -14,14 +14,14 @@ from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
 from ..io.attributes import MeshAttributes
 from ..io.writers.cells import FormatOptions
-from ..io.writers.write import check_outputs, write_outputs
+from ..io.writers.write import check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells_and_attributes, name_of
 from .options import format_option, quiet_option
-from .outputs import Job, check_fit, output_option, plan_jobs, to_option
+from .outputs import Job, output_option, plan_jobs, to_option
 from .progress import Bar, open_bar
 from .report import facts_of, notes_of, summary_of
 from .segment_options import file_options, options_of, segment_options

@@ -31,6 +31,9 @@ VERTICES, INDICES = 34962, 34963
 MAX_BYTES = 2**32 - 1
 """Of a file: its length is 32 bits wide."""
 
+MAX_IDS = 2**24
+"""Ids are float32 there, which holds all whole numbers below, and one id stands for no region."""
+
 ALIGNMENT = 8
 """Of all buffer views; tables of properties need it."""
 
@@ -62,6 +65,11 @@ def write_glb(
     if labels is not None:
         names, ids = np.unique(labels, return_inverse=True)
         n_regions = len(names) - int(names[0] < 0)
+        if len(names) > MAX_IDS:
+            raise MeshError(
+                f"GLB holds the ids of up to {MAX_IDS} regions, and there are {n_regions}: write"
+                " .ply or .npy"
+            )
         ids = np.where(labels < 0, n_regions, ids - int(names[0] < 0))
         ids_of_corners = ids[key_of_corner].astype("<f4")
         primitive["attributes"]["_FEATURE_ID_0"] = scene.accessor(

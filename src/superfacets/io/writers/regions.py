@@ -52,8 +52,8 @@ def write_regions(
     Raises
     ------
     ValueError
-        If the ending or a label is wrong, no cell is in a region, or all of a region lies at one
-        point, as a region of one point does.
+        If the ending or a label is wrong, no cell is in a region, or all faces of a region lie at
+        one point.
     OSError
         If a file cannot be written.
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Any
 
+import numpy as np
 import numpy.typing as npt
 
 from ...adapters.convert import as_cells
-from ...mesh.faces import n_cells_of
+from ...mesh.faces import AnyCells, n_cells_of
 from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..attributes import MeshAttributes
 from ..guards import known_ending
@@ -22,10 +23,12 @@ from .pyg import GRAPH_OUTPUTS
 __all__ = [
     "ENDING_OF_FORMAT",
     "OUTPUT_ENDINGS",
+    "check_fit",
     "check_outputs",
     "write_labels",
     "write_mesh",
     "write_outputs",
+    "writer_of",
 ]
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
@@ -271,3 +274,31 @@ def check_outputs(paths: Sequence[StrPath]) -> None:
     for path in paths:
         known_ending(Path(path), OUTPUT_ENDINGS)
     checked_targets(paths)
+
+
+def writer_of(
+    cells: AnyCells,
+    labels: npt.NDArray[np.int32],
+    ending: str,
+    form: FormatOptions,
+    attributes: MeshAttributes | None = None,
+) -> CellWriter | IdWriter:
+    """Return what writes files with this ending; an error if they cannot hold what is given."""
+    if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
+        return CellWriter(cells, labels, None, attributes, form).checked([ending])
+    return IdWriter(cells, labels, form).checked([ending])
+
+
+def check_fit(
+    cells: AnyCells,
+    labels: npt.NDArray[np.int32] | None,
+    endings: Iterable[str],
+    form: FormatOptions,
+) -> None:
+    """Raise an error, before the long work, if files with these endings cannot hold such cells.
+
+    Labels are those given, which others will be made of; without any, each cell will have one.
+    """
+    likely = np.zeros(n_cells_of(cells), np.int32) if labels is None else labels
+    for ending in endings:
+        writer_of(cells, likely, ending, form)
