@@ -174,3 +174,16 @@ def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, fold
     assert len(json.loads((folder / "b.segs.json").read_text())["segIndices"]) == 49
     assert json.loads((folder / "b.sstk.json").read_text())["elementCount"] == 72
     assert read_mesh("b.ply").n_faces > 72
+
+
+def test_the_facts_are_printed_as_json(run, folder):
+    status, printed, _ = run("convert", "a.ply", "a.npy", "-o", "b.obj", "--json", "--split", "d")
+    assert status == 0
+    facts = json.loads(printed)
+    parts = [f"d/region_{region}.ply" for region in range(9)]
+    assert facts == {
+        "file": "a.ply", "n_faces": 72, "n_labels": 9, "outputs": ["b.obj", *parts],
+    }  # fmt: skip
+    assert json.loads(run("convert", "a.ply", "-o", "c.obj", "--json", "-q")[1]) == {
+        "file": "a.ply", "n_faces": 72, "n_labels": None, "outputs": ["c.obj"],
+    }  # fmt: skip
