@@ -76,8 +76,11 @@ def convert_command(
     check_outputs(job.files)
     keeps = job.holds_attributes and not drop_attributes
     found = run_in_background(lambda: _read(mesh, labels, labels_named, format, keep=keeps))
+    hint = f" (none called {labels_named}): name a file of them, or --labels-named"
     if folder is not None and found.labels is None:
-        raise MeshError(f"{mesh}: there are no labels to split it by")
+        raise MeshError(f"{mesh}: there are no labels to split it by{hint}")
+    if job.holds_labels and found.labels is None:
+        raise MeshError(f"{mesh}: there are no labels to write{hint}")
     parts, n_lost = _write(job, found, form, folder, ending)  # in the foreground: it writes files
     if not is_quiet:
         for note in [*notes_on_vertices(n_lost, job.endings), *found.notes()]:
