@@ -10,7 +10,10 @@ from numpy.testing import assert_array_equal
 
 from superfacets import read_attributes, read_labels, read_mesh, write_labels, write_mesh
 
-NO_LABELS = "superfacets: error: a.ply: there are no labels to {} (none called label): name a file of them, or --labels-named\n"
+NO_LABELS = (
+    "superfacets: error: a.ply: there are no labels to {} (none called label): name a file of them,"
+    " or --labels-named\n"
+)
 
 
 @pytest.fixture
