@@ -23,7 +23,6 @@ PYTHON_LAYERS = [
     "io.readers",
     "adapters",
     "cells",
-    "regions.region_graph",  # of cells and labels alone: the result of the clustering offers it
     "view",  # of cells and labels alone: the result of the clustering shows itself
     "clustering",
     "regions",
@@ -142,6 +141,12 @@ def test_an_include_against_the_order_is_found(tmp_path, monkeypatch):
     (tmp_path / "cells" / "arcs.hpp").write_text("")
     with pytest.raises(AssertionError, match=r"cells/arcs\.hpp"):
         test_includes_point_down(tmp_path / "mesh" / "wrong.cpp")
+
+
+def test_no_public_function_has_the_name_of_its_module():
+    from superfacets import _LAZY_NAMES
+
+    assert not [name for name, module in _LAZY_NAMES.items() if module.split(".")[-1] == name]
 
 
 def test_no_module_imports_itself_in_a_circle():

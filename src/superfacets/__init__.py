@@ -31,9 +31,10 @@ if TYPE_CHECKING:
     from . import reference as reference
     from . import segmentator as segmentator
     from .batches.runs import BatchProgress, BatchResult, batch
-    from .cells.cloud_info import CloudInfo, cloud_info
+    from .cells.cloud_facts import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .cells.nearest import NearestFaces, nearest_faces
+    from .cells.region_adjacency import RegionGraph, region_graph
     from .interop.attach import attach_labels
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
@@ -44,11 +45,10 @@ if TYPE_CHECKING:
     from .levels import hierarchy
     from .regions.hierarchy import Hierarchy
     from .regions.lines import BorderLines, border_lines, find_boundaries
+    from .regions.nearest_labels import transfer
     from .regions.parts import Submesh, split_regions, submesh
-    from .regions.pool import pool, snap, unpool
-    from .regions.region_graph import RegionGraph, region_graph
-    from .regions.transfer import transfer
-    from .regions.vertex_labels import vertex_labels
+    from .regions.pooling import pool, snap, unpool
+    from .regions.vertices import vertex_labels
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
@@ -149,8 +149,8 @@ _LAZY_NAMES = {
     "BatchProgress": "batches.runs",
     "BatchResult": "batches.runs",
     "batch": "batches.runs",
-    "CloudInfo": "cells.cloud_info",
-    "cloud_info": "cells.cloud_info",
+    "CloudInfo": "cells.cloud_facts",
+    "cloud_info": "cells.cloud_facts",
     "Hierarchy": "regions.hierarchy",
     "hierarchy": "levels",
     "MeshInfo": "cells.info",
@@ -169,16 +169,16 @@ _LAZY_NAMES = {
     "BorderLines": "regions.lines",
     "border_lines": "regions.lines",
     "find_boundaries": "regions.lines",
-    "RegionGraph": "regions.region_graph",
-    "region_graph": "regions.region_graph",
+    "RegionGraph": "cells.region_adjacency",
+    "region_graph": "cells.region_adjacency",
     "Submesh": "regions.parts",
     "split_regions": "regions.parts",
     "submesh": "regions.parts",
-    "pool": "regions.pool",
-    "snap": "regions.pool",
-    "unpool": "regions.pool",
-    "transfer": "regions.transfer",
-    "vertex_labels": "regions.vertex_labels",
+    "pool": "regions.pooling",
+    "snap": "regions.pooling",
+    "unpool": "regions.pooling",
+    "transfer": "regions.nearest_labels",
+    "vertex_labels": "regions.vertices",
     "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
     "face_colors": "view.colors",

@@ -6,16 +6,19 @@ import sys
 from pathlib import Path
 
 import click
+import numpy as np
+import numpy.typing as npt
 
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, read_content
+from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.readers.recognize import recognized_ending
 from ..mesh.faces import AnyCells
 from .options import STANDARD_STREAM
 
-__all__ = ["check_inputs", "load_cells", "load_cells_and_attributes", "name_of"]
+__all__ = ["check_inputs", "labels_beside", "load_cells", "load_cells_and_attributes", "name_of"]
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
@@ -49,6 +52,18 @@ def load_cells_and_attributes(
         return parse_cells_and_attributes(data, ending, folder, keep=keep)
     except MeshError as error:
         raise MeshError(f"{name_of(text)}: {error}") from None
+
+
+def labels_beside(
+    mesh: Path, labels: Path | None, n_cells: int, name: str
+) -> npt.NDArray[np.int32] | None:
+    """The labels of a file, or those that the file of the mesh holds; None if there are neither.
+
+    The name is that of the labels in files that hold more.
+    """
+    if labels is None and not has_labels(mesh, name=name):
+        return None
+    return read_labels(labels or mesh, n_cells, name=name)
 
 
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
+from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..mesh.faces import AnyCells
-from ..regions.region_graph import RegionGraph, region_graph_of
 
 __all__ = ["Level", "Segmentation", "StopReason"]
 

@@ -10,11 +10,11 @@ import numpy.typing as npt
 from .._validate import checked_classes, checked_threads, ranked_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
+from ..cells.majority import weighted_majority
 from ..cells.measures import measures_of
 from ..mesh.faces import AnyCells, AnyMesh, corners_in_a_row, face_sizes, n_cells_of
 from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh
-from .majority import weighted_majority
 
 __all__ = ["corner_groups", "vertex_ids", "vertex_labels"]
 

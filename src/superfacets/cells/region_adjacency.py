@@ -1,6 +1,6 @@
 """Stage 5: the region graph. What regions are in space, and what lies between those that touch.
 
-It needs cells and labels alone, so it lies below the clustering, whose result offers it.
+It needs cells and labels alone; the result of the clustering offers it.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_choice, checked_regions, checked_seeds, freeze
+from .._validate import checked_choice, checked_region_centers, checked_regions, freeze
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
-from ..cells.cell_graph import CellGraph
-from ..cells.kinds import as_surface
-from ..cells.surface import Surface
 from ..errors import MissingExtraError
+from .cell_graph import CellGraph
+from .kinds import as_surface
+from .surface import Surface
 
 __all__ = ["RegionGraph", "region_graph", "region_graph_of"]
 
@@ -363,7 +363,7 @@ def region_graph(
     """
     surface = as_surface(cells, weld=weld, n_threads=n_threads)
     array, n_regions = checked_regions(labels, surface.n_cells)
-    given = None if centers is None else _checked_centers(centers, array, n_regions)
+    given = None if centers is None else checked_region_centers(centers, array, n_regions)
     return region_graph_of(surface, array, n_regions, given)
 
 
@@ -398,17 +398,6 @@ def region_graph_of(
     graph = RegionGraph(**arrays, dimension=surface.dimension)
     freeze(graph, **arrays)
     return graph
-
-
-def _checked_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
-    array = checked_seeds(centers, len(labels))
-    if len(array) != n_regions:
-        raise ValueError(f"there are {len(array)} centers for {n_regions} regions")
-    is_wrong = labels[array] != np.arange(n_regions)
-    if is_wrong.any():
-        region = int(np.argmax(is_wrong))
-        raise ValueError(f"centers[{region}] is {array[region]}, which is not in region {region}")
-    return array
 
 
 def _deviations(squares: Floats, products: Floats) -> Floats:

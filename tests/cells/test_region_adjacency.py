@@ -22,7 +22,7 @@ from superfacets import (
 )
 from superfacets.cells.kinds import as_surface
 from superfacets.cells.point_graph import find_point_graph, point_surface
-from superfacets.regions.region_graph import region_graph_of
+from superfacets.cells.region_adjacency import region_graph_of
 
 QUARTER = np.pi / 2
 SPREAD = np.sqrt(1 / 12)  # standard deviation along a line of length 1
@@ -363,7 +363,7 @@ def test_the_border_of_a_region_is_its_arcs_and_what_is_open():
         ([0, 2, 2, 0], None, "no cell has label 1"),
         ([-1, -1, -1, -1], None, "no cell has a label: all are -1"),
         ([0, 1, 1, 1], [0], "there are 1 centers for 2 regions"),
-        ([0, 1, 1, 1], [1, 0], r"centers\[0\] is 1, which is not in region 0"),
+        ([0, 1, 1, 1], [1, 0], r"centers\[0\] is 1, which has label 1"),
     ],
 )
 def test_wrong_labels_and_centers_are_refused(labels, centers, message):

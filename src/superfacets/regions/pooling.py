@@ -20,10 +20,10 @@ from .._validate import (
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.cell_graph import CellGraph
+from ..cells.majority import weighted_majority
 from ..cells.measures import measures_of
 from ..mesh.faces import AnyCells, n_cells_of
-from .majority import weighted_majority
-from .vertex_labels import corner_groups
+from .vertices import corner_groups
 
 __all__ = ["Pooling", "pool", "snap", "unpool"]
 

@@ -6,9 +6,9 @@ import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
+from superfacets.cells.majority import weighted_majority
 from superfacets.mesh.tet_mesh import signed_volumes
-from superfacets.regions.majority import weighted_majority
-from superfacets.regions.vertex_labels import vertex_ids
+from superfacets.regions.vertices import vertex_ids
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
 

@@ -11,14 +11,17 @@ from .._validate import checked_classes, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.cell_graph import CellGraph
+from ..cells.majority import weighted_majority
 from ..cells.nearest import checked_distance, nearest_cells, query_points
 from ..mesh.faces import AnyCells, n_cells_of
 from ..mesh.point_cloud import PointCloud
 from ..mesh.samples import sample_faces
 from ..mesh.tet_mesh import TetMesh
-from .majority import weighted_majority
 
 __all__ = ["transfer"]
+
+_ROUNDING = 8 * np.finfo(np.float64).eps
+"""Of the largest coordinate: how far centroids may lie beside the faces that they are of."""
 
 Ints = npt.NDArray[np.int32]
 
@@ -48,8 +51,8 @@ def transfer(
         at the centroids of up to 64 equal parts, more where it is large beside the faces of
         `mesh`, and at its centroid where it is as small as those.
     max_distance : float, optional
-        Beyond this distance there is no label, >= 0, in the unit of the meshes, which have to lie
-        in the same place.
+        Beyond this distance (but for rounding errors) there is no label, >= 0, in the unit of the
+        meshes, which have to lie in the same place.
     n_threads : int, optional
         As for `segment`. The labels do not depend on it.
 
@@ -90,16 +93,22 @@ def transfer(
     n_cells = source.n_cells if isinstance(source, CellGraph) else n_cells_of(source)
     given = checked_classes(labels, n_cells, "labels")
 
+    goal = _as_target(target)
+    limit += _ROUNDING * _largest_coordinate(source)
+
     def labels_at(points: npt.NDArray[np.float64]) -> Ints:
         nearest = nearest_cells(source, points, limit, threads).faces
         return np.append(given, np.int32(-1))[nearest]  # -1 stays -1
 
-    goal = _as_target(target)
     if isinstance(goal, np.ndarray):
         return labels_at(goal)
     samples = sample_faces(goal, n_cells, threads)
     found = labels_at(samples.points)
     return weighted_majority(samples.faces, found, samples.areas, goal.n_faces)
+
+
+def _largest_coordinate(source: AnyCells | CellGraph) -> float:
+    return float(np.abs(source.bounds).max())
 
 
 def _as_target(target: Any) -> Any:

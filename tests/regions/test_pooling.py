@@ -169,7 +169,7 @@ def test_large_regions_and_many_small_ones_are_pooled_in_blocks(monkeypatch):
     labels[rng.permutation(500)[:90]] = range(90)
     values = rng.random((500, 2))
     expected = {how: sf.pool(values, labels, how=how) for how in ("mean", "sum", "max")}
-    monkeypatch.setattr("superfacets.regions.pool._ROWS_AT_ONCE", 16)
+    monkeypatch.setattr("superfacets.regions.pooling._ROWS_AT_ONCE", 16)
     for how, pooled in expected.items():
         assert_array_equal(sf.pool(values, labels, how=how), pooled)
 

@@ -147,3 +147,11 @@ def test_what_does_not_fit_is_refused():
         sf.transfer(cube, labels, cube, n_threads=0)
     with pytest.raises(TypeError, match="dict does not look like a mesh"):
         sf.transfer(cube, labels, {})
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+def test_no_distance_is_left_between_a_mesh_and_itself(offset):
+    mesh = shapes.bumpy_sheet(12)
+    mesh = sf.Mesh(mesh.vertices + offset / 3, mesh.faces)
+    labels = with_labels(mesh.n_faces)
+    assert_array_equal(sf.transfer(mesh, labels, mesh, max_distance=0), labels)
