@@ -135,33 +135,3 @@ def test_the_documentation_names_every_option(run, name):
     page = Path(__file__).parents[2].joinpath("docs", "command.md").read_text(encoding="utf-8")
     options = set(re.findall(r"(?<![\w-])--[a-z][\w-]+", run(name, "--help")[1])) - {"--help"}
     assert not {option for option in options if f"`{option}" not in page}
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals are sent otherwise there")
-def test_an_interrupt_while_the_package_is_imported_is_one_line(tmp_path):
-    slow = "import os, signal, time\nos.kill(os.getpid(), signal.SIGINT)\ntime.sleep(60)\n"
-    (tmp_path / "numpy.py").write_text(slow)
-    code = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\n"
-    code += "from superfacets_command import main; main()"
-    command = [sys.executable, "-c", code, "--version"]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=50)
-    assert (ended.returncode, ended.stdout) == (130, "")
-    assert ended.stderr == "superfacets: error: interrupted\n"
-
-
-def test_an_interrupt_is_ignored_where_the_shell_says_so(tmp_path):
-    (tmp_path / "numpy.py").write_text(
-        "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nraise ImportError('went on')\n"
-    )
-    code = "import signal, sys\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"
-    code += f"sys.path.insert(0, {str(tmp_path)!r})\nfrom superfacets_command import main; main()"
-    command = [sys.executable, "-c", code, "--version"]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=50)
-    assert "went on" in ended.stderr
-
-
-def test_the_command_starts(tmp_path):
-    code = "from superfacets_command import main; main()"
-    command = [sys.executable, "-c", code, "--version"]
-    ended = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert ended.stdout.startswith("superfacets ")
