@@ -42,6 +42,10 @@ if TYPE_CHECKING:
     from .io.writers.regions import write_regions
     from .io.writers.write import write_labels, write_mesh
     from .levels import hierarchy
+    from .pictures.camera import View
+    from .pictures.colors import face_colors
+    from .pictures.page.document import Page, view
+    from .pictures.rendering import render
     from .regions.hierarchy import Hierarchy
     from .regions.lines import BorderLines, border_lines, find_boundaries
     from .regions.parts import Submesh, split_regions, submesh
@@ -52,11 +56,6 @@ if TYPE_CHECKING:
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
-    from .view.camera import View
-    from .view.colors import face_colors
-    from .view.page.document import Page
-    from .view.page.document import view as view
-    from .view.rendering import render
 
 __version__ = "0.1.0"
 
@@ -137,6 +136,7 @@ __all__ = [
     "unpool",
     "update_centers",
     "vertex_labels",
+    "view",
     "write_graphs",
     "write_labels",
     "write_mesh",
@@ -181,10 +181,11 @@ _LAZY_NAMES = {
     "vertex_labels": "regions.vertex_labels",
     "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
-    "face_colors": "view.colors",
-    "Page": "view.page.document",
-    "View": "view.camera",
-    "render": "view.rendering",
+    "face_colors": "pictures.colors",
+    "Page": "pictures.page.document",
+    "view": "pictures.page.document",
+    "View": "pictures.camera",
+    "render": "pictures.rendering",
 }
 _LAZY_MODULES = {
     "baselines": "study.baselines",
@@ -192,7 +193,6 @@ _LAZY_MODULES = {
     "princeton": "study.princeton",
     "reference": "reference",
     "segmentator": "segmentator",
-    "view": "view",
 }
 
 if not TYPE_CHECKING:  # type checkers see the imports above, and names that are not there

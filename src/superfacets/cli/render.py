@@ -17,7 +17,7 @@ from .options import FILE, Real
 
 if TYPE_CHECKING:
     from .._options import Clip
-    from ..view.camera import Up
+    from ..pictures.camera import Up
 
 __all__ = ["render_command"]
 
@@ -60,7 +60,7 @@ def render_command(
 
     Borders between regions of a mesh are dark lines.
     """
-    from ..view.rendering import View, render
+    from ..pictures.rendering import View, render
 
     if output.suffix.lower() != ".png":
         raise click.UsageError(f"{output}: pictures are written as .png")

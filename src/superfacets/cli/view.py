@@ -19,7 +19,7 @@ from .failures import print_note
 from .options import FILE, Real
 
 if TYPE_CHECKING:
-    from ..view.camera import Up
+    from ..pictures.camera import Up
 
 __all__ = ["view_command"]
 
@@ -70,8 +70,8 @@ def view_command(
 
     The page shows its regions. It is one file, which opens in any browser from disk, offline.
     """
-    from ..view.camera import View
-    from ..view.page.document import checked_page_path, view
+    from ..pictures.camera import View
+    from ..pictures.page.document import checked_page_path, view
 
     try:
         target = checked_page_path(output)

@@ -5,8 +5,8 @@ import pytest
 from shapes import strip
 
 from superfacets import build_face_graph
-from superfacets.view.borders import border_edges, default_border_width
-from superfacets.view.camera import Camera
+from superfacets.pictures.borders import border_edges, default_border_width
+from superfacets.pictures.camera import Camera
 
 
 def camera(half_slope=0.5):

@@ -13,10 +13,10 @@ from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip, table
 from tools.sample_bear import parts_of
 
 from superfacets import Mesh, MissingExtraError, render, sample_mesh
-from superfacets.view import drawing, rendering
-from superfacets.view.colors import face_colors
-from superfacets.view.gl import RenderError
-from superfacets.view.rendering import View
+from superfacets.pictures import drawing, rendering
+from superfacets.pictures.colors import face_colors
+from superfacets.pictures.gl import RenderError
+from superfacets.pictures.rendering import View
 
 SIZE = (160, 120)
 FRONT = View(azimuth=0, elevation=0, up="y")

@@ -9,7 +9,7 @@ from numpy.testing import assert_array_equal
 from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip
 
 from superfacets import Mesh, build_face_graph, face_colors
-from superfacets.view.colors import MIN_COLOR_DISTANCE, PALETTE, oklab, region_colors
+from superfacets.pictures.colors import MIN_COLOR_DISTANCE, PALETTE, oklab, region_colors
 
 
 def graph_of_pairs(n, pairs):
