@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._options import CLIPS, Clip
-from .._validate import checked_choice, checked_count, checked_number, compact_labels
+from .._validate import checked_choice, checked_count, checked_number, compact_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..io.atomic import atomic_outputs, checked_targets
@@ -54,8 +54,8 @@ def render(
     mesh : Mesh or mesh-like, PointCloud or cloud-like
         As for `segment`. Points are drawn as small squares on the surface, without borders.
     labels : array_like of integers, shape (F,), optional
-        Region of each face or point, any numbers. Without labels a mesh is plain, and a cloud has
-        its own colors, if it has any.
+        Region of each face or point, any numbers; -1 where there is none, which is gray. Without
+        labels a mesh is plain, and a cloud has its own colors, if it has any.
     output : path, optional
         Where to write the picture, as PNG.
     colors : array_like of uint8, shape (F, 3), optional
@@ -131,7 +131,7 @@ def _outside(
         keep = heights < 0 if clip.startswith("-") else heights >= 0
     surface, sources = mesh.boundary(keep)
     if labels is not None:
-        labels, _ = compact_labels(labels, mesh.n_tets)
+        labels, _ = compact_partial_labels(labels, mesh.n_tets)
         colors = face_colors(mesh, labels) if colors is None else colors  # the same in each view
         labels = labels[sources]
     if colors is not None:

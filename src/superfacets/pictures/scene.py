@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_threads, compact_labels, refuse_mask
+from .._validate import checked_threads, compact_partial_labels, refuse_mask
 from ..cells.face_graph import build_face_graph
 from ..cells.point_graph import PointGraph, find_point_graph
 from ..mesh.faces import FaceMesh, cut_into_triangles
 from ..mesh.point_cloud import PointCloud
 from .borders import border_edges
-from .colors import region_colors
+from .colors import colors_of_cells, region_colors
 
 __all__ = [
     "FloatArray",
@@ -45,7 +45,7 @@ class Scene:
     triangles: npt.NDArray[np.int64]  # (T, 3), faces, or what polygons are cut into
     colors: Picture  # (T, 3)
     borders: npt.NDArray[np.int64]  # (B, 2), ends of edges between regions
-    n_regions: int  # 1 without labels
+    n_regions: int  # 1 without any
 
     @cached_property
     def normals(self) -> FloatArray:
@@ -86,9 +86,10 @@ def build_scene(
     face_colors = np.tile(np.array(_PLAIN_COLOR, dtype=np.uint8), (mesh.n_faces, 1))
     borders, n_regions = np.empty((0, 2), dtype=np.int64), 1
     if labels is not None:
-        checked, n_regions = compact_labels(labels, mesh.n_faces)
-        graph = build_face_graph(mesh)
-        face_colors = region_colors(graph, checked)[checked]
+        checked, ids = compact_partial_labels(labels, mesh.n_faces)
+        graph, n_regions = build_face_graph(mesh), max(1, len(ids))
+        if colors is None:
+            face_colors = colors_of_cells(region_colors(graph, checked), checked)
         borders = places[representative[border_edges(mesh, graph, checked)]]
     if colors is not None:
         face_colors = checked_colors(colors, mesh.n_faces)
@@ -104,8 +105,9 @@ def build_cloud_scene(
     graph = find_point_graph(cloud, checked_threads(None))
     point_colors, n_regions = np.tile(np.array(_PLAIN_COLOR, np.uint8), (cloud.n_points, 1)), 1
     if labels is not None:
-        checked, n_regions = compact_labels(labels, cloud.n_points)
-        point_colors = region_colors(graph, checked)[checked]
+        checked, ids = compact_partial_labels(labels, cloud.n_points)
+        point_colors = colors_of_cells(region_colors(graph, checked), checked)
+        n_regions = max(1, len(ids))
     elif cloud.colors is not None:
         point_colors = np.rint(cloud.colors * 255).astype(np.uint8)
     if colors is not None:

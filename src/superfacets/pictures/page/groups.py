@@ -9,7 +9,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from ..._validate import checked_face_labels, refuse_mask
+from ..._validate import compact_partial_labels, refuse_mask
 from ..colors import region_colors
 from .coding import Arrays
 from .shape import Shape
@@ -70,7 +70,7 @@ class Labeling:
         inside = self.labels[is_in]
         counts = np.bincount(inside, minlength=self.n_regions)
         sizes = np.bincount(inside, shape.measures[is_in], minlength=self.n_regions)
-        arrays.add(f"{name}_colors", self._colors(shape).ravel())
+        arrays.add(f"{name}_colors", region_colors(shape.graph, self.labels).ravel())
         arrays.add(f"{name}_counts", counts.astype(np.uint32))
         arrays.add(f"{name}_sizes", sizes.astype(np.float32).view(np.uint32))
 
@@ -83,11 +83,6 @@ class Labeling:
         if not np.array_equal(parents[finer.labels], self.labels):
             return None
         return parents[:-1]
-
-    def _colors(self, shape: Shape) -> npt.NDArray[np.uint8]:
-        """As `face_colors` gives them; cells left out are a region of their own meanwhile."""
-        n_others = int((self.labels == NO_REGION).any())
-        return region_colors(shape.graph, self.labels + n_others)[n_others:]
 
 
 @dataclass(frozen=True)
@@ -139,17 +134,7 @@ def checked_truth(labels: npt.ArrayLike | None, n_cells: int) -> Labeling | None
 
 
 def _checked_labeling(labels: Any, n_cells: int) -> Labeling:
-    given = checked_face_labels(labels, n_cells)
-    if given.min() >= NO_REGION and given.max() < n_cells:  # no need to sort
-        is_used = np.bincount(given + 1, minlength=1) > 0
-        is_used[0] = False
-        ranks = np.cumsum(is_used) - 1
-        ranks[0] = NO_REGION
-        return Labeling(ranks[given + 1].astype(np.int32), np.flatnonzero(is_used) - 1)
-    ids, places = np.unique(given, return_inverse=True)
-    ranks = np.cumsum(ids != NO_REGION) - 1
-    ranks[ids == NO_REGION] = NO_REGION
-    return Labeling(ranks[places].astype(np.int32), ids[ids != NO_REGION])
+    return Labeling(*compact_partial_labels(labels, n_cells))
 
 
 def checked_features(
