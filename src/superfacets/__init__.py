@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from .pictures.camera import View
     from .pictures.colors import face_colors
     from .pictures.page.document import Page, view
+    from .pictures.plotting import Plot, plot
     from .pictures.rendering import render
     from .regions.hierarchy import Hierarchy
     from .regions.lines import BorderLines, border_lines, find_boundaries
@@ -80,6 +81,7 @@ __all__ = [
     "MissingExtraError",
     "NearestFaces",
     "Page",
+    "Plot",
     "PointCloud",
     "PolygonMesh",
     "RegionEdit",
@@ -115,6 +117,7 @@ __all__ = [
     "mesh_info",
     "nearest_faces",
     "place_seeds",
+    "plot",
     "pool",
     "read_attributes",
     "read_cloud",
@@ -184,6 +187,8 @@ _LAZY_NAMES = {
     "face_colors": "pictures.colors",
     "Page": "pictures.page.document",
     "view": "pictures.page.document",
+    "Plot": "pictures.plotting",
+    "plot": "pictures.plotting",
     "View": "pictures.camera",
     "render": "pictures.rendering",
 }

@@ -106,8 +106,8 @@ def test_the_gray_of_no_region_is_no_color_of_a_region():
 
 def test_palette_colors_are_light_enough_to_be_shaded():
     lightness = oklab(PALETTE)[:, 0]
-    assert lightness.min() > 0.59
-    assert lightness.max() < 0.94
+    assert lightness.min() > 0.65
+    assert lightness.max() < 0.96
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -119,13 +119,13 @@ def test_regions_that_touch_differ_by_at_least_the_promised_distance(seed):
     assert distance_across_arcs(graph, labels, colors).min() >= MIN_COLOR_DISTANCE
 
 
-def test_twelve_regions_that_all_touch_get_the_whole_palette():
-    graph = graph_of_pairs(12, combinations(range(12), 2))
-    colors = region_colors(graph, identity(12))
+def test_ten_regions_that_all_touch_get_the_whole_palette():
+    graph = graph_of_pairs(10, combinations(range(10), 2))
+    colors = region_colors(graph, identity(10))
     assert {tuple(c) for c in colors} == {tuple(c) for c in PALETTE}
 
 
-@pytest.mark.parametrize(("n", "least"), [(13, 0.05), (40, 0.02), (100, 0.002)])
+@pytest.mark.parametrize(("n", "least"), [(11, 0.05), (40, 0.02), (100, 0.002)])
 def test_more_regions_that_all_touch_still_differ(n, least):
     graph = graph_of_pairs(n, combinations(range(n), 2))
     colors = region_colors(graph, identity(n))

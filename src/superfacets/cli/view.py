@@ -11,11 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from ..io.guards import known_ending, read_content
-from ..io.readers.labels import has_labels, npy_array, read_labels
+from ..io.guards import read_content
+from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.read import read_cells
 from ..mesh.faces import n_cells_of
 from .failures import print_note
+from .inputs import read_values
 from .options import FILE, Real
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ def view_command(
     if shown is None:
         print_note(f"{mesh} holds no labels: --labels names a file of them")
     truth = None if gt is None else read_labels(gt, n_cells)
-    values = {path.stem: _read_values(path) for path in features}
+    values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title
     try:
@@ -116,15 +117,3 @@ def _read_levels(path: Path) -> npt.NDArray[Any]:
             return np.asarray(arrays["labels"])
     except Exception:  # zipfile, zlib and numpy have errors of their own for damaged files
         raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None
-
-
-def _read_values(path: Path) -> npt.NDArray[Any]:
-    """The numbers in a file, one per cell or region."""
-    ending = known_ending(path, (".npy", ".txt"))
-    data = read_content(path)
-    try:
-        if ending == ".npy":
-            return npy_array(data, "values")
-        return np.array(bytes(data).split(), dtype=np.float64)
-    except ValueError as error:
-        raise MeshError(f"{path}: {error}") from None

@@ -33,27 +33,26 @@ __all__ = [
 ]
 
 # Colors far from each other, and from the gray of cells in no region, in OKLab and in the worst of
-# `VISIONS`; found by farthest-point search with exchanges among those of lightness 0.6 to 0.94 (so
-# that shading darkens them without turning them black) and a chroma of at most 0.15 (so that none
-# glares). For normal eyes they were asked to be a third farther apart. With 16 colors the worst
-# vision would get less than 0.08; regions of surfaces need 6, those in a volume up to 10.
+# `VISIONS`; found by farthest-point search with exchanges among those of lightness 0.65 to 0.95 (so
+# that shading darkens them without turning them black) and a chroma of at most 0.14 (so that none
+# glares). For normal eyes they were asked to be a third farther apart. With 12 colors the worst
+# vision would get less than 0.08; regions of a surface need 6, and those in a volume up to 10.
 PALETTE = np.array(
     [
-        (250, 180, 70), (90, 130, 200), (165, 205, 185), (220, 180, 250),
-        (200, 90, 70), (245, 230, 100), (0, 180, 180), (210, 235, 255),
-        (185, 145, 10), (160, 150, 250), (135, 250, 180), (245, 135, 120),
+        (245, 195, 170), (150, 180, 250), (110, 170, 120), (250, 140, 180), (250, 240, 130),
+        (175, 130, 210), (80, 230, 255), (195, 135, 0), (200, 250, 230), (190, 190, 80),
     ],
     dtype=np.uint8,
 )  # fmt: skip
-"""The colors of regions, sRGB, (12, 3)."""
+"""The colors of regions, sRGB, (10, 3)."""
 
-MIN_COLOR_DISTANCE = 0.086
+MIN_COLOR_DISTANCE = 0.09
 """Least distance in OKLab between two colors of the palette, as normal eyes and those of people
 with protanopia, deuteranopia or tritanopia see them; 0.02 is just noticeable."""
 
 # If possible, neighbors get colors at least this far apart. A larger distance would leave too
 # little choice: from most of its colors, half of the palette or more is this far.
-_CLEAR_DISTANCE = 0.11
+_CLEAR_DISTANCE = 0.1
 
 # Every planar graph has a vertex of at most so many neighbors.
 _PLANAR_DEGREE = 5
@@ -95,8 +94,8 @@ def face_colors(
     --------
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> face_colors(square, [0, 1])
-    array([[250, 180,  70],
-           [ 90, 130, 200]], dtype=uint8)
+    array([[245, 195, 170],
+           [150, 180, 250]], dtype=uint8)
     """
     cells = mesh if isinstance(mesh, CellGraph) else as_cells(mesh)
     n_cells = cells.n_cells if isinstance(cells, CellGraph) else n_cells_of(cells)
@@ -136,7 +135,7 @@ def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     of a surface: regions of few neighbors are put aside until none is left, and colored in the
     opposite order, each with the least used color that is far from those its neighbors have. So a
     region of a planar map has at most 5 neighbors with colors when its turn comes. Where neighbors
-    have taken the whole palette, which takes 12, the region gets the color, of a wider choice,
+    have taken the whole palette, which takes 10, the region gets the color, of a wider choice,
     whose distance to the nearest of theirs is largest.
 
     The same input gives the same colors. Time and memory are linear in arcs and in pairs of

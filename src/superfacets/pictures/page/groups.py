@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..._validate import compact_partial_labels, refuse_mask
 from ..colors import region_colors
+from ..values import checked_values
 from .coding import Arrays
 from .shape import Shape
 
@@ -143,18 +144,6 @@ def checked_features(
     """Values by name, one per cell or per region of the first level; a ValueError otherwise."""
     found = []
     for name, given in (features or {}).items():
-        refuse_mask(given, f"feature {name!r}")
-        array = np.asarray(given)
-        if array.dtype.kind not in "biuf":
-            raise TypeError(f"feature {name!r} must be numbers, got {array.dtype}")
-        if array.shape not in {(n_cells,), (n_regions,)}:
-            regions = "" if n_regions is None else f" or per region, {n_regions}"
-            raise ValueError(
-                f"feature {name!r} must have a value per cell, {n_cells}{regions},"
-                f" got shape {array.shape}"
-            )
-        values = array.astype(np.float64)
-        if np.isinf(values).any():
-            raise ValueError(f"feature {name!r} has infinite values; NaN stands for none")
-        found.append(Feature(str(name), values, "cell" if len(values) == n_cells else "region"))
+        values, of = checked_values(given, f"feature {name!r}", n_cells, n_regions)
+        found.append(Feature(str(name), values, of))
     return found
