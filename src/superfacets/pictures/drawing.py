@@ -99,7 +99,7 @@ def draw(
                 samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
                 _show_shadows(stage)
                 shadows = _shoot(vtk, stage, *_shadow_frame(frame))
-                pictures.append(_combined(samples, shadows))
+                pictures.append(_combined(samples, shadows, background))
         finally:
             stage.window.Finalize()
     return pictures
@@ -262,10 +262,17 @@ def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
     return np.asarray(flat.reshape(height, width, 3)[::-1], dtype=np.uint8)
 
 
-def _combined(samples: Picture, shadows: Picture) -> Picture:
-    """Means of blocks of samples times the shadows, which are gray and of another size."""
+def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:
+    """Means of blocks of samples times the shadows, which are gray and of another size.
+
+    Shadows do not spread to where there is nothing but background.
+    """
     image, chops, blurs = (import_pillow(name) for name in ("Image", "ImageChops", "ImageFilter"))
-    picture = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
+    lit = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
     gray = image.fromarray(np.ascontiguousarray(shadows[..., 0])).filter(blurs.BoxBlur(1))
-    fitting = gray.resize(picture.size, image.Resampling.BILINEAR)
-    return np.asarray(chops.multiply(picture, image.merge("RGB", [fitting] * 3)))
+    fitting = gray.resize(lit.size, image.Resampling.BILINEAR)
+    picture = np.array(chops.multiply(lit, image.merge("RGB", [fitting] * 3)))
+    channels = np.moveaxis(np.asarray(lit), 2, 0)
+    is_bare = [channel == value for channel, value in zip(channels, background, strict=True)]
+    picture[np.logical_and.reduce(is_bare)] = background
+    return picture

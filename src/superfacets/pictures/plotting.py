@@ -147,7 +147,7 @@ def plot(
     color_by : array_like of numbers, shape (N,) or (K,), or str, optional
         What cells are colored by instead: a value per cell; a value per region, in the order of
         their numbers, if there is one labeling; or a column of `RegionGraph.table` by name, such as
-        ``"area"``. Dark blue is lowest, yellow highest, and gray what is NaN or in no region. Below
+        ``"area"``. Blue is lowest, yellow highest, and gray what is NaN or in no region. Below
         stands the scale, which is the same for all labelings.
     scale_title : str, optional
         What stands above the scale; by default the name of the column.
