@@ -50,9 +50,9 @@ def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Pic
     bar = np.repeat(row, max(1, bottom - top), axis=0)
     image.paste(import_pillow("Image").fromarray(bar), (left, top))
     pen.text((width / 2, 0.17 * height), scale.title, fill=ink, font=font, anchor="mm")
-    for value in _ticks(scale.low, scale.high):
-        span = scale.high - scale.low
-        x = left + (right - left) * ((value - scale.low) / span if span > 0 else 0.5)
+    ticks = _ticks(scale.low, scale.high)
+    for value, share in zip(ticks, scale.shares(np.array(ticks)), strict=True):
+        x = left + (right - left) * float(share)
         pen.line([(x, bottom), (x, bottom + 0.07 * height)], fill=ink)
         pen.text((x, 0.8 * height), f"{value:.6g}", fill=ink, font=font, anchor="mm")
     if scale.has_missing:

@@ -50,13 +50,16 @@ class Scale:
     title: str
     has_missing: bool
 
+    def shares(self, values: Floats) -> Floats:
+        """Where values are from the lowest, 0, to the highest, 1; 0.5 where all are one."""
+        # Halves: the distance of two numbers may be more than the largest number.
+        span = self.high / 2 - self.low / 2
+        return (values / 2 - self.low / 2) / span if span > 0 else values * 0 + 0.5
+
     def colors(self, values: Floats) -> npt.NDArray[np.uint8]:
         """Color of each value, (N, 3); gray for NaN."""
-        is_missing = np.isnan(values)
-        shares = np.full(len(values), 0.5)
-        if self.high > self.low:
-            # Halves: the distance of two numbers may be more than the largest number.
-            shares = (values / 2 - self.low / 2) / (self.high / 2 - self.low / 2)
+        shares = self.shares(values)
+        is_missing = np.isnan(shares)
         steps = np.where(is_missing, 0, np.rint(shares * (_N_COLORS - 1))).astype(np.int64)
         colors = scale_colors(_N_COLORS)[steps]
         colors[is_missing] = NO_COLOR
