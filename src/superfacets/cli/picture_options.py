@@ -23,20 +23,18 @@ __all__ = ["chosen_view", "picture_options", "values_named"]
 _MAX_SIDE = 8192
 
 
-class _Size(click.ParamType):
+def _checked_size(
+    ctx: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[int, int] | None:
     """Width and height in pixels."""
-
-    name = "size"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
-        """The two numbers; a usage error that says what is expected."""
-        match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", str(value), re.ASCII)
-        width, height = (int(side) for side in match.groups()) if match else (0, 0)
-        if not (1 <= width <= _MAX_SIDE and 1 <= height <= _MAX_SIDE):
-            self.fail(f"{value!r} is not like 1200x900, of sides 1 to {_MAX_SIDE}", param, ctx)
-        return width, height
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text, re.ASCII)
+    width, height = (int(side) for side in match.groups()) if match else (0, 0)
+    if not (1 <= width <= _MAX_SIDE and 1 <= height <= _MAX_SIDE):
+        message = f"{text!r} is not like 1200x900, of sides 1 to {_MAX_SIDE}"
+        raise click.BadParameter(message, ctx, parameter)
+    return width, height
 
 
 def _checked_turntable(
@@ -79,7 +77,7 @@ def picture_options(command: Any) -> Any:
         click.option(
             "--size",
             metavar="WxH",
-            type=_Size(),
+            callback=_checked_size,
             help="Pixels of each picture.  [default: 1200x900; of a turn 640x480]",
         ),
     ]

@@ -73,13 +73,13 @@ def render_command(
         raise click.UsageError(f"{output}: pictures are written as .png")
     view = chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells = read_cells(mesh)
-    series, titles = _series_of(mesh, labels, compare, n_cells_of(cells))
+    shown, others, titles = _series_of(mesh, labels, compare, n_cells_of(cells))
     values = values_named(color_by)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:
         try:
             plot(
-                cells, series[0], output=path, compare=series[1:], titles=titles, size=size,
+                cells, shown, output=path, compare=others, titles=titles, size=size,
                 color_by=values, scale_title=None if named is None else named.stem, view=view,
                 clip=clip,
             )  # fmt: skip
@@ -92,16 +92,16 @@ def render_command(
 
 def _series_of(
     mesh: Path, labels: Path | None, compare: tuple[Path, ...], n_cells: int
-) -> tuple[list[npt.NDArray[Any] | None], list[str] | None]:
-    """Labels of each picture, or None for a plain one, and titles where there are several."""
+) -> tuple[npt.NDArray[Any] | None, list[npt.NDArray[Any]], list[str] | None]:
+    """Labels of the first picture, or None if it is plain, of those beside it, and their titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
-        series = [read_labels(path, n_cells) for path in paths]
-        return [*series], [path.stem for path in paths] if compare else None
+        first, *others = [read_labels(path, n_cells) for path in paths]
+        return first, others, [path.stem for path in paths] if compare else None
     shown = _labels_of(mesh, n_cells)
     if shown is None:
         print_note(f"{mesh} holds no labels: the picture is plain; --labels names a file of them")
-    return [shown], None
+    return shown, [], None
 
 
 def _labels_of(path: Path, n_cells: int) -> npt.NDArray[Any] | None:

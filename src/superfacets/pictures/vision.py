@@ -78,7 +78,8 @@ def color_distances(
     colors: npt.NDArray[Any], others: npt.NDArray[Any], visions: tuple[Vision, ...] = VISIONS
 ) -> Floats:
     """Return the distances in OKLab between all colors of two sets, (N, M), in the worst vision."""
-    return np.min([_distances(seen_as(colors, v), seen_as(others, v)) for v in visions], axis=0)
+    apart = [_distances(seen_as(colors, v), seen_as(others, v)) for v in visions]
+    return np.asarray(np.min(apart, axis=0))
 
 
 def from_oklab(places: Floats) -> npt.NDArray[np.uint8]:
