@@ -291,8 +291,8 @@ def _near_colors() -> list[int]:
 def scale_colors(n: int = 256) -> npt.NDArray[np.uint8]:
     """Return n colors for values from low to high, (n, 3), sRGB.
 
-    They run from blue over green to yellow. Lightness rises evenly: the order is seen without
-    colors too. The darkest is light enough for dark borders to be seen on it.
+    They run from blue over green to yellow, in steps of about the same length in OKLab. Lightness
+    rises evenly: the order is seen without colors too. The darkest is light enough for dark borders to be seen on it.
     """
     at = np.linspace(0, len(_SCALE) - 1, n)
     places = np.stack([np.interp(at, range(len(_SCALE)), column) for column in _SCALE.T], axis=1)
@@ -302,7 +302,7 @@ def scale_colors(n: int = 256) -> npt.NDArray[np.uint8]:
 # In OKLab.
 _SCALE = np.array(
     [
-        (0.40, 0.01, -0.14), (0.535, -0.04, -0.11), (0.67, -0.10, -0.01),
-        (0.805, -0.12, 0.11), (0.94, -0.03, 0.17),
+        (0.40, 0.0, -0.18), (0.535, -0.05, -0.11), (0.67, -0.10, -0.015),
+        (0.805, -0.11, 0.08), (0.94, -0.04, 0.175),
     ]
 )  # fmt: skip
