@@ -292,7 +292,7 @@ def scale_colors(n: int = 256) -> npt.NDArray[np.uint8]:
     """Return n colors for values from low to high, (n, 3), sRGB.
 
     They run from blue over green to yellow, in steps of about the same length in OKLab. Lightness
-    rises evenly: the order is seen without colors too. The darkest is light enough for dark borders to be seen on it.
+    rises evenly: the order is seen without colors too. Dark borders are seen on the darkest.
     """
     at = np.linspace(0, len(_SCALE) - 1, n)
     places = np.stack([np.interp(at, range(len(_SCALE)), column) for column in _SCALE.T], axis=1)
