@@ -65,7 +65,7 @@ def render(
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
-        As for `segment`. Points are drawn as small squares on the surface, without borders.
+        As for `segment`. Points are drawn as small hexagons on the surface, without borders.
     labels : array_like of integers, shape (F,), optional
         Region of each face or point, any numbers; -1 where there is none, which is gray. Without
         labels a mesh is plain, and a cloud has its own colors, if it has any.
