@@ -23,7 +23,7 @@ PYTHON_LAYERS = [
     "io.readers",
     "adapters",
     "cells",
-    "view",  # of cells and labels alone: the result of the clustering shows itself
+    "pictures",  # of cells and labels alone: the result of the clustering shows itself
     "clustering",
     "regions",
     "metrics",
@@ -126,10 +126,10 @@ def test_includes_point_down(path):
 def test_an_import_against_the_order_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr("test_layering.PACKAGE", tmp_path)
     (tmp_path / "mesh").mkdir()
-    (tmp_path / "view").mkdir()
-    (tmp_path / "mesh" / "wrong.py").write_text("def f():\n    from ..view import colors\n")
-    (tmp_path / "view" / "colors.py").write_text("")
-    with pytest.raises(AssertionError, match=r"view\.colors"):
+    (tmp_path / "pictures").mkdir()
+    (tmp_path / "mesh" / "wrong.py").write_text("def f():\n    from ..pictures import colors\n")
+    (tmp_path / "pictures" / "colors.py").write_text("")
+    with pytest.raises(AssertionError, match=r"pictures\.colors"):
         test_imports_point_down(tmp_path / "mesh" / "wrong.py")
 
 

@@ -43,6 +43,11 @@ if TYPE_CHECKING:
     from .io.writers.regions import write_regions
     from .io.writers.write import write_labels, write_mesh
     from .levels import hierarchy
+    from .pictures.camera import View
+    from .pictures.colors import face_colors
+    from .pictures.page.document import Page, view
+    from .pictures.plotting import Plot, plot
+    from .pictures.rendering import render
     from .regions.hierarchy import Hierarchy
     from .regions.lines import BorderLines, border_lines, find_boundaries
     from .regions.nearest_labels import transfer
@@ -52,11 +57,6 @@ if TYPE_CHECKING:
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
-    from .view.camera import View
-    from .view.colors import face_colors
-    from .view.page.document import Page
-    from .view.page.document import view as view
-    from .view.rendering import render
 
 __version__ = "0.1.0"
 
@@ -81,6 +81,7 @@ __all__ = [
     "MissingExtraError",
     "NearestFaces",
     "Page",
+    "Plot",
     "PointCloud",
     "PolygonMesh",
     "RegionEdit",
@@ -116,6 +117,7 @@ __all__ = [
     "mesh_info",
     "nearest_faces",
     "place_seeds",
+    "plot",
     "pool",
     "read_attributes",
     "read_cloud",
@@ -137,6 +139,7 @@ __all__ = [
     "unpool",
     "update_centers",
     "vertex_labels",
+    "view",
     "write_graphs",
     "write_labels",
     "write_mesh",
@@ -181,10 +184,13 @@ _LAZY_NAMES = {
     "vertex_labels": "regions.vertices",
     "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
-    "face_colors": "view.colors",
-    "Page": "view.page.document",
-    "View": "view.camera",
-    "render": "view.rendering",
+    "face_colors": "pictures.colors",
+    "Page": "pictures.page.document",
+    "view": "pictures.page.document",
+    "Plot": "pictures.plotting",
+    "plot": "pictures.plotting",
+    "View": "pictures.camera",
+    "render": "pictures.rendering",
 }
 _LAZY_MODULES = {
     "baselines": "study.baselines",
@@ -192,7 +198,6 @@ _LAZY_MODULES = {
     "princeton": "study.princeton",
     "reference": "reference",
     "segmentator": "segmentator",
-    "view": "view",
 }
 
 if not TYPE_CHECKING:  # type checkers see the imports above, and names that are not there

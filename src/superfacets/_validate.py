@@ -594,6 +594,26 @@ def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
     return compact.astype(np.int32), len(values)
 
 
+def compact_partial_labels(
+    labels: Any, n_cells: int
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
+    """Labels of any numbers, renamed to 0..K-1 in their order, and what those were called, (K,).
+
+    -1 stays: such cells are in no region.
+    """
+    array = checked_face_labels(labels, n_cells)
+    if array.min() >= -1 and array.max() < n_cells:  # no need to sort
+        is_used = np.bincount(array + 1) > 0
+        is_used[0] = False
+        ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
+        ranks[0] = -1
+        return ranks[array + 1], np.flatnonzero(is_used) - 1
+    ids, places = np.unique(array, return_inverse=True)
+    ranks = np.cumsum(ids != -1, dtype=np.int32) - np.int32(1)
+    ranks[ids == -1] = -1
+    return ranks[places], ids[ids != -1]
+
+
 def compact_complete(
     labels: Any, n_cells: int, name: str = "labels"
 ) -> tuple[npt.NDArray[np.int32], int]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -11,14 +12,25 @@ import numpy.typing as npt
 
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.guards import Content, read_content
+from ..io.guards import Content, known_ending, read_content
 from ..io.readers.labels import has_labels, read_labels
+from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.readers.recognize import recognized_ending
 from ..mesh.faces import AnyCells
 from .options import STANDARD_STREAM
 
-__all__ = ["check_inputs", "labels_beside", "load_cells", "load_cells_and_attributes", "name_of"]
+__all__ = [
+    "VALUE_ENDINGS",
+    "check_inputs",
+    "labels_beside",
+    "load_cells",
+    "load_cells_and_attributes",
+    "name_of",
+    "read_values",
+]
+
+VALUE_ENDINGS = (".npy", ".txt")
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
@@ -80,3 +92,15 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     if ending is None:
         raise MeshError("standard input is of no known format: name it with --format")
     return data, ending, None
+
+
+def read_values(path: Path) -> npt.NDArray[Any]:
+    """The numbers in a file, one per cell or region."""
+    ending = known_ending(path, VALUE_ENDINGS)
+    data = read_content(path)
+    try:
+        if ending == ".npy":
+            return npy_array(data, "values")
+        return np.array(bytes(data).split(), dtype=np.float64)
+    except ValueError as error:
+        raise MeshError(f"{path}: {error}") from None

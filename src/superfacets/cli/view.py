@@ -11,17 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from ..io.guards import known_ending, read_content
+from ..io.guards import read_content
 from ..io.readers.labels import read_labels
-from ..io.readers.npy import npy_array
 from ..io.readers.read import read_cells
 from ..mesh.faces import n_cells_of
 from .failures import print_note
-from .inputs import labels_beside
+from .inputs import labels_beside, read_values
 from .options import FILE, camera_options, labels_named_option
 
 if TYPE_CHECKING:
-    from ..view.camera import Up
+    from ..pictures.camera import Up
 
 __all__ = ["view_command"]
 
@@ -59,8 +58,8 @@ def view_command(
 
     The page shows its regions. It is one file, which opens in any browser from disk, offline.
     """
-    from ..view.camera import View
-    from ..view.page.document import checked_page_path, view
+    from ..pictures.camera import View
+    from ..pictures.page.document import checked_page_path, view
 
     try:
         target = checked_page_path(output)
@@ -75,7 +74,7 @@ def view_command(
     if shown is None:
         print_note(f"{mesh} holds no labels: --labels names a file of them")
     truth = None if gt is None else read_labels(gt, n_cells, name=labels_named)
-    values = {path.stem: _read_values(path) for path in features}
+    values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title
     try:
@@ -103,15 +102,3 @@ def _read_levels(path: Path) -> npt.NDArray[Any]:
             return np.asarray(arrays["labels"])
     except Exception:  # zipfile, zlib and numpy have errors of their own for damaged files
         raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None
-
-
-def _read_values(path: Path) -> npt.NDArray[Any]:
-    """The numbers in a file, one per cell or region."""
-    ending = known_ending(path, (".npy", ".txt"))
-    data = read_content(path)
-    try:
-        if ending == ".npy":
-            return npy_array(data, "values")
-        return np.array(bytes(data).split(), dtype=np.float64)
-    except ValueError as error:
-        raise MeshError(f"{path}: {error}") from None

@@ -172,7 +172,7 @@ class CellWriter:
         """The colors as given, or those of the labels, or None where there are neither."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # checked
-        from ...view.colors import face_colors
+        from ...pictures.colors import face_colors
 
         return face_colors(self.cells, self.labels)
 

@@ -5,8 +5,8 @@ import pytest
 from shapes import strip
 
 from superfacets import build_face_graph
-from superfacets.view.borders import border_edges, default_border_width
-from superfacets.view.camera import Camera
+from superfacets.pictures.borders import border_edges, default_border_width
+from superfacets.pictures.camera import Camera
 
 
 def camera(half_slope=0.5):
@@ -31,8 +31,8 @@ def test_borders_run_between_faces_of_different_labels_only():
     [
         (0.1, 1000, 1.0),  # 50 pixels
         (0.15, 1000, 1.5),
-        (1.0, 900, 2.0),  # as wide as lines get
-        (1.0, 300, 1.0),
+        (1.0, 1000, 4.0),  # as wide as lines get
+        (1.0, 500, 2.0),
         (0.01, 1000, 0.6),  # as thin
         (1.0, 20, 0.6),
     ],

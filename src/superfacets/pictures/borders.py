@@ -18,7 +18,7 @@ __all__ = ["border_edges", "default_border_width"]
 _SHARE_OF_REGION = 0.02
 
 # Width, as a share of the picture's height, that larger regions do not exceed.
-_SHARE_OF_PICTURE = 1 / 450
+_SHARE_OF_PICTURE = 1 / 250
 
 # Width in pixels below which lines break up into dots, however small the regions are.
 _LEAST_WIDTH = 0.6

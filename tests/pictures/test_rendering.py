@@ -12,11 +12,11 @@ from models import read_off
 from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip, table
 from tools.sample_bear import parts_of
 
-from superfacets import Mesh, MissingExtraError, render, sample_mesh
-from superfacets.view import drawing, rendering
-from superfacets.view.colors import face_colors
-from superfacets.view.gl import RenderError
-from superfacets.view.rendering import View
+from superfacets import Mesh, MissingExtraError, PointCloud, render, sample_mesh
+from superfacets.pictures import drawing, rendering
+from superfacets.pictures.colors import face_colors
+from superfacets.pictures.gl import RenderError
+from superfacets.pictures.rendering import View
 
 SIZE = (160, 120)
 FRONT = View(azimuth=0, elevation=0, up="y")
@@ -198,9 +198,9 @@ def test_no_line_is_drawn_within_a_region_or_at_its_boundary(gl):
 
 
 def test_soft_shadows_are_drawn_at_a_size_of_their_own():
-    sizes = [(1200, 900), (160, 120), (600, 300), (3000, 1500), (5, 901), (1, 1)]
+    sizes = [(1200, 900), (160, 120), (600, 300), (3000, 1500), (5, 960), (1, 1)]
     frames = [drawing._shadow_frame(size) for size in sizes]
-    assert frames == [(600, 450), (320, 240), (600, 300), (1500, 750), (4, 600), (2, 2)]
+    assert frames == [(480, 360), (320, 240), (480, 240), (1200, 600), (3, 480), (2, 2)]
 
 
 def test_many_regions_do_not_drown_in_outlines(gl):
@@ -323,15 +323,14 @@ def test_a_failed_picture_leaves_an_existing_file_as_it_was(gl, tmp_path, monkey
 
 
 def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch):
-    from PIL import Image
-
-    def write_half(self, file, format):
-        file.write_bytes(b"half of it")
+    def write_half(self, content):
+        with self.open("wb") as file:
+            file.write(content[: len(content) // 2])
         raise OSError(28, "No space left on device")
 
     path = tmp_path / "picture.png"
     path.write_bytes(b"old")
-    monkeypatch.setattr(Image.Image, "save", write_half)
+    monkeypatch.setattr(type(path), "write_bytes", write_half)
     with pytest.raises(OSError, match="No space"):
         render(square(), size=SIZE, output=path)
     assert path.read_bytes() == b"old"
@@ -351,7 +350,8 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
         ({"size": (9, 8193)}, ValueError, "at most 8192"),
         ({"size": (9.5, 9)}, TypeError, "size must be an integer"),
         ({"border_width": -1}, ValueError, "border_width"),
-        ({"view": "xy"}, TypeError, "view must be a superfacets.View, got 'xy'"),
+        ({"view": "xy"}, ValueError, "view must be one of front, back, left, .*'xy'"),
+        ({"view": 7}, TypeError, "view must be a superfacets.View or the name of one, got 7"),
         ({"border_width": "thin"}, TypeError, "border_width"),
         ({"background": "no color"}, ValueError, "background must be .*'no color'"),
         ({"background": None, "labels": [0]}, ValueError, "labels|background"),
@@ -362,6 +362,27 @@ def test_wrong_arguments_are_named_and_leave_no_file(gl, tmp_path, arguments, er
     with pytest.raises(error, match=message):
         render(square(), **arguments)
     assert not names_in(tmp_path)
+
+
+def test_the_background_stays_clean_beside_soft_shadows(gl):
+    """A wall behind a post: the shadow on the wall ends where the wall does."""
+    picture = render(table(), size=SIZE, background="#204060")
+    on_surface = np.abs(picture.astype(int) - [0x20, 0x40, 0x60]).max(axis=2) > 30
+    near = on_surface.copy()
+    for axis, shift in ((0, 1), (0, -1), (1, 1), (1, -1)):
+        near |= np.roll(on_surface, shift, axis=axis)
+    np.testing.assert_array_equal(np.unique(picture[~near], axis=0), [[0x20, 0x40, 0x60]])
+
+
+def test_points_have_no_inside_to_clip():
+    with pytest.raises(ValueError, match="clip is for tetrahedra: points have nothing inside"):
+        render(PointCloud(np.eye(3)), clip="x")
+
+
+def test_cells_in_no_region_are_gray(gl):
+    picture = render(square(), [0, -1], size=SIZE, view=FRONT, border_width=0).astype(int)
+    assert np.ptp(picture[30, 50]) < 4
+    assert np.ptp(picture[90, 110]) > 30
 
 
 def test_a_path_that_cannot_hold_a_picture_is_refused_before_it_is_made(tmp_path):

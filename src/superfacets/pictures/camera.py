@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -11,7 +11,16 @@ import numpy.typing as npt
 
 from .._validate import checked_choice, checked_number
 
-__all__ = ["UP_CHOICES", "Camera", "Up", "View", "place_camera", "view_axes"]
+__all__ = [
+    "UP_CHOICES",
+    "VIEW_NAMES",
+    "Camera",
+    "Up",
+    "View",
+    "place_camera",
+    "turned_cameras",
+    "view_axes",
+]
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -31,6 +40,24 @@ _FRAMES = {
 Up = Literal["auto", "x", "y", "z"]
 UP_CHOICES: tuple[str, ...] = get_args(Up)
 """The choices of `View.up`."""
+
+
+# Azimuth and elevation of views with a name. From "iso" the three sides of a box look alike.
+_NAMED_VIEWS = {
+    "front": (0.0, 0.0),
+    "back": (180.0, 0.0),
+    "left": (-90.0, 0.0),
+    "right": (90.0, 0.0),
+    "top": (0.0, 90.0),
+    "bottom": (0.0, -90.0),
+    "iso": (45.0, math.degrees(math.atan(math.sqrt(0.5)))),
+}
+VIEW_NAMES: tuple[str, ...] = tuple(_NAMED_VIEWS)
+"""The choices of `View.named`."""
+
+# Of the solid that a mesh sweeps when it turns: heights at which its radius is kept, and points
+# around it.
+_N_RINGS, _N_AROUND = 200, 90
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +95,22 @@ class View:
         checked_choice(self.up, "up", UP_CHOICES)
         checked_number(self.zoom, "zoom", zero=False)
 
+    @staticmethod
+    def named(name: str, *, up: Up = "auto", zoom: float = 1.0) -> View:
+        """Return the view from one side: front, back, left, right, top, bottom or iso.
+
+        Left and right are those of someone who looks at the front. From ``"iso"`` front, right and
+        top are seen alike.
+
+        Raises
+        ------
+        ValueError
+            If there is no view of that name.
+        """
+        checked_choice(name, "view", VIEW_NAMES)
+        azimuth, elevation = _NAMED_VIEWS[name]
+        return View(azimuth=azimuth, elevation=elevation, up=up, zoom=zoom)
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -96,6 +139,43 @@ def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
         height_middle += distance * _midrange(y / (distance - z))
     target = across_middle * right + height_middle * up + depth_middle * toward
     return Camera(target + distance * toward, target, up, slope / view.zoom)
+
+
+def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> list[Camera]:
+    """N cameras around the origin, from whose views the points just fill the frame in one of them.
+
+    They go around to the right, at the same height and distance; the first has the view's azimuth.
+    """
+    start = replace(view, azimuth=0.0)
+    camera = place_camera(_swept(points, start), start, aspect)
+    right, front, up = view_axes(replace(start, elevation=0.0))
+    cameras = []
+    for turn in range(n):
+        angle = math.radians(view.azimuth) + 2 * math.pi * turn / n
+        ahead = math.cos(angle) * front + math.sin(angle) * right
+        # What was measured along the axes of azimuth 0, along the turned ones.
+        turned = np.stack([np.cross(up, ahead), ahead, up]).T @ np.stack([right, front, up])
+        place, target = turned @ camera.position, turned @ camera.target
+        cameras.append(Camera(place, target, turned @ camera.up, camera.half_slope))
+    return cameras
+
+
+def _swept(points: FloatArray, view: View) -> FloatArray:
+    """Points around the solid that the points sweep when they turn around the vertical axis."""
+    right, front, up = view_axes(replace(view, elevation=0.0))
+    heights, radii = points @ up, np.hypot(points @ right, points @ front)
+    levels = np.linspace(heights.min(), heights.max(), _N_RINGS + 1)
+    ring = np.clip(np.searchsorted(levels, heights, side="right") - 1, 0, _N_RINGS - 1)
+    widest = np.full(_N_RINGS, -1.0)
+    np.maximum.at(widest, ring, radii)
+    is_met = widest >= 0
+    angles = np.arange(_N_AROUND) * (2 * math.pi / _N_AROUND)
+    circle = np.outer(np.cos(angles), front) + np.outer(np.sin(angles), right)
+    rings = widest[is_met, np.newaxis, np.newaxis] * circle
+    ends = [levels[:-1][is_met], levels[1:][is_met]]
+    return np.concatenate(
+        [rings + np.multiply.outer(end, up)[:, np.newaxis] for end in ends]
+    ).reshape(-1, 3)
 
 
 def _midrange(values: FloatArray) -> float:

@@ -11,7 +11,7 @@ import pytest
 import shapes
 
 import superfacets as sf
-from superfacets.view import notebook
+from superfacets.pictures import notebook
 
 SHEET = shapes.bumpy_sheet(12)
 

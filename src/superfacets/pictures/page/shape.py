@@ -18,7 +18,7 @@ from ...cells.tet_graph import TetGraph, build_tet_graph
 from ...mesh.faces import AnyCells, FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
 from ...mesh.tet_mesh import TetMesh, signed_volumes
-from ..scene import Scene, squares_of
+from ..scene import Scene, hexagons_of
 from .coding import Arrays
 
 __all__ = ["Shape", "shape_of"]
@@ -69,13 +69,11 @@ class Shape:
 
     @property
     def scene(self) -> Scene:
-        """The triangles, or squares on points, in a box of diagonal 1; without colors."""
+        """The triangles, or some on points, in a box of diagonal 1; without colors."""
         points, triangles = self.points, self.triangles
         if isinstance(self.graph, PointGraph):
-            points = squares_of(self.graph)
-            triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 4)[
-                :, :3
-            ]  # half of each
+            points = hexagons_of(self.graph)  # a triangle in each will do
+            triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 6)[:, ::2]
         assert triangles is not None
         points = (points - self.bounds.mean(axis=0)) / self.diagonal
         none = np.empty((0, 3), np.uint8)

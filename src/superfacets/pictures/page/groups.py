@@ -9,8 +9,9 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from ..._validate import checked_face_labels, refuse_mask
+from ..._validate import compact_partial_labels, refuse_mask
 from ..colors import region_colors
+from ..values import checked_values
 from .coding import Arrays
 from .shape import Shape
 
@@ -70,7 +71,7 @@ class Labeling:
         inside = self.labels[is_in]
         counts = np.bincount(inside, minlength=self.n_regions)
         sizes = np.bincount(inside, shape.measures[is_in], minlength=self.n_regions)
-        arrays.add(f"{name}_colors", self._colors(shape).ravel())
+        arrays.add(f"{name}_colors", region_colors(shape.graph, self.labels).ravel())
         arrays.add(f"{name}_counts", counts.astype(np.uint32))
         arrays.add(f"{name}_sizes", sizes.astype(np.float32).view(np.uint32))
 
@@ -83,11 +84,6 @@ class Labeling:
         if not np.array_equal(parents[finer.labels], self.labels):
             return None
         return parents[:-1]
-
-    def _colors(self, shape: Shape) -> npt.NDArray[np.uint8]:
-        """As `face_colors` gives them; cells left out are a region of their own meanwhile."""
-        n_others = int((self.labels == NO_REGION).any())
-        return region_colors(shape.graph, self.labels + n_others)[n_others:]
 
 
 @dataclass(frozen=True)
@@ -139,17 +135,7 @@ def checked_truth(labels: npt.ArrayLike | None, n_cells: int) -> Labeling | None
 
 
 def _checked_labeling(labels: Any, n_cells: int) -> Labeling:
-    given = checked_face_labels(labels, n_cells)
-    if given.min() >= NO_REGION and given.max() < n_cells:  # no need to sort
-        is_used = np.bincount(given + 1, minlength=1) > 0
-        is_used[0] = False
-        ranks = np.cumsum(is_used) - 1
-        ranks[0] = NO_REGION
-        return Labeling(ranks[given + 1].astype(np.int32), np.flatnonzero(is_used) - 1)
-    ids, places = np.unique(given, return_inverse=True)
-    ranks = np.cumsum(ids != NO_REGION) - 1
-    ranks[ids == NO_REGION] = NO_REGION
-    return Labeling(ranks[places].astype(np.int32), ids[ids != NO_REGION])
+    return Labeling(*compact_partial_labels(labels, n_cells))
 
 
 def checked_features(
@@ -158,18 +144,6 @@ def checked_features(
     """Values by name, one per cell or per region of the first level; a ValueError otherwise."""
     found = []
     for name, given in (features or {}).items():
-        refuse_mask(given, f"feature {name!r}")
-        array = np.asarray(given)
-        if array.dtype.kind not in "biuf":
-            raise TypeError(f"feature {name!r} must be numbers, got {array.dtype}")
-        if array.shape not in {(n_cells,), (n_regions,)}:
-            regions = "" if n_regions is None else f" or per region, {n_regions}"
-            raise ValueError(
-                f"feature {name!r} must have a value per cell, {n_cells}{regions},"
-                f" got shape {array.shape}"
-            )
-        values = array.astype(np.float64)
-        if np.isinf(values).any():
-            raise ValueError(f"feature {name!r} has infinite values; NaN stands for none")
-        found.append(Feature(str(name), values, "cell" if len(values) == n_cells else "region"))
+        values, of = checked_values(given, f"feature {name!r}", n_cells, n_regions)
+        found.append(Feature(str(name), values, of))
     return found

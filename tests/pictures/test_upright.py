@@ -6,8 +6,8 @@ from models import read_off
 from shapes import bumpy_sheet, cube, soup, table
 
 from superfacets import Mesh, sample_mesh
-from superfacets.view.scene import build_scene
-from superfacets.view.upright import guess_up
+from superfacets.pictures.scene import build_scene
+from superfacets.pictures.upright import guess_up
 
 # Number of a benchmark model, and the axis that points up in it.
 UP_OF_MODELS = {5: "y", 89: "z", 101: "y", 105: "z", 145: "y", 153: "z", 381: "y", 389: "z"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_threads, compact_labels, refuse_mask
+from .._validate import checked_threads, compact_partial_labels, refuse_mask
 from ..cells.face_graph import build_face_graph
 from ..cells.point_graph import PointGraph, find_point_graph
 from ..mesh.faces import FaceMesh, cut_into_triangles
 from ..mesh.point_cloud import PointCloud
 from .borders import border_edges
-from .colors import region_colors
+from .colors import colors_of_cells, region_colors
 
 __all__ = [
     "FloatArray",
@@ -24,7 +25,7 @@ __all__ = [
     "build_cloud_scene",
     "build_scene",
     "checked_colors",
-    "squares_of",
+    "hexagons_of",
 ]
 
 FloatArray = npt.NDArray[np.float64]
@@ -32,9 +33,10 @@ Picture = npt.NDArray[np.uint8]
 
 _PLAIN_COLOR = (205, 197, 184)
 
-# Half a side of the square that is drawn for a point, in square roots of the area around it. Gaps
+# Radius of the hexagon that is drawn for a point, in square roots of the area around it. Gaps
 # between points spread at random are closed, but for a few.
-_HALF_SIDE = 1.2
+_RADIUS = 1.32
+_HEXAGON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class Scene:
     triangles: npt.NDArray[np.int64]  # (T, 3), faces, or what polygons are cut into
     colors: Picture  # (T, 3)
     borders: npt.NDArray[np.int64]  # (B, 2), ends of edges between regions
-    n_regions: int  # 1 without labels
+    n_regions: int  # 1 without any
 
     @cached_property
     def normals(self) -> FloatArray:
@@ -86,9 +88,10 @@ def build_scene(
     face_colors = np.tile(np.array(_PLAIN_COLOR, dtype=np.uint8), (mesh.n_faces, 1))
     borders, n_regions = np.empty((0, 2), dtype=np.int64), 1
     if labels is not None:
-        checked, n_regions = compact_labels(labels, mesh.n_faces)
-        graph = build_face_graph(mesh)
-        face_colors = region_colors(graph, checked)[checked]
+        checked, ids = compact_partial_labels(labels, mesh.n_faces)
+        graph, n_regions = build_face_graph(mesh), max(1, len(ids))
+        if colors is None:
+            face_colors = colors_of_cells(region_colors(graph, checked), checked)
         borders = places[representative[border_edges(mesh, graph, checked)]]
     if colors is not None:
         face_colors = checked_colors(colors, mesh.n_faces)
@@ -100,26 +103,27 @@ def build_scene(
 def build_cloud_scene(
     cloud: PointCloud, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None
 ) -> Scene:
-    """Make a square on the surface of each point, scaled to unit size, and color it."""
+    """Make a hexagon on the surface of each point, scaled to unit size, and color it."""
     graph = find_point_graph(cloud, checked_threads(None))
     point_colors, n_regions = np.tile(np.array(_PLAIN_COLOR, np.uint8), (cloud.n_points, 1)), 1
     if labels is not None:
-        checked, n_regions = compact_labels(labels, cloud.n_points)
-        point_colors = region_colors(graph, checked)[checked]
+        checked, ids = compact_partial_labels(labels, cloud.n_points)
+        point_colors = colors_of_cells(region_colors(graph, checked), checked)
+        n_regions = max(1, len(ids))
     elif cloud.colors is not None:
         point_colors = np.rint(cloud.colors * 255).astype(np.uint8)
     if colors is not None:
         point_colors = checked_colors(colors, cloud.n_points)
     low, high = cloud.bounds
-    corners = (squares_of(graph) - (low + high) / 2) / np.linalg.norm(high - low)
-    first = 4 * np.arange(cloud.n_points)[:, np.newaxis, np.newaxis]
-    triangles = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
-    no_borders = np.empty((0, 2), dtype=np.int64)
-    return Scene(corners, triangles, np.repeat(point_colors, 2, axis=0), no_borders, n_regions)
+    corners = (hexagons_of(graph) - (low + high) / 2) / np.linalg.norm(high - low)
+    first = 6 * np.arange(cloud.n_points)[:, np.newaxis, np.newaxis]
+    triangles = (first + _HEXAGON).reshape(-1, 3)
+    shades = np.repeat(point_colors, len(_HEXAGON), axis=0)
+    return Scene(corners, triangles, shades, np.empty((0, 2), dtype=np.int64), n_regions)
 
 
-def squares_of(graph: PointGraph) -> FloatArray:
-    """Corners, (4 N, 3), of a square around each point, counterclockwise seen from outside."""
+def hexagons_of(graph: PointGraph) -> FloatArray:
+    """Corners, (6 N, 3), of a hexagon around each point, counterclockwise seen from outside."""
     areas = graph.measures
     known = areas[areas > 0]
     areas = np.where(areas > 0, areas, np.median(known) if len(known) else 0.0)
@@ -129,6 +133,7 @@ def squares_of(graph: PointGraph) -> FloatArray:
     across = np.where(lengths > 0, across / np.where(lengths > 0, lengths, 1), [[1.0, 0.0, 0.0]])
     has_normal = (graph.normals != 0).any(axis=1, keepdims=True)
     up = np.where(has_normal, np.cross(graph.normals, across), [[0.0, 1.0, 0.0]])
-    half = _HALF_SIDE * np.sqrt(areas)[:, np.newaxis]
-    sides = [-across - up, across - up, across + up, up - across]
-    return np.stack([graph.positions + half * side for side in sides], axis=1).reshape(-1, 3)
+    radii = _RADIUS * np.sqrt(areas)[:, np.newaxis]
+    angles = np.arange(6) * (np.pi / 3)
+    spokes = [math.cos(angle) * across + math.sin(angle) * up for angle in angles]
+    return np.stack([graph.positions + radii * spoke for spoke in spokes], axis=1).reshape(-1, 3)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import os
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,23 +13,34 @@ import numpy as np
 import numpy.typing as npt
 
 from .._options import CLIPS, Clip
-from .._validate import checked_choice, checked_count, checked_number, compact_labels
+from .._validate import checked_choice, checked_count, checked_number, compact_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..io.atomic import atomic_outputs, checked_targets
-from ..mesh.faces import AnyMesh, FaceMesh
+from ..mesh.faces import AnyCells, AnyMesh, FaceMesh
 from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh
 from .borders import default_border_width
-from .camera import View, place_camera
+from .camera import Camera, View, place_camera
 from .colors import face_colors
 from .drawing import MAX_SIDE, draw
 from .gl import ensure_gl
 from .needs import import_pillow, import_vtk
-from .scene import Picture, build_cloud_scene, build_scene
+from .scene import Picture, Scene, build_cloud_scene, build_scene
 from .upright import guess_up
 
-__all__ = ["View", "check_rendering", "render"]
+__all__ = [
+    "Style",
+    "View",
+    "check_rendering",
+    "checked_picture_path",
+    "checked_style",
+    "draw_scene",
+    "png_of_picture",
+    "render",
+    "scene_of",
+    "upright",
+]
 
 
 def render(
@@ -37,7 +50,7 @@ def render(
     output: str | os.PathLike[str] | None = None,
     colors: npt.ArrayLike | None = None,
     size: tuple[int, int] = (1200, 900),
-    view: View | None = None,
+    view: View | str | None = None,
     border_width: float | None = None,
     background: str = "white",
     clip: Clip | None = None,
@@ -52,21 +65,22 @@ def render(
     Parameters
     ----------
     mesh : Mesh or mesh-like, PointCloud or cloud-like
-        As for `segment`. Points are drawn as small squares on the surface, without borders.
+        As for `segment`. Points are drawn as small hexagons on the surface, without borders.
     labels : array_like of integers, shape (F,), optional
-        Region of each face or point, any numbers. Without labels a mesh is plain, and a cloud has
-        its own colors, if it has any.
+        Region of each face or point, any numbers; -1 where there is none, which is gray. Without
+        labels a mesh is plain, and a cloud has its own colors, if it has any.
     output : path, optional
         Where to write the picture, as PNG.
     colors : array_like of uint8, shape (F, 3), optional
         Color of each face, sRGB; by default `face_colors`.
     size : (int, int), default (1200, 900)
         Width and height in pixels, at most 8192 each.
-    view : View, optional
-        Where the picture is taken from; by default from the right and a little above.
+    view : View or str, optional
+        Where the picture is taken from, or the name of a view as for `View.named`: "front", "top",
+        "iso" ... By default from the right and a little above.
     border_width : float, optional
-        Pixels; 0 draws no borders. By default 3 % of the diameter that the mean region has on the
-        picture, but 0.6 pixels at least, and at most a 450th of the picture's height (or 1).
+        Pixels; 0 draws no borders. By default 2 % of the diameter that the mean region has on the
+        picture, but 0.6 pixels at least, and at most a 250th of the picture's height (or 1).
     background : str, default "white"
         Name that CSS knows, or "#rrggbb", of a color.
     clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
@@ -92,26 +106,77 @@ def render(
         If the file cannot be written.
     """
     cells = as_cells(mesh)
+    style = checked_style(size, view, border_width, background)
+    path = None if output is None else checked_picture_path(output, (".png",))
+    import_vtk()
+    scene = scene_of(cells, labels, colors, clip)
+    view = upright(style.view, scene)
+    camera = place_camera(scene.points, view, style.aspect)
+    (picture,) = draw_scene(scene, [camera], style)
+    if path is not None:
+        with atomic_outputs([path]) as (partial,):
+            partial.write_bytes(png_of_picture(picture))
+    return picture
+
+
+@dataclass(frozen=True)
+class Style:
+    """How scenes are drawn, whatever they show."""
+
+    frame: tuple[int, int]  # width and height
+    view: View
+    border_width: float | None
+    background: tuple[int, int, int]
+
+    @property
+    def aspect(self) -> float:
+        """Width / height."""
+        return self.frame[0] / self.frame[1]
+
+
+def checked_style(
+    size: tuple[int, int], view: View | str | None, border_width: float | None, background: str
+) -> Style:
+    """The style that the arguments of `render` ask for."""
     frame = (_checked_side(size, 0), _checked_side(size, 1))
-    path = None if output is None else _checked_path(output)
     view = _checked_view(view)
     if border_width is not None:
         border_width = checked_number(border_width, "border_width", zero=True)
-    import_vtk()
-    backdrop = _checked_background(background)
+    return Style(frame, view, border_width, _checked_background(background))
+
+
+def scene_of(
+    cells: AnyCells,
+    labels: npt.ArrayLike | None,
+    colors: npt.ArrayLike | None,
+    clip: Clip | None,
+) -> Scene:
+    """What is drawn of cells of any kind."""
     if isinstance(cells, PointCloud):
-        scene = build_cloud_scene(cells, labels, colors)
-    else:
-        scene = build_scene(*_outside(cells, labels, colors, clip))
-    if view.up == "auto":
-        view = replace(view, up=guess_up(scene))
-    camera = place_camera(scene.points, view, frame[0] / frame[1])
-    if border_width is None:
-        border_width = default_border_width(scene.mean_region_area, camera, frame[1])
-    picture = draw(scene, camera, frame, border_width, backdrop)
-    if path is not None:
-        _write_png(picture, path)
-    return picture
+        if clip is not None:
+            raise ValueError("clip is for tetrahedra: points have nothing inside")
+        return build_cloud_scene(cells, labels, colors)
+    return build_scene(*_outside(cells, labels, colors, clip))
+
+
+def upright(view: View, scene: Scene) -> View:
+    """The view with the axis that points up, guessed if need be."""
+    return replace(view, up=guess_up(scene)) if view.up == "auto" else view
+
+
+def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Picture]:
+    """A picture of the scene from each camera; all are at the same distance."""
+    width = style.border_width
+    if width is None:
+        width = default_border_width(scene.mean_region_area, cameras[0], style.frame[1])
+    return draw(scene, cameras, style.frame, width, style.background)
+
+
+def png_of_picture(picture: Picture) -> bytes:
+    """The picture as PNG, packed halfway: half of the time for 5 % more bytes."""
+    file = io.BytesIO()
+    import_pillow("Image").fromarray(picture).save(file, format="PNG", compress_level=4)
+    return file.getvalue()
 
 
 def _outside(
@@ -131,7 +196,7 @@ def _outside(
         keep = heights < 0 if clip.startswith("-") else heights >= 0
     surface, sources = mesh.boundary(keep)
     if labels is not None:
-        labels, _ = compact_labels(labels, mesh.n_tets)
+        labels, _ = compact_partial_labels(labels, mesh.n_tets)
         colors = face_colors(mesh, labels) if colors is None else colors  # the same in each view
         labels = labels[sources]
     if colors is not None:
@@ -153,9 +218,11 @@ def check_rendering() -> None:
     ensure_gl()
 
 
-def _checked_view(view: View | None) -> View:
+def _checked_view(view: View | str | None) -> View:
+    if isinstance(view, str):
+        return View.named(view)
     if view is not None and not isinstance(view, View):
-        raise TypeError(f"view must be a superfacets.View, got {view!r}")
+        raise TypeError(f"view must be a superfacets.View or the name of one, got {view!r}")
     return view or View()
 
 
@@ -169,11 +236,11 @@ def _checked_side(size: tuple[int, int], side: int) -> int:
     return count
 
 
-def _checked_path(output: str | os.PathLike[str]) -> Path:
-    """Path of a PNG in an existing folder, checked before the picture is drawn."""
+def checked_picture_path(output: str | os.PathLike[str], endings: Sequence[str]) -> Path:
+    """Path of a file of these formats in an existing folder, checked before anything is drawn."""
     path = Path(output)
-    if path.suffix.lower() != ".png":
-        raise ValueError(f"output must end in .png, got {path.name!r}")
+    if path.suffix.lower() not in endings:
+        raise ValueError(f"output must end in {' or '.join(endings)}, got {path.name!r}")
     checked_targets([path])
     return path
 
@@ -187,9 +254,3 @@ def _checked_background(background: str) -> tuple[int, int, int]:
             f'background must be the name of a color or "#rrggbb", got {background!r}'
         ) from None
     return red, green, blue
-
-
-def _write_png(picture: Picture, path: Path) -> None:
-    image = import_pillow("Image").fromarray(picture)
-    with atomic_outputs([path]) as (partial,):
-        image.save(partial, format="PNG")

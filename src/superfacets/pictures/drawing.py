@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,13 +36,13 @@ _LINE_LIFT = 1.4
 _SHADOW_REACH = 0.05
 _SHADOW_BIAS = 0.06
 
-# Points looked at per pixel for that: with half as many the noise can be seen.
-_SHADOW_SAMPLES = 128
+# Points looked at per pixel for that: their noise is blurred away.
+_SHADOW_SAMPLES = 64
 
-# Longest side, in pixels, at which soft shadows are drawn, but at least half of the picture's and
-# at most that of its samples. They vary slowly and are magnified smoothly; at the size of the
+# Longest side, in pixels, at which soft shadows are drawn, but at least two fifths of the picture's
+# and at most that of its samples. They vary slowly and are magnified smoothly; at the size of the
 # samples they take more time than all else.
-_SHADOW_SIDE = 600
+_SHADOW_SIDE = 480
 
 _LINE_COLOR = (28, 28, 32)
 
@@ -62,36 +63,50 @@ class _Stage:
     window: Any
     renderer: Any
     surface: Any  # actor
-    lines: Any  # actor; None without border lines
+    lines: _Lines | None  # None without border lines
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """Border lines, which are lifted anew for each camera."""
+
+    actor: Any
+    places: Any  # the points of VTK
+    ends: npt.NDArray[np.float64]  # (P, 3), on the surface
+    lift: float  # per distance from the camera
 
 
 def draw(
     scene: Scene,
-    camera: Camera,
+    cameras: Sequence[Camera],
     frame: tuple[int, int],
     line_width: float,
     background: tuple[int, int, int],
-) -> Picture:
-    """Return the picture, (height, width, 3), of a scene; the frame is (width, height).
+) -> list[Picture]:
+    """Return a picture, (height, width, 3), for each camera; the frame is (width, height).
 
     Colors and lines are drawn at twice the size and averaged; soft shadows are drawn smaller.
     """
     vtk = import_vtk()
     width, height = frame
+    pictures = []
     with quiet_vtk():
-        stage = _set_stage(vtk, scene, camera, height, line_width)
+        stage = _set_stage(vtk, scene, cameras[0].half_slope, height, line_width)
         try:
-            stage.renderer.SetBackground(*(channel / 255 for channel in background))
-            samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
-            _leave_shadows_only(stage)
-            shadows = _shoot(vtk, stage, *_shadow_frame(frame))
+            for camera in cameras:
+                _aim(vtk, stage, camera)
+                _show_colors(stage, background)
+                samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
+                _show_shadows(stage)
+                shadows = _shoot(vtk, stage, *_shadow_frame(frame))
+                pictures.append(_combined(samples, shadows, background))
         finally:
             stage.window.Finalize()
-    return _darkened(_averaged(samples), shadows)
+    return pictures
 
 
-def _set_stage(vtk: Any, scene: Scene, camera: Camera, height: int, line_width: float) -> _Stage:
-    """Put surface, lines, lights and camera into a window."""
+def _set_stage(vtk: Any, scene: Scene, half_slope: float, height: int, line_width: float) -> _Stage:
+    """Put surface, lines and lights into a window."""
     window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(0)
@@ -99,10 +114,14 @@ def _set_stage(vtk: Any, scene: Scene, camera: Camera, height: int, line_width: 
     surface, lines = _surface(vtk, scene), None
     renderer.AddActor(surface)
     if line_width > 0 and len(scene.borders):
-        lines = _border_lines(vtk, scene, camera, height, line_width)
-        renderer.AddActor(lines)
+        pixel = 2 * half_slope / height  # in units of the distance
+        lines = _border_lines(vtk, scene, line_width, _LINE_LIFT * line_width * pixel)
+        renderer.AddActor(lines.actor)
     _light(vtk, renderer)
-    _aim(renderer, camera)
+    renderer.SetSSAORadius(_SHADOW_REACH)
+    renderer.SetSSAOBias(_SHADOW_BIAS * _SHADOW_REACH)
+    renderer.SetSSAOKernelSize(_SHADOW_SAMPLES)
+    renderer.SSAOBlurOn()
     return _Stage(window, renderer, surface, lines)
 
 
@@ -120,29 +139,22 @@ def _surface(vtk: Any, scene: Scene) -> Any:
     actor = _actor(vtk, faces)
     look = actor.GetProperty()
     look.SetInterpolationToPhong()
-    look.SetAmbient(0.16)
-    look.SetDiffuse(0.95)
-    look.SetSpecular(0.08)
+    look.SetColor(1, 1, 1)  # where it has no colors of its own
     look.SetSpecularPower(20.0)
     return actor
 
 
-def _border_lines(vtk: Any, scene: Scene, camera: Camera, height: int, line_width: float) -> Any:
-    """Actor of the lines, a little nearer to the camera so that the surface does not hide them.
-
-    Moving a point along its line of sight changes its depth but not its place in the picture.
-    """
+def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Lines:
+    """Lines along the borders."""
     ends, borders = np.unique(scene.borders, return_inverse=True)
-    sight = scene.points[ends] - camera.position
-    pixel = 2 * camera.half_slope / height  # in units of the distance
-    lifted = camera.position + sight * (1 - _LINE_LIFT * line_width * pixel)
-    actor = _actor(vtk, _poly_data(vtk, lifted, lines=borders.reshape(-1, 2)))
+    data = _poly_data(vtk, scene.points[ends], lines=borders.reshape(-1, 2))
+    actor = _actor(vtk, data)
     look = actor.GetProperty()
     look.SetColor(*(channel / 255 for channel in _LINE_COLOR))
     look.SetLineWidth(line_width * _SAMPLES)
     look.LightingOff()
     look.RenderLinesAsTubesOn()  # plain lines are thinner where they run diagonally
-    return actor
+    return _Lines(actor, data.GetPoints(), scene.points[ends], lift)
 
 
 def _poly_data(
@@ -188,37 +200,52 @@ def _light(vtk: Any, renderer: Any) -> None:
         renderer.AddLight(light)
 
 
-def _aim(renderer: Any, camera: Camera) -> None:
-    """Set the camera."""
-    eye = renderer.GetActiveCamera()
+def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
+    """Set the camera, and bring the lines a little nearer to it: the surface must not hide them.
+
+    Moving a point along its line of sight changes its depth but not its place in the picture.
+    """
+    if stage.lines is not None:
+        ends = stage.lines.ends
+        lifted = ends + stage.lines.lift * (camera.position - ends)
+        stage.lines.places.SetData(vtk.numpy_to_vtk(lifted.astype(np.float32), deep=True))
+    eye = stage.renderer.GetActiveCamera()
     eye.SetPosition(*camera.position)
     eye.SetFocalPoint(*camera.target)
     eye.SetViewUp(*camera.up)
     eye.SetViewAngle(2 * math.degrees(math.atan(camera.half_slope)))
-    renderer.ResetCameraClippingRange()
+    stage.renderer.ResetCameraClippingRange()
 
 
-def _leave_shadows_only(stage: _Stage) -> None:
+def _show_colors(stage: _Stage, background: tuple[int, int, int]) -> None:
+    """Show colors and lines in the light, without soft shadows."""
+    stage.renderer.SetBackground(*(channel / 255 for channel in background))
+    stage.renderer.SetUseSSAO(False)
+    stage.surface.GetMapper().ScalarVisibilityOn()
+    look = stage.surface.GetProperty()
+    look.SetAmbient(0.16)
+    look.SetDiffuse(0.95)
+    look.SetSpecular(0.08)
+    if stage.lines is not None:
+        stage.lines.actor.VisibilityOn()
+
+
+def _show_shadows(stage: _Stage) -> None:
     """Make everything white except the shadows in creases."""
     stage.renderer.SetBackground(1, 1, 1)
+    stage.renderer.SetUseSSAO(True)
     stage.surface.GetMapper().ScalarVisibilityOff()
     look = stage.surface.GetProperty()
-    look.SetColor(1, 1, 1)
     look.SetAmbient(1)
     look.SetDiffuse(0)
     look.SetSpecular(0)
     if stage.lines is not None:
-        stage.lines.VisibilityOff()
-    stage.renderer.SetUseSSAO(True)
-    stage.renderer.SetSSAORadius(_SHADOW_REACH)
-    stage.renderer.SetSSAOBias(_SHADOW_BIAS * _SHADOW_REACH)
-    stage.renderer.SetSSAOKernelSize(_SHADOW_SAMPLES)
-    stage.renderer.SSAOBlurOn()
+        stage.lines.actor.VisibilityOff()
 
 
 def _shadow_frame(frame: tuple[int, int]) -> tuple[int, int]:
     """Width and height at which soft shadows are drawn."""
-    scale = min(max(_SHADOW_SIDE / max(frame), 0.5), _SAMPLES)
+    scale = min(max(_SHADOW_SIDE / max(frame), 0.4), _SAMPLES)
     width, height = (math.ceil(scale * side) for side in frame)
     return width, height
 
@@ -235,19 +262,18 @@ def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
     return np.asarray(flat.reshape(height, width, 3)[::-1], dtype=np.uint8)
 
 
-def _averaged(samples: Picture) -> Picture:
-    """Means of blocks of samples, in integers: a third of the time of floating point."""
-    sums = np.zeros((len(samples) // _SAMPLES, samples.shape[1] // _SAMPLES, 3), dtype=np.uint16)
-    for row, column in np.ndindex(_SAMPLES, _SAMPLES):
-        sums += samples[row::_SAMPLES, column::_SAMPLES]
-    n_samples = _SAMPLES * _SAMPLES
-    return ((sums + n_samples // 2) // n_samples).astype(np.uint8)
+def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:
+    """Means of blocks of samples times the shadows, which are gray and of another size.
 
-
-def _darkened(picture: Picture, shadows: Picture) -> Picture:
-    """Picture times the shadows, gray and of another size; 255 for none."""
-    image = import_pillow("Image")
-    gray = image.fromarray(np.ascontiguousarray(shadows[..., 0]))
-    fitting = gray.resize(picture.shape[1::-1], image.Resampling.BILINEAR)
-    factors = np.asarray(fitting, dtype=np.uint16)[..., np.newaxis]
-    return ((picture * factors + 127) // 255).astype(np.uint8)
+    Shadows do not spread to where there is nothing but background.
+    """
+    image, chops, blurs = (import_pillow(name) for name in ("Image", "ImageChops", "ImageFilter"))
+    lit = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
+    gray = image.fromarray(np.ascontiguousarray(shadows[..., 0])).filter(blurs.BoxBlur(1))
+    factors = np.array(gray.resize(lit.size, image.Resampling.BILINEAR))
+    # Four bytes at a time: three would take most of the time of all this.
+    bare = np.frombuffer(bytes((*background, 255)), np.uint32)
+    packed = np.frombuffer(lit.convert("RGBA").tobytes(), np.uint32)
+    factors.ravel()[packed == bare] = 255
+    shade = image.fromarray(factors)
+    return np.asarray(chops.multiply(lit, image.merge("RGB", [shade] * 3)))
