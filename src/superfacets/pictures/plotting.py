@@ -18,7 +18,7 @@ from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..io.atomic import atomic_outputs
 from ..mesh.faces import AnyCells, n_cells_of
-from ..regions.region_graph import region_graph
+from ..cells.region_adjacency import region_graph
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .camera import View, place_camera, turned_cameras
