@@ -94,21 +94,18 @@ double any_arc_weight(const ArcData& data, const WeightOptions& options, double 
                                      : arc_weight<false>(data, options, up);
 }
 
-// The angle at an arc: positive where the edge is concave.
-double signed_angle(const Geometry& geometry, Face from, std::int64_t arc, Face to) {
-  const ArcData data = arc_data(geometry, from, to, arc);
-  return fold_of(data.normal_from, data.normal_to, data.to - data.from)
-      .signed_angle(geometry.surface.is_inside_out());
-}
-
-// Whether an arc with these normals crosses a ridge.
-bool crosses_ridge(const Geometry& geometry, Face from, std::int64_t arc, const Point& normal_from,
-                   const Point& normal_to) {
-  if (dot(normal_from, normal_to) > kSharpCosine) return false;  // most
-  const auto angle_of = [&](Face face, std::int64_t any, Face to) {
-    return signed_angle(geometry, face, any, to);
+// Whether the faces of an arc meet at a ridge.
+bool is_across_ridge(const Geometry& geometry, const ArcData& data, Face from, Face to) {
+  const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
+  if (up_of(geometry) * fold.rise > 0.0) return false;  // concave
+  const auto bend_of = [&](Face face, std::int64_t arc, Face other) {
+    const double sign = geometry.surface.same_turn(arc) ? -1.0 : 1.0;  // whichever is flipped
+    const Point& normal = geometry.normals[other];
+    const Fold bend = fold_of(geometry.normals[face], sign * normal, {0.0, 0.0, 0.0});
+    return arctangent(bend.sine, bend.cosine);
   };
-  return is_ridge(geometry.arcs(), from, arc, angle_of, [](Face) { return 3; });
+  const double turn = arctangent(fold.sine, fold.cosine);
+  return is_ridge(geometry.arcs(), from, to, turn, bend_of, [](Face) { return 3; });
 }
 
 // The only arc from one face to another; -1 if there are several, or too many arcs to search. No
@@ -257,11 +254,15 @@ class Weigher {
 
   // Replaces the weights of arcs across ridges.
   void weigh_ridges(std::span<const RisingArc> rising) {
+    const double up = up_of(geometry_);
     for (std::size_t i = 0; i < rising.size(); ++i) {
+      cosines_[i] = dot(block_.normal_from.get(i), block_.normal_to.get(i));
+    }
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      if (cosines_[i] > kSharpCosine) continue;  // most
       const ArcData data = block_.get(i);
-      const auto [from, to, arc] = rising[i];
-      if (!crosses_ridge(geometry_, from, arc, data.normal_from, data.normal_to)) continue;
-      numbers_[i] = any_arc_weight(data, of_ridges_, up_of(geometry_));
+      if (!is_across_ridge(geometry_, data, rising[i].from, rising[i].to)) continue;
+      numbers_[i] = any_arc_weight(data, of_ridges_, up);
     }
   }
 
@@ -273,6 +274,7 @@ class Weigher {
   std::vector<RisingArc> listed_;
   Block block_;
   Numbers numbers_;
+  Numbers cosines_;
 };
 
 // Computes the weights that a Weigher leaves: of arcs to lower faces that are not unique, or have
@@ -286,9 +288,8 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, st
       std::int64_t back = -1;
       if (neighbor > face || is_pair(geometry.arcs(), {face, neighbor, arc}, back)) continue;
       const ArcData data = arc_data(geometry, face, neighbor, arc);
-      const bool is_dear = options.has_ridges() &&
-                           crosses_ridge(geometry, face, arc, data.normal_from, data.normal_to);
-      weights[arc] = any_arc_weight(data, is_dear ? of_ridges : options, up);
+      const bool is_ridge = options.has_ridges() && is_across_ridge(geometry, data, face, neighbor);
+      weights[arc] = any_arc_weight(data, is_ridge ? of_ridges : options, up);
     }
   }
 }
