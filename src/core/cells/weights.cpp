@@ -94,19 +94,22 @@ double any_arc_weight(const ArcData& data, const WeightOptions& options, double 
                                      : arc_weight<false>(data, options, up);
 }
 
-// Whether the faces of an arc meet at a ridge.
-bool is_across_ridge(const Geometry& geometry, const ArcData& data, Face from, Face to) {
-  const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
-  if (up_of(geometry) * fold.rise > 0.0) return false;  // concave
-  const auto bend_of = [&](Face face, std::int64_t arc, Face other) {
+// What ridges are found by.
+struct FaceBends {
+  const Geometry& geometry;
+
+  double angle(Face face, std::int64_t arc, Face other) const {
     const double sign = geometry.surface.same_turn(arc) ? -1.0 : 1.0;  // whichever is flipped
     const Point& normal = geometry.normals[other];
-    const Fold bend = fold_of(geometry.normals[face], sign * normal, {0.0, 0.0, 0.0});
-    return arctangent(bend.sine, bend.cosine);
-  };
-  const double turn = arctangent(fold.sine, fold.cosine);
-  return is_ridge(geometry.arcs(), from, to, turn, bend_of, [](Face) { return 3; });
-}
+    const Fold fold = fold_of(geometry.normals[face], sign * normal, {0.0, 0.0, 0.0});
+    return arctangent(fold.sine, fold.cosine);
+  }
+  bool is_convex(Face face, std::int64_t arc, Face other) const {
+    const ArcData data = arc_data(geometry, face, other, arc);
+    const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
+    return !(up_of(geometry) * fold.rise > 0.0);
+  }
+};
 
 // The only arc from one face to another; -1 if there are several, or too many arcs to search. No
 // branches, because the position in the list is hard to predict.
@@ -213,6 +216,8 @@ class Weigher {
       : geometry_(geometry),
         options_(options),
         of_ridges_(options.of_ridges()),
+        bends_{geometry},
+        ridges_(geometry.surface, bends_),
         weights_(weights) {}
 
   // Of the arcs from a range of faces.
@@ -260,15 +265,16 @@ class Weigher {
     }
     for (std::size_t i = 0; i < rising.size(); ++i) {
       if (cosines_[i] > kSharpCosine) continue;  // most
-      const ArcData data = block_.get(i);
-      if (!is_across_ridge(geometry_, data, rising[i].from, rising[i].to)) continue;
-      numbers_[i] = any_arc_weight(data, of_ridges_, up);
+      if (!ridges_.crosses(rising[i].from, rising[i].arc)) continue;
+      numbers_[i] = any_arc_weight(block_.get(i), of_ridges_, up);
     }
   }
 
   const Geometry& geometry_;
   const WeightOptions& options_;
   const WeightOptions of_ridges_;
+  const FaceBends bends_;
+  const Ridges<TriangleSurface, FaceBends> ridges_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
   std::vector<RisingArc> listed_;
@@ -283,12 +289,14 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, st
                       std::int64_t end, std::span<double> weights) {
   const double up = up_of(geometry);
   const WeightOptions of_ridges = options.of_ridges();
+  const FaceBends bends{geometry};
+  const Ridges ridges(geometry.surface, bends);
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       std::int64_t back = -1;
       if (neighbor > face || is_pair(geometry.arcs(), {face, neighbor, arc}, back)) continue;
       const ArcData data = arc_data(geometry, face, neighbor, arc);
-      const bool is_ridge = options.has_ridges() && is_across_ridge(geometry, data, face, neighbor);
+      const bool is_ridge = options.has_ridges() && ridges.crosses(face, arc);
       weights[arc] = any_arc_weight(data, is_ridge ? of_ridges : options, up);
     }
   }
