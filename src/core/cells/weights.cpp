@@ -265,8 +265,10 @@ class Weigher {
     }
     for (std::size_t i = 0; i < rising.size(); ++i) {
       if (cosines_[i] > kSharpCosine) continue;  // most
+      const ArcData data = block_.get(i);
+      if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
       if (!ridges_.crosses(rising[i].from, rising[i].arc)) continue;
-      numbers_[i] = any_arc_weight(block_.get(i), of_ridges_, up);
+      numbers_[i] = any_arc_weight(data, of_ridges_, up);
     }
   }
 
