@@ -37,6 +37,7 @@ PYTHON_LAYERS = [
     "sample",
     "batches",
     "study",
+    "studio",
     "__init__",
     "cli",
     "__main__",

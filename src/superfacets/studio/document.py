@@ -1,0 +1,376 @@
+"""One mesh that is being labeled: what is painted, its regions, and the journal of its work."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_threads
+from ..cells.measures import measures_of
+from ..io.guards import read_content
+from ..io.readers.read import cell_ending, parse_cells
+from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
+from .changes import Change, Painted, Partition, State, last_stroke
+from .classes import ClassList, checked_class_list, default_classes, with_missing
+from .coding import base64_of
+from .journal import Journal, JournalError
+from .parameters import default_parameters
+from .replay import Replay
+from .revisions import Revision, Revisions
+from .segmenting import Base, Segmenter
+
+__all__ = ["ChangedError", "Document", "NothingError", "kind_name", "work_file_of"]
+
+Cells = npt.NDArray[np.uint32]
+
+
+class NothingError(LookupError):
+    """There is nothing to undo or redo."""
+
+
+class ChangedError(RuntimeError):
+    """The input is not the file any more that the work is about."""
+
+
+def work_file_of(path: Path) -> Path:
+    """The usual work file of an input, beside it."""
+    return path.with_name(path.name + ".studio.jsonl")
+
+
+def kind_name(cells: AnyCells) -> str:
+    """What the front end calls this kind of cells."""
+    if isinstance(cells, PointCloud):
+        return "points"
+    if isinstance(cells, TetMesh):
+        return "tets"
+    return "polygons" if isinstance(cells, PolygonMesh) else "triangles"
+
+
+@dataclass
+class Document:
+    """A mesh with the state of its labeling.
+
+    All changes go through the journal: they are made, written, and only then kept; a change that
+    cannot be written is taken back.
+    """
+
+    path: Path
+    cells: AnyCells
+    digest: str
+    journal: Journal
+    replay: Replay
+    segmenter: Segmenter
+    base: Base
+    share_classes: Callable[[ClassList], object] | None = None
+    notes: list[str] = field(default_factory=list)
+    revisions: Revisions = field(default_factory=Revisions)
+    revision: Revision = field(init=False)
+    lock: threading.RLock = field(default_factory=threading.RLock)
+    _seen: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        self.notes += self.journal.notes
+        self._adopt(self.base)
+
+    @classmethod
+    def open(
+        cls, path: Path, work: Path | None = None, *, n_segments: int | None = None,
+        classes: ClassList = (), share_classes: Callable[[ClassList], object] | None = None,
+    ) -> Document:  # fmt: skip
+        """Read an input and the work on it, and find its regions.
+
+        Parameters
+        ----------
+        path : Path
+            A mesh or point cloud.
+        work : Path, optional
+            The work file; by default that beside the input.
+        n_segments : int, optional
+            Number of regions of new work.
+        classes : tuple of dict, optional
+            Classes of new work; with `share_classes`, of all work.
+        share_classes : callable, optional
+            Keeps a new list of classes for all meshes of a folder. The journal does not, then.
+
+        Raises
+        ------
+        MeshError, OSError
+            If the input cannot be read.
+        JournalError
+            If the work file cannot be used, or is about another file than this one is now.
+        """
+        seen = _stamp(path)
+        content = read_content(path)
+        digest = hashlib.sha256(content).hexdigest()
+        cells = parse_cells(content, cell_ending(path), path.parent)
+        size = len(content)
+        del content
+        n_cells = n_cells_of(cells)
+        journal = Journal.open(
+            work or work_file_of(path),
+            {
+                "file": {"name": path.name, "size": size, "sha256": digest},
+                "kind": kind_name(cells),
+                "n_cells": n_cells,
+                "parameters": default_parameters(n_cells, n_segments),
+                "classes": None if share_classes else list(classes or default_classes()),
+            },
+        )
+        try:
+            _check_header(journal, path, digest, n_cells)
+            replay = Replay.of(journal, n_cells, classes if share_classes else None)
+            segmenter = Segmenter(cells)
+            base = segmenter.base(replay.state.partition.parameters)
+            return cls(
+                path, cells, digest, journal, replay, segmenter, base, share_classes, _seen=seen
+            )
+        except BaseException:
+            journal.close()
+            raise
+
+    @property
+    def state(self) -> State:
+        """What is painted, with which classes, by which regions."""
+        return self.replay.state
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return len(self.state.classes)
+
+    @cached_property
+    def areas(self) -> npt.NDArray[np.float64]:
+        """Area (or volume) of each cell."""
+        return measures_of(self.cells, checked_threads(None))
+
+    @property
+    def progress(self) -> float:
+        """Share of the area that has a class, 0 to 1; of the cells where there is no area."""
+        is_done = self.state.classes > 0
+        total = float(self.areas.sum())
+        if total > 0:
+            return float(min(1.0, self.areas[is_done].sum() / total))
+        return float(np.count_nonzero(is_done) / self.n_cells)
+
+    @property
+    def class_list(self) -> ClassList:
+        """The classes, and those that cells have and the list has not."""
+        used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
+        return with_missing(self.state.class_list, used)
+
+    def close(self) -> None:
+        """Let go of the work file."""
+        with self.lock:
+            self.segmenter.close()
+            self.journal.close()
+
+    def check_input(self) -> None:
+        """Raise a ChangedError if the input is not what it was when it was read."""
+        stamp = _stamp(self.path)
+        if stamp == self._seen:
+            return
+        if stamp is None or hashlib.sha256(read_content(self.path)).hexdigest() != self.digest:
+            raise ChangedError(
+                f"{self.path.name} has changed since the studio read it: all work is saved; put the"
+                " old file back, or start the studio anew with another --work"
+            )
+        self._seen = stamp
+
+    # Operations. Each returns when it is on the disk.
+
+    def paint(self, cells: Cells, wanted: Any, stroke: str | None = None) -> Change | None:
+        """Give cells (ascending) a class, 0 for none, or one class each; None if nothing changes.
+
+        Raises
+        ------
+        ValueError
+            If there is no such class.
+        JournalError
+            If it could not be written.
+        ChangedError
+            If the input has changed.
+        """
+        with self.lock:
+            values = np.unique(np.asarray(wanted))
+            known = {entry["id"] for entry in self.class_list} | {0}
+            unknown = [int(value) for value in values if int(value) not in known]
+            if unknown:
+                raise ValueError(f"there is no class {unknown[0]}")
+            painted = Painted.of(self.state.classes, cells, wanted)
+            if painted is None:
+                return None
+            change = Change("paint", painted, painted, stroke)
+            self._commit(change, _paint_line(painted, stroke))
+            return change
+
+    def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
+        """Take regions that the segmenter has found for these parameters."""
+        with self.lock:
+            before, partition = self.state.partition, Partition(parameters, base.digest)
+            is_new = before.digest not in ("", base.digest) or bool(before.splits)
+            if is_new or before.parameters != parameters:
+                change = Change("segment", before, partition)
+                line = {"op": "segment", "parameters": parameters, "digest": base.digest}
+                self._commit(change, line)
+            return self._show(base)
+
+    def split(self, cells: Cells) -> Revision:
+        """Make cells of one region a region of their own."""
+        with self.lock:
+            before = self.state.partition
+            after = before.with_split(cells, self.base.digest)
+            packed = base64_of(after.splits[-1].cells)
+            line = {"op": "split", "digest": self.base.digest, "cells": packed}
+            self._commit(Change("split", before, after), line)
+            labels = self.revision.labels.copy()
+            labels[cells] = self.revision.n_regions
+            self.revision = self.revisions.add(after, labels, self.revision.n_regions + 1)
+            return self.revision
+
+    def set_classes(self, value: object) -> None:
+        """Take another list of classes.
+
+        Raises
+        ------
+        ValueError
+            If the list is wrong, or lacks a class that cells have.
+        """
+        classes = checked_class_list(value)
+        with self.lock:
+            counts = np.bincount(self.state.classes)
+            kept = {entry["id"] for entry in classes}
+            for number in np.flatnonzero(counts).tolist():
+                if number and number not in kept:
+                    raise ValueError(
+                        f"class {number} has {counts[number]} cells: paint them anew, then remove it"
+                    )
+            if self.share_classes is not None:
+                self.share_classes(classes)
+                self.state.class_list = classes
+            elif classes != self.state.class_list:
+                change = Change("classes", self.state.class_list, classes)
+                self._commit(change, {"op": "classes", "classes": list(classes)})
+
+    def undo(self) -> list[Change]:
+        """Take the last operation back, or all of the last stroke, and return what that was.
+
+        Raises
+        ------
+        NothingError
+            If there is nothing to undo.
+        """
+        return self._move(self.replay.undo_stack, self.replay.redo_stack, "undo")
+
+    def redo(self) -> list[Change]:
+        """Do the last operation again that was undone; likewise."""
+        return self._move(self.replay.redo_stack, self.replay.undo_stack, "redo")
+
+    def _move(self, source: list[Change], target: list[Change], name: str) -> list[Change]:
+        with self.lock:
+            self.check_input()
+            changes = last_stroke(source)
+            if not changes:
+                raise NothingError(f"there is nothing to {name}")
+            do, take_back = (Change.undo, Change.do) if name == "undo" else (Change.do, Change.undo)
+            self._write(changes, do, take_back, {"op": name})
+            del source[len(source) - len(changes) :]
+            target.extend(changes)
+            if changes[-1].kind in ("segment", "split"):
+                self._adopt(self.segmenter.base(self.state.partition.parameters))
+            return changes
+
+    def _commit(self, change: Change, line: dict[str, Any]) -> None:
+        """Make a new change, write it, and remember it."""
+        self.check_input()
+        self._write([change], Change.do, Change.undo, line)
+        self.replay.undo_stack.append(change)
+        self.replay.redo_stack.clear()
+
+    def _write(
+        self, changes: list[Change], do: Callable[[Change, State], None],
+        take_back: Callable[[Change, State], None], line: dict[str, Any],
+    ) -> None:  # fmt: skip
+        """Make changes and write a line; if it cannot be written, all is as it was."""
+        for change in changes:
+            do(change, self.state)
+        try:
+            done = round(self.progress, 6)
+            self.journal.append({"seq": self.replay.seq + 1, **line, "done": done})
+        except BaseException:
+            for change in reversed(changes):
+                take_back(change, self.state)
+            raise
+        self.replay.seq += 1
+
+    def _adopt(self, base: Base) -> None:
+        """Show the regions of the state, of which this is the base.
+
+        Regions of another version or machine may differ: then splits, which are of the others,
+        count no more, and what is painted stays as it is.
+        """
+        partition = self.state.partition
+        if partition.digest not in ("", base.digest):
+            self.notes.append(
+                "regions are not exactly those that the work was done with, as this is another"
+                " version of superfacets: splits of regions are gone, what is painted is not"
+            )
+            self.set_base(partition.parameters, base)
+            return
+        self._show(base)
+
+    def _show(self, base: Base) -> Revision:
+        """Make labels of the base and the splits since."""
+        self.base = base
+        labels, n_regions = base.labels, base.n_regions
+        partition = self.state.partition
+        if partition.splits:
+            labels = labels.copy()
+            for split in partition.splits:
+                labels[split.unpacked(self.n_cells)] = n_regions
+                n_regions += 1
+        self.revision = self.revisions.add(partition, labels, n_regions)
+        return self.revision
+
+
+def _paint_line(painted: Painted, stroke: str | None) -> dict[str, Any]:
+    line: dict[str, Any] = {"op": "paint", "cells": base64_of(painted.cells)}
+    if painted.one is None:
+        line["classes"] = base64_of(painted.after)
+    else:
+        line["class"] = painted.one
+    return line if stroke is None else {**line, "stroke": stroke}
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """What changes when a file is written; None if it is not there."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
+
+
+def _check_header(journal: Journal, path: Path, digest: str, n_cells: int) -> None:
+    """Raise a JournalError if the work is about another file."""
+    header = journal.header
+    file = header.get("file")
+    if not isinstance(file, dict) or header.get("n_cells") is None:
+        raise JournalError(f"{journal.path}: the first line of the work file is damaged")
+    if file.get("sha256") != digest or header["n_cells"] != n_cells:
+        name = file.get("name")
+        what = f"{path} has changed since" if name == path.name else f"{name}, not {path.name}, is"
+        tail = "the work was begun" if name == path.name else "what the work is about"
+        raise JournalError(
+            f"{journal.path}: {what} {tail}: put the old file back, or name another --work"
+        )

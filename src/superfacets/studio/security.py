@@ -1,0 +1,107 @@
+"""Who may speak to the server: this machine, this address, and whoever knows the token."""
+
+from __future__ import annotations
+
+import hmac
+from dataclasses import dataclass
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from .server import HOST
+
+__all__ = ["HEADERS", "Guard", "page_address"]
+
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline';"
+        " worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+    ),
+    "Cache-Control": "no-store",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",  # the token is in the address
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+
+MAX_BODY = 1 << 30
+"""Bytes of a request, beyond which it is refused unread."""
+
+OPEN_PREFIX = "/static/"
+"""The files of the front end, which are public: scripts and styles are loaded without a token."""
+
+
+@dataclass
+class Guard:
+    """Refuses requests that are not from the page that this server has served."""
+
+    app: ASGIApp
+    token: str
+    port: int
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or answer why not; all answers get `HEADERS`."""
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+            return
+        if scope["type"] != "http":  # a websocket: there are none
+            return
+        reason = self._reason_against(scope)
+        app = self.app if reason is None else _refusal(scope["path"], *reason)
+        await app(scope, receive, _with_headers(send))
+
+    def _reason_against(self, scope: Scope) -> tuple[int, str] | None:
+        """The status and the message of a request that is refused; None if it is not."""
+        headers, request = Headers(scope=scope), Request(scope)
+        if headers.get("host") not in self._hosts:
+            return 403, "the studio answers at the address that it has printed, and no other"
+        origins = {f"http://{host}" for host in self._hosts}
+        if headers.get("origin", next(iter(origins))) not in origins:
+            return 403, "the request comes from another page"
+        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+            return 403, "the request comes from another page"
+        if _length(headers) > MAX_BODY:
+            return 413, f"the request is larger than {MAX_BODY} bytes"
+        if scope["path"].startswith(OPEN_PREFIX):
+            return None
+        given = headers.get("x-token") or request.query_params.get("token") or ""
+        if not hmac.compare_digest(given.encode(), self.token.encode()):
+            return (
+                403,
+                "the token is missing or wrong: open the address that the studio has printed",
+            )
+        return None
+
+    @property
+    def _hosts(self) -> tuple[str, ...]:
+        return f"{HOST}:{self.port}", f"localhost:{self.port}"
+
+
+def _length(headers: Headers) -> int:
+    text = headers.get("content-length", "0")
+    return int(text) if text.isdecimal() else 0
+
+
+def _refusal(path: str, status: int, message: str) -> Response:
+    if path.startswith("/api/"):
+        return JSONResponse({"error": message}, status)
+    return PlainTextResponse(f"superfacets studio: {message}\n", status)
+
+
+def _with_headers(send: Send) -> Send:
+    async def send_with_headers(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in HEADERS.items():
+                headers[name] = value
+        await send(message)
+
+    return send_with_headers
+
+
+def page_address(port: int, token: str) -> str:
+    """The address to open."""
+    return f"http://{HOST}:{port}/?token={token}"

@@ -1,0 +1,77 @@
+"""The server: a port of this machine, a token, and the run until it is ended."""
+
+from __future__ import annotations
+
+import errno
+import secrets
+import socket
+from collections.abc import Callable
+from typing import Any
+
+from ..errors import MissingExtraError
+from .folder import Files
+
+__all__ = ["HOST", "check_extra", "open_socket", "serve"]
+
+HOST = "127.0.0.1"
+"""The only address that the server listens at."""
+
+
+def check_extra() -> None:
+    """Raise a MissingExtraError if what the server is made with is not installed."""
+    try:
+        import scipy.sparse.csgraph
+        import starlette
+        import uvicorn  # noqa: F401
+    except ModuleNotFoundError:
+        raise MissingExtraError("the studio", "studio") from None
+
+
+def open_socket(port: int) -> socket.socket:
+    """A socket of this machine alone; port 0 stands for any that is free.
+
+    Raises
+    ------
+    OSError
+        If something else has the port.
+    """
+    opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.bind((HOST, port))
+        opened.listen()
+    except OSError as error:
+        opened.close()
+        if error.errno == errno.EADDRINUSE:
+            raise OSError(f"port {port} is in use: leave --port out, or name another") from None
+        raise OSError(f"port {port}: {error.strerror or error}") from None
+    return opened
+
+
+def serve(files: Files, opened: socket.socket, on_start: Callable[[str], object]) -> None:
+    """Serve until an interrupt or a request ends it; `on_start` gets the address to open."""
+    import uvicorn
+
+    from .app import Studio, studio_app
+    from .security import page_address
+
+    port, token = opened.getsockname()[1], secrets.token_urlsafe(24)
+    studio = Studio(files, lambda: setattr(server, "should_exit", True))
+    config = uvicorn.Config(
+        studio_app(studio, token, port), log_level="error", access_log=False, lifespan="off",
+        server_header=False, proxy_headers=False, timeout_graceful_shutdown=2,
+    )  # fmt: skip
+    server: Any = _server(uvicorn, config, lambda: on_start(page_address(port, token)))
+    try:
+        server.run(sockets=[opened])
+    finally:
+        files.close()
+
+
+def _server(uvicorn: Any, config: Any, on_start: Callable[[], object]) -> Any:
+    class Server(uvicorn.Server):  # type: ignore[misc]  # uvicorn is imported where it is needed
+        async def startup(self, sockets: Any = None) -> None:
+            await super().startup(sockets=sockets)
+            on_start()
+
+    return Server(config)
