@@ -9,6 +9,7 @@ import numpy as np
 from .changes import Change
 from .coding import base64_of, packet
 from .document import Document
+from .exports import formats_of
 from .parameters import ranges
 from .revisions import Revision
 from .segmenting import levels_of
@@ -30,6 +31,7 @@ def state_of(document: Document) -> dict[str, Any]:
             "classes": list(document.class_list),
             "levels": levels_of(parameters["n_segments"]),
             "input": {**file, "n_cells": document.n_cells, "kind": document.journal.header["kind"]},
+            "exports": formats_of(document.journal.header["kind"]),
             "work": str(document.journal.path),
             "notes": [*document.notes, *document.base.notes],
             **counts_of(document),

@@ -6,10 +6,12 @@ import asyncio
 import json
 import time
 from collections.abc import AsyncIterator, Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 from typing import Any
+from urllib.parse import quote
 
+import numpy as np
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
@@ -21,9 +23,11 @@ from starlette.types import ASGIApp
 from ..errors import MeshError, MissingExtraError, RenderError
 from .answers import counts_of, moved, regions_packet, state_of
 from .changes import Partition
-from .coding import cells_from
+from .coding import base64_of, bytes_from, cells_from
 from .document import ChangedError, Document, NothingError
+from .exports import export, export_bytes
 from .folder import Files
+from .imports import read_import
 from .journal import JournalError
 from .parameters import checked_parameters
 from .revisions import GoneError
@@ -31,6 +35,7 @@ from .security import Guard
 from .segmenting import Cancelled, Turn
 from .shapes import mesh_packet
 from .similar import similar_regions
+from .thumbnails import Thumbnails
 
 __all__ = ["Studio", "studio_app"]
 
@@ -50,7 +55,8 @@ STATUS_OF = (
 )
 """What the status of an answer says of an error: the first that fits."""
 
-NO_BUNDLE = """<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
+NO_BUNDLE = """<!DOCTYPE html>
+<html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
 <p>The server runs, but this installation has no front end: <code>static/index.html</code> is
 missing. Wheels have it; in a checkout, <code>make studio</code> builds it.</p></html>
 """
@@ -76,6 +82,7 @@ class Studio:
 
     files: Files
     quit: Callable[[], object]
+    thumbnails: Thumbnails = field(default_factory=Thumbnails)
 
 
 def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
@@ -91,6 +98,7 @@ def studio_app(studio: Studio, token: str, port: int) -> ASGIApp:
     one = "/api/files/{id:int}"
     routes += [_reading(studio, f"{one}/{name}", read) for name, read in READS.items()]
     routes += [_writing(studio, f"{one}/{name}", do) for name, do in OPERATIONS.items()]
+    routes.append(Route(f"{one}/thumbnail", _thumbnail(studio)))
     routes.append(Route(f"{one}/segment", _segmenting(studio), methods=["POST"]))
     app = Starlette(routes=routes, exception_handlers={404: _not_found, 405: _not_found})
     return Guard(app, token, port)
@@ -111,6 +119,20 @@ def _listing(studio: Studio) -> Endpoint:
         return await _answered(studio.files.listed)
 
     return list_files
+
+
+def _thumbnail(studio: Studio) -> Endpoint:
+    async def thumbnail(request: Request) -> Response:
+        def drawn() -> Response:
+            path = studio.files.path(request.path_params["id"])
+            try:
+                return Response(studio.thumbnails.png(path), media_type="image/png")
+            except RenderError as error:
+                return JSONResponse({"error": _message(error)}, 404)
+
+        return await _answered(drawn)
+
+    return thumbnail
 
 
 def _quit(studio: Studio) -> Endpoint:
@@ -143,8 +165,16 @@ def _read_regions(document: Document, query: Body) -> Response:
     return Response(regions_packet(document, revision), media_type=_OCTETS)
 
 
+def _read_export(document: Document, query: Body) -> Response:
+    what, format = str(query.get("what", "cells")), str(query.get("format"))
+    name, content = export_bytes(document, what, format)
+    headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"}
+    return Response(content, media_type=_OCTETS, headers=headers)
+
+
 READS: dict[str, Operation] = {
     "classes": _read_classes,
+    "export": _read_export,
     "labels": _read_labels,
     "mesh": _read_mesh,
     "regions": _read_regions,
@@ -163,7 +193,9 @@ def _paint(document: Document, body: Body) -> Body:
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= 64):
         raise ValueError("stroke must be a text of up to 64 characters")
     if "regions" in body:
-        cells = document.revisions.get(body.get("revision")).cells_of_all(_regions_in(body))
+        cells = document.revisions.get(body.get("revision")).cells_of_all(
+            _numbers(body["regions"], "regions")
+        )
     else:
         cells = cells_from(body.get("cells"), document.n_cells)
     with document.lock:
@@ -194,20 +226,55 @@ def _set_classes(document: Document, body: Body) -> Body:
         return {"classes": list(document.class_list), **counts_of(document)}
 
 
+def _split(document: Document, body: Body) -> Body:
+    strokes = []
+    for name in ("red", "blue"):
+        stroke = _numbers(body.get(name), name)
+        given = np.unique(np.asarray(stroke, np.int64))
+        if len(given) and not 0 <= given[0] <= given[-1] < document.n_cells:
+            raise ValueError(f"{name} holds a cell that is none of {document.n_cells}")
+        strokes.append(given.astype(np.uint32))
+    region = _whole(body.get("region"), "region")
+    with document.lock:
+        cells = document.split(region, body.get("revision"), *strokes)
+        revision = document.revision
+        found = {"revision": revision.number, "n_regions": revision.n_regions}
+        return {**found, "cells": base64_of(cells), **counts_of(document)}
+
+
+def _export(document: Document, body: Body) -> Body:
+    path = export(document, str(body.get("what", "cells")), str(body.get("format")))
+    return {"path": str(path), "name": path.name}
+
+
+def _import(document: Document, body: Body) -> Body:
+    given = body.get("files")
+    if not isinstance(given, list) or not all(isinstance(file, dict) for file in given):
+        raise ValueError("files must be a list of objects with a name and data")
+    files = {str(file.get("name")): bytes_from(file.get("data")) for file in given}
+    imported = read_import(files, document.cells, document.class_list)
+    with document.lock:
+        change = document.take(imported)
+        changed = 0 if change is None else change.after.n
+        return {"changed": changed, "classes": list(document.class_list), **counts_of(document)}
+
+
 OPERATIONS: dict[str, Operation] = {
     "paint": _paint,
     "undo": _undo,
     "redo": _redo,
     "similar": _similar,
     "classes": _set_classes,
+    "split": _split,
+    "export": _export,
+    "import": _import,
 }
 
 
-def _regions_in(body: Body) -> list[int]:
-    regions = body["regions"]
-    if not isinstance(regions, list):
-        raise ValueError("regions must be a list of numbers")
-    return [_whole(region, "a region") for region in regions]
+def _numbers(value: object, name: str) -> list[int]:
+    if not isinstance(value, list):
+        raise ValueError(f"{name} must be a list of numbers")
+    return [_whole(number, f"each of {name}") for number in value]
 
 
 def _whole(value: object, name: str) -> int:

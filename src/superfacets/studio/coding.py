@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import binascii
 import json
 import zlib
 from collections.abc import Mapping
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["MAGIC", "base64_of", "cells_from", "pack_cells", "packet", "unpack_cells"]
+__all__ = ["MAGIC", "base64_of", "bytes_from", "cells_from", "pack_cells", "packet", "unpack_cells"]
 
 MAGIC = b"SFSTUDIO"
 """The first bytes of a binary answer with several arrays."""
@@ -78,18 +77,23 @@ def cells_from(text: object, n_cells: int) -> Cells:
     ValueError
         If this is not base64, or a cell is none of `n_cells`.
     """
-    if not isinstance(text, str):
-        raise ValueError("cells must be uint32 numbers in base64")
-    try:
-        data = base64.b64decode(text, validate=True)
-    except (binascii.Error, ValueError):
-        raise ValueError("cells must be uint32 numbers in base64") from None
+    data = bytes_from(text, "cells")
     if len(data) % 4:
         raise ValueError(f"cells must be uint32 numbers: {len(data)} bytes are no multiple of 4")
     cells = np.unique(np.frombuffer(data, "<u4"))
     if len(cells) and cells[-1] >= n_cells:
         raise ValueError(f"there is no cell {cells[-1]}: there are {n_cells}")
     return cells.astype(np.uint32)
+
+
+def bytes_from(text: object, name: str = "data") -> bytes:
+    """Bytes that a client sends in base64; a ValueError if they are not."""
+    try:
+        if isinstance(text, str):
+            return base64.b64decode(text, validate=True)
+    except ValueError:  # as binascii.Error is
+        pass
+    raise ValueError(f"{name} must be base64")
 
 
 def packet(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:

@@ -24,11 +24,13 @@ from ..mesh.tet_mesh import TetMesh
 from .changes import Change, Painted, Partition, State, last_stroke
 from .classes import ClassList, checked_class_list, default_classes, with_missing
 from .coding import base64_of
+from .imports import Imported
 from .journal import Journal, JournalError
 from .parameters import default_parameters
 from .replay import Replay
-from .revisions import Revision, Revisions
+from .revisions import GoneError, Revision, Revisions
 from .segmenting import Base, Segmenter
+from .splitting import split_cells
 
 __all__ = ["ChangedError", "Document", "NothingError", "kind_name", "work_file_of"]
 
@@ -225,7 +227,28 @@ class Document:
                 self._commit(change, line)
             return self._show(base)
 
-    def split(self, cells: Cells) -> Revision:
+    def split(self, region: int, number: object, red: Cells, blue: Cells) -> Cells:
+        """Cut a region of this revision in two by strokes; return the cells of the new region.
+
+        That is the one with the blue stroke. Its label is the next free one.
+
+        Raises
+        ------
+        GoneError
+            If the revision is not that of the state.
+        ValueError
+            If there is no such region, or a stroke is not in it.
+        """
+        with self.lock:
+            if self.revisions.get(number) is not self.revision:
+                raise GoneError("regions are other ones by now: ask for the state, and its labels")
+            whole = self.revision.cells_of(region)
+            segmenter = self.segmenter
+            cells = split_cells(segmenter.surface, segmenter.arc_costs, whole, red, blue)
+            self._split_off(cells)
+            return cells
+
+    def _split_off(self, cells: Cells) -> None:
         """Make cells of one region a region of their own."""
         with self.lock:
             before = self.state.partition
@@ -236,9 +259,15 @@ class Document:
             labels = self.revision.labels.copy()
             labels[cells] = self.revision.n_regions
             self.revision = self.revisions.add(after, labels, self.revision.n_regions + 1)
-            return self.revision
 
-    def set_classes(self, value: object) -> None:
+    def take(self, imported: Imported) -> Change | None:
+        """Paint what was imported, with its new classes; one undo takes all of it back."""
+        with self.lock:
+            stroke = f"import {self.replay.seq + 1}"
+            self.set_classes(list(imported.class_list), stroke)
+            return self.paint(imported.cells, imported.classes, stroke)
+
+    def set_classes(self, value: object, stroke: str | None = None) -> None:
         """Take another list of classes.
 
         Raises
@@ -253,14 +282,15 @@ class Document:
             for number in np.flatnonzero(counts).tolist():
                 if number and number not in kept:
                     raise ValueError(
-                        f"class {number} has {counts[number]} cells: paint them anew, then remove it"
+                        f"class {number} has {counts[number]} cells: paint these anew first"
                     )
             if self.share_classes is not None:
                 self.share_classes(classes)
                 self.state.class_list = classes
             elif classes != self.state.class_list:
-                change = Change("classes", self.state.class_list, classes)
-                self._commit(change, {"op": "classes", "classes": list(classes)})
+                change = Change("classes", self.state.class_list, classes, stroke)
+                line = {"op": "classes", "classes": list(classes)}
+                self._commit(change, _with_stroke(line, stroke))
 
     def undo(self) -> list[Change]:
         """Take the last operation back, or all of the last stroke, and return what that was.
@@ -349,6 +379,10 @@ def _paint_line(painted: Painted, stroke: str | None) -> dict[str, Any]:
         line["classes"] = base64_of(painted.after)
     else:
         line["class"] = painted.one
+    return _with_stroke(line, stroke)
+
+
+def _with_stroke(line: dict[str, Any], stroke: str | None) -> dict[str, Any]:
     return line if stroke is None else {**line, "stroke": stroke}
 
 

@@ -18,7 +18,7 @@ __all__ = ["Files"]
 MAX_OPEN = 3
 """Meshes in memory, with their graphs; others are opened again when they are asked for."""
 
-EXPORTED = (".classes", ".regions")
+EXPORTED = (".classes",)
 """In the names of exports, which a folder is not searched for."""
 
 
@@ -74,8 +74,14 @@ class Files:
 
     def name_of(self, number: int) -> str:
         """What the list calls a file: its path below the folder."""
-        path = self.paths[number]
+        path = self.path(number)
         return path.name if self.folder is None else path.relative_to(self.folder).as_posix()
+
+    def path(self, number: int) -> Path:
+        """The path of a file; an IndexError if there is no such file."""
+        if not 0 <= number < len(self.paths):
+            raise IndexError(f"there is no file {number}: there are {len(self.paths)}")
+        return self.paths[number]
 
     def listed(self) -> list[dict[str, Any]]:
         """All files with how far each is; none is opened."""
@@ -87,11 +93,9 @@ class Files:
             if number in self._open:
                 self._open.move_to_end(number)
                 return self._open[number]
-            if not 0 <= number < len(self.paths):
-                raise IndexError(f"there is no file {number}: there are {len(self.paths)}")
             is_shared = self.folder is not None
             document = Document.open(
-                self.paths[number], self.work, n_segments=self.n_segments, classes=self.classes,
+                self.path(number), self.work, n_segments=self.n_segments, classes=self.classes,
                 share_classes=self._share if is_shared else None,
             )  # fmt: skip
             self._open[number] = document
@@ -108,15 +112,15 @@ class Files:
                 self._open.popitem()[1].close()
 
     def _entry(self, number: int) -> dict[str, Any]:
+        entry: dict[str, Any] = {"id": number, "name": self.name_of(number)}
         document = self._open.get(number)
         if document is not None:
-            done, n_cells = document.progress, document.n_cells
-        else:
-            work = self.work or work_file_of(self.paths[number])
-            found = summary(work)
-            first, last = ({}, {}) if found is None else found
-            done, n_cells = last.get("done", 0.0), first.get("n_cells")
-        return {"id": number, "name": self.name_of(number), "done": done, "n_cells": n_cells}
+            return {**entry, "done": document.progress, "n_cells": document.n_cells}
+        found = summary(self.work or work_file_of(self.paths[number]))
+        if found is None:
+            return {**entry, "done": 0.0, "n_cells": None}
+        first, last = found
+        return {**entry, "done": last.get("done", 0.0), "n_cells": first.get("n_cells")}
 
     def _share(self, classes: ClassList) -> None:
         """Keep the classes of the folder, for all that are open, too."""

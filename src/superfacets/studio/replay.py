@@ -111,7 +111,8 @@ def _read_split(line: Line, state: State) -> Change:
 
 
 def _read_classes(line: Line, state: State) -> Change:
-    return Change("classes", state.class_list, checked_class_list(line["classes"]))
+    classes = checked_class_list(line["classes"])
+    return Change("classes", state.class_list, classes, line.get("stroke"))
 
 
 _READERS: dict[str, Callable[[Line, Any], Change]] = {

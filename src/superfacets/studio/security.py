@@ -55,25 +55,26 @@ class Guard:
 
     def _reason_against(self, scope: Scope) -> tuple[int, str] | None:
         """The status and the message of a request that is refused; None if it is not."""
-        headers, request = Headers(scope=scope), Request(scope)
+        headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
             return 403, "the studio answers at the address that it has printed, and no other"
-        origins = {f"http://{host}" for host in self._hosts}
-        if headers.get("origin", next(iter(origins))) not in origins:
-            return 403, "the request comes from another page"
-        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+        if not self._is_same_page(headers):
             return 403, "the request comes from another page"
         if _length(headers) > MAX_BODY:
             return 413, f"the request is larger than {MAX_BODY} bytes"
-        if scope["path"].startswith(OPEN_PREFIX):
-            return None
-        given = headers.get("x-token") or request.query_params.get("token") or ""
-        if not hmac.compare_digest(given.encode(), self.token.encode()):
-            return (
-                403,
-                "the token is missing or wrong: open the address that the studio has printed",
-            )
+        if not path.startswith(OPEN_PREFIX) and not self._has_token(scope, headers):
+            return 403, "the token is missing or wrong: open the address that was printed"
         return None
+
+    def _is_same_page(self, headers: Headers) -> bool:
+        """Whether no page, or one of this server, sends a request."""
+        origins = (None, *(f"http://{host}" for host in self._hosts))
+        sites = (None, "none", "same-origin")
+        return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites
+
+    def _has_token(self, scope: Scope, headers: Headers) -> bool:
+        given = headers.get("x-token") or Request(scope).query_params.get("token") or ""
+        return hmac.compare_digest(given.encode(), self.token.encode())
 
     @property
     def _hosts(self) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ import errno
 import secrets
 import socket
 from collections.abc import Callable
+from importlib.util import find_spec
 from typing import Any
 
 from ..errors import MissingExtraError
@@ -19,12 +20,8 @@ HOST = "127.0.0.1"
 
 def check_extra() -> None:
     """Raise a MissingExtraError if what the server is made with is not installed."""
-    try:
-        import scipy.sparse.csgraph
-        import starlette
-        import uvicorn  # noqa: F401
-    except ModuleNotFoundError:
-        raise MissingExtraError("the studio", "studio") from None
+    if not all(find_spec(name) for name in ("scipy", "starlette", "uvicorn")):
+        raise MissingExtraError("the studio", "studio")
 
 
 def open_socket(port: int) -> socket.socket:

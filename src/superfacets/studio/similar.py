@@ -30,7 +30,8 @@ def features_of(graph: RegionGraph) -> Floats:
     """
     shape = (graph.linearity, graph.planarity, graph.sphericity, 3.0 * graph.curvature)
     columns = np.stack([*shape, _creases(graph)], axis=1)
-    return np.nan_to_num(np.concatenate([columns, graph.normals], axis=1))
+    features: Floats = np.nan_to_num(np.concatenate([columns, graph.normals], axis=1))
+    return features
 
 
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
@@ -66,4 +67,5 @@ def _creases(graph: RegionGraph) -> Floats:
     angles = np.tile(graph.concavities, 2)
     sums = np.bincount(ends, lengths * angles, n)
     totals = np.bincount(ends, lengths, n)
-    return np.divide(sums, np.pi * totals, out=np.zeros(n), where=totals > 0)
+    means: Floats = np.divide(sums, np.pi * totals, out=np.zeros(n), where=totals > 0)
+    return means
