@@ -44,6 +44,7 @@ STATUS_OF = (
     (GoneError, 410),
     (ChangedError, 409),
     (JournalError, 507),
+    (FileExistsError, 409),
     (MissingExtraError, 501),
     (RenderError, 501),
     (MeshError, 422),
@@ -243,7 +244,8 @@ def _split(document: Document, body: Body) -> Body:
 
 
 def _export(document: Document, body: Body) -> Body:
-    path = export(document, str(body.get("what", "cells")), str(body.get("format")))
+    what, format = str(body.get("what", "cells")), str(body.get("format"))
+    path = export(document, what, format, replace=body.get("replace") is True)
     return {"path": str(path), "name": path.name}
 
 

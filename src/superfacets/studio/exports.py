@@ -13,20 +13,18 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_choice
-from ..batches.sources import output_names
+from ..batches.sources import MARK, output_names
 from ..cells.sums import sums_by_label
 from ..io.atomic import atomic_outputs, checked_targets
 from ..io.writers.cells import CLASS_OUTPUTS
+from ..io.writers.scannet import NO_CLASS
 from ..io.writers.write import ENDING_OF_FORMAT, write_labels, write_mesh
 from ..regions.majority import weighted_majority
 from ..regions.vertex_labels import vertex_labels
 from .document import Document
 from .revisions import Revision
 
-__all__ = ["NO_CLASS", "class_of_regions", "export", "export_bytes", "formats_of"]
-
-NO_CLASS = "none"
-"""What is called a cell without a class; its number is 0."""
+__all__ = ["class_of_regions", "export", "export_bytes", "formats_of"]
 
 _GRAY = (190, 190, 190)
 
@@ -50,24 +48,32 @@ def formats_of(kind: str) -> dict[str, list[str]]:
     regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "aggregation.json", "npz")
     return {
         "cells": [*_LISTS, *_OF_KIND[kind], *of_triangles],
-        "vertices": [*_LISTS, "segs.json", "bin", "sp_label.npy"],
+        "vertices": [*_LISTS, "segs.json"],
         "regions": list(regions),
         "region_classes": ["csv", "json", "npy"],
     }
 
 
-def export(document: Document, what: str, format: str) -> Path:
-    """Write a file beside the input and return its path; one of that name is replaced.
+def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
+    """Write a file beside the input and return its path.
+
+    One of that name is replaced where the name says that it comes from here. Names that other tools
+    ask for may be those of other files.
 
     Raises
     ------
     ValueError
         If there is no such thing to export, or it has no such format, or does not fit into it.
+    FileExistsError
+        If there is a file with such a name, and it is not to be replaced.
     OSError
         If the file cannot be written.
     """
     ending = _checked_ending(document, what, format)
     path = document.path.with_name(_name_of(document, what, ending))
+    is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
+    if path.exists() and not is_ours and not replace:
+        raise FileExistsError(f"{path.name} is there already, and may be of another tool")
     checked_targets([path])
     _write(document, what, format, path)
     return path

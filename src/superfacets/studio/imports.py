@@ -15,6 +15,7 @@ import numpy.typing as npt
 from ..errors import MeshError
 from ..io.guards import known_ending
 from ..io.readers.labels import read_labels
+from ..io.writers.scannet import NO_CLASS
 from ..mesh.faces import AnyCells, n_cells_of
 from ..mesh.point_cloud import PointCloud
 from ..regions.majority import weighted_majority
@@ -152,6 +153,8 @@ def _by_group(labels: Ints, document: Any, known: ClassList) -> Imported:
     found = np.full(len(labels), -1, np.int64)
     for group in document["segGroups"]:
         name = str(group["label"]).strip()
+        if name in ("", NO_CLASS):
+            continue
         if name.casefold() not in number_of:
             number = max((entry["id"] for entry in classes), default=0) + 1
             entry = new_class(number, name)
