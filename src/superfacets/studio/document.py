@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from .._validate import checked_threads
 from ..cells.measures import measures_of
+from ..errors import MeshError
 from ..io.guards import read_content
 from ..io.readers.read import cell_ending, parse_cells
 from ..mesh.faces import AnyCells, n_cells_of
@@ -115,7 +116,10 @@ class Document:
         seen = _stamp(path)
         content = read_content(path)
         digest = hashlib.sha256(content).hexdigest()
-        cells = parse_cells(content, cell_ending(path), path.parent)
+        try:
+            cells = parse_cells(content, cell_ending(path), path.parent)
+        except MeshError as error:
+            raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
         size = len(content)
         del content
         n_cells = n_cells_of(cells)
