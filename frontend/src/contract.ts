@@ -8,12 +8,7 @@ export interface Parameters {
   level: number | null;
 }
 
-export interface Range {
-  min: number;
-  max: number;
-  default?: number;
-  scale?: "log" | "linear";
-}
+export type Range = [min: number, max: number];
 
 export interface ClassEntry {
   id: number;

@@ -17,6 +17,7 @@ const NONE = 0xffffffff;
 const REFINE_MS = 160; // at rest so long, the picture gets smooth
 const MAX_FINE_PIXELS = 9_000_000;
 const SLOW_MS = 400; // pictures that take longer are not made finer
+const TIMED_VIEW = 4; // textures are sent with the first ones
 
 export class Drawing {
   readonly camera = new Camera(() => this.changeView());
@@ -37,7 +38,8 @@ export class Drawing {
   private isStale = false; // the first pass is out of date
   private scheduled = 0;
   private refining = 0;
-  private firstPassMs = 0;
+  private nViews = 0; // of this mesh, drawn fast
+  private viewMs = 0; // that one of them took
 
   constructor(
     readonly canvas: HTMLCanvasElement,
@@ -90,6 +92,7 @@ export class Drawing {
     this.regions?.texture.dispose();
     this.regions = null;
     this.mesh = mesh;
+    this.nViews = this.viewMs = 0;
     const uniforms = this.cellMaterial.uniforms;
     this.vertices = vertexTexture(mesh.positions);
     this.cells = new CellTexture(mesh.nCells);
@@ -175,7 +178,7 @@ export class Drawing {
 
   private refine(): void {
     const { width, height } = this.canvas;
-    if (this.firstPassMs > SLOW_MS || 4 * width * height > MAX_FINE_PIXELS) return;
+    if (this.viewMs > SLOW_MS || 4 * width * height > MAX_FINE_PIXELS) return;
     if (this.stride !== 2) this.isStale = true;
     this.stride = 2;
     this.draw(2);
@@ -200,15 +203,15 @@ export class Drawing {
     const { lens } = this.camera;
     const uniforms = this.cellMaterial.uniforms;
     const pixels = target.height / (2 * Math.tan((lens.fov * Math.PI) / 360));
-    uniforms.point_size.value = pixels * pointSpacing(this.mesh!) * 1.6;
+    uniforms.point_size.value = pixels * this.mesh!.pointSize;
     this.renderer.setRenderTarget(target);
     this.renderer.setClearColor(0, 0);
     this.renderer.clear();
     const start = performance.now();
     this.renderer.render(this.cellScene, lens);
-    if (this.stride === 1 && this.firstPassMs === 0) {
+    if (this.stride === 1 && ++this.nViews === TIMED_VIEW) {
       this.renderer.readRenderTargetPixels(target, 0, 0, 1, 1, new Uint8Array(4)); // waits for it
-      this.firstPassMs = performance.now() - start;
+      this.viewMs = performance.now() - start;
     }
     const image = this.imageMaterial.uniforms;
     image.ids.value = target.textures[0];
@@ -290,14 +293,6 @@ function geometryOf(mesh: Mesh): BufferGeometry {
   geometry.setAttribute("vertex", attribute);
   geometry.setDrawRange(0, numbers.length);
   return geometry;
-}
-
-/** How far points are apart, if they lie on a surface. */
-function pointSpacing(mesh: Mesh): number {
-  if (!mesh.isCloud) return 0;
-  let reach = 0;
-  for (let i = 0; i < mesh.positions.length; i++) reach = Math.max(reach, Math.abs(mesh.positions[i]));
-  return (3 * reach) / Math.sqrt(mesh.nCells);
 }
 
 function cellMaterial(): RawShaderMaterial {

@@ -1,6 +1,7 @@
 // `window.studio`, for tests and for the curious.
 
 import type { Desk } from "./desk";
+import type { Drawing } from "./drawing";
 import type { Place } from "./picking";
 
 export interface Hook {
@@ -16,6 +17,7 @@ export interface Hook {
   pixelAt(x: number, y: number): [number, number, number];
   fps(): number;
   cursor(): number;
+  readonly drawing: Drawing; // for measurements
 }
 
 /** Places are in pixels of the page, from the canvas's upper left corner. */
@@ -45,5 +47,6 @@ export function makeHook(desk: Desk, isLoaded: () => boolean): Hook {
     },
     fps: () => drawing.framesPerSecond(),
     cursor: () => desk.cursor,
+    drawing,
   };
 }

@@ -8,8 +8,15 @@ export type Kind = "triangles" | "polygons" | "points" | "tets";
 interface Header {
   kind: Kind;
   n_cells: number;
-  axes?: number[][]; // rows: right, up, toward the viewer
+  up: "y" | "z";
+  point_size: number; // diameter; of points only
 }
+
+// Rows: right, up, toward the viewer.
+const AXES = {
+  y: [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+  z: [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+};
 
 const CELL_NAMES: Record<Kind, string> = {
   triangles: "triangles",
@@ -26,6 +33,8 @@ export class Mesh {
   readonly triangles: Uint32Array | null; // (T, 3); null for points
   readonly triangleCells: Uint32Array | null; // (T,); null where triangle i is cell i
   readonly areas: Float32Array; // (n_cells,)
+  readonly normals: Float32Array | null; // (V, 3), of points only
+  readonly pointSize: number;
   readonly cellName: string;
   private readonly firstTriangle: Int32Array | null; // of each cell; -1 where none is outside
 
@@ -33,7 +42,9 @@ export class Mesh {
     const { header, arrays } = readContainer<Header>(buffer);
     this.kind = header.kind;
     this.nCells = header.n_cells;
-    this.axes = header.axes ?? [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+    this.axes = AXES[header.up];
+    this.pointSize = header.point_size;
+    this.normals = (arrays.normals as Float32Array | undefined) ?? null;
     this.positions = arrays.positions as Float32Array;
     this.areas = arrays.areas as Float32Array;
     const isCloud = header.kind === "points";

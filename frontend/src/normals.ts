@@ -16,6 +16,16 @@ function pack(x: number, y: number, z: number): number {
   return (((high << 16) | low) >>> 0) || 1;
 }
 
+/** Directions, three numbers each, packed; (0, 0, 0) is none. */
+export function packAll(directions: Float32Array): Uint32Array<ArrayBuffer> {
+  const packed = new Uint32Array(directions.length / 3);
+  for (let i = 0; i < packed.length; i++) {
+    const [x, y, z] = [directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]];
+    packed[i] = x || y || z ? pack(x, y, z) : NO_NORMAL;
+  }
+  return packed;
+}
+
 /** The sum of the triangles' normals at each vertex, packed; `NO_NORMAL` where they differ much. */
 export function vertexNormals(
   positions: Float32Array, triangles: Uint32Array,
@@ -31,11 +41,7 @@ export function vertexNormals(
       sums[at + 2] += normal[2];
     }
   }
-  const packed = new Uint32Array(positions.length / 3);
-  for (let i = 0; i < packed.length; i++) {
-    const [x, y, z] = [sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]];
-    packed[i] = pack(x, y, z);
-  }
+  const packed = packAll(sums);
   for (let i = 0; i < triangles.length; i += 3) {
     const [x, y, z] = triangleNormal(positions, triangles, i, normal);
     const least = SMOOTH * Math.sqrt(x * x + y * y + z * z);

@@ -3,6 +3,7 @@
 import { BufferAttribute, BufferGeometry } from "three";
 import { MeshBVH, type SerializedBVH } from "three-mesh-bvh";
 import type { Mesh } from "./mesh";
+import { packAll } from "./normals";
 import PrepareWorker from "./prepare-worker?worker";
 
 interface Listener {
@@ -12,9 +13,10 @@ interface Listener {
 
 type News = { normals: Uint32Array } | { tree: SerializedBVH };
 
-/** Prepare what a mesh needs; returns what stops it. A cloud needs nothing. */
+/** Prepare what a mesh needs; returns what stops it. Points need no tree. */
 export function prepare(mesh: Mesh, listener: Listener): () => void {
-  const { positions, triangles } = mesh;
+  const { positions, triangles, normals } = mesh;
+  if (normals) listener.normals(packAll(normals));
   if (!triangles) return () => undefined;
   const worker = new PrepareWorker();
   worker.onmessage = ({ data }: MessageEvent<News>) => {

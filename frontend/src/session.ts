@@ -24,6 +24,14 @@ interface Kinds {
   files: FileEntry[];
 }
 
+/** What to say of an answer that is not that of the server which was here before. */
+function strangerLine(error: unknown): string {
+  if (error instanceof ServerError && error.status === 403) {
+    return "The server was started anew: open the address that it printed. Strokes that wait are kept.";
+  }
+  return error instanceof Error ? error.message : String(error);
+}
+
 let nStrokes = 0;
 
 /** A name that no other stroke has. */
@@ -336,7 +344,7 @@ export class Session {
       this.events.emit("online", true);
     } catch (error) {
       this.online = false;
-      if (!(error instanceof ServerGone)) this.report(error);
+      if (!(error instanceof ServerGone)) this.events.emit("error", strangerLine(error));
       setTimeout(() => void this.tryAgain(), RETRY_MS);
     }
   }

@@ -9,7 +9,7 @@ precision highp float;
 precision highp int;
 precision highp sampler2D;
 precision highp usampler2D;
-ivec2 place(uint i) { return ivec2(int(i % ${WIDTH}u), int(i / ${WIDTH}u)); }
+ivec2 place(uint i) { return ivec2(int(i & ${WIDTH - 1}u), int(i >> ${Math.log2(WIDTH)}u)); }
 `;
 
 export const CELLS_VERTEX = `${SHARED}
@@ -60,11 +60,13 @@ void main() {
   if (is_cloud) {
     vec2 off = gl_PointCoord - 0.5;
     if (dot(off, off) > 0.25) discard;
-    light = vec4(0.62, 0.0, 0.0, 1.0);
-    return;
+    if (smoothness == 0.0) {
+      light = vec4(0.62, 0.0, 0.0, 1.0);
+      return;
+    }
   }
   vec3 toward = normalize(-at);
-  vec3 flat_ = normalize(cross(dFdx(at), dFdy(at)));
+  vec3 flat_ = is_cloud ? normalize(normal) : normalize(cross(dFdx(at), dFdy(at)));
   flat_ = dot(flat_, toward) < 0.0 ? -flat_ : flat_;
   vec3 bent = dot(flat_, normal) < 0.0 ? -normal : normal;
   vec3 shading = normalize(bent + max(0.0, 1.0 - smoothness) * flat_);
@@ -110,19 +112,18 @@ float distanceAt(ivec2 p) {
   float z = 2.0 * texelFetch(depths, p, 0).r - 1.0;
   return 2.0 * near_far.x * near_far.y / (near_far.y + near_far.x - z * (near_far.y - near_far.x));
 }
-bool isActive(uint region) {
-  if (region >= NONE - 1u) return false;
-  return region == hovered || region == cursor || texelFetch(region_colors, place(region), 0).a > 0.5;
-}
-
 vec3 shade(ivec2 p, ivec2 limit) {
   uint cell = cellAt(p);
   if (cell == NONE) return mix(low, high, gl_FragCoord.y / height);
   uint region = regionOf(cell);
   uvec4 state = texelFetch(cells, place(cell), 0);
+  bool is_active = false;
   vec3 base = vec3(0.62);
-  bool is_active = isActive(region);
-  if (region != NONE) base = texelFetch(region_colors, place(region), 0).rgb;
+  if (region != NONE) {
+    vec4 texel = texelFetch(region_colors, place(region), 0);
+    base = texel.rgb;
+    is_active = texel.a > 0.5 || region == hovered || region == cursor;
+  }
   base = mix(vec3(0.88), base, 0.42);
   uint id = state.r | state.g << 8;
   if (id != 0u) {

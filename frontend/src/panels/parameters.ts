@@ -6,10 +6,33 @@ import type { Session } from "../session";
 
 type Name = "n_segments" | "alpha" | "eta_convex";
 
-const SLIDERS: [Name, string][] = [
-  ["n_segments", "Number of regions"],
-  ["alpha", "Weight of creases"],
-  ["eta_convex", "Weight of ridges"],
+interface Slider {
+  name: Name;
+  text: string;
+  value: (share: number, range: Range) => number; // share: 0 to 1 of the slider's way
+  share: (value: number, range: Range) => number;
+}
+
+// Regions in equal factors; creases with most of the way for the lower values.
+const SLIDERS: Slider[] = [
+  {
+    name: "n_segments",
+    text: "Number of regions",
+    value: (share, [min, max]) => Math.round(min * (max / min) ** share),
+    share: (value, [min, max]) => Math.log(value / min) / Math.log(max / min),
+  },
+  {
+    name: "alpha",
+    text: "Weight of creases",
+    value: (share, [min, max]) => Number((min + (max - min) * share * share).toPrecision(3)),
+    share: (value, [min, max]) => Math.sqrt((value - min) / (max - min)),
+  },
+  {
+    name: "eta_convex",
+    text: "Weight of ridges",
+    value: (share, [min, max]) => Number((min + (max - min) * share).toPrecision(3)),
+    share: (value, [min, max]) => (value - min) / (max - min),
+  },
 ];
 const STEPS = 1000;
 
@@ -18,10 +41,10 @@ export class ParametersPanel {
   private readonly outputs = new Map<Name, HTMLOutputElement>();
   private readonly smooth = make("input", { type: "checkbox", id: "smooth" });
   private ranges: Record<string, Range> = {};
-  private isDragged = false;
+  private readonly moved = new Set<Slider>(); // since the last segmentation that counts
 
   constructor(private readonly session: Session) {
-    for (const [name, text] of SLIDERS) this.addSlider(name, text);
+    for (const slider of SLIDERS) this.addSlider(slider);
     part("sliders").append(make("label", { class: "check" }, this.smooth, " Smooth borders"));
     this.smooth.addEventListener("change", () => this.send(false));
     part("coarser").addEventListener("click", () => this.step(1));
@@ -31,16 +54,17 @@ export class ParametersPanel {
     session.events.on("segmenting", (line) => this.showStage(line));
   }
 
-  private addSlider(name: Name, text: string): void {
+  private addSlider(slider: Slider): void {
+    const { name, text } = slider;
     const output = make("output", { for: name });
     const field = make("input", { type: "range", id: name, min: "0", max: String(STEPS), step: "1" });
     field.addEventListener("input", () => {
-      this.isDragged = true;
-      this.showValue(name, this.valueOf(name));
+      this.moved.add(slider);
+      this.showValue(name, this.valueOf(slider));
       this.send(true);
     });
     field.addEventListener("change", () => {
-      this.isDragged = false;
+      this.moved.add(slider);
       this.send(false);
     });
     this.fields.set(name, field);
@@ -48,17 +72,13 @@ export class ParametersPanel {
     part("sliders").append(make("label", { class: "slider", for: name }, text, output), field);
   }
 
-  private valueOf(name: Name): number {
-    const { min, max, scale } = this.ranges[name];
-    const share = Number(this.fields.get(name)!.value) / STEPS;
-    const value = scale === "log" ? min * (max / min) ** share : min + (max - min) * share;
-    return name === "n_segments" ? Math.round(value) : Number(value.toPrecision(3));
+  private valueOf({ name, value }: Slider): number {
+    return value(Number(this.fields.get(name)!.value) / STEPS, this.ranges[name]);
   }
 
-  private setValue(name: Name, value: number): void {
-    const { min, max, scale } = this.ranges[name];
-    const share = scale === "log" ? Math.log(value / min) / Math.log(max / min) : (value - min) / (max - min);
-    this.fields.get(name)!.value = String(Math.round(STEPS * share));
+  private setValue({ name, share }: Slider, value: number): void {
+    const at = Math.round(STEPS * share(value, this.ranges[name]));
+    this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
     this.showValue(name, value);
   }
 
@@ -68,18 +88,21 @@ export class ParametersPanel {
     this.fields.get(name)!.setAttribute("aria-valuetext", text);
   }
 
+  /** Only what was moved: a slider's steps would round the others. */
   private send(preview: boolean): void {
-    const parameters: Partial<Parameters> = { smooth: this.smooth.checked, level: null };
-    for (const [name] of SLIDERS) if (this.ranges[name]) parameters[name] = this.valueOf(name);
+    const parameters: Partial<Parameters> = { smooth: this.smooth.checked };
+    for (const slider of this.moved) parameters[slider.name] = this.valueOf(slider);
+    if (!preview) this.moved.clear();
     this.session.segment(parameters, preview);
   }
 
   private show(): void {
     const { parameters, ranges, levels, n_regions } = this.session.state;
     this.ranges = ranges;
-    for (const [name] of SLIDERS) {
-      this.fields.get(name)!.disabled = !ranges[name];
-      if (ranges[name] && !this.isDragged) this.setValue(name, parameters[name]);
+    for (const slider of SLIDERS) {
+      this.fields.get(slider.name)!.disabled = !ranges[slider.name];
+      const isFree = ranges[slider.name] && !this.moved.has(slider);
+      if (isFree) this.setValue(slider, parameters[slider.name]);
     }
     this.smooth.checked = parameters.smooth;
     const count = this.session.regions?.count ?? n_regions;
