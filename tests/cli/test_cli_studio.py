@@ -13,7 +13,7 @@ def served(monkeypatch):
     """Do not serve, but give away what would be."""
     calls = []
 
-    def serve(files, opened, on_start):
+    def serve(files, opened, address, on_start):
         calls.append((files, opened.getsockname()))
         on_start("http://127.0.0.1:1/?token=t")
 
@@ -98,3 +98,26 @@ def test_a_mesh_that_cannot_be_read_is_an_error(run, tmp_path, served):
     assert (status, served) == (1, [])
     assert "a.ply" in err
     assert not (tmp_path / "a.ply.studio.jsonl").exists()
+
+
+def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, served):
+    from superfacets.studio.address import Address, address_file, keep
+    from superfacets.studio.server import open_again
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        kept = Address(free.getsockname()[1], "a-token-of-the-tests")
+    for port in (None, kept.port):
+        opened, address = open_again(port, kept)
+        opened.close()
+        assert address == kept
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", kept.port))
+        other.listen()
+        opened, address = open_again(None, kept)
+        opened.close()
+        assert address.port != kept.port
+        assert address.token != kept.token
+    with keep(address_file(sheet.with_name("sheet.ply.studio.jsonl")), kept):
+        run("studio", sheet, "--no-browser")
+    assert served[0][1][1] == kept.port

@@ -31,6 +31,7 @@ class Server:
         words = self.process.stdout.readline().split()
         address = next(word for word in words if word.startswith("http"))
         self.base, self.token = address.split("/?token=")
+        self.address = address
         self.http = httpx.Client(base_url=f"{self.base}/api/files/0/", timeout=30)
         self.http.headers["X-Token"] = self.token
 
@@ -105,10 +106,11 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
     path = tmp_path / "sheet.ply"
     write_mesh(path, shapes.bumpy_sheet(24))
     worker = Worker(1152, seed=7)
-    total = 0
+    total, addresses = 0, set()
     for round_number in range(N_ROUNDS):
         server = Server(path)
         try:
+            addresses.add(server.address)
             found = server.classes()
             worker.check(found)
             # What can be undone is not known to the client where an operation was under way.
@@ -123,6 +125,7 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
             server.close()
         total += worker.n_acknowledged
         assert total, round_number
+    assert len(addresses) == 1  # an open page goes on
     journal = path.with_name("sheet.ply.studio.jsonl")
     cut = journal.read_bytes()[:-9]  # and in the middle of a line
     journal.write_bytes(cut)
@@ -131,5 +134,8 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
         notes = server.http.get("state").json()["notes"]
         assert any("was cut off" in note for note in notes)
         assert server.http.get("state").json()["seq"] == cut.count(b"\n") - 1
+        httpx.post(f"{server.base}/api/quit", headers={"X-Token": server.token})
+        assert server.process.wait(20) == 0
+        assert not list(tmp_path.glob(".*address"))
     finally:
         server.close()

@@ -1,8 +1,18 @@
 """Who is answered by the studio, and with what."""
 
+import os
+
 import pytest
 from studio_client import PORT, TOKEN, Http
 
+from superfacets.studio.address import (
+    TOKEN_VARIABLE,
+    Address,
+    address_file,
+    keep,
+    kept_address,
+    new_token,
+)
 from superfacets.studio.security import HEADERS, page_address
 
 OWN = f"127.0.0.1:{PORT}"
@@ -17,7 +27,7 @@ def asked(client, path="/api/files", *, method="GET", host=OWN, token=TOKEN, **h
 
 
 def test_the_address_holds_the_token():
-    assert page_address(80, "abc") == "http://127.0.0.1:80/?token=abc"
+    assert page_address(Address(80, "abc")) == "http://127.0.0.1:80/?token=abc"
 
 
 def test_a_request_of_the_page_is_answered(client):
@@ -113,3 +123,52 @@ def test_a_websocket_is_not_answered(client):
 
     asyncio.run(connect())
     assert sent == []
+
+
+def test_the_token_is_random_or_that_of_the_environment(monkeypatch):
+    monkeypatch.delenv(TOKEN_VARIABLE, raising=False)
+    assert new_token() != new_token()
+    monkeypatch.setenv(TOKEN_VARIABLE, TOKEN)
+    assert new_token() == TOKEN
+    for text in ("short", "x" * 20 + "&", ""):
+        monkeypatch.setenv(TOKEN_VARIABLE, text)
+        with pytest.raises(ValueError, match="must have 16 characters or more"):
+            new_token()
+
+
+def test_an_address_is_kept_for_its_owner_as_long_as_the_server_runs(tmp_path):
+    path, address = address_file(tmp_path / "work.jsonl"), Address(8765, TOKEN)
+    assert path.name == ".work.jsonl.address"
+    assert address_file(tmp_path).parent == tmp_path
+    path.write_text("old")
+    with keep(path, address):
+        assert kept_address(path) == address
+        if os.name != "nt":
+            assert path.stat().st_mode & 0o777 == 0o600
+    assert not path.exists()
+    with keep(path, address):
+        path.write_text("of another server")
+    assert path.exists()
+    with keep(tmp_path / "none" / "file", address):  # it cannot be written
+        pass
+
+
+@pytest.mark.skipif(os.name == "nt", reason="files have no permissions there")
+def test_an_address_that_others_may_have_written_is_not_trusted(tmp_path, monkeypatch):
+    path = tmp_path / "address"
+    assert kept_address(path) is None
+    for text in ("no", "[]", '{"port":8765,"token":"short"}', f'{{"port":0,"token":"{TOKEN}"}}'):
+        path.write_text(text)
+        path.chmod(0o600)
+        assert kept_address(path) is None
+    path.write_text(f'{{"port":8765,"token":"{TOKEN}"}}')
+    assert kept_address(path) == Address(8765, TOKEN)
+    path.chmod(0o604)
+    assert kept_address(path) is None
+    path.chmod(0o600)
+    monkeypatch.setattr(os, "getuid", lambda: 12345)
+    assert kept_address(path) is None
+    monkeypatch.undo()
+    link = tmp_path / "link"
+    link.symlink_to(path)
+    assert kept_address(link) is None

@@ -33,33 +33,34 @@ __all__ = ["studio_command"]
 )
 @click.option(
     "--port",
-    type=click.IntRange(0, 65_535),
-    default=0,
+    type=click.IntRange(1, 65_535),
     help="Port of this machine to answer at.  [default: one that is free]",
 )
 @click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
 def studio_command(
-    path: Path, n_segments: int | None, work: Path | None, classes: Path | None, port: int,
+    path: Path, n_segments: int | None, work: Path | None, classes: Path | None,
+    port: int | None,
     no_browser: bool,
 ) -> None:  # fmt: skip
     """Label the mesh or point cloud IN, or all of a FOLDER, in the browser.
 
     The page is served to this machine alone. All work is saved as it is done.
     """
-    from ..studio.server import check_extra, open_socket, serve
+    from ..studio.server import check_extra, open_again, serve
 
     check_extra()
+    from ..studio.address import address_file, kept_address
     from ..studio.classes import read_classes
     from ..studio.folder import Files
 
     given = () if classes is None else read_classes(classes)
     files = Files.of(path, work, n_segments, given)
-    opened = open_socket(port)
+    opened, address = open_again(port, kept_address(address_file(files.place)))
     with opened:
         if files.folder is None:
             for note in files.document(0).notes:
                 print_note(note)
-        serve(files, opened, lambda address: _show(address, no_browser=no_browser))
+        serve(files, opened, address, lambda page: _show(page, no_browser=no_browser))
 
 
 def _show(address: str, *, no_browser: bool) -> None:

@@ -72,6 +72,11 @@ class Files:
             classes = read_classes(shared) if shared.exists() else default_classes()
         return cls(paths, None, n_segments, classes, path)
 
+    @property
+    def place(self) -> Path:
+        """The work file, or the folder."""
+        return self.folder or self.work or work_file_of(self.paths[0])
+
     def name_of(self, number: int) -> str:
         """What the list calls a file: its path below the folder."""
         path = self.path(number)

@@ -10,6 +10,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from .address import Address
 from .server import HOST
 
 __all__ = ["HEADERS", "Guard", "page_address"]
@@ -103,6 +104,6 @@ def _with_headers(send: Send) -> Send:
     return send_with_headers
 
 
-def page_address(port: int, token: str) -> str:
-    """The address to open."""
-    return f"http://{HOST}:{port}/?token={token}"
+def page_address(address: Address) -> str:
+    """What to open in a browser."""
+    return f"http://{HOST}:{address.port}/?token={address.token}"

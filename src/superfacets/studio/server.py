@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
-import secrets
 import socket
 from collections.abc import Callable
 from importlib.util import find_spec
 from typing import Any
 
 from ..errors import MissingExtraError
+from .address import Address, address_file, keep, new_token
 from .folder import Files
 
-__all__ = ["HOST", "check_extra", "open_socket", "serve"]
+__all__ = ["HOST", "check_extra", "open_again", "open_socket", "serve"]
 
 HOST = "127.0.0.1"
 """The only address that the server listens at."""
@@ -45,22 +46,35 @@ def open_socket(port: int) -> socket.socket:
     return opened
 
 
-def serve(files: Files, opened: socket.socket, on_start: Callable[[str], object]) -> None:
+def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
+    """A socket and an address: the port asked for, or that of the last server if it is free."""
+    if port is None and kept is not None:
+        with contextlib.suppress(OSError):
+            return open_socket(kept.port), kept
+    opened = open_socket(port or 0)
+    number = opened.getsockname()[1]
+    is_same = kept is not None and kept.port == number
+    return opened, kept if kept is not None and is_same else Address(number, new_token())
+
+
+def serve(
+    files: Files, opened: socket.socket, address: Address, on_start: Callable[[str], object]
+) -> None:
     """Serve until an interrupt or a request ends it; `on_start` gets the address to open."""
     import uvicorn
 
     from .app import Studio, studio_app
     from .security import page_address
 
-    port, token = opened.getsockname()[1], secrets.token_urlsafe(24)
     studio = Studio(files, lambda: setattr(server, "should_exit", True))
     config = uvicorn.Config(
-        studio_app(studio, token, port), log_level="error", access_log=False, lifespan="off",
-        server_header=False, proxy_headers=False, timeout_graceful_shutdown=2,
+        studio_app(studio, address.token, address.port), log_level="error", access_log=False,
+        lifespan="off", server_header=False, proxy_headers=False, timeout_graceful_shutdown=2,
     )  # fmt: skip
-    server: Any = _server(uvicorn, config, lambda: on_start(page_address(port, token)))
+    server: Any = _server(uvicorn, config, lambda: on_start(page_address(address)))
     try:
-        server.run(sockets=[opened])
+        with keep(address_file(files.place), address), contextlib.suppress(KeyboardInterrupt):
+            server.run(sockets=[opened])
     finally:
         files.close()
 
