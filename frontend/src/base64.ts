@@ -2,7 +2,7 @@
 
 const CHUNK = 0x8000; // arguments of one call
 
-export function toBase64(numbers: Uint32Array): string {
+export function toBase64(numbers: Uint32Array | Uint8Array): string {
   const bytes = new Uint8Array(numbers.buffer, numbers.byteOffset, numbers.byteLength);
   let text = "";
   for (let start = 0; start < bytes.length; start += CHUNK) {

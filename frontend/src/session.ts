@@ -271,13 +271,16 @@ export class Session {
     }
   }
 
-  async exportTo(format: string, what: string): Promise<void> {
+  /** Write a file beside the input; one that may be somebody else's is replaced only if told. */
+  async exportTo(format: string, what: string, replace = false): Promise<void> {
     try {
       await this.saver.flush();
-      const { path } = await this.post<{ path: string }>("export", { format, what });
+      const { path } = await this.post<{ path: string }>("export", { format, what, replace });
       this.events.emit("message", `Written: ${path}`);
     } catch (error) {
-      this.report(error);
+      const isThere = error instanceof ServerError && error.status === 409 && !replace;
+      if (!isThere) this.report(error);
+      else if (confirm(`${error.message}\nReplace it?`)) await this.exportTo(format, what, true);
     }
   }
 
@@ -289,10 +292,10 @@ export class Session {
     return this.api.address(`/api/files/${fileId}/thumbnail`);
   }
 
-  async importFrom(body: unknown): Promise<void> {
+  async importFrom(files: { name: string; data: string }[]): Promise<void> {
     try {
       await this.saver.flush();
-      await this.post<PaintReply>("import", body);
+      await this.post<PaintReply>("import", { files });
       await this.reload();
       await this.loadClasses();
       this.take({});

@@ -1,5 +1,6 @@
 // Export and import.
 
+import { toBase64 } from "../base64";
 import { make, part } from "../page";
 import type { Session } from "../session";
 
@@ -44,17 +45,13 @@ export class ExchangePanel {
     link.href = this.session.downloadAddress(this.format.value, this.what.value);
   }
 
-  /** One file as it is; of two, the one that groups the segments of the other. */
   private async read(files: File[]): Promise<void> {
     try {
-      const contents = await Promise.all(files.map(async (file) => JSON.parse(await file.text()) as object));
-      if (contents.length === 1) return await this.session.importFrom(contents[0]);
-      const aggregation = contents.find((content) => "segGroups" in content);
-      const segs = contents.find((content) => "segIndices" in content);
-      if (contents.length !== 2 || !aggregation || !segs) {
-        throw new Error("choose one file, or a .segs.json and its .aggregation.json");
-      }
-      await this.session.importFrom({ segs, aggregation });
+      const contents = files.map(async (file) => ({
+        name: file.name,
+        data: toBase64(new Uint8Array(await file.arrayBuffer())),
+      }));
+      if (files.length) await this.session.importFrom(await Promise.all(contents));
     } catch (error) {
       this.session.report(error);
     }

@@ -1,14 +1,15 @@
 """A studio that answers, and a browser that looks at it."""
 
 import pytest
-from studio_page import Server, Tab
 
 from superfacets import sample_mesh, write_mesh
 
 pytest.importorskip("starlette", reason="Starlette is not installed")
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
-SIZE = {"width": 900, "height": 620}
+from studio_page import Command, Server, Tab  # noqa: E402
+
+SIZE = {"width": 760, "height": 520}
 
 
 @pytest.fixture
@@ -16,8 +17,8 @@ def serve():
     """Starts a studio on a path; all are ended after the test."""
     servers = []
 
-    def start(path, *options):
-        servers.append(Server(str(path), *options))
+    def start(path, n_segments, kind=Server):
+        servers.append(kind(path, n_segments))
         return servers[-1]
 
     yield start
@@ -52,5 +53,12 @@ def bear(tmp_path):
 @pytest.fixture
 def studio(serve, open_tab, bear):
     """A server and the page that it shows."""
-    server = serve(bear, "-n", "40")
+    server = serve(bear, 40)
+    return server, open_tab(server.address)
+
+
+@pytest.fixture
+def command(serve, open_tab, bear):
+    """The same with a server that can be killed."""
+    server = serve(bear, 40, Command)
     return server, open_tab(server.address)

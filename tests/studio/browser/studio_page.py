@@ -1,9 +1,7 @@
-"""A studio in a process of its own, and its page as tests drive it."""
+"""A studio that runs, and its page as tests drive it."""
 
 import json
-import os
 import queue
-import signal
 import subprocess
 import sys
 import threading
@@ -11,58 +9,67 @@ import urllib.request
 
 import numpy as np
 
-TOKEN = "a-token-that-two-servers-have-in-common"
+from superfacets.studio.folder import Files
+from superfacets.studio.server import open_again, serve
+
 START_SECONDS = 60
 
 
 class Server:
-    """The command in a process of its own. A second start answers at the same address."""
+    """A studio in a thread of this process."""
 
-    def __init__(self, path, *options):
-        self.path, self.options, self.port = path, options, 0
-        self.start()
+    def __init__(self, path, n_segments):
+        files = Files.of(path, None, n_segments, ())
+        opened, address = open_again(None, None)
+        started = queue.Queue()
+        self.thread = threading.Thread(target=serve, args=(files, opened, address, started.put))
+        self.thread.start()
+        self.address = started.get(timeout=START_SECONDS)
 
-    def start(self):
-        command = [sys.executable, "-m", "superfacets", "studio", self.path, "--no-browser"]
-        environment = {**os.environ, "SUPERFACETS_STUDIO_TOKEN": TOKEN}
-        self.process = subprocess.Popen(
-            [*command, "--port", str(self.port), *self.options],
-            stdout=subprocess.PIPE, text=True, env=environment,
-        )  # fmt: skip
-        lines = queue.Queue()
-        reader = threading.Thread(target=lambda: lines.put(self.process.stdout.readline()))
-        reader.start()
-        line = lines.get(timeout=START_SECONDS)
-        self.address = next(word for word in line.split() if word.startswith("http://"))
-        self.port = int(self.address.split(":")[2].split("/")[0])
-
-    def get(self, path):
+    def request(self, path, **options):
         """Bytes that the server answers with."""
-        request = urllib.request.Request(
-            f"http://127.0.0.1:{self.port}/api/files/0/{path}", headers={"X-Token": TOKEN}
-        )
+        origin, token = self.address.split("/?token=")
+        headers = {"X-Token": token, "Content-Type": "application/json"}
+        request = urllib.request.Request(f"{origin}/api/{path}", headers=headers, **options)
         with urllib.request.urlopen(request, timeout=10) as answer:
             return answer.read()
 
     def classes(self):
-        return np.frombuffer(self.get("classes"), "<u2")
+        return np.frombuffer(self.request("files/0/classes"), "<u2")
 
     def state(self):
-        return json.loads(self.get("state"))
+        return json.loads(self.request("files/0/state"))
+
+    def stop(self):
+        self.request("quit", data=b"{}")
+        self.thread.join(timeout=10)
+
+
+class Command(Server):
+    """The command in a process of its own. A second start answers at the same address."""
+
+    def __init__(self, path, n_segments):
+        self.arguments = ["studio", str(path), "--no-browser", "-n", str(n_segments)]
+        self.start()
+
+    def start(self):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "superfacets", *self.arguments], stdout=subprocess.PIPE, text=True
+        )
+        lines = queue.Queue()
+        threading.Thread(target=lambda: lines.put(self.process.stdout.readline())).start()
+        words = lines.get(timeout=START_SECONDS).split()
+        self.address = next(word for word in words if word.startswith("http://"))
 
     def kill(self):
         """No chance to save anything."""
         self.process.kill()
         self.process.wait()
+        self.process.stdout.close()
 
     def stop(self):
         if self.process.poll() is None:
-            self.process.send_signal(signal.SIGTERM)
-            try:
-                self.process.wait(timeout=10)
-            except subprocess.TimeoutExpired:
-                self.kill()
-        self.process.stdout.close()
+            self.kill()
 
 
 class Tab:
@@ -84,6 +91,10 @@ class Tab:
     def press(self, *keys):
         for key in keys:
             self.page.keyboard.press(key)
+
+    def saved(self):
+        """Wait until the server has every stroke."""
+        self.until("studio.nWaiting === 0")
 
     @property
     def status(self):

@@ -1,7 +1,5 @@
 """The studio in a real browser: what one does is seen, saved, and survives what happens."""
 
-import json
-
 import numpy as np
 import pytest
 from studio_page import hue
@@ -48,7 +46,8 @@ def test_painted_regions_have_the_color_of_their_class_through_undo_and_reload(s
     for number, (region, x, y) in enumerate(spots, start=1):
         np.testing.assert_allclose(tab.hue_at(x, y), hue(colors[number - 1]), atol=0.03)
         assert set(tab.classes()[tab.labels() == region]) == {number}
-    assert tab.locator("#progress-text").text_content() != "0 %"
+    assert tab.locator("#progress-text").text_content() != "0.0 %"
+    tab.saved()
     np.testing.assert_array_equal(server.classes(), tab.classes())
 
     tab.press("Control+z")
@@ -102,6 +101,7 @@ def test_a_region_is_split_between_red_and_blue(studio):
     tab.drag((x + 14, y - 4), (x + 14, y + 4))
     tab.page.keyboard.up("Shift")
     blue = tab.evaluate("([x, y]) => studio.cellAt(x, y)", [x + 14, y])
+    tab.away()
     np.testing.assert_allclose(tab.hue_at(x - 14, y), hue("#d91220"), atol=0.06)
     tab.press("Enter")
     tab.until("studio.nRegions === 41")
@@ -113,12 +113,12 @@ def test_a_region_is_split_between_red_and_blue(studio):
     np.testing.assert_array_equal(tab.labels(), before)
 
 
-def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(studio):
-    server, tab = studio
+def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(command):
+    server, tab = command
     (first, *a), (second, *b), (third, *c) = tab.spots(3)
     tab.press("3")
     tab.click(*a)
-    tab.until("studio.nWaiting === 0")
+    tab.saved()
     server.kill()
     tab.press("2")
     tab.click(*b)
@@ -137,8 +137,8 @@ def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(studio):
     np.testing.assert_array_equal(tab.classes(), classes)
 
 
-def test_strokes_that_wait_survive_the_page_too(studio, bear):
-    server, tab = studio
+def test_strokes_that_wait_survive_the_page_too(command):
+    server, tab = command
     region, x, y = tab.spots(1)[0]
     server.kill()
     tab.click(x, y)
@@ -148,7 +148,7 @@ def test_strokes_that_wait_survive_the_page_too(studio, bear):
     server.start()
     tab.page.goto(server.address)
     tab.ready()
-    tab.until("studio.nWaiting === 0")
+    tab.saved()
     assert set(server.classes()[tab.labels() == region]) == {1}
 
 
@@ -175,6 +175,7 @@ def test_all_is_done_without_a_mouse(studio):
     assert tab.locator("#help").is_visible()
     tab.press("Escape")
     assert not tab.locator("#help").is_visible()
+    tab.saved()
     np.testing.assert_array_equal(server.classes(), tab.classes())
 
 
@@ -211,12 +212,13 @@ def test_hidden_regions_are_not_seen_and_come_back(studio):
     assert tab.evaluate("([x, y]) => studio.regionAt(x, y)", [x, y]) == region
 
 
-def test_an_export_is_what_was_painted(studio, bear):
+def test_an_export_is_what_was_painted_and_is_read_back(studio):
     _, tab = studio
     spots = tab.spots(2)
     for number, (_, x, y) in enumerate(spots, start=1):
         tab.press(str(number))
         tab.click(x, y)
+    tab.saved()
     tab.locator("#export-what").select_option("cells")
     tab.locator("#export-format").select_option("npy")
     tab.locator("#export").click()
@@ -226,6 +228,14 @@ def test_an_export_is_what_was_painted(studio, bear):
     with tab.page.expect_download() as download:
         tab.locator("#download").click()
     np.testing.assert_array_equal(np.load(download.value.path()), written)
+    tab.press("Control+z", "Control+z")
+    tab.until("document.querySelector('#undo').disabled")
+    assert not tab.classes().any()
+    tab.locator("#import").set_input_files(
+        {"name": "back.npy", "mimeType": "", "buffer": download.value.path().read_bytes()}
+    )
+    tab.wait_for_status("Read")
+    np.testing.assert_array_equal(tab.classes(), written)
 
 
 def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab, tmp_path):
@@ -233,7 +243,7 @@ def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab,
     folder.mkdir()
     for name in ("a.ply", "b.ply"):
         write_mesh(folder / name, sample_mesh(5_000))
-    server = serve(folder, "-n", "30")
+    server = serve(folder, 30)
     tab = open_tab(server.address)
     assert tab.locator("#files button").count() == 2
     tab.locator("input[aria-label^='Name of']").first.fill("head")
@@ -261,7 +271,7 @@ def test_points_and_polygons_are_painted_too(serve, open_tab, tmp_path):
     write_mesh(tmp_path / "cube.obj", quads)
     np.savetxt(tmp_path / "cloud.xyz", bear.vertices)
     for name, count in (("cube.obj", 6), ("cloud.xyz", len(bear.vertices))):
-        server = serve(tmp_path / name, "-n", "6")
+        server = serve(tmp_path / name, 6)
         tab = open_tab(server.address)
         assert len(tab.labels()) == count
         colors = [entry["color"] for entry in server.state()["classes"]]
@@ -276,7 +286,7 @@ def test_points_and_polygons_are_painted_too(serve, open_tab, tmp_path):
 def test_errors_are_one_line_and_the_page_goes_on(studio):
     server, tab = studio
     tab.locator("#import").set_input_files(
-        {"name": "x.json", "mimeType": "text/json", "buffer": json.dumps({"a": 1}).encode()}
+        {"name": "x.segs.json", "mimeType": "text/json", "buffer": b'{"a": 1}'}
     )
     tab.page.wait_for_selector("#error:not([hidden])")
     line = tab.locator("#error span").text_content()
@@ -284,6 +294,7 @@ def test_errors_are_one_line_and_the_page_goes_on(studio):
     assert "\n" not in line
     tab.locator("#error button").click()
     tab.press("n", "1", "Enter")
+    tab.saved()
     assert server.classes().any()
 
 
