@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 import socket
 from collections.abc import Callable
 from importlib.util import find_spec
@@ -35,7 +36,8 @@ def open_socket(port: int) -> socket.socket:
     """
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
-        opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if os.name != "nt":  # after a crash; on Windows it would let others listen, too
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         opened.bind((HOST, port))
         opened.listen()
     except OSError as error:
@@ -69,7 +71,7 @@ def serve(
     studio = Studio(files, lambda: setattr(server, "should_exit", True))
     config = uvicorn.Config(
         studio_app(studio, address.token, address.port), log_level="error", access_log=False,
-        lifespan="off", server_header=False, proxy_headers=False, timeout_graceful_shutdown=2,
+        lifespan="off", ws="none", server_header=False, proxy_headers=False, timeout_graceful_shutdown=2,
     )  # fmt: skip
     server: Any = _server(uvicorn, config, lambda: on_start(page_address(address)))
     try:
