@@ -161,7 +161,7 @@ def test_progress_is_the_share_of_the_area(document):
 
 
 def test_without_area_progress_is_the_share_of_cells(document):
-    document.__dict__["areas"] = np.zeros(document.n_cells)
+    document.__dict__.update(areas=np.zeros(document.n_cells), _total=0.0)
     document.paint(np.arange(288, dtype=np.uint32), 1)
     assert document.progress == 0.25
 

@@ -6,7 +6,7 @@ import shapes
 
 from superfacets import Mesh
 from superfacets.cells.kinds import as_surface
-from superfacets.studio.splitting import ArcCosts, split_cells
+from superfacets.studio.splitting import split_cells
 
 
 def sheet(height, n=20):
@@ -26,13 +26,8 @@ def split(mesh, cells=None, red=None, blue=None):
     near = np.abs(y - 0.5) < 0.1
     red = np.flatnonzero((x < 0.1) & near) if red is None else red
     blue = np.flatnonzero((x > 0.9) & near) if blue is None else blue
-    found = split_cells(
-        surface,
-        ArcCosts.of(surface),
-        cells,
-        np.asarray(red, np.uint32),
-        np.asarray(blue, np.uint32),
-    )
+    strokes = (np.asarray(stroke, np.uint32) for stroke in (red, blue))
+    found = split_cells(surface, cells, *strokes)
     return found, surface.positions
 
 

@@ -16,7 +16,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["TOKEN_VARIABLE", "Address", "address_file", "keep", "kept_address", "new_token"]
+__all__ = ["HOST", "TOKEN_VARIABLE", "Address", "address_file", "keep", "kept_address", "new_token"]
+
+HOST = "127.0.0.1"
+"""The only address that the server listens at."""
 
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
 """Environment variable with the token to take, for scripts that have to know it."""

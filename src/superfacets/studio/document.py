@@ -164,10 +164,13 @@ class Document:
     def progress(self) -> float:
         """Share of the area that has a class, 0 to 1; of the cells where there is no area."""
         is_done = self.state.classes > 0
-        total = float(self.areas.sum())
-        if total > 0:
-            return float(min(1.0, self.areas[is_done].sum() / total))
+        if self._total > 0:
+            return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
         return float(np.count_nonzero(is_done) / self.n_cells)
+
+    @cached_property
+    def _total(self) -> float:
+        return float(self.areas.sum())
 
     @property
     def class_list(self) -> ClassList:
@@ -247,8 +250,7 @@ class Document:
             if self.revisions.get(number) is not self.revision:
                 raise GoneError("regions are other ones by now: ask for the state, and its labels")
             whole = self.revision.cells_of(region)
-            segmenter = self.segmenter
-            cells = split_cells(segmenter.surface, segmenter.arc_costs, whole, red, blue)
+            cells = split_cells(self.segmenter.surface, whole, red, blue)
             self._split_off(cells)
             return cells
 

@@ -10,8 +10,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from .address import Address
-from .server import HOST
+from .address import HOST, Address
 
 __all__ = ["HEADERS", "Guard", "page_address"]
 

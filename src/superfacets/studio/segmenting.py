@@ -24,7 +24,6 @@ from ..mesh.faces import AnyCells
 from ..pipeline import PreparedCells, segment
 from ..regions.edit import read_partial_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
-from .splitting import ArcCosts
 
 __all__ = ["Base", "Cancelled", "Segmenter", "Tell", "Turn", "levels_of"]
 
@@ -114,11 +113,6 @@ class Segmenter:
         if prepared.order is not None:
             return graph_and_surface(self.source, True, n_threads)[1]
         return prepared.kind.surface(self.source, prepared.graph, n_threads)
-
-    @cached_property
-    def arc_costs(self) -> ArcCosts:
-        """What splitting needs of all arcs."""
-        return ArcCosts.of(self.surface)
 
     def run(self, parameters: dict[str, Any], turn: Turn | None = None) -> Base:
         """Return the regions for checked parameters; a newer run cancels this one.

@@ -11,13 +11,10 @@ from importlib.util import find_spec
 from typing import Any
 
 from ..errors import MissingExtraError
-from .address import Address, address_file, keep, new_token
+from .address import HOST, Address, address_file, keep, new_token
 from .folder import Files
 
-__all__ = ["HOST", "check_extra", "open_again", "open_socket", "serve"]
-
-HOST = "127.0.0.1"
-"""The only address that the server listens at."""
+__all__ = ["check_extra", "open_again", "open_socket", "serve"]
 
 
 def check_extra() -> None:
@@ -71,7 +68,8 @@ def serve(
     studio = Studio(files, lambda: setattr(server, "should_exit", True))
     config = uvicorn.Config(
         studio_app(studio, address.token, address.port), log_level="error", access_log=False,
-        lifespan="off", ws="none", server_header=False, proxy_headers=False, timeout_graceful_shutdown=2,
+        lifespan="off", ws="none", server_header=False, proxy_headers=False,
+        timeout_graceful_shutdown=2,
     )  # fmt: skip
     server: Any = _server(uvicorn, config, lambda: on_start(page_address(address)))
     try:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..cells.constraints import NO_GROUPS, Cut
 from ..cells.surface import Surface
 
-__all__ = ["ArcCosts", "split_cells"]
+__all__ = ["split_cells"]
 
 SHARPNESS = 12.5
 """Exponent by which a turn of pi closes an edge: exp(-12.5 / 2) = 0.002 is left of a right angle.
@@ -34,24 +35,7 @@ Cells = npt.NDArray[np.uint32]
 Floats = npt.NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class ArcCosts:
-    """What it costs to cut each arc of a surface, and how long each is; made once for a mesh."""
-
-    costs: npt.NDArray[np.float32]  # length of the border that counts
-    lengths: npt.NDArray[np.float32]  # of the step
-
-    @classmethod
-    def of(cls, surface: Surface) -> ArcCosts:
-        """Measure all arcs."""
-        borders, steps, angles, _, _ = surface.handle.arc_measures(surface.n_threads)
-        turns = np.where(angles > 0, angles, -RIDGE * angles) if len(angles) else 0.0
-        costs = borders * np.exp(-SHARPNESS / np.pi * turns)
-        steps = steps if len(steps) else np.ones(surface.n_arcs)
-        return cls(costs.astype(np.float32), steps.astype(np.float32))
-
-
-def split_cells(surface: Surface, arcs: ArcCosts, cells: Cells, red: Cells, blue: Cells) -> Cells:
+def split_cells(surface: Surface, cells: Cells, red: Cells, blue: Cells) -> Cells:
     """Return the cells of a region that go with the blue stroke.
 
     The border between both sides is a minimum cut: its length counts, less in creases, and so does
@@ -61,8 +45,6 @@ def split_cells(surface: Surface, arcs: ArcCosts, cells: Cells, red: Cells, blue
     Parameters
     ----------
     surface : Surface
-    arcs : ArcCosts
-        Of this surface.
     cells : ndarray of uint32
         All cells of the region, ascending.
     red, blue : ndarray of uint32
@@ -79,9 +61,8 @@ def split_cells(surface: Surface, arcs: ArcCosts, cells: Cells, red: Cells, blue
             raise ValueError(f"the {name} stroke is not in the region that is to be split")
     if len(np.intersect1d(places[0], places[1])):
         raise ValueError("the strokes cross: a cell cannot be on both sides")
-    part = _part_of(surface, arcs, cells)
-    areas = surface.measures[cells]
-    is_blue = _cut(part, areas, *places)
+    part = _part_of(surface, cells)
+    is_blue = _cut(part, *places)
     is_blue |= _loose(part, ~is_blue, places[0])
     is_blue &= ~_loose(part, is_blue, places[1])
     return cells[is_blue]
@@ -89,13 +70,18 @@ def split_cells(surface: Surface, arcs: ArcCosts, cells: Cells, red: Cells, blue
 
 @dataclass(frozen=True)
 class _Part:
-    """Arcs between the cells of a region, by their places in it."""
+    """The cells of a region by their places in it, and the arcs between them."""
 
-    n: int
+    areas: Floats
     sources: npt.NDArray[np.int64]
-    targets: npt.NDArray[np.int64]
-    costs: Floats
-    lengths: Floats
+    targets: npt.NDArray[np.int32]
+    costs: Floats  # of cutting each arc: the length of the border that counts
+    lengths: Floats  # of the steps
+
+    @property
+    def n(self) -> int:
+        """Number of cells."""
+        return len(self.areas)
 
     def matrix(self, values: Any) -> Any:
         """A sparse matrix of the arcs."""
@@ -112,28 +98,32 @@ def _places_in(cells: Cells, stroke: Cells) -> npt.NDArray[np.int64]:
     return found
 
 
-def _part_of(surface: Surface, arcs: ArcCosts, cells: Cells) -> _Part:
+def _part_of(surface: Surface, cells: Cells) -> _Part:
+    """Measure what is in a region; time and memory are those of the region."""
     starts = surface.offsets[cells]
     counts = surface.offsets[cells.astype(np.int64) + 1] - starts
     ends = np.cumsum(counts)
-    numbers = np.arange(int(ends[-1])) + np.repeat(starts - ends + counts, counts)
+    arcs = np.arange(int(ends[-1])) + np.repeat(starts - ends + counts, counts)
     sources = np.repeat(np.arange(len(cells)), counts)
-    neighbors = surface.neighbors[numbers].astype(np.uint32)
-    targets = np.minimum(np.searchsorted(cells, neighbors), len(cells) - 1)
+    neighbors = surface.neighbors[arcs].astype(np.uint32)
+    targets = np.minimum(np.searchsorted(cells, neighbors), len(cells) - 1).astype(np.int32)
     kept = cells[targets] == neighbors
-    chosen = numbers[kept]
-    return _Part(
-        len(cells), sources[kept], targets[kept], arcs.costs[chosen].astype(np.float64),
-        arcs.lengths[chosen].astype(np.float64),
-    )  # fmt: skip
+    arcs, sources, targets = arcs[kept], sources[kept], targets[kept]
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(sources, minlength=len(cells)))])
+    cut = Cut(surface.n_cells, cells.astype(np.int32), arcs, offsets, targets, NO_GROUPS)
+    part = cut.surface_of(surface)
+    borders, steps, angles, _, _ = part.handle.arc_measures(part.n_threads)
+    turns = np.where(angles > 0, angles, -RIDGE * angles)
+    costs = borders * np.exp(-SHARPNESS / np.pi * turns)
+    return _Part(part.measures, sources, targets, costs, steps)
 
 
-def _cut(part: _Part, areas: Floats, red: Any, blue: Any) -> npt.NDArray[np.bool_]:
+def _cut(part: _Part, red: Any, blue: Any) -> npt.NDArray[np.bool_]:
     """Which cells are on the blue side of the minimum cut."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
-    pulls = _pulls(part, areas, red, blue)
+    pulls = _pulls(part, red, blue)
     total = part.costs.sum() / 2 + np.abs(pulls).sum() or 1.0
     to_red, to_blue = (np.maximum(sign * pulls, 0.0) / total * CAPACITY for sign in (1, -1))
     to_red[red] = to_blue[blue] = UNCUT
@@ -151,7 +141,7 @@ def _cut(part: _Part, areas: Floats, red: Any, blue: Any) -> npt.NDArray[np.bool
     return is_blue[:n]
 
 
-def _pulls(part: _Part, areas: Floats, red: Any, blue: Any) -> Floats:
+def _pulls(part: _Part, red: Any, blue: Any) -> Floats:
     """How much each cell is drawn to a stroke, in units of length; positive to the red one."""
     from scipy.sparse.csgraph import dijkstra
 
@@ -159,9 +149,9 @@ def _pulls(part: _Part, areas: Floats, red: Any, blue: Any) -> Floats:
     far = [dijkstra(steps, indices=stroke, min_only=True) for stroke in (red, blue)]
     with np.errstate(invalid="ignore", divide="ignore"):
         shares = (far[1] - far[0]) / (far[1] + far[0])
-    total = areas.sum()
+    total = part.areas.sum()
     scale = NEARNESS / np.sqrt(total) if total > 0 else 0.0
-    pulls: Floats = np.nan_to_num(shares, nan=0.0) * areas * scale
+    pulls: Floats = np.nan_to_num(shares, nan=0.0) * part.areas * scale
     return pulls
 
 
