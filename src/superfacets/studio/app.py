@@ -59,7 +59,7 @@ STATUS_OF = (
 NO_BUNDLE = """<!DOCTYPE html>
 <html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
 <p>The server runs, but this installation has no front end: <code>static/index.html</code> is
-missing. Wheels have it; in a checkout, <code>make studio</code> builds it.</p></html>
+missing. Wheels have it; in a checkout, <code>make frontend</code> builds it.</p></html>
 """
 
 _OCTETS = "application/octet-stream"
