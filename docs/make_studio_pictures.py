@@ -96,6 +96,7 @@ def label_folder(page: Page) -> None:
             page.keyboard.press(pressed)
             page.wait_for_timeout(200)
     page.locator("#canvas").focus()
+    page.keyboard.press("Escape")
     page.keyboard.press("Home")
     page.mouse.move(300, 760)
     page.wait_for_timeout(8000)  # for the small pictures

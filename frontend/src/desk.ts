@@ -26,7 +26,6 @@ export class Desk {
   tolerance = 0.15; // of "similar"
   readonly selection = new Set<number>();
   private isPainted = false; // the selection is what the last stroke painted
-  private hasHidden = false;
   private order: number[] = []; // of the keyboard's walk
   private stopPreparing = (): void => undefined;
 
@@ -49,7 +48,6 @@ export class Desk {
     this.stopPreparing();
     this.drawing.setMesh(mesh);
     this.picker = new Picker(this.drawing, mesh);
-    this.hasHidden = false;
     const { picker } = this;
     this.stopPreparing = prepare(mesh, {
       normals: (packed) => this.drawing.setNormals(packed),
@@ -113,6 +111,13 @@ export class Desk {
     if (!isPainted) this.drawing.regions?.select(this.selection, true);
     this.drawing.redraw();
     this.events.emit("selection", this.selection);
+  }
+
+  /** No region is chosen by keys any more. */
+  clearSelection(): void {
+    this.cursor = -1;
+    this.drawing.mark({ cursor: -1 });
+    this.select([], false);
   }
 
   /** Paint regions; they are what growing and shrinking start from. */
@@ -253,14 +258,12 @@ export class Desk {
   }
 
   showAll(): void {
-    if (!this.hasHidden) return this.say("Nothing is hidden.");
+    if (!this.drawing.cells.hasHidden) return this.say("Nothing is hidden.");
     this.drawing.cells.unmarkAll(MARK_HIDDEN);
     this.afterHiding("All is shown.");
-    this.hasHidden = false;
   }
 
   private afterHiding(line: string): void {
-    this.hasHidden = true;
     this.drawing.changeView();
     this.hover(-1);
     this.say(line);

@@ -140,9 +140,10 @@ export class Drawing {
   /** Regions under the pointer and under the keyboard's cursor; -1 for none. */
   mark({ hovered, cursor }: { hovered?: number; cursor?: number }): void {
     const uniforms = this.imageMaterial.uniforms;
+    const before = [uniforms.hovered.value, uniforms.cursor.value];
     if (hovered !== undefined) uniforms.hovered.value = hovered < 0 ? NONE : hovered;
     if (cursor !== undefined) uniforms.cursor.value = cursor < 0 ? NONE : cursor;
-    this.redraw();
+    if (before[0] !== uniforms.hovered.value || before[1] !== uniforms.cursor.value) this.redraw();
   }
 
   setBorders(on: boolean): void {
@@ -176,9 +177,10 @@ export class Drawing {
     this.refining = window.setTimeout(() => this.refine(), REFINE_MS);
   }
 
-  private refine(): void {
+  /** Draw smooth lines; `always`: even where that takes long. */
+  refine(always = false): void {
     const { width, height } = this.canvas;
-    if (this.viewMs > SLOW_MS || 4 * width * height > MAX_FINE_PIXELS) return;
+    if ((this.viewMs > SLOW_MS && !always) || 4 * width * height > MAX_FINE_PIXELS) return;
     if (this.stride !== 2) this.isStale = true;
     this.stride = 2;
     this.draw(2);
@@ -203,6 +205,7 @@ export class Drawing {
     const { lens } = this.camera;
     const uniforms = this.cellMaterial.uniforms;
     const pixels = target.height / (2 * Math.tan((lens.fov * Math.PI) / 360));
+    uniforms.has_hidden.value = this.cells.hasHidden;
     uniforms.point_size.value = pixels * this.mesh!.pointSize;
     this.renderer.setRenderTarget(target);
     this.renderer.setClearColor(0, 0);
@@ -301,7 +304,7 @@ function cellMaterial(): RawShaderMaterial {
     blending: NoBlending, side: 2,
     uniforms: {
       vertices: { value: null }, sources: { value: null }, cells: { value: null },
-      has_sources: { value: false }, is_cloud: { value: false }, point_size: { value: 1 },
+      has_sources: { value: false }, has_hidden: { value: false }, is_cloud: { value: false }, point_size: { value: 1 },
     },
   });
 }

@@ -93,7 +93,7 @@ export class Keys {
   private modeKeys(): Key[] {
     const { modes } = this;
     return [
-      { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions", run: () => modes.choose("paint") },
+      { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions, none chosen", run: () => this.leave() },
       { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
       { names: ["l"], what: "lasso; again: of single cells", run: () => modes.nextLasso() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
@@ -125,6 +125,11 @@ export class Keys {
       { names: ["PageDown"], what: "next file", run: () => this.goToFile(1) },
       { names: ["PageUp"], what: "previous file", run: () => this.goToFile(-1) },
     ];
+  }
+
+  private leave(): void {
+    this.modes.choose("paint");
+    this.desk.clearSelection();
   }
 
   private confirm(): void {

@@ -19,6 +19,7 @@ uniform usampler2D vertices;  // bits of x, y, z; packed normal
 uniform usampler2D sources;  // the cell of each triangle, where those are not the cells
 uniform usampler2D cells;
 uniform bool has_sources;
+uniform bool has_hidden;
 uniform bool is_cloud;
 uniform float point_size;  // pixels at distance 1
 in uint vertex;
@@ -42,8 +43,7 @@ void main() {
   smoothness = has_normal ? 1.0 : 0.0;
   gl_Position = projectionMatrix * vec4(at, 1.0);
   gl_PointSize = max(1.0, point_size / -at.z);
-  bool is_hidden = (texelFetch(cells, place(cell), 0).b & 4u) != 0u;
-  if (is_hidden) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
 export const CELLS_FRAGMENT = `${SHARED}
@@ -91,7 +91,7 @@ uniform sampler2D class_colors;
 uniform int stride;  // pixels of the first pass along one of this
 uniform int samples;  // of those, how many are looked at
 uniform int line;  // width of borders, in pixels of the first pass
-uniform uint hovered;  // a region; cell under the brush's middle is marked by its own bits
+uniform uint hovered;  // a region
 uniform uint cursor;
 uniform bool has_borders;
 uniform bool is_cloud;
@@ -128,7 +128,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   uint id = state.r | state.g << 8;
   if (id != 0u) {
     float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
-    base = texelFetch(class_colors, place(id), 0).rgb * (1.0 + 0.16 * shift);
+    base = texelFetch(class_colors, place(id), 0).rgb * (1.0 + 0.12 * shift);
   }
   if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
   if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
@@ -144,7 +144,8 @@ vec3 shade(ivec2 p, ivec2 limit) {
     light *= mix(0.45, 1.0, exp(-60.0 * shadow));
   }
   vec3 result = min(base * light, 1.0);
-  if (is_active) result = mix(result, vec3(1.0), region == hovered ? 0.3 : 0.16);
+  bool is_marked = (state.b & 3u) != 0u;
+  if (is_active && !is_marked) result = mix(result, vec3(1.0), region == hovered ? 0.3 : 0.16);
   if (!has_borders && !is_active) return result;
   bool is_border = false;
   bool is_edge = false;
@@ -156,7 +157,9 @@ vec3 shade(ivec2 p, ivec2 limit) {
     if (reach == 0) continue;
     ivec2 way = (k & 2) == 0 ? ivec2(reach, 0) : ivec2(0, reach);
     ivec2 q = clamp((k & 1) == 0 ? p + way : p - way, ivec2(0), limit);
-    uint other = regionOf(cellAt(q));
+    uint neighbor = cellAt(q);
+    if (neighbor == cell) continue;
+    uint other = regionOf(neighbor);
     if (other == region) continue;
     if (other < NONE - 1u || !is_cloud) is_edge = is_edge || is_active;
     if (other < NONE - 1u && region < NONE - 1u) is_border = true;

@@ -57,6 +57,7 @@ export class CellTexture {
   readonly texture: DataTexture;
   private readonly texels: Uint8Array;
   private isWhole = true; // all of it waits to be sent
+  hasHidden = false;
 
   constructor(private readonly nCells: number) {
     this.texels = new Uint8Array(4 * WIDTH * rowsOf(nCells));
@@ -86,6 +87,7 @@ export class CellTexture {
 
   /** Set or clear bits of some cells. */
   mark(cells: Uint32Array, bits: number, on: boolean): void {
+    if (bits & MARK_HIDDEN && on) this.hasHidden = true;
     for (const cell of cells) {
       const old = this.texels[4 * cell + 2];
       this.texels[4 * cell + 2] = on ? old | bits : old & ~bits;
@@ -95,6 +97,7 @@ export class CellTexture {
 
   /** Clear bits of all cells. */
   unmarkAll(bits: number): void {
+    if (bits & MARK_HIDDEN) this.hasHidden = false;
     for (let cell = 0; cell < this.nCells; cell++) this.texels[4 * cell + 2] &= ~bits;
     this.sendWhole();
   }
