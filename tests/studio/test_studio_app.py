@@ -301,11 +301,11 @@ def test_a_changed_input_is_told(client, sheet):
 
 
 def test_errors_of_the_machine_are_one_line():
-    from superfacets.studio.app import _message
+    from superfacets.studio.replies import message_of
 
-    assert _message(MemoryError()) == "not enough memory"
-    assert _message(OSError(2, "No such file", "a.ply")) == "a.ply: No such file"
-    assert _message(ValueError("two\nlines")) == "two lines"
+    assert message_of(MemoryError()) == "not enough memory"
+    assert message_of(OSError(2, "No such file", "a.ply")) == "a.ply: No such file"
+    assert message_of(ValueError("two\nlines")) == "two lines"
 
 
 def test_thumbnails_are_pictures_or_not_there(client, monkeypatch):

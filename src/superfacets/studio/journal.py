@@ -213,11 +213,8 @@ def _parsed(text: bytes) -> Line | None:
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
-    try:
-        line = json.loads(text)
-    except ValueError:
-        return None
-    return line if isinstance(line, dict) else None
+    line: Line = json.loads(text)
+    return line
 
 
 def _write_all(file: int, data: bytes) -> None:
