@@ -2,6 +2,8 @@
 
 import asyncio
 import json
+import time
+from pathlib import Path
 
 import httpx
 import numpy as np
@@ -223,7 +225,7 @@ def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
             options["progress"](number, 1)
             if len(outcomes) > 1 or options["n_segments"] == 8:
                 break
-            __import__("time").sleep(0.01)
+            time.sleep(0.01)
         return real(cells, **options)
 
     monkeypatch.setattr(segmenting, "segment", slow)
@@ -317,7 +319,7 @@ def test_thumbnails_are_pictures_or_not_there(client, monkeypatch):
         calls.append(command)
         if len(calls) == 1:
             return thumbnails.subprocess.CompletedProcess(command, 1, "", "no\nRenderError: no GL")
-        __import__("pathlib").Path(command[-1]).write_bytes(b"PNG")
+        Path(command[-1]).write_bytes(b"PNG")
         return thumbnails.subprocess.CompletedProcess(command, 0, "", "")
 
     monkeypatch.setattr(thumbnails.subprocess, "run", run)

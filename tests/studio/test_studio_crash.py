@@ -139,3 +139,19 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
         assert not list(tmp_path.glob(".*address"))
     finally:
         server.close()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system interrupts otherwise")
+def test_ctrl_c_ends_the_server_with_all_work_on_the_disk(tmp_path):
+    path = tmp_path / "sheet.ply"
+    write_mesh(path, shapes.bumpy_sheet(24))
+    server = Server(path)
+    try:
+        server.http.post("paint", json={"class": 1, "cells": encoded([3])})
+        server.process.send_signal(signal.SIGINT)
+        assert server.process.wait(20) == 0
+    finally:
+        server.close()
+    assert not list(tmp_path.glob(".*address"))
+    journal = path.with_name("sheet.ply.studio.jsonl")
+    assert '"seq":1' in journal.read_text().splitlines()[-1]

@@ -1,6 +1,7 @@
 """A folder of meshes in the studio."""
 
 import json
+import os
 
 import numpy as np
 import pytest
@@ -122,3 +123,19 @@ def test_wrong_classes_are_refused(entry, message):
 
 def test_classes_that_cells_have_are_added():
     assert [entry["id"] for entry in with_missing((), [0, 3, 1])] == [1, 3]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of files are text there")
+def test_a_name_that_is_no_text_is_no_obstacle(serve, tmp_path):
+    path = tmp_path / os.fsdecode(b"a\xff.ply")
+    try:
+        write_mesh(path, shapes.bumpy_sheet(4))
+    except OSError:
+        pytest.skip("the file system takes no such name")
+    client = serve(tmp_path)
+    assert client.http.get("/api/files").json()[0]["name"] == path.name
+    client.done("paint", **{"class": 1}, regions=[0], revision=client.state()["revision"])
+    answer = client.get("export", what="cells", format="npy")
+    assert "a%FF.classes.npy" in answer.headers["content-disposition"]
+    client.close()
+    assert serve(tmp_path).classes().any()

@@ -191,7 +191,7 @@ def test_a_line_that_makes_no_sense_is_told_with_its_number(document, sheet):
     ("line", "message"),
     [
         ({"seq": 5, "op": "undo"}, "it is number 5, not 1"),
-        ({"seq": 1, "op": "paint", "cells": "", "class": 1}, "cells are damaged"),
+        ({"seq": 1, "op": "paint", "cells": "", "class": 1}, "packed numbers are damaged"),
         ({"seq": 1, "op": "dance"}, "dance"),
     ],
 )

@@ -9,7 +9,7 @@ from importlib.resources import files
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.responses import HTMLResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
@@ -18,7 +18,7 @@ from ..errors import RenderError
 from .folder import Files
 from .operations import OPERATIONS, READS, Operation
 from .parameters import checked_parameters
-from .replies import Body, answered, body_of, failure, message_of
+from .replies import Body, JsonReply, answered, body_of, failure, message_of
 from .runs import told
 from .security import Guard
 from .thumbnails import Thumbnails
@@ -79,7 +79,7 @@ async def _page(request: Request) -> Response:
 
 async def _not_found(request: Request, error: Exception) -> Response:
     message = f"there is no {request.method} {request.url.path}"
-    return JSONResponse({"error": message}, getattr(error, "status_code", 404))
+    return JsonReply({"error": message}, getattr(error, "status_code", 404))
 
 
 def _listing(studio: Studio) -> Endpoint:
@@ -96,7 +96,7 @@ def _thumbnail(studio: Studio) -> Endpoint:
             try:
                 return Response(studio.thumbnails.png(path), media_type="image/png")
             except RenderError as error:
-                return JSONResponse({"error": message_of(error)}, 404)
+                return JsonReply({"error": message_of(error)}, 404)
 
         return await answered(drawn)
 
@@ -106,7 +106,7 @@ def _thumbnail(studio: Studio) -> Endpoint:
 def _quit(studio: Studio) -> Endpoint:
     async def quit_server(request: Request) -> Response:
         studio.quit()
-        return JSONResponse({"quits": True})
+        return JsonReply({"quits": True})
 
     return quit_server
 

@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["MAGIC", "base64_of", "bytes_from", "cells_from", "pack_cells", "packet", "unpack_cells"]
+__all__ = [
+    "MAGIC",
+    "base64_of",
+    "bytes_from",
+    "cells_from",
+    "inflated",
+    "pack_cells",
+    "packet",
+    "unpack_cells",
+]
 
 MAGIC = b"SFSTUDIO"
 """The first bytes of a binary answer with several arrays."""
@@ -44,10 +53,7 @@ def pack_cells(cells: Cells) -> bytes:
 
 def unpack_cells(packed: bytes, n_cells: int) -> Cells:
     """Return what `pack_cells` was given; a ValueError if these are not cells below `n_cells`."""
-    try:
-        data = np.frombuffer(zlib.decompress(packed), np.uint8)
-    except zlib.error:
-        raise ValueError("cells are damaged: they cannot be decompressed") from None
+    data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
         return np.empty(0, np.uint32)
     is_last = data < 0x80
@@ -61,6 +67,18 @@ def unpack_cells(packed: bytes, n_cells: int) -> Cells:
     if cells[-1] >= n_cells or deltas[1:].min(initial=1) < 1:
         raise ValueError(f"cells are damaged: they do not ascend to {n_cells - 1} at most")
     return cells.astype(np.uint32)
+
+
+def inflated(packed: bytes, max_bytes: int) -> bytes:
+    """Decompressed bytes; a ValueError if they are damaged, or more than there may be."""
+    reader = zlib.decompressobj()
+    try:
+        data = reader.decompress(packed, max_bytes + 1)
+    except zlib.error:
+        data = b""
+    if not reader.eof or len(data) > max_bytes:
+        raise ValueError("packed numbers are damaged")
+    return data
 
 
 def base64_of(array: npt.NDArray[Any] | bytes) -> str:

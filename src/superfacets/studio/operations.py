@@ -51,7 +51,8 @@ def _read_regions(document: Document, query: Body) -> Response:
 def _read_export(document: Document, query: Body) -> Response:
     what, format = str(query.get("what", "cells")), str(query.get("format"))
     name, content = export_bytes(document, what, format)
-    headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"}
+    quoted = quote(name, errors="surrogateescape")
+    headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quoted}"}
     return Response(content, media_type=OCTETS, headers=headers)
 
 

@@ -15,9 +15,18 @@ from .document import ChangedError, NothingError
 from .journal import JournalError
 from .revisions import GoneError
 
-__all__ = ["Body", "answered", "body_of", "failure", "message_of"]
+__all__ = ["Body", "JsonReply", "answered", "body_of", "failure", "message_of"]
 
 Body = dict[str, Any]
+
+
+class JsonReply(JSONResponse):
+    """JSON in ASCII, so that any name of a file can be told, also one that is no valid text."""
+
+    def render(self, content: Any) -> bytes:
+        """The bytes of an answer."""
+        return json.dumps(content, separators=(",", ":")).encode("ascii")
+
 
 STATUS_OF = (
     (NothingError, 409),
@@ -43,7 +52,7 @@ async def answered(work: Callable[[], Any]) -> Response:
         result = await run_in_threadpool(work)
     except Exception as error:
         return failure(error)
-    return result if isinstance(result, Response) else JSONResponse(result)
+    return result if isinstance(result, Response) else JsonReply(result)
 
 
 async def body_of(request: Request) -> Body:
@@ -62,7 +71,7 @@ def failure(error: Exception) -> Response:
     """An error as an answer; raised again where it is a fault of ours."""
     for kind, status in STATUS_OF:
         if isinstance(error, kind):
-            return JSONResponse({"error": message_of(error)}, status)
+            return JsonReply({"error": message_of(error)}, status)
     raise error
 
 
