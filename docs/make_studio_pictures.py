@@ -67,7 +67,7 @@ def lasso(page: Page, key: str, line: Line) -> None:
 def take(page: Page, name: str) -> None:
     """Save a picture with smooth lines, however long they take here."""
     page.wait_for_timeout(1000)
-    page.evaluate("studio.drawing.refine(true)")
+    page.evaluate("studio.desk.drawing.refine(true)")
     page.screenshot(path=IMAGES / name)
     save_small(read(IMAGES / name), IMAGES / name)
 

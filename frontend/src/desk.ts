@@ -146,10 +146,10 @@ export class Desk {
     this.select([region], false);
     this.drawing.mark({ cursor: region });
     this.fly(region);
-    const { regions, classes } = this.session;
+    const { regions, classes, mesh } = this.session;
     const share = (100 * regions.areas[region]) / classes.totalArea;
     const id = classes.mainClass(regions.cellsOf(region));
-    this.say(`Region ${region}: ${share.toPrecision(2)} % of the area, ${this.className(id)}.`);
+    this.say(`Region ${region}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${this.className(id)}.`);
   }
 
   private fly(region: number): void {

@@ -47,8 +47,12 @@ export class Drawing {
   ) {
     this.renderer = new WebGLRenderer({ canvas, antialias: false, preserveDrawingBuffer: true });
     this.renderer.autoClear = false;
+    this.preferFirstVertex();
     canvas.addEventListener("webglcontextlost", () => this.failed("The graphics card was lost."));
-    canvas.addEventListener("webglcontextrestored", () => this.redraw());
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.preferFirstVertex();
+      this.changeView();
+    });
     this.cellMaterial = cellMaterial();
     this.imageMaterial = imageMaterial();
     const whole = new BufferGeometry();
@@ -60,6 +64,12 @@ export class Drawing {
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
     this.readTheme();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readTheme());
+  }
+
+  /** All corners of a triangle name the same cell; most graphics cards like to ask the first. */
+  private preferFirstVertex(): void {
+    const extension = this.renderer.getContext().getExtension("WEBGL_provoking_vertex");
+    extension?.provokingVertexWEBGL(extension.FIRST_VERTEX_CONVENTION_WEBGL);
   }
 
   private readTheme(): void {

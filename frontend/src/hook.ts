@@ -1,7 +1,6 @@
 // `window.studio`, for tests and for the curious.
 
 import type { Desk } from "./desk";
-import type { Drawing } from "./drawing";
 import type { Place } from "./picking";
 
 export interface Hook {
@@ -17,7 +16,7 @@ export interface Hook {
   pixelAt(x: number, y: number): [number, number, number];
   fps(): number;
   cursor(): number;
-  readonly drawing: Drawing; // for measurements
+  readonly desk: Desk; // for measurements and pictures
 }
 
 /** Places are in pixels of the page, from the canvas's upper left corner. */
@@ -47,6 +46,6 @@ export function makeHook(desk: Desk, isLoaded: () => boolean): Hook {
     },
     fps: () => drawing.framesPerSecond(),
     cursor: () => desk.cursor,
-    drawing,
+    desk,
   };
 }

@@ -8,6 +8,7 @@ export type Kind = "triangles" | "polygons" | "points" | "tets";
 interface Header {
   kind: Kind;
   n_cells: number;
+  measure: "area" | "volume";
   up: "y" | "z";
   point_size: number; // diameter; of points only
 }
@@ -32,7 +33,8 @@ export class Mesh {
   readonly positions: Float32Array; // (V, 3)
   readonly triangles: Uint32Array | null; // (T, 3); null for points
   readonly triangleCells: Uint32Array | null; // (T,); null where triangle i is cell i
-  readonly areas: Float32Array; // (n_cells,)
+  readonly areas: Float32Array; // (n_cells,); volumes of tetrahedra
+  readonly measure: "area" | "volume";
   readonly normals: Float32Array | null; // (V, 3), of points only
   readonly pointSize: number;
   readonly cellName: string;
@@ -43,6 +45,7 @@ export class Mesh {
     this.kind = header.kind;
     this.nCells = header.n_cells;
     this.axes = AXES[header.up];
+    this.measure = header.measure;
     this.pointSize = header.point_size;
     this.normals = (arrays.normals as Float32Array | undefined) ?? null;
     this.positions = arrays.positions as Float32Array;

@@ -124,7 +124,7 @@ export class Pointer {
     const lines = [region < 0 ? "No region" : `Region ${region}`];
     if (region >= 0) {
       const count = regions.cellsOf(region).length.toLocaleString("en");
-      lines.push(`${percent(regions.areas[region] / classes.totalArea)} of the area`);
+      lines.push(`${percent(regions.areas[region] / classes.totalArea)} of the ${mesh.measure}`);
       lines.push(`${count} ${mesh.cellName}`);
     }
     lines.push(id ? this.desk.className(id) : "No class");

@@ -12,6 +12,7 @@ from superfacets.view.colors import PALETTE
 SIZE = {"width": 700, "height": 500}
 MIDDLE = (250 + 450 / 2, 250)  # of the mesh, right of the panel
 
+
 @pytest.fixture
 def opened(browser, tmp_path):
     """Opens a page from disk without a network; no script may fail meanwhile."""

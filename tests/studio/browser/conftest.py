@@ -7,7 +7,7 @@ from superfacets import sample_mesh, write_mesh
 pytest.importorskip("starlette", reason="Starlette is not installed")
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
-from studio_page import Command, Server, Tab  # noqa: E402
+from studio_page import Command, Server, Tab
 
 SIZE = {"width": 760, "height": 520}
 

@@ -54,7 +54,9 @@ class Command(Server):
 
     def start(self):
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "superfacets", *self.arguments], stdout=subprocess.PIPE, text=True
+            [sys.executable, "-m", "superfacets", *self.arguments],
+            stdout=subprocess.PIPE,
+            text=True,
         )
         lines = queue.Queue()
         threading.Thread(target=lambda: lines.put(self.process.stdout.readline())).start()

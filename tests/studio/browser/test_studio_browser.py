@@ -319,10 +319,10 @@ def test_controls_have_names_and_texts_contrast(studio, scheme):
         """() => [...document.querySelectorAll("body *")].flatMap(e => {
             if (!e.checkVisibility() || e.closest("svg")) return [];
             if (![...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())) return [];
+            const ground = at => getComputedStyle(at).backgroundColor;
             let at = e;
-            while (getComputedStyle(at).backgroundColor === "rgba(0, 0, 0, 0)") at = at.parentElement;
-            const style = getComputedStyle(e);
-            return [[e.textContent, style.color, getComputedStyle(at).backgroundColor]];
+            while (ground(at) === "rgba(0, 0, 0, 0)") at = at.parentElement;
+            return [[e.textContent, getComputedStyle(e).color, ground(at)]];
         })"""
     )
     assert len(pairs) > 20
