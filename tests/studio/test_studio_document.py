@@ -7,9 +7,10 @@ import shapes
 from superfacets import write_mesh
 from superfacets.studio import document as module
 from superfacets.studio.changes import Change, last_stroke
-from superfacets.studio.document import ChangedError, Document, NothingError, work_file_of
+from superfacets.studio.document import Document, NothingError, work_file_of
 from superfacets.studio.journal import JournalError
 from superfacets.studio.revisions import GoneError
+from superfacets.studio.source import ChangedError
 
 
 def cells(*numbers):

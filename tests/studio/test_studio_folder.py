@@ -65,6 +65,19 @@ def test_a_class_that_another_mesh_has_is_shown_with_it(serve, folder):
     client.done("paint", **{"class": 1}, regions=[1], revision=client.state()["revision"])
 
 
+def test_work_goes_on_in_a_folder_and_alone(serve, folder):
+    alone = serve(folder / "a.ply")
+    alone.done("classes", classes=[{"id": 1, "name": "mine"}, {"id": 2, "name": "yours"}])
+    alone.done("paint", **{"class": 2}, regions=[0], revision=alone.state()["revision"])
+    alone.close()
+    client = serve(folder)
+    assert [entry["name"] for entry in client.state()["classes"]][:2] == ["class 1", "class 2"]
+    client.state(1)
+    client.close()
+    assert serve(folder / "a.ply").state()["classes"][0]["name"] == "mine"
+    assert len(serve(folder / "b.ply").state()["classes"]) == 6
+
+
 def test_results_are_no_inputs(serve, folder):
     client = serve(folder)
     client.done("export", what="cells", format="ply")

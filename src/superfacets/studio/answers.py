@@ -21,8 +21,7 @@ __all__ = ["counts_of", "moved", "regions_packet", "state_of"]
 def state_of(document: Document) -> dict[str, Any]:
     """All that a client needs to begin, but the arrays."""
     with document.lock:
-        parameters = document.state.partition.parameters
-        file = document.journal.header["file"]
+        parameters, kind = document.state.partition.parameters, document.source.kind
         return {
             "parameters": parameters,
             "ranges": ranges(document.n_cells),
@@ -30,8 +29,8 @@ def state_of(document: Document) -> dict[str, Any]:
             "n_regions": document.revision.n_regions,
             "classes": list(document.class_list),
             "levels": levels_of(parameters["n_segments"]),
-            "input": {**file, "n_cells": document.n_cells, "kind": document.journal.header["kind"]},
-            "exports": formats_of(document.journal.header["kind"]),
+            "input": document.source.facts["file"] | {"n_cells": document.n_cells, "kind": kind},
+            "exports": formats_of(kind),
             "work": str(document.journal.path),
             "notes": [*document.notes, *document.base.notes],
             **counts_of(document),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,25 +14,20 @@ import numpy.typing as npt
 
 from .._validate import checked_threads
 from ..cells.measures import measures_of
-from ..errors import MeshError
-from ..io.guards import read_content
-from ..io.readers.read import cell_ending, parse_cells
-from ..mesh.faces import AnyCells, n_cells_of
-from ..mesh.point_cloud import PointCloud
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh
+from ..mesh.faces import AnyCells
 from .changes import Change, Painted, Partition, State, last_stroke
 from .classes import ClassList, checked_class_list, default_classes, with_missing
 from .coding import base64_of
 from .imports import Imported
-from .journal import Journal, JournalError
+from .journal import Journal
 from .parameters import default_parameters
 from .replay import Replay
 from .revisions import GoneError, Revision, Revisions
 from .segmenting import Base, Segmenter
+from .source import Source
 from .splitting import split_cells
 
-__all__ = ["ChangedError", "Document", "NothingError", "kind_name", "work_file_of"]
+__all__ = ["Document", "NothingError", "work_file_of"]
 
 Cells = npt.NDArray[np.uint32]
 
@@ -42,22 +36,9 @@ class NothingError(LookupError):
     """There is nothing to undo or redo."""
 
 
-class ChangedError(RuntimeError):
-    """The input is not the file any more that the work is about."""
-
-
 def work_file_of(path: Path) -> Path:
     """The usual work file of an input, beside it."""
     return path.with_name(path.name + ".studio.jsonl")
-
-
-def kind_name(cells: AnyCells) -> str:
-    """What the front end calls this kind of cells."""
-    if isinstance(cells, PointCloud):
-        return "points"
-    if isinstance(cells, TetMesh):
-        return "tets"
-    return "polygons" if isinstance(cells, PolygonMesh) else "triangles"
 
 
 @dataclass
@@ -68,9 +49,7 @@ class Document:
     cannot be written is taken back.
     """
 
-    path: Path
-    cells: AnyCells
-    digest: str
+    source: Source
     journal: Journal
     replay: Replay
     segmenter: Segmenter
@@ -80,7 +59,6 @@ class Document:
     revisions: Revisions = field(default_factory=Revisions)
     revision: Revision = field(init=False)
     lock: threading.RLock = field(default_factory=threading.RLock)
-    _seen: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         self.notes += self.journal.notes
@@ -113,37 +91,30 @@ class Document:
         JournalError
             If the work file cannot be used, or is about another file than this one is now.
         """
-        seen = _stamp(path)
-        content = read_content(path)
-        digest = hashlib.sha256(content).hexdigest()
+        source = Source.read(path)
+        own = None if share_classes else list(classes or default_classes())
+        parameters = default_parameters(source.n_cells, n_segments)
+        header = {**source.facts, "parameters": parameters, "classes": own}
+        journal = Journal.open(work or work_file_of(path), header)
         try:
-            cells = parse_cells(content, cell_ending(path), path.parent)
-        except MeshError as error:
-            raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
-        size = len(content)
-        del content
-        n_cells = n_cells_of(cells)
-        journal = Journal.open(
-            work or work_file_of(path),
-            {
-                "file": {"name": path.name, "size": size, "sha256": digest},
-                "kind": kind_name(cells),
-                "n_cells": n_cells,
-                "parameters": default_parameters(n_cells, n_segments),
-                "classes": None if share_classes else list(classes or default_classes()),
-            },
-        )
-        try:
-            _check_header(journal, path, digest, n_cells)
-            replay = Replay.of(journal, n_cells, classes if share_classes else None)
-            segmenter = Segmenter(cells)
+            source.check_work(journal)
+            replay = Replay.of(journal, source.n_cells, classes if share_classes else None)
+            segmenter = Segmenter(source.cells)
             base = segmenter.base(replay.state.partition.parameters)
-            return cls(
-                path, cells, digest, journal, replay, segmenter, base, share_classes, _seen=seen
-            )
+            return cls(source, journal, replay, segmenter, base, share_classes)
         except BaseException:
             journal.close()
             raise
+
+    @property
+    def path(self) -> Path:
+        """The input."""
+        return self.source.path
+
+    @property
+    def cells(self) -> AnyCells:
+        """What is labeled."""
+        return self.source.cells
 
     @property
     def state(self) -> State:
@@ -183,18 +154,6 @@ class Document:
         with self.lock:
             self.segmenter.close()
             self.journal.close()
-
-    def check_input(self) -> None:
-        """Raise a ChangedError if the input is not what it was when it was read."""
-        stamp = _stamp(self.path)
-        if stamp == self._seen:
-            return
-        if stamp is None or hashlib.sha256(read_content(self.path)).hexdigest() != self.digest:
-            raise ChangedError(
-                f"{self.path.name} has changed since the studio read it: all work is saved; put the"
-                " old file back, or start the studio anew with another --work"
-            )
-        self._seen = stamp
 
     # Operations. Each returns when it is on the disk.
 
@@ -314,7 +273,7 @@ class Document:
 
     def _move(self, source: list[Change], target: list[Change], name: str) -> list[Change]:
         with self.lock:
-            self.check_input()
+            self.source.check()
             changes = last_stroke(source)
             if not changes:
                 raise NothingError(f"there is nothing to {name}")
@@ -328,7 +287,7 @@ class Document:
 
     def _commit(self, change: Change, line: dict[str, Any]) -> None:
         """Make a new change, write it, and remember it."""
-        self.check_input()
+        self.source.check()
         self._write([change], Change.do, Change.undo, line)
         self.replay.undo_stack.append(change)
         self.replay.redo_stack.clear()
@@ -390,27 +349,3 @@ def _paint_line(painted: Painted, stroke: str | None) -> dict[str, Any]:
 
 def _with_stroke(line: dict[str, Any], stroke: str | None) -> dict[str, Any]:
     return line if stroke is None else {**line, "stroke": stroke}
-
-
-def _stamp(path: Path) -> tuple[int, int] | None:
-    """What changes when a file is written; None if it is not there."""
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    return status.st_mtime_ns, status.st_size
-
-
-def _check_header(journal: Journal, path: Path, digest: str, n_cells: int) -> None:
-    """Raise a JournalError if the work is about another file."""
-    header = journal.header
-    file = header.get("file")
-    if not isinstance(file, dict) or header.get("n_cells") is None:
-        raise JournalError(f"{journal.path}: the first line of the work file is damaged")
-    if file.get("sha256") != digest or header["n_cells"] != n_cells:
-        name = file.get("name")
-        what = f"{path} has changed since" if name == path.name else f"{name}, not {path.name}, is"
-        tail = "the work was begun" if name == path.name else "what the work is about"
-        raise JournalError(
-            f"{journal.path}: {what} {tail}: put the old file back, or name another --work"
-        )

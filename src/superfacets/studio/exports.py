@@ -101,7 +101,7 @@ def class_of_regions(
 
 
 def _checked_ending(document: Document, what: str, format: str) -> str:
-    offered = formats_of(document.journal.header["kind"])
+    offered = formats_of(document.source.kind)
     checked_choice(what, "what", tuple(offered))
     checked_choice(format, "format", tuple(offered[what]))
     return ENDING_OF_FORMAT.get(format, f".{format}")

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .changes import Change, Painted, Partition, State, last_stroke
-from .classes import ClassList, checked_class_list
+from .classes import ClassList, checked_class_list, default_classes
 from .coding import inflated, unpack_cells
 from .journal import Journal, JournalError, Line
 from .parameters import checked_parameters, default_parameters
@@ -47,6 +47,8 @@ class Replay:
             raise JournalError(
                 f"{journal.path}: line {number} of the work file makes no sense: {reason}"
             ) from None
+        if classes is not None:  # whatever the work had before the folder
+            replay.state.class_list = classes
         journal.lines.clear()
         return replay
 
@@ -80,7 +82,8 @@ def _first_state(header: Line, n_cells: int, classes: ClassList | None) -> State
     usual = default_parameters(n_cells)
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
-        classes = checked_class_list(header["classes"] or [])
+        own = header["classes"]  # None: of work that was begun in a folder
+        classes = default_classes() if own is None else checked_class_list(own)
     return State(np.zeros(n_cells, np.uint16), classes, Partition(parameters))
 
 

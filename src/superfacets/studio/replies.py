@@ -11,9 +11,10 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 
 from ..errors import MeshError, MissingExtraError, RenderError
-from .document import ChangedError, NothingError
+from .document import NothingError
 from .journal import JournalError
 from .revisions import GoneError
+from .source import ChangedError
 
 __all__ = ["Body", "JsonReply", "answered", "body_of", "failure", "message_of"]
 

@@ -11,7 +11,7 @@ from ..mesh.tet_mesh import TetMesh
 from ..view.page.shape import Shape, shape_of
 from ..view.upright import guess_up
 from .coding import packet
-from .document import Document, kind_name
+from .document import Document
 
 __all__ = ["mesh_packet"]
 
@@ -41,7 +41,7 @@ def mesh_packet(document: Document) -> bytes:
 
 def _header(document: Document, shape: Shape, center: list[float]) -> dict[str, Any]:
     return {
-        "kind": kind_name(document.cells),
+        "kind": document.source.kind,
         "n_cells": document.n_cells,
         "n_vertices": len(shape.points),
         "n_triangles": 0 if shape.triangles is None else len(shape.triangles),
