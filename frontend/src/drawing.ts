@@ -16,7 +16,9 @@ import {
 const NONE = 0xffffffff;
 const REFINE_MS = 160; // at rest so long, the picture gets smooth
 const MAX_FINE_PIXELS = 9_000_000;
-const SLOW_MS = 400; // pictures that take longer are not made finer
+// Views that take longer are not drawn smooth, which takes four times as long: without a graphics
+// card one would wait for it.
+const SLOW_MS = 80;
 const TIMED_VIEW = 4; // textures are sent with the first ones
 
 export class Drawing {
@@ -45,7 +47,7 @@ export class Drawing {
     readonly canvas: HTMLCanvasElement,
     private readonly failed: (line: string) => void,
   ) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: false, preserveDrawingBuffer: true });
+    this.renderer = new WebGLRenderer({ canvas, antialias: false });
     this.renderer.autoClear = false;
     this.preferFirstVertex();
     canvas.addEventListener("webglcontextlost", () => this.failed("The graphics card was lost."));

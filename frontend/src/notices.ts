@@ -7,7 +7,10 @@ export function showNotices(session: Session): void {
   const { events } = session;
   const error = part("error");
   const [line, close] = error.children as unknown as HTMLElement[];
-  close.addEventListener("click", () => (error.hidden = true));
+  close.addEventListener("click", () => {
+    error.hidden = true;
+    part("canvas").focus();
+  });
   events.on("error", (text) => {
     line.textContent = text;
     error.hidden = false;

@@ -9,7 +9,7 @@ pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
 from studio_page import Command, Server, Tab
 
-SIZE = {"width": 760, "height": 520}
+SIZE = {"width": 700, "height": 460}
 
 
 @pytest.fixture
