@@ -138,6 +138,16 @@ def test_classes_that_cells_have_are_added():
     assert [entry["id"] for entry in with_missing((), [0, 3, 1])] == [1, 3]
 
 
+def test_a_mesh_that_another_studio_has_open_is_told(serve, folder):
+    pytest.importorskip("fcntl")
+    first, second = serve(folder), serve(folder)
+    first.state(1)
+    answer = second.get("state", 1)
+    assert answer.status_code == 409
+    assert "another studio has this work file open" in answer.json()["error"]
+    assert second.state(2)["seq"] == 0
+
+
 @pytest.mark.skipif(os.name == "nt", reason="names of files are text there")
 def test_a_name_that_is_no_text_is_no_obstacle(serve, tmp_path):
     path = tmp_path / os.fsdecode(b"a\xff.ply")

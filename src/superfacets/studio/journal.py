@@ -17,7 +17,7 @@ from typing import Any
 
 from ..io.locks import lock_file
 
-__all__ = ["FORMAT", "VERSION", "Journal", "JournalError", "Line", "summary"]
+__all__ = ["FORMAT", "VERSION", "Journal", "JournalError", "Line", "WriteError", "summary"]
 
 FORMAT = "superfacets studio"
 VERSION = 1
@@ -35,7 +35,11 @@ Line = dict[str, Any]
 
 
 class JournalError(ValueError):
-    """The work file cannot be used or written; nothing was changed by what failed."""
+    """The work file cannot be used."""
+
+
+class WriteError(JournalError):
+    """An operation could not be written; nothing was changed by it."""
 
 
 @dataclass
@@ -105,7 +109,7 @@ class Journal:
 
         Raises
         ------
-        JournalError
+        WriteError
             If it could not be written whole, and the file is as it was; or if the file is not the
             one any more that was opened. The message says which.
         """
@@ -117,7 +121,7 @@ class Journal:
         except OSError as error:
             self._take_back()
             reason = error.strerror or str(error)
-            raise JournalError(f"{self.path}: {reason}: the operation was not done") from None
+            raise WriteError(f"{self.path}: {reason}: the operation was not done") from None
         self._size += len(data)
 
     def close(self) -> None:
@@ -127,20 +131,20 @@ class Journal:
         self._file = -1
 
     def _check(self) -> None:
-        """Raise a JournalError if what is written would not be found at the path."""
+        """Raise a WriteError if what is written would not be found at the path."""
         if self._fault is not None:
-            raise JournalError(self._fault)
+            raise WriteError(self._fault)
         if self._file < 0:
-            raise JournalError(f"{self.path}: the work file is closed")
+            raise WriteError(f"{self.path}: the work file is closed")
         own = os.fstat(self._file)
         try:
             there = self.path.stat()
         except OSError:
-            raise JournalError(
+            raise WriteError(
                 f"{self.path}: the work file was taken away: the operation was not done"
             ) from None
         if (own.st_dev, own.st_ino) != (there.st_dev, there.st_ino) or own.st_size != self._size:
-            raise JournalError(
+            raise WriteError(
                 f"{self.path}: the work file was changed by something else: start the studio anew"
             )
 

@@ -12,7 +12,7 @@ from starlette.responses import JSONResponse, Response
 
 from ..errors import MeshError, MissingExtraError, RenderError
 from .document import NothingError
-from .journal import JournalError
+from .journal import JournalError, WriteError
 from .revisions import GoneError
 from .source import ChangedError
 
@@ -33,7 +33,8 @@ STATUS_OF = (
     (NothingError, 409),
     (GoneError, 410),
     (ChangedError, 409),
-    (JournalError, 507),
+    (WriteError, 507),
+    (JournalError, 409),
     (FileExistsError, 409),
     (MissingExtraError, 501),
     (RenderError, 501),
