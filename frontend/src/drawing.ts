@@ -19,7 +19,6 @@ const MAX_FINE_PIXELS = 9_000_000;
 // Views that take longer are not drawn smooth, which takes four times as long: without a graphics
 // card one would wait for it.
 const SLOW_MS = 80;
-const TIMED_VIEW = 4; // textures are sent with the first ones
 
 export class Drawing {
   readonly camera = new Camera(() => this.changeView());
@@ -40,8 +39,7 @@ export class Drawing {
   private isStale = false; // the first pass is out of date
   private scheduled = 0;
   private refining = 0;
-  private nViews = 0; // of this mesh, drawn fast
-  private viewMs = 0; // that one of them took
+  private viewMs = 0; // that a view of this mesh takes; 0: not measured yet
 
   constructor(
     readonly canvas: HTMLCanvasElement,
@@ -104,7 +102,7 @@ export class Drawing {
     this.regions?.texture.dispose();
     this.regions = null;
     this.mesh = mesh;
-    this.nViews = this.viewMs = 0;
+    this.viewMs = 0;
     const uniforms = this.cellMaterial.uniforms;
     this.vertices = vertexTexture(mesh.positions);
     this.cells = new CellTexture(mesh.nCells);
@@ -192,10 +190,25 @@ export class Drawing {
   /** Draw smooth lines; `always`: even where that takes long. */
   refine(always = false): void {
     const { width, height } = this.canvas;
+    if (!this.hasSize || !this.mesh || !this.target) return;
+    this.viewMs ||= this.timeView();
     if ((this.viewMs > SLOW_MS && !always) || 4 * width * height > MAX_FINE_PIXELS) return;
     if (this.stride !== 2) this.isStale = true;
     this.stride = 2;
     this.draw(2);
+  }
+
+  /** Milliseconds that the first pass takes; textures have been sent before. */
+  private timeView(): number {
+    this.stride = 1;
+    const wait = (): void => {
+      this.renderer.readRenderTargetPixels(this.target!, 0, 0, 1, 1, new Uint8Array(4));
+    };
+    wait();
+    const start = performance.now();
+    this.drawCells();
+    wait();
+    return performance.now() - start;
   }
 
   /** Draw now. `samples` along each side are looked at for a pixel, at most the stride. */
@@ -222,12 +235,7 @@ export class Drawing {
     this.renderer.setRenderTarget(target);
     this.renderer.setClearColor(0, 0);
     this.renderer.clear();
-    const start = performance.now();
     this.renderer.render(this.cellScene, lens);
-    if (this.stride === 1 && ++this.nViews === TIMED_VIEW) {
-      this.renderer.readRenderTargetPixels(target, 0, 0, 1, 1, new Uint8Array(4)); // waits for it
-      this.viewMs = performance.now() - start;
-    }
     const image = this.imageMaterial.uniforms;
     image.ids.value = target.textures[0];
     image.lights.value = target.textures[1];
