@@ -34,14 +34,15 @@ class Labeler:
             for region in np.flatnonzero(classes == number):
                 self._paint(self.document.revision.cells_of(int(region)), number)
 
-    def brush(self):
-        """Paint the cells that are wrong, each of which counts as a stroke of its own."""
+    def brush(self, n_strokes):
+        """Paint cells that are wrong, the largest first, a stroke each, up to so many in all."""
         wrong = np.flatnonzero(self.document.state.classes != self.truth).astype(np.uint32)
+        wrong = wrong[np.argsort(-self.document.areas[wrong], kind="stable")]
+        wrong = np.sort(wrong[: max(0, n_strokes - self.n_strokes)])
         for number in np.unique(self.truth[wrong]):
             self.n_keys += 1
-            cells = wrong[self.truth[wrong] == number]
-            self.document.paint(cells, int(number))
-            self.n_strokes += len(cells)
+            self.document.paint(wrong[self.truth[wrong] == number], int(number))
+        self.n_strokes += len(wrong)
 
     def _split_mixed(self, purity):
         """Split each mixed region by two strokes, along what is the most and the next most."""
