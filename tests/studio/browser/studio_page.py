@@ -22,7 +22,12 @@ class Server:
         files = Files.of(path, None, n_segments, ())
         opened, address = open_again(None, None)
         started = queue.Queue()
-        self.thread = threading.Thread(target=serve, args=(files, opened, address, started.put))
+
+        def run():
+            with opened:
+                serve(files, opened, address, started.put)
+
+        self.thread = threading.Thread(target=run)
         self.thread.start()
         self.address = started.get(timeout=START_SECONDS)
 
