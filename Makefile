@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -type f ! -name "*.pyc")
 
-.PHONY: help demo test lowest newest lint workflows docs stub figures gallery bench timings fuzz sanitize compilers dist blender clean
+.PHONY: help demo test lowest newest lint workflows docs stub frontend figures gallery bench timings fuzz sanitize compilers dist blender clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -15,6 +15,7 @@ demo: $(BIN)/superfacets ## segment the sample mesh, write a labeled mesh and a 
 
 test: $(VENV)/group-test ## run all tests
 	@tools/ensure-gl $(BIN)/python
+	@tools/ensure-chromium
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadscope
 
 lowest: $(VENV)/group-bounds ## run tests with the lowest versions declared of all dependencies
@@ -41,6 +42,9 @@ docs: $(VENV)/group-dev ## build the documentation; warnings are errors
 
 stub: $(VENV)/group-test ## write the types of the core anew, from the core itself
 	$(BIN)/python -m nanobind.stubgen -q -m superfacets._core -o src/superfacets/_core.pyi
+
+frontend: ## build the page of the studio anew (needs Node 20.19 or newer)
+	cd frontend && npm ci --no-fund --no-audit && npm run build
 
 figures: $(BIN)/superfacets ## draw the pictures of the README and the documentation anew
 	@tools/ensure-gl $(BIN)/python

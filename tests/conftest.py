@@ -1,6 +1,7 @@
 """Real meshes for the tests that want them; and what was not tested, in one line."""
 
 import os
+import shutil
 import signal
 from collections import Counter
 from pathlib import Path
@@ -46,6 +47,23 @@ def benchmark_paths(data_dir: Path) -> list[Path]:
     if not paths:
         pytest.skip(f"no models of the benchmark in {folder}")
     return paths
+
+
+# Software that draws, on machines without a graphics card too.
+_BROWSER_OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Chromium, driven by Playwright; the test is skipped where one is missing."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    path = shutil.which("chromium") or shutil.which("google-chrome")
+    if path is None:
+        pytest.skip("there is no Chromium")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=path, args=_BROWSER_OPTIONS)
+        yield browser
+        browser.close()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -36,6 +36,7 @@ PYTHON_LAYERS = [
     "sample",
     "batches",
     "study",
+    "studio",
     "__init__",
     "cli",
     "__main__",

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -31,7 +31,7 @@ from .adapters.convert import MeshLike, as_cells
 from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
-from .cells.kinds import kind_of
+from .cells.kinds import Kind, kind_of
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note
 from .cells.surface import Surface
 from .cells.weights import creases_of
@@ -44,7 +44,7 @@ from .mesh.faces import AnyCells
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 
-__all__ = ["PAPER", "segment"]
+__all__ = ["PAPER", "PreparedCells", "segment"]
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -62,8 +62,33 @@ Weights are those of eq. 1-3, seeds are the farthest from each other in space, e
 """
 
 
+class PreparedCells(NamedTuple):
+    """What `segment` makes of a mesh whatever its options are, so that it is made once.
+
+    `segment` takes it in place of the mesh; `weld` then says nothing, and weights go by name. The
+    labels are the same.
+    """
+
+    source: AnyCells
+    kind: Kind
+    graph: Any
+    shapes: Any
+    order: npt.NDArray[np.int32] | None  # numbers in the source; None: 0 to N - 1
+
+    @classmethod
+    def of(
+        cls, source: AnyCells, *, weld: bool, n_threads: int, is_sorted: bool = True
+    ) -> PreparedCells:
+        """Find the graph of what `as_cells` returns: stage 1, by far the longest that is kept."""
+        kind = kind_of(source)
+        if kind.sorted_graph is not None and is_sorted:
+            graph = kind.sorted_graph(source, n_threads)
+            return cls(source, kind, graph, None, graph.points)
+        return cls(source, kind, *kind.build_graph(source, weld, n_threads), None)
+
+
 def segment(
-    mesh: MeshLike | CloudLike,
+    mesh: MeshLike | CloudLike | PreparedCells,
     n_segments: int | None = None,
     *,
     radius: float | None = None,
@@ -294,7 +319,7 @@ class _Options:
         }
 
 
-def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
+def _run(mesh: MeshLike | CloudLike | PreparedCells, options: _Options) -> Segmentation:
     """Run all stages; the caller of `segment` is warned."""
     timings: dict[str, float] = {}
     cells, surface, plan, share, ordered, lengths, unit, steps = _build_cells(
@@ -333,8 +358,26 @@ def _advice(radius: float) -> str:
     return f"segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
 
 
+def _prepared(
+    mesh: MeshLike | CloudLike | PreparedCells, options: _Options, timings: dict[str, float]
+) -> PreparedCells:
+    """Run stages 0 and 1, or take what they have given before."""
+    loop, is_given = options.loop, options.weights.given is not None
+    if isinstance(mesh, PreparedCells):
+        if is_given and mesh.order is not None:
+            raise ValueError("the cells are prepared in an order of their own: name the weights")
+        return mesh
+    with timed(timings, "mesh", loop.on_stage):
+        source = as_cells(mesh)
+    with timed(timings, "face_graph", loop.on_stage):
+        # Given weights are numbered as the arcs of the graph that is not sorted.
+        return PreparedCells.of(
+            source, weld=options.weld, n_threads=loop.n_threads, is_sorted=not is_given
+        )
+
+
 def _build_cells(
-    mesh: MeshLike | CloudLike, options: _Options, timings: dict[str, float]
+    mesh: MeshLike | CloudLike | PreparedCells, options: _Options, timings: dict[str, float]
 ) -> tuple[
     AnyCells, Surface, Plan, float, _core.OrderedGraph, npt.NDArray[np.float32], float,
     FeatureSteps | None,
@@ -346,16 +389,8 @@ def _build_cells(
     paths are measured by them, with their unit, and the features.
     """
     n_threads, on_stage = options.loop.n_threads, options.loop.on_stage
-    with timed(timings, "mesh", on_stage):
-        source = as_cells(mesh)
-        kind = kind_of(source)
-    with timed(timings, "face_graph", on_stage):
-        order = None
-        if kind.sorted_graph is not None and options.weights.given is None:
-            graph, shapes = kind.sorted_graph(source, n_threads), None
-            order = graph.points
-        else:  # given weights are numbered as the arcs of this graph
-            graph, shapes = kind.build_graph(source, options.weld, n_threads)
+    source, kind, graph, shapes, order = _prepared(mesh, options, timings)
+    with timed(timings, "face_graph"):
         plan = Plan.of(
             source, graph, (options.size, options.init), options.constraints, n_threads,
             kind.dimension, weld=options.weld, order=order,

@@ -1,7 +1,6 @@
 """Pages in a real browser: they open from disk without a network, and do what they are asked."""
 
 import base64
-import shutil
 
 import numpy as np
 import pytest
@@ -12,22 +11,6 @@ from superfacets.pictures.colors import PALETTE
 
 SIZE = {"width": 700, "height": 500}
 MIDDLE = (250 + 450 / 2, 250)  # of the mesh, right of the panel
-
-# Software that draws, on machines without a graphics card too.
-OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
-
-
-@pytest.fixture(scope="module")
-def browser():
-    """Chromium, driven by Playwright; the test is skipped where one is missing."""
-    sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    path = shutil.which("chromium") or shutil.which("google-chrome")
-    if path is None:
-        pytest.skip("there is no Chromium")
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=path, args=OPTIONS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -24,6 +24,7 @@ COMMANDS = {
     "convert": "Write the mesh in the file IN, with its LABELS, in other formats.",
     "render": "Draw a shaded picture of the mesh or point cloud in the file IN.",
     "view": "Write a page to look at the mesh or point cloud in the file IN.",
+    "studio": "Label the mesh or point cloud in the file IN, or those of a FOLDER, in a browser.",
     "regions": "Measure the regions that LABELS of the mesh in the file IN make.",
     "transfer": "Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.",
     "evaluate": "Print how good LABELS of the mesh in the file IN are.",

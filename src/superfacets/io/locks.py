@@ -1,4 +1,4 @@
-"""Folders that one process at a time writes results to."""
+"""Folders and files that one process at a time writes to."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .atomic import writable_folder
 
-__all__ = ["locked"]
+__all__ = ["lock_file", "locked"]
 
 
 @contextlib.contextmanager
@@ -23,14 +23,18 @@ def locked(folder: Path) -> Iterator[None]:
         If it cannot be made or written, or is a file.
     """
     writable_folder(folder)
+    with (folder / ".lock").open("a") as file:
+        lock_file(file.fileno(), f"{folder}: another run is writing there")
+        yield
+
+
+def lock_file(file: int, message: str) -> None:
+    """Lock an open file until it is closed, if the system can; a ValueError if another has it."""
     try:
         import fcntl
-    except ImportError:  # Windows: two starts at once would do work twice, and no harm
-        yield
+    except ImportError:  # Windows
         return
-    with (folder / ".lock").open("a") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise ValueError(f"{folder}: another run is writing there") from None
-        yield
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise ValueError(message) from None

@@ -1,0 +1,16 @@
+// Who wants to know of what: `Kinds` gives the value that goes with each kind of event.
+
+export class Events<Kinds> {
+  private readonly listeners = new Map<keyof Kinds, Set<(value: never) => void>>();
+
+  on<K extends keyof Kinds>(kind: K, listener: (value: Kinds[K]) => void): void {
+    if (!this.listeners.has(kind)) this.listeners.set(kind, new Set());
+    this.listeners.get(kind)!.add(listener as (value: never) => void);
+  }
+
+  emit<K extends keyof Kinds>(kind: K, value: Kinds[K]): void {
+    for (const listener of this.listeners.get(kind) ?? []) {
+      (listener as (value: Kinds[K]) => void)(value);
+    }
+  }
+}

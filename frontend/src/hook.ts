@@ -1,0 +1,51 @@
+// `window.studio`, for tests and for the curious.
+
+import type { Desk } from "./desk";
+import type { Place } from "./picking";
+
+export interface Hook {
+  readonly ready: boolean;
+  readonly revision: number;
+  readonly nRegions: number;
+  readonly nWaiting: number;
+  labels(): number[];
+  classOf(cell: number): number;
+  screenOf(cell: number): Place | null;
+  cellAt(x: number, y: number): number;
+  regionAt(x: number, y: number): number;
+  pixelAt(x: number, y: number): [number, number, number];
+  fps(): number;
+  cursor(): number;
+  readonly desk: Desk; // for measurements and pictures
+}
+
+/** Places are in pixels of the page, from the canvas's upper left corner. */
+export function makeHook(desk: Desk, isLoaded: () => boolean): Hook {
+  const { session, drawing } = desk;
+  return {
+    get ready() {
+      return isLoaded() && session.classes !== undefined && (session.mesh.isCloud || desk.picker.tree !== null);
+    },
+    get revision() {
+      return session.regions.revision;
+    },
+    get nRegions() {
+      return session.regions.count;
+    },
+    get nWaiting() {
+      return session.nWaiting;
+    },
+    labels: () => [...session.regions.labels],
+    classOf: (cell) => session.classes.of[cell],
+    screenOf: (cell) => desk.picker.placeOf(cell),
+    cellAt: (x, y) => desk.picker.cellAt({ x, y }),
+    regionAt: (x, y) => desk.regionOf(desk.picker.cellAt({ x, y })),
+    pixelAt: (x, y) => {
+      drawing.draw(2);
+      return drawing.pixel(x, y);
+    },
+    fps: () => drawing.framesPerSecond(),
+    cursor: () => desk.cursor,
+    desk,
+  };
+}

@@ -1,0 +1,368 @@
+// The file that is open: what the server says of it, and what the user does to it.
+
+import { Api, ServerError, ServerGone } from "./api";
+import { uint16FromBase64, uint32FromBase64 } from "./base64";
+import type {
+  ClassEntry, FileEntry, PaintReply, Parameters, Progress, SegmentLine, SplitReply, State, UndoReply,
+} from "./contract";
+import { Events } from "./events";
+import { Classes, Regions } from "./labeling";
+import { Mesh } from "./mesh";
+import { Neighbors } from "./neighbors";
+import { Saver } from "./saver";
+
+interface Kinds {
+  file: Mesh;
+  regions: Regions;
+  cells: Uint32Array | null; // whose classes changed; null: any
+  classes: ClassEntry[];
+  state: State;
+  segmenting: SegmentLine | null; // null: at rest
+  online: boolean;
+  message: string;
+  error: string;
+  files: FileEntry[];
+}
+
+/** What to say of an answer that is not that of the server which was here before. */
+function strangerLine(error: unknown): string {
+  if (error instanceof ServerError && error.status === 403) {
+    return "The server was started anew: open the address that it printed. Strokes that wait are kept.";
+  }
+  return error instanceof Error ? error.message : String(error);
+}
+
+let nStrokes = 0;
+
+/** A name that no other stroke has. */
+export function newStroke(): string {
+  return `${Date.now().toString(36)}-${nStrokes++}`;
+}
+
+const RETRY_MS = 1000;
+const BEAT_MS = 5000;
+// A preview that takes longer is cut off by the next one; a shorter one is waited for.
+const SHORT_SECONDS = 0.4;
+
+export class Session {
+  readonly events = new Events<Kinds>();
+  files: FileEntry[] = [];
+  fileId = -1;
+  mesh!: Mesh;
+  regions!: Regions;
+  neighbors!: Neighbors;
+  classes!: Classes;
+  state!: State;
+  online = true;
+  private saver!: Saver;
+  private segmentation: AbortController | null = null;
+  private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
+  private lastSeconds = 0;
+
+  constructor(private readonly api: Api) {
+    setInterval(() => void this.beat(), BEAT_MS);
+  }
+
+  get path(): string {
+    return `/api/files/${this.fileId}`;
+  }
+
+  get nWaiting(): number {
+    return this.saver?.count ?? 0;
+  }
+
+  async loadFiles(): Promise<void> {
+    this.files = await this.api.get<FileEntry[]>("/api/files");
+    this.events.emit("files", this.files);
+  }
+
+  async open(fileId: number): Promise<void> {
+    if (this.saver) await this.saver.flush();
+    if (this.nWaiting) throw new ServerGone();
+    this.cancelSegmentation();
+    const path = `/api/files/${fileId}`;
+    const [mesh, state] = await Promise.all([
+      this.api.buffer(`${path}/mesh`).then((buffer) => new Mesh(buffer)),
+      this.api.get<State>(`${path}/state`),
+    ]);
+    const [ids, found] = await Promise.all([
+      this.api.buffer(`${path}/classes`),
+      this.fetchRegions(path, state.revision, mesh),
+    ]);
+    this.fileId = fileId;
+    this.mesh = mesh;
+    this.state = state;
+    this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {
+      saved: (reply) => this.take(reply),
+      refused: (error) => void this.refused(error),
+      gone: () => this.lose(),
+    });
+    this.takeClasses(ids);
+    [this.regions, this.neighbors] = found;
+    this.events.emit("file", mesh);
+    this.events.emit("classes", state.classes);
+    this.events.emit("cells", null);
+    this.events.emit("regions", this.regions);
+    this.take({});
+    await this.saver.flush();
+  }
+
+  private takeClasses(ids: ArrayBuffer): void {
+    this.classes = new Classes(new Uint16Array(ids), this.mesh.areas);
+    for (const stroke of this.saver.strokes) this.show(stroke.cells, stroke.class);
+  }
+
+  private async loadClasses(): Promise<void> {
+    this.takeClasses(await this.api.buffer(`${this.path}/classes`));
+    this.events.emit("cells", null);
+  }
+
+  private async fetchRegions(
+    path: string, revision: number, mesh: Mesh,
+  ): Promise<[Regions, Neighbors]> {
+    const [labels, graph] = await Promise.all([
+      this.api.buffer(`${path}/labels?revision=${revision}`),
+      this.api.buffer(`${path}/regions?revision=${revision}`),
+    ]);
+    const regions = new Regions(new Int32Array(labels), mesh.areas, revision);
+    return [regions, new Neighbors(graph, regions.count)];
+  }
+
+  private async loadRegions(revision: number): Promise<void> {
+    [this.regions, this.neighbors] = await this.fetchRegions(this.path, revision, this.mesh);
+    this.events.emit("regions", this.regions);
+  }
+
+  private take(news: Partial<State>): void {
+    Object.assign(this.state, news);
+    this.events.emit("state", this.state);
+  }
+
+  private show(cells: Uint32Array, id: number): void {
+    for (const cell of cells) this.classes.set(cell, id);
+  }
+
+  /** Give cells a class (0 takes it away): shown at once, saved as soon as the server has it. */
+  paint(cells: Uint32Array, id: number, stroke = newStroke()): void {
+    const changed = cells.filter((cell) => this.classes.of[cell] !== id);
+    if (!changed.length) return;
+    this.show(changed, id);
+    this.saver.add({ class: id, cells: changed, stroke });
+    this.events.emit("cells", changed);
+    this.take({});
+  }
+
+  undo(): Promise<void> {
+    return this.step("undo", "Nothing to undo.");
+  }
+
+  redo(): Promise<void> {
+    return this.step("redo", "Nothing to redo.");
+  }
+
+  private async step(what: "undo" | "redo", nothing: string): Promise<void> {
+    await this.saver.flush();
+    try {
+      const reply = await this.post<UndoReply>(what);
+      await this.takeUndo(reply);
+      this.events.emit("message", `${what === "undo" ? "Undone" : "Done again"}: ${reply.kind}.`);
+    } catch (error) {
+      if (error instanceof ServerError && error.status === 409) this.events.emit("message", nothing);
+      else this.report(error);
+    }
+  }
+
+  private async takeUndo(reply: UndoReply): Promise<void> {
+    const { seq, progress, can_undo, can_redo, parameters } = reply;
+    const cells = uint32FromBase64(reply.cells);
+    const ids = uint16FromBase64(reply.classes);
+    cells.forEach((cell, i) => this.classes.set(cell, ids[i]));
+    this.events.emit("cells", cells);
+    if (reply.kind !== "paint") await this.reload();
+    this.take({ seq, progress, can_undo, can_redo, parameters });
+  }
+
+  /** Read anew what may have changed: parameters, classes and, if they did, regions. */
+  async reload(): Promise<void> {
+    const state = await this.api.get<State>(`${this.path}/state`);
+    this.state = state;
+    this.events.emit("classes", state.classes);
+    if (state.revision !== this.regions.revision) await this.loadRegions(state.revision);
+    this.take({});
+  }
+
+  /** Segment with these parameters. Of several previews only the newest is made. */
+  segment(parameters: Partial<Parameters>, preview: boolean): void {
+    this.wanted = { parameters, preview };
+    if (!this.segmentation) void this.segmentWanted();
+    else if (this.lastSeconds > SHORT_SECONDS) this.segmentation.abort();
+  }
+
+  cancelSegmentation(): void {
+    this.wanted = null;
+    this.segmentation?.abort();
+  }
+
+  private async segmentWanted(): Promise<void> {
+    while (this.wanted) {
+      const { parameters, preview } = this.wanted;
+      this.wanted = null;
+      this.segmentation = new AbortController();
+      try {
+        await this.saver.flush();
+        await this.segmentOnce(parameters, preview, this.segmentation.signal);
+      } catch (error) {
+        if (!this.segmentation.signal.aborted) this.report(error);
+      }
+      this.segmentation = null;
+    }
+    this.events.emit("segmenting", null);
+  }
+
+  private async segmentOnce(
+    parameters: Partial<Parameters>, preview: boolean, signal: AbortSignal,
+  ): Promise<void> {
+    const started = performance.now();
+    const body = { ...parameters, preview };
+    this.events.emit("segmenting", { stage: "starting" });
+    for await (const line of this.api.lines<SegmentLine>(`${this.path}/segment`, body, signal)) {
+      if (line.error !== undefined) throw new ServerError(line.error, 400);
+      if (line.cancelled) return;
+      this.events.emit("segmenting", line);
+      if (line.revision === undefined) continue;
+      if (line.revision !== this.regions.revision) await this.loadRegions(line.revision);
+    }
+    this.lastSeconds = (performance.now() - started) / 1000;
+    if (!preview) this.take(await this.api.get<State>(`${this.path}/state`));
+  }
+
+  async split(region: number, red: number[], blue: number[]): Promise<boolean> {
+    try {
+      const revision = this.regions.revision;
+      const reply = await this.post<SplitReply>("split", { region, revision, red, blue });
+      await this.loadRegions(reply.revision);
+      this.take(await this.api.get<State>(`${this.path}/state`));
+      return true;
+    } catch (error) {
+      this.report(error);
+      return false;
+    }
+  }
+
+  /** Regions like this one; none if the server is gone. */
+  async similar(region: number, tolerance: number): Promise<number[]> {
+    try {
+      const body = { region, revision: this.regions.revision, tolerance };
+      return (await this.post<{ regions: number[] }>("similar", body)).regions;
+    } catch (error) {
+      this.report(error);
+      return [];
+    }
+  }
+
+  async setClasses(classes: ClassEntry[]): Promise<void> {
+    try {
+      await this.saver.flush();
+      await this.post<unknown>("classes", { classes });
+      await this.reload();
+    } catch (error) {
+      this.events.emit("classes", this.state.classes);
+      this.report(error);
+    }
+  }
+
+  /** Write a file beside the input; one that may be somebody else's is replaced only if told. */
+  async exportTo(format: string, what: string, replace = false): Promise<void> {
+    try {
+      await this.saver.flush();
+      const { path } = await this.post<{ path: string }>("export", { format, what, replace });
+      this.events.emit("message", `Written: ${path}`);
+    } catch (error) {
+      const isThere = error instanceof ServerError && error.status === 409 && !replace;
+      if (!isThere) this.report(error);
+      else if (confirm(`${error.message}\nReplace it?`)) await this.exportTo(format, what, true);
+    }
+  }
+
+  downloadAddress(format: string, what: string): string {
+    return this.api.address(`${this.path}/export`, { format, what });
+  }
+
+  thumbnailAddress(fileId: number): string {
+    return this.api.address(`/api/files/${fileId}/thumbnail`);
+  }
+
+  async importFrom(files: { name: string; data: string }[]): Promise<void> {
+    try {
+      await this.saver.flush();
+      await this.post<PaintReply>("import", { files });
+      await this.reload();
+      await this.loadClasses();
+      this.take({});
+      this.events.emit("message", "Read and painted.");
+    } catch (error) {
+      this.report(error);
+    }
+  }
+
+  private post<T>(what: string, body: unknown = {}): Promise<T> {
+    if (!this.online) throw new ServerGone();
+    return this.api.post<T>(`${this.path}/${what}`, body);
+  }
+
+  /** Say what went wrong, in one line. */
+  report(error: unknown): void {
+    if (error instanceof ServerGone) this.lose();
+    const line = error instanceof Error ? error.message : String(error);
+    this.events.emit("error", `${line[0]?.toUpperCase() ?? ""}${line.slice(1)}`);
+  }
+
+  /** A stroke was refused: show again what the server has. */
+  private async refused(error: ServerError): Promise<void> {
+    this.report(error);
+    try {
+      await this.loadClasses();
+      await this.reload();
+    } catch (second) {
+      this.report(second);
+    }
+  }
+
+  private lose(): void {
+    if (this.online) setTimeout(() => void this.tryAgain(), RETRY_MS);
+    this.online = false;
+    this.events.emit("online", false);
+  }
+
+  private async tryAgain(): Promise<void> {
+    try {
+      const state = await this.api.get<State>(`${this.path}/state`);
+      if (state.input.n_cells !== this.mesh.nCells) throw new Error("another file is served now");
+      await this.saver.flush();
+      if (this.nWaiting) throw new ServerGone();
+      await this.loadClasses();
+      await this.loadRegions((await this.api.get<State>(`${this.path}/state`)).revision);
+      this.online = true;
+      await this.reload();
+      this.events.emit("online", true);
+    } catch (error) {
+      this.online = false;
+      if (!(error instanceof ServerGone)) this.events.emit("error", strangerLine(error));
+      setTimeout(() => void this.tryAgain(), RETRY_MS);
+    }
+  }
+
+  /** See from time to time whether the server is there and nobody else has painted. */
+  private async beat(): Promise<void> {
+    if (!this.online || !this.state || this.nWaiting || this.segmentation || document.hidden) return;
+    try {
+      const { seq } = await this.api.get<Progress>(`${this.path}/state`);
+      if (seq === this.state.seq || this.nWaiting) return;
+      await this.loadClasses();
+      await this.reload();
+    } catch (error) {
+      if (error instanceof ServerGone) this.lose();
+    }
+  }
+}
+

@@ -1,0 +1,70 @@
+"""The command ``superfacets studio``."""
+
+from __future__ import annotations
+
+import sys
+import webbrowser
+from pathlib import Path
+
+import click
+
+from .failures import print_note
+from .options import COUNT, FILE
+
+__all__ = ["studio_command"]
+
+
+@click.command("studio")
+@click.argument("path", metavar="IN|FOLDER", type=click.Path(path_type=Path, exists=True))
+@click.option(
+    "-n", "--n-segments", type=COUNT, help="Regions that new work begins with.  [default: 150]"
+)
+@click.option(
+    "--work",
+    metavar="FILE",
+    type=FILE,
+    help="Where the work is kept.  [default: IN.studio.jsonl, beside IN]",
+)
+@click.option(
+    "--classes",
+    metavar="FILE",
+    type=FILE,
+    help="Classes of new work: a .json that the studio has written, or a .txt with a name a line.",
+)
+@click.option(
+    "--port",
+    type=click.IntRange(1, 65_535),
+    help="Port of this machine to answer at.  [default: one that is free]",
+)
+@click.option("--no-browser", is_flag=True, help="Print the address, and open no browser.")
+def studio_command(
+    path: Path, n_segments: int | None, work: Path | None, classes: Path | None,
+    port: int | None,
+    no_browser: bool,
+) -> None:  # fmt: skip
+    """Label the mesh or point cloud in the file IN, or those of a FOLDER, in a browser.
+
+    The page is served to this machine alone. All work is saved as it is done.
+    """
+    from ..studio.server import check_extra, open_again, serve
+
+    check_extra()
+    from ..studio.address import address_file, kept_address
+    from ..studio.classes import read_classes
+    from ..studio.folder import Files
+
+    given = () if classes is None else read_classes(classes)
+    files = Files.of(path, work, n_segments, given)
+    opened, address = open_again(port, kept_address(address_file(files.place)))
+    with opened:
+        if files.folder is None:
+            for note in files.document(0).notes:
+                print_note(note)
+        serve(files, opened, address, lambda page: _show(page, no_browser=no_browser))
+
+
+def _show(address: str, *, no_browser: bool) -> None:
+    click.echo(f"superfacets studio: {address} (Ctrl-C ends it)")
+    sys.stdout.flush()
+    if not no_browser:
+        webbrowser.open(address)

@@ -1,0 +1,88 @@
+"""The port and the token of a server, kept for the next one if this one does not end well.
+
+A page that was open when a server was killed goes on with the next server for the same work, which
+answers at the same address. The file is for its owner alone, and is removed when a server ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import secrets
+import stat
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["HOST", "TOKEN_VARIABLE", "Address", "address_file", "keep", "kept_address", "new_token"]
+
+HOST = "127.0.0.1"
+"""The only address that the server listens at."""
+
+TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
+"""Environment variable with the token to take, for scripts that have to know it."""
+
+_TOKEN = re.compile(r"[A-Za-z0-9_-]{16,200}")
+
+_FOR_OTHERS = stat.S_IRWXG | stat.S_IRWXO
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where a server answers, and to whom."""
+
+    port: int
+    token: str
+
+
+def new_token() -> str:
+    """The token of the environment, or a random one; a ValueError if the former is too simple."""
+    given = os.environ.get(TOKEN_VARIABLE)
+    if given is None:
+        return secrets.token_urlsafe(24)
+    if not _TOKEN.fullmatch(given):
+        raise ValueError(f"{TOKEN_VARIABLE} must have 16 characters or more of A-Z a-z 0-9 _ -")
+    return given
+
+
+def address_file(work: Path) -> Path:
+    """The file for the address of the server of a work file, or of a folder."""
+    if work.is_dir():
+        return work / ".superfacets-studio.address"
+    return work.with_name(f".{work.name}.address")
+
+
+def kept_address(path: Path) -> Address | None:
+    """The address that a server has left behind; None if there is none that is to be trusted.
+
+    A file that others may read or write, or that is another user's, is not.
+    """
+    with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
+        status = path.lstat()
+        is_own = not hasattr(os, "getuid") or status.st_uid == os.getuid()
+        is_closed = os.name == "nt" or not status.st_mode & _FOR_OTHERS
+        if stat.S_ISREG(status.st_mode) and is_own and is_closed:
+            found = json.loads(path.read_text(encoding="ascii"))
+            port, token = found["port"], found["token"]
+            if isinstance(port, int) and 0 < port < 1 << 16 and _TOKEN.fullmatch(token):
+                return Address(port, token)
+    return None
+
+
+@contextlib.contextmanager
+def keep(path: Path, address: Address) -> Iterator[None]:
+    """Keep an address as long as the block runs; where it cannot be written, it is not kept."""
+    text = json.dumps({"port": address.port, "token": address.token})
+    with contextlib.suppress(OSError):
+        path.unlink(missing_ok=True)
+        file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(file, "w", encoding="ascii") as writer:
+            writer.write(text)
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            if path.read_text(encoding="ascii") == text:  # not that of another server by now
+                path.unlink()

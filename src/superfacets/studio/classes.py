@@ -1,0 +1,116 @@
+"""The list of classes that cells are painted with: numbers, names, colors and keys."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..io.atomic import atomic_outputs
+
+__all__ = [
+    "CLASSES_FILE", "MAX_CLASS", "checked_class_list", "default_classes", "new_class",
+    "read_classes", "with_missing", "write_classes",
+]  # fmt: skip
+
+CLASSES_FILE = "superfacets-classes.json"
+"""In a folder: the classes of all its meshes."""
+
+MAX_CLASS = 65_535
+"""Classes are uint16; 0 is none."""
+
+_MAX_NAME = 200
+
+_COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1")
+"""Those of Okabe and Ito, which color-blind people tell apart, and one more."""
+
+_N_DEFAULT = 6
+
+_COLOR = re.compile(r"#[0-9a-f]{6}")
+
+ClassList = tuple[dict[str, Any], ...]
+
+
+def new_class(number: int, name: str | None = None) -> dict[str, Any]:
+    """A class with the usual color; the first nine have their number as key."""
+    return {
+        "id": number,
+        "name": f"class {number}" if name is None else name,
+        "color": _COLORS[(number - 1) % len(_COLORS)],
+        "key": str(number) if number < 10 else "",
+    }
+
+
+def default_classes(names: Sequence[str] = ()) -> ClassList:
+    """Classes with these names, or some to begin with."""
+    if names:
+        return checked_class_list([new_class(i, name) for i, name in enumerate(names, 1)])
+    return tuple(new_class(number) for number in range(1, _N_DEFAULT + 1))
+
+
+def with_missing(classes: ClassList, used: Iterable[int]) -> ClassList:
+    """The list with those classes that cells have and it has not."""
+    known = {entry["id"] for entry in classes}
+    more = sorted(number for number in used if number and number not in known)
+    return (*classes, *({**new_class(number), "key": ""} for number in more))
+
+
+def checked_class_list(value: object) -> ClassList:
+    """Check a list of classes; a ValueError that names the first entry that is wrong."""
+    if not isinstance(value, (list, tuple)):
+        raise ValueError("classes must be a list")
+    checked = tuple(_checked(entry, place) for place, entry in enumerate(value))
+    for name in ("id", "key"):
+        seen: set[Any] = set()
+        for entry in checked:
+            if entry[name] in seen:
+                raise ValueError(f"two classes have the same {name}: {entry[name]}")
+            seen |= {entry[name]} - {""}
+    return checked
+
+
+def _checked(entry: Any, place: int) -> dict[str, Any]:
+    if not isinstance(entry, dict):
+        raise ValueError(f"classes[{place}] must have an id, a name and a color")
+    number, name, color, key = (entry.get(part) for part in ("id", "name", "color", "key"))
+    if isinstance(number, bool) or not isinstance(number, int) or not 1 <= number <= MAX_CLASS:
+        raise ValueError(f"classes[{place}]: id must be a whole number from 1 to {MAX_CLASS}")
+    if not isinstance(name, str) or not name.strip() or len(name) > _MAX_NAME:
+        raise ValueError(f"classes[{place}]: name must have 1 to {_MAX_NAME} characters")
+    color = new_class(number)["color"] if color is None else color
+    if not isinstance(color, str) or not _COLOR.fullmatch(color.lower()):
+        raise ValueError(f"classes[{place}]: color must be #rrggbb, as #e69f00")
+    key = "" if key is None else key
+    if not isinstance(key, str) or len(key) > 1:
+        raise ValueError(f"classes[{place}]: key must be one character, or none")
+    return {"id": number, "name": name.strip(), "color": color.lower(), "key": key}
+
+
+def read_classes(path: Path) -> ClassList:
+    """Classes from a JSON list as `write_classes` writes it, or a text file with a name a line.
+
+    Raises
+    ------
+    ValueError
+        If that is not what is in the file.
+    OSError
+        If it cannot be read.
+    """
+    text = path.read_text(encoding="utf-8")
+    try:
+        if path.suffix.lower() == ".json":
+            return checked_class_list(json.loads(text))
+        names = [line.strip() for line in text.splitlines() if line.strip()]
+        if not names:
+            raise ValueError("no line has a name")
+        return default_classes(names)
+    except ValueError as error:
+        raise ValueError(f"{path}: no list of classes: {error}") from None
+
+
+def write_classes(path: Path, classes: ClassList) -> None:
+    """Write classes such that the file is whole or as it was."""
+    with atomic_outputs([path]) as (temporary,):
+        temporary.write_text(json.dumps(list(classes), indent=1) + "\n", encoding="utf-8")

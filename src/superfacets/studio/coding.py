@@ -1,0 +1,138 @@
+"""How cells and arrays are written: in the journal, in JSON, and in binary answers."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = [
+    "MAGIC",
+    "base64_of",
+    "bytes_from",
+    "cells_from",
+    "inflated",
+    "pack_cells",
+    "packet",
+    "unpack_cells",
+]
+
+MAGIC = b"SFSTUDIO"
+"""The first bytes of a binary answer with several arrays."""
+
+Cells = npt.NDArray[np.uint32]
+
+_MAX_BYTES = 5
+"""Of a difference below 2**32, 7 bits to a byte."""
+
+
+def pack_cells(cells: Cells) -> bytes:
+    """Ascending cells in few bytes: differences as varints, compressed.
+
+    A byte or less for each cell of a region, as near cells mostly have near numbers; a few bytes in
+    all for a run of cells.
+    """
+    deltas = np.diff(cells, prepend=np.uint32(0))
+    sizes = np.ones(len(deltas), np.int64)
+    for n in range(1, _MAX_BYTES):
+        sizes += deltas >= np.uint32(1 << (7 * n))
+    starts = np.cumsum(sizes) - sizes
+    data = np.zeros(int(sizes.sum()), np.uint8)
+    for n in range(_MAX_BYTES):
+        holds = sizes > n
+        septets = (deltas[holds] >> np.uint32(7 * n)) & np.uint32(0x7F)
+        goes_on = (sizes[holds] > n + 1) * np.uint32(0x80)
+        data[starts[holds] + n] = septets | goes_on
+    return zlib.compress(data.tobytes(), level=1)
+
+
+def unpack_cells(packed: bytes, n_cells: int) -> Cells:
+    """Return what `pack_cells` was given; a ValueError if these are not cells below `n_cells`."""
+    data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
+    if not len(data):
+        return np.empty(0, np.uint32)
+    is_last = data < 0x80
+    starts = np.concatenate([[0], np.flatnonzero(is_last)[:-1] + 1])
+    sizes = np.diff(np.append(starts, len(data)))
+    if not is_last[-1] or sizes.max() > _MAX_BYTES:
+        raise ValueError("cells are damaged: a number has no end")
+    shifts = 7 * (np.arange(len(data)) - np.repeat(starts, sizes))
+    deltas = np.add.reduceat((data & 0x7F).astype(np.int64) << shifts, starts)
+    cells = np.cumsum(deltas)
+    if cells[-1] >= n_cells or deltas[1:].min(initial=1) < 1:
+        raise ValueError(f"cells are damaged: they do not ascend to {n_cells - 1} at most")
+    return cells.astype(np.uint32)
+
+
+def inflated(packed: bytes, max_bytes: int) -> bytes:
+    """Decompressed bytes; a ValueError if they are damaged, or more than there may be."""
+    reader = zlib.decompressobj()
+    try:
+        data = reader.decompress(packed, max_bytes + 1)
+    except zlib.error:
+        data = b""
+    if not reader.eof or len(data) > max_bytes:
+        raise ValueError("packed numbers are damaged")
+    return data
+
+
+def base64_of(array: npt.NDArray[Any] | bytes) -> str:
+    """Little-endian bytes of an array, or bytes, in base64."""
+    data = array if isinstance(array, bytes) else _little(array).tobytes()
+    return base64.b64encode(data).decode("ascii")
+
+
+def cells_from(text: object, n_cells: int) -> Cells:
+    """Cells that a client sends as uint32 in base64, ascending and each once.
+
+    Raises
+    ------
+    ValueError
+        If this is not base64, or a cell is none of `n_cells`.
+    """
+    data = bytes_from(text, "cells")
+    if len(data) % 4:
+        raise ValueError(f"cells must be uint32 numbers: {len(data)} bytes are no multiple of 4")
+    cells = np.unique(np.frombuffer(data, "<u4"))
+    if len(cells) and cells[-1] >= n_cells:
+        raise ValueError(f"there is no cell {cells[-1]}: there are {n_cells}")
+    return cells.astype(np.uint32)
+
+
+def bytes_from(text: object, name: str = "data") -> bytes:
+    """Bytes that a client sends in base64; a ValueError if they are not."""
+    try:
+        if isinstance(text, str):
+            return base64.b64decode(text, validate=True)
+    except ValueError:  # as binascii.Error is
+        pass
+    raise ValueError(f"{name} must be base64")
+
+
+def packet(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> bytes:
+    """A header and arrays as one block of bytes.
+
+    `MAGIC`, the length of the JSON as uint32, the JSON padded with spaces, and the arrays, all of
+    which begin at multiples of 4. The header gets the entry ``arrays``: name, dtype, shape and
+    offset of each from the end of the header.
+    """
+    entries, blocks, offset = [], [], 0
+    for name, array in arrays.items():
+        data = _little(array).tobytes()
+        entries.append(
+            {"name": name, "dtype": array.dtype.name, "shape": array.shape, "offset": offset}
+        )
+        blocks.append(data + b"\0" * (-len(data) % 4))
+        offset += len(blocks[-1])
+    text = json.dumps({**header, "arrays": entries}, separators=(",", ":")).encode("ascii")
+    text += b" " * (-len(text) % 4)
+    return b"".join([MAGIC, len(text).to_bytes(4, "little"), text, *blocks])
+
+
+def _little(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    return array.astype(array.dtype.newbyteorder("<"), copy=False)

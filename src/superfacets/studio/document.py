@@ -1,0 +1,351 @@
+"""One mesh that is being labeled: what is painted, its regions, and the journal of its work."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_threads
+from ..cells.measures import measures_of
+from ..mesh.faces import AnyCells
+from .changes import Change, Painted, Partition, State, last_stroke
+from .classes import ClassList, checked_class_list, default_classes, with_missing
+from .coding import base64_of
+from .imports import Imported
+from .journal import Journal
+from .parameters import default_parameters
+from .replay import Replay
+from .revisions import GoneError, Revision, Revisions
+from .segmenting import Base, Segmenter
+from .source import Source
+from .splitting import split_cells
+
+__all__ = ["Document", "NothingError", "work_file_of"]
+
+Cells = npt.NDArray[np.uint32]
+
+
+class NothingError(LookupError):
+    """There is nothing to undo or redo."""
+
+
+def work_file_of(path: Path) -> Path:
+    """The usual work file of an input, beside it."""
+    return path.with_name(path.name + ".studio.jsonl")
+
+
+@dataclass
+class Document:
+    """A mesh with the state of its labeling.
+
+    All changes go through the journal: they are made, written, and only then kept; a change that
+    cannot be written is taken back.
+    """
+
+    source: Source
+    journal: Journal
+    replay: Replay
+    segmenter: Segmenter
+    base: Base
+    share_classes: Callable[[ClassList], object] | None = None
+    notes: list[str] = field(default_factory=list)
+    revisions: Revisions = field(default_factory=Revisions)
+    revision: Revision = field(init=False)
+    lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def __post_init__(self) -> None:
+        self.notes += self.journal.notes
+        self._adopt(self.base)
+
+    @classmethod
+    def open(
+        cls, path: Path, work: Path | None = None, *, n_segments: int | None = None,
+        classes: ClassList = (), share_classes: Callable[[ClassList], object] | None = None,
+    ) -> Document:  # fmt: skip
+        """Read an input and the work on it, and find its regions.
+
+        Parameters
+        ----------
+        path : Path
+            A mesh or point cloud.
+        work : Path, optional
+            The work file; by default that beside the input.
+        n_segments : int, optional
+            Number of regions of new work.
+        classes : tuple of dict, optional
+            Classes of new work; with `share_classes`, of all work.
+        share_classes : callable, optional
+            Keeps a new list of classes for all meshes of a folder. The journal does not, then.
+
+        Raises
+        ------
+        MeshError, OSError
+            If the input cannot be read.
+        JournalError
+            If the work file cannot be used, or is about another file than this one is now.
+        """
+        source = Source.read(path)
+        own = None if share_classes else list(classes or default_classes())
+        parameters = default_parameters(source.n_cells, n_segments)
+        header = {**source.facts, "parameters": parameters, "classes": own}
+        journal = Journal.open(work or work_file_of(path), header)
+        try:
+            source.check_work(journal)
+            replay = Replay.of(journal, source.n_cells, classes if share_classes else None)
+            segmenter = Segmenter(source.cells)
+            base = segmenter.base(replay.state.partition.parameters)
+            return cls(source, journal, replay, segmenter, base, share_classes)
+        except BaseException:
+            journal.close()
+            raise
+
+    @property
+    def path(self) -> Path:
+        """The input."""
+        return self.source.path
+
+    @property
+    def cells(self) -> AnyCells:
+        """What is labeled."""
+        return self.source.cells
+
+    @property
+    def state(self) -> State:
+        """What is painted, with which classes, by which regions."""
+        return self.replay.state
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return len(self.state.classes)
+
+    @cached_property
+    def areas(self) -> npt.NDArray[np.float64]:
+        """Area (or volume) of each cell."""
+        return measures_of(self.cells, checked_threads(None))
+
+    @property
+    def progress(self) -> float:
+        """Share of the area that has a class, 0 to 1; of the cells where there is no area."""
+        is_done = self.state.classes > 0
+        if self._total > 0:
+            return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
+        return float(np.count_nonzero(is_done) / self.n_cells)
+
+    @cached_property
+    def _total(self) -> float:
+        return float(self.areas.sum())
+
+    @property
+    def class_list(self) -> ClassList:
+        """The classes, and those that cells have and the list has not."""
+        used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
+        return with_missing(self.state.class_list, used)
+
+    def close(self) -> None:
+        """Let go of the work file."""
+        with self.lock:
+            self.segmenter.close()
+            self.journal.close()
+
+    # Operations. Each returns when it is on the disk.
+
+    def paint(self, cells: Cells, wanted: Any, stroke: str | None = None) -> Change | None:
+        """Give cells (ascending) a class, 0 for none, or one class each; None if nothing changes.
+
+        Raises
+        ------
+        ValueError
+            If there is no such class.
+        JournalError
+            If it could not be written.
+        ChangedError
+            If the input has changed.
+        """
+        with self.lock:
+            values = np.unique(np.asarray(wanted))
+            known = {entry["id"] for entry in self.class_list} | {0}
+            unknown = [int(value) for value in values if int(value) not in known]
+            if unknown:
+                raise ValueError(f"there is no class {unknown[0]}")
+            painted = Painted.of(self.state.classes, cells, wanted)
+            if painted is None:
+                return None
+            change = Change("paint", painted, painted, stroke)
+            self._commit(change, _paint_line(painted, stroke))
+            return change
+
+    def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
+        """Take regions that the segmenter has found for these parameters."""
+        with self.lock:
+            before, partition = self.state.partition, Partition(parameters, base.digest)
+            is_new = before.digest not in ("", base.digest) or bool(before.splits)
+            if is_new or before.parameters != parameters:
+                change = Change("segment", before, partition)
+                line = {"op": "segment", "parameters": parameters, "digest": base.digest}
+                self._commit(change, line)
+            return self._show(base)
+
+    def split(self, region: int, number: object, red: Cells, blue: Cells) -> Cells:
+        """Cut a region of this revision in two by strokes; return the cells of the new region.
+
+        That is the one with the blue stroke. Its label is the next free one.
+
+        Raises
+        ------
+        GoneError
+            If the revision is not that of the state.
+        ValueError
+            If there is no such region, or a stroke is not in it.
+        """
+        with self.lock:
+            if self.revisions.get(number) is not self.revision:
+                raise GoneError("regions are other ones by now: ask for the state, and its labels")
+            whole = self.revision.cells_of(region)
+            cells = split_cells(self.segmenter.surface, whole, red, blue)
+            self._split_off(cells)
+            return cells
+
+    def _split_off(self, cells: Cells) -> None:
+        """Make cells of one region a region of their own."""
+        with self.lock:
+            before = self.state.partition
+            after = before.with_split(cells, self.base.digest)
+            packed = base64_of(after.splits[-1].cells)
+            line = {"op": "split", "digest": self.base.digest, "cells": packed}
+            self._commit(Change("split", before, after), line)
+            labels = self.revision.labels.copy()
+            labels[cells] = self.revision.n_regions
+            self.revision = self.revisions.add(after, labels, self.revision.n_regions + 1)
+
+    def take(self, imported: Imported) -> Change | None:
+        """Paint what was imported, with its new classes; one undo takes all of it back."""
+        with self.lock:
+            stroke = f"import {self.replay.seq + 1}"
+            self.set_classes(list(imported.class_list), stroke)
+            return self.paint(imported.cells, imported.classes, stroke)
+
+    def set_classes(self, value: object, stroke: str | None = None) -> None:
+        """Take another list of classes.
+
+        Raises
+        ------
+        ValueError
+            If the list is wrong, or lacks a class that cells have.
+        """
+        classes = checked_class_list(value)
+        with self.lock:
+            counts = np.bincount(self.state.classes)
+            kept = {entry["id"] for entry in classes}
+            for number in np.flatnonzero(counts).tolist():
+                if number and number not in kept:
+                    raise ValueError(
+                        f"class {number} has {counts[number]} cells: paint these anew first"
+                    )
+            if self.share_classes is not None:
+                self.share_classes(classes)
+                self.state.class_list = classes
+            elif classes != self.state.class_list:
+                change = Change("classes", self.state.class_list, classes, stroke)
+                line = {"op": "classes", "classes": list(classes)}
+                self._commit(change, _with_stroke(line, stroke))
+
+    def undo(self) -> list[Change]:
+        """Take the last operation back, or all of the last stroke, and return what that was.
+
+        Raises
+        ------
+        NothingError
+            If there is nothing to undo.
+        """
+        return self._move(self.replay.undo_stack, self.replay.redo_stack, "undo")
+
+    def redo(self) -> list[Change]:
+        """Do the last operation again that was undone; likewise."""
+        return self._move(self.replay.redo_stack, self.replay.undo_stack, "redo")
+
+    def _move(self, source: list[Change], target: list[Change], name: str) -> list[Change]:
+        with self.lock:
+            self.source.check()
+            changes = last_stroke(source)
+            if not changes:
+                raise NothingError(f"there is nothing to {name}")
+            do, take_back = (Change.undo, Change.do) if name == "undo" else (Change.do, Change.undo)
+            self._write(changes, do, take_back, {"op": name})
+            del source[len(source) - len(changes) :]
+            target.extend(changes)
+            if changes[-1].kind in ("segment", "split"):
+                self._adopt(self.segmenter.base(self.state.partition.parameters))
+            return changes
+
+    def _commit(self, change: Change, line: dict[str, Any]) -> None:
+        """Make a new change, write it, and remember it."""
+        self.source.check()
+        self._write([change], Change.do, Change.undo, line)
+        self.replay.undo_stack.append(change)
+        self.replay.redo_stack.clear()
+
+    def _write(
+        self, changes: list[Change], do: Callable[[Change, State], None],
+        take_back: Callable[[Change, State], None], line: dict[str, Any],
+    ) -> None:  # fmt: skip
+        """Make changes and write a line; if it cannot be written, all is as it was."""
+        for change in changes:
+            do(change, self.state)
+        try:
+            done = round(self.progress, 6)
+            self.journal.append({"seq": self.replay.seq + 1, **line, "done": done})
+        except BaseException:
+            for change in reversed(changes):
+                take_back(change, self.state)
+            raise
+        self.replay.seq += 1
+
+    def _adopt(self, base: Base) -> None:
+        """Show the regions of the state, of which this is the base.
+
+        Regions of another version or machine may differ: then splits, which are of the others,
+        count no more, and what is painted stays as it is.
+        """
+        partition = self.state.partition
+        if partition.digest not in ("", base.digest):
+            self.notes.append(
+                "regions are not exactly those that the work was done with, as this is another"
+                " version of superfacets: splits of regions are gone, what is painted is not"
+            )
+            self.set_base(partition.parameters, base)
+            return
+        self._show(base)
+
+    def _show(self, base: Base) -> Revision:
+        """Make labels of the base and the splits since."""
+        self.base = base
+        labels, n_regions = base.labels, base.n_regions
+        partition = self.state.partition
+        if partition.splits:
+            labels = labels.copy()
+            for split in partition.splits:
+                labels[split.unpacked(self.n_cells)] = n_regions
+                n_regions += 1
+        self.revision = self.revisions.add(partition, labels, n_regions)
+        return self.revision
+
+
+def _paint_line(painted: Painted, stroke: str | None) -> dict[str, Any]:
+    line: dict[str, Any] = {"op": "paint", "cells": base64_of(painted.cells)}
+    if painted.one is None:
+        line["classes"] = base64_of(painted.after)
+    else:
+        line["class"] = painted.one
+    return _with_stroke(line, stroke)
+
+
+def _with_stroke(line: dict[str, Any], stroke: str | None) -> dict[str, Any]:
+    return line if stroke is None else {**line, "stroke": stroke}

@@ -1,0 +1,190 @@
+"""Files made of the work: classes of cells, vertices and regions, and the regions."""
+
+from __future__ import annotations
+
+import csv
+import json
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_choice
+from ..batches.sources import MARK, output_names
+from ..cells.sums import sums_by_label
+from ..io.atomic import atomic_outputs, checked_targets
+from ..io.writers.cells import CLASS_OUTPUTS
+from ..io.writers.scannet import NO_CLASS
+from ..io.writers.write import ENDING_OF_FORMAT, write_labels, write_mesh
+from ..regions.majority import weighted_majority
+from ..regions.vertex_labels import vertex_labels
+from .document import Document
+from .revisions import Revision
+
+__all__ = ["class_of_regions", "export", "export_bytes", "formats_of"]
+
+_GRAY = (190, 190, 190)
+
+_LISTS = ("npy", "seg", "txt")
+_OF_KIND = {
+    "triangles": ("ply", "obj", "off", "glb", "vtp"),
+    "polygons": ("ply", "obj", "off", "glb", "vtp"),
+    "tets": ("vtu", "vtk"),
+    "points": ("ply", "csv", "las", "laz"),
+}
+_COLORED = ("ply", "off", "vtp", "las", "laz")
+
+MARKS = {"cells": ".classes", "vertices": ".vertex-classes", "region_classes": ".region-classes"}
+"""What the names of files get before the ending, so that a folder of inputs is not confused."""
+
+
+def formats_of(kind: str) -> dict[str, list[str]]:
+    """The formats for what there is to export of a kind of cells."""
+    of_triangles = ("sstk.json",) if kind == "triangles" else ()
+    of_vertices = ("segs.json", "bin", "sp_label.npy")
+    regions = (*_LISTS, *_OF_KIND[kind], *of_vertices, *of_triangles, "aggregation.json", "npz")
+    return {
+        "cells": [*_LISTS, *_OF_KIND[kind], *of_triangles],
+        "vertices": [*_LISTS, "segs.json"],
+        "regions": list(regions),
+        "region_classes": ["csv", "json", "npy"],
+    }
+
+
+def export(document: Document, what: str, format: str, *, replace: bool = False) -> Path:
+    """Write a file beside the input and return its path.
+
+    One of that name is replaced where the name says that it comes from here. Names that other tools
+    ask for may be those of other files.
+
+    Raises
+    ------
+    ValueError
+        If there is no such thing to export, or it has no such format, or does not fit into it.
+    FileExistsError
+        If there is a file with such a name, and it is not to be replaced.
+    OSError
+        If the file cannot be written.
+    """
+    ending = _checked_ending(document, what, format)
+    path = document.path.with_name(_name_of(document, what, ending))
+    is_ours = any(mark in path.name for mark in (MARK, *MARKS.values()))
+    if path.exists() and not is_ours and not replace:
+        raise FileExistsError(f"{path.name} is there already, and may be of another tool")
+    checked_targets([path])
+    _write(document, what, format, path)
+    return path
+
+
+def export_bytes(document: Document, what: str, format: str) -> tuple[str, bytes]:
+    """The name and the content of the same file, which is not kept."""
+    name = _name_of(document, what, _checked_ending(document, what, format))
+    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+        path = Path(folder, name)
+        _write(document, what, format, path)
+        return name, path.read_bytes()
+
+
+def class_of_regions(
+    document: Document, revision: Revision
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+    """The class that most of the area of each region has, 0 for none, and its share of the area."""
+    classes = document.state.classes.astype(np.int32)
+    areas, labels, n = document.areas, revision.labels, revision.n_regions
+    winners = weighted_majority(labels, classes, areas, n)
+    totals = sums_by_label(labels, areas, n)
+    won = sums_by_label(labels, np.where(classes == winners[labels], areas, 0.0), n)
+    return winners, np.divide(won, totals, out=np.ones(n), where=totals > 0)
+
+
+def _checked_ending(document: Document, what: str, format: str) -> str:
+    offered = formats_of(document.source.kind)
+    checked_choice(what, "what", tuple(offered))
+    checked_choice(format, "format", tuple(offered[what]))
+    return ENDING_OF_FORMAT.get(format, f".{format}")
+
+
+def _name_of(document: Document, what: str, ending: str) -> str:
+    if what == "regions":
+        return output_names(document.path.name, (ending,))[0]
+    return f"{document.path.stem}{MARKS[what]}{ending}"
+
+
+def _write(document: Document, what: str, format: str, path: Path) -> None:
+    with document.lock:  # the state must not change between labels and names
+        _WRITERS[what](document, format, path)
+
+
+def _write_cells(document: Document, format: str, path: Path) -> None:
+    classes = document.state.classes.astype(np.int32)
+    if format in (*_LISTS, "sstk.json"):
+        write_labels(path, classes)
+        return
+    names = _names_of(document, np.unique(classes)) if path.suffix in CLASS_OUTPUTS else None
+    colors = _colors_of(document)[classes] if format in _COLORED else None
+    write_mesh(path, document.cells, classes, colors=colors, classes=names)
+
+
+def _write_vertices(document: Document, format: str, path: Path) -> None:
+    labels = vertex_labels(document.cells, document.state.classes.astype(np.int32))
+    write_labels(path, np.maximum(labels, 0))  # vertices that no cell has are of no class
+
+
+def _write_regions(document: Document, format: str, path: Path) -> None:
+    revision = document.revision
+    if format in _LISTS:
+        write_labels(path, revision.labels)
+        return
+    is_named = any(path.name.endswith(ending) for ending in CLASS_OUTPUTS)
+    names = _names_of(document, class_of_regions(document, revision)[0]) if is_named else None
+    write_mesh(path, document.cells, revision.labels, classes=names)
+
+
+def _write_region_classes(document: Document, format: str, path: Path) -> None:
+    revision = document.revision
+    classes, shares = class_of_regions(document, revision)
+    if format == "npy":
+        write_labels(path, classes)
+        return
+    columns: dict[str, list[Any]] = {
+        "region": list(range(revision.n_regions)),
+        "class": classes.tolist(),
+        "name": _names_of(document, classes),
+        "share": shares.tolist(),
+        "area": sums_by_label(revision.labels, document.areas, revision.n_regions).tolist(),
+        "cell_count": np.bincount(revision.labels).tolist(),
+    }
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    with atomic_outputs([path]) as (temporary,):
+        if format == "json":
+            temporary.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+            return
+        with temporary.open("w", encoding="utf-8", newline="") as file:
+            table = csv.DictWriter(file, list(columns), lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+
+
+_WRITERS: dict[str, Callable[[Document, str, Path], None]] = {
+    "cells": _write_cells,
+    "vertices": _write_vertices,
+    "regions": _write_regions,
+    "region_classes": _write_region_classes,
+}
+
+
+def _names_of(document: Document, classes: npt.NDArray[np.int32]) -> list[str]:
+    names = {entry["id"]: entry["name"] for entry in document.class_list}
+    return [names.get(number, NO_CLASS) for number in classes.tolist()]
+
+
+def _colors_of(document: Document) -> npt.NDArray[np.uint8]:
+    """The color of each class by its number."""
+    table = np.full((int(document.state.classes.max()) + 1, 3), _GRAY, np.uint8)
+    for entry in document.class_list:
+        if entry["id"] < len(table):
+            table[entry["id"]] = list(bytes.fromhex(entry["color"][1:]))
+    return table

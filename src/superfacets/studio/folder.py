@@ -1,0 +1,137 @@
+"""The files that a studio is about: one, or those of a folder; the last few are open."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..batches.sources import find_sources
+from .classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
+from .document import Document, work_file_of
+from .journal import summary
+
+__all__ = ["Files"]
+
+MAX_OPEN = 3
+"""Meshes in memory, with their graphs; others are opened again when they are asked for."""
+
+EXPORTED = (".classes",)
+"""In the names of exports, which a folder is not searched for."""
+
+
+@dataclass
+class Files:
+    """The inputs of a studio.
+
+    Attributes
+    ----------
+    paths : list of Path
+        The number of a file is its place here.
+    work : Path or None
+        The work file of the one file, where it is not the usual one.
+    n_segments : int or None
+        Number of regions of new work.
+    classes : tuple of dict
+        Of new work, or of all files of a folder.
+    folder : Path or None
+        The folder, if it is one.
+    """
+
+    paths: list[Path]
+    work: Path | None = None
+    n_segments: int | None = None
+    classes: ClassList = ()
+    folder: Path | None = None
+    _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
+    _lock: threading.RLock = field(default_factory=threading.RLock)
+
+    @classmethod
+    def of(cls, path: Path, work: Path | None, n_segments: int | None, classes: ClassList) -> Files:
+        """Find the files of a path.
+
+        Raises
+        ------
+        ValueError
+            If a work file is named for a folder, or its list of classes is damaged.
+        OSError
+            If there is nothing to label.
+        """
+        if not path.is_dir():
+            return cls([path], work, n_segments, classes)
+        if work is not None:
+            raise ValueError("--work is for one file: each mesh of a folder has one of its own")
+        found = [Path(source.input) for source in find_sources(path)]
+        paths = [file for file in found if not set(EXPORTED) & set(file.suffixes)]
+        if not paths:
+            raise FileNotFoundError(f"{path}: holds exported files alone, and no mesh to label")
+        shared = path / CLASSES_FILE
+        if not classes:
+            classes = read_classes(shared) if shared.exists() else default_classes()
+        return cls(paths, None, n_segments, classes, path)
+
+    @property
+    def place(self) -> Path:
+        """The work file, or the folder."""
+        return self.folder or self.work or work_file_of(self.paths[0])
+
+    def name_of(self, number: int) -> str:
+        """What the list calls a file: its path below the folder."""
+        path = self.path(number)
+        return path.name if self.folder is None else path.relative_to(self.folder).as_posix()
+
+    def path(self, number: int) -> Path:
+        """The path of a file; an IndexError if there is no such file."""
+        if not 0 <= number < len(self.paths):
+            raise IndexError(f"there is no file {number}: there are {len(self.paths)}")
+        return self.paths[number]
+
+    def listed(self) -> list[dict[str, Any]]:
+        """All files with how far each is; none is opened."""
+        return [self._entry(number) for number in range(len(self.paths))]
+
+    def document(self, number: int) -> Document:
+        """The document of a file, opened if it is not; an IndexError if there is no such file."""
+        with self._lock:
+            if number in self._open:
+                self._open.move_to_end(number)
+                return self._open[number]
+            is_shared = self.folder is not None
+            document = Document.open(
+                self.path(number), self.work, n_segments=self.n_segments, classes=self.classes,
+                share_classes=self._share if is_shared else None,
+            )  # fmt: skip
+            self._open[number] = document
+            n_more = max(0, len(self._open) - MAX_OPEN)
+            surplus = [self._open.popitem(last=False)[1] for _ in range(n_more)]
+        for other in surplus:  # not within our lock: a document may wait for that within its own
+            other.close()
+        return document
+
+    def close(self) -> None:
+        """Close all documents."""
+        with self._lock:
+            while self._open:
+                self._open.popitem()[1].close()
+
+    def _entry(self, number: int) -> dict[str, Any]:
+        entry: dict[str, Any] = {"id": number, "name": self.name_of(number)}
+        document = self._open.get(number)
+        if document is not None:
+            return {**entry, "done": document.progress, "n_cells": document.n_cells}
+        found = summary(self.work or work_file_of(self.paths[number]))
+        if found is None:
+            return {**entry, "done": 0.0, "n_cells": None}
+        first, last = found
+        return {**entry, "done": last.get("done", 0.0), "n_cells": first.get("n_cells")}
+
+    def _share(self, classes: ClassList) -> None:
+        """Keep the classes of the folder, for all that are open, too."""
+        assert self.folder is not None
+        with self._lock:
+            write_classes(self.folder / CLASSES_FILE, classes)
+            self.classes = classes
+            for document in self._open.values():
+                document.state.class_list = classes

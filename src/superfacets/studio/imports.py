@@ -1,0 +1,171 @@
+"""Labels made with other tools, or exported before, as classes of cells."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError
+from ..io.guards import known_ending
+from ..io.readers.labels import read_labels
+from ..io.writers.scannet import NO_CLASS
+from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..regions.majority import weighted_majority
+from ..regions.vertex_labels import corner_groups
+from .classes import MAX_CLASS, ClassList, new_class
+
+__all__ = ["Imported", "read_import"]
+
+GROUPS = ".aggregation.json"
+OF_VERTICES = (".segs.json",)
+LISTS = (".npy", ".seg", ".txt")
+ENDINGS = (".sstk.json", *OF_VERTICES, *LISTS, GROUPS)
+
+Ints = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Imported:
+    """Classes of cells, and the list in which new ones were added.
+
+    Attributes
+    ----------
+    cells : ndarray of uint32
+        Those that the files say something of, ascending.
+    classes : ndarray of uint16
+        Class of each of these.
+    class_list : tuple of dict
+    """
+
+    cells: npt.NDArray[np.uint32]
+    classes: npt.NDArray[np.uint16]
+    class_list: ClassList
+
+
+def read_import(files: Mapping[str, bytes], cells: AnyCells, known: ClassList) -> Imported:
+    """Read labels by the names of their files: one with labels, and one with groups if there is.
+
+    Without groups the labels are the numbers of classes, and 0 or less is none, as in what the
+    studio exports. With groups (``.aggregation.json``) the label of a group is the name of a class,
+    in any case, and what is in no group stays as it is.
+
+    Parameters
+    ----------
+    files : mapping of str to bytes
+        Content by name: ``.sstk.json`` (the first, finest, segmentation of triangles),
+        ``.segs.json`` (of vertices: a cell gets what most of its corners have), ``.npy``, ``.seg``
+        or ``.txt`` (of cells), and ``.aggregation.json``.
+    cells : Mesh, PolygonMesh, TetMesh or PointCloud
+    known : tuple of dict
+        The classes that there are.
+
+    Raises
+    ------
+    ValueError
+        If a file is damaged, for another mesh, or of no known kind.
+    """
+    endings = {name: known_ending(Path(name), ENDINGS) for name in files}
+    grouping = [name for name, ending in endings.items() if ending == GROUPS]
+    labeling = [name for name in files if name not in grouping]
+    if len(labeling) != 1 or len(grouping) > 1:
+        raise MeshError("an import is one file of labels, and one .aggregation.json at most")
+    name = labeling[0]
+    try:
+        labels = _labels_in(files[name], endings[name], cells)
+    except (ValueError, KeyError, TypeError) as error:
+        raise MeshError(f"{name}: {_told(error)}") from None
+    if not grouping:
+        return _by_number(labels, known)
+    try:
+        return _by_group(labels, json.loads(files[grouping[0]]), known)
+    except (ValueError, KeyError, TypeError) as error:
+        raise MeshError(f"{grouping[0]}: {_told(error)}") from None
+
+
+def _told(error: Exception) -> str:
+    return f"it has no {error}" if isinstance(error, KeyError) else str(error)
+
+
+def _labels_in(data: bytes, ending: str, cells: AnyCells) -> Ints:
+    """One label per cell."""
+    n_cells = n_cells_of(cells)
+    if ending in LISTS:
+        with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+            path = Path(folder, f"labels{ending}")
+            path.write_bytes(data)
+            try:
+                return read_labels(path, n_cells).astype(np.int64)
+            except MeshError as error:
+                raise MeshError(str(error).removeprefix(f"{path}: ")) from None
+    document = json.loads(data)
+    if ending in OF_VERTICES:
+        return _of_corners(cells, _integers(document["segIndices"], "segIndices"))
+    index = _integers(document["segmentation"][0]["index"], "index")
+    if len(index) != n_cells:
+        raise MeshError(f"it has {len(index)} labels, and the mesh {n_cells} cells")
+    return index
+
+
+def _integers(values: Any, name: str) -> Ints:
+    array = np.asarray(values)
+    if array.ndim != 1 or array.dtype.kind not in "iu":
+        raise MeshError(f"{name} must be a list of whole numbers")
+    return array.astype(np.int64)
+
+
+def _of_corners(cells: AnyCells, of_vertices: Ints) -> Ints:
+    """What most corners of a cell have; the lowest of equals."""
+    n_vertices = cells.n_points if isinstance(cells, PointCloud) else cells.n_vertices
+    if len(of_vertices) != n_vertices:
+        raise MeshError(f"it has {len(of_vertices)} labels, and the mesh {n_vertices} vertices")
+    if isinstance(cells, PointCloud):
+        return of_vertices
+    names, ranks = np.unique(of_vertices, return_inverse=True)
+    vertices, sizes = corner_groups(cells)
+    n_cells = n_cells_of(cells)
+    groups = np.repeat(np.arange(n_cells), sizes)
+    voters = ranks[vertices].astype(np.int32)
+    winners = weighted_majority(groups, voters, np.ones(len(voters)), n_cells)
+    return names[winners].astype(np.int64)
+
+
+def _by_number(labels: Ints, known: ClassList) -> Imported:
+    classes = np.maximum(labels, 0)
+    if classes.max() > MAX_CLASS:
+        raise MeshError(f"label {classes.max()} is no class: they go to {MAX_CLASS}")
+    numbers = {entry["id"] for entry in known}
+    more = [new_class(i) for i in np.unique(classes).tolist() if i and i not in numbers]
+    class_list = (*known, *({**entry, "key": _free_key(entry, known)} for entry in more))
+    return Imported(np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), class_list)
+
+
+def _by_group(labels: Ints, document: Any, known: ClassList) -> Imported:
+    classes = list(known)
+    number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(classes)}
+    found = np.full(len(labels), -1, np.int64)
+    for group in document["segGroups"]:
+        name = str(group["label"]).strip()
+        if name in ("", NO_CLASS):
+            continue
+        if name.casefold() not in number_of:
+            number = max((entry["id"] for entry in classes), default=0) + 1
+            entry = new_class(number, name)
+            classes.append({**entry, "key": _free_key(entry, tuple(classes))})
+            number_of[name.casefold()] = number
+        is_in = np.isin(labels, _integers(group["segments"], "segments"))
+        found[is_in] = number_of[name.casefold()]
+    cells = np.flatnonzero(found >= 0)
+    return Imported(cells.astype(np.uint32), found[cells].astype(np.uint16), tuple(classes))
+
+
+def _free_key(entry: dict[str, Any], known: ClassList) -> str:
+    key: str = entry["key"]
+    return "" if key in {other["key"] for other in known} else key

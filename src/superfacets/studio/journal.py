@@ -1,0 +1,237 @@
+"""The work file: one line of JSON for each operation, only ever appended to.
+
+A line is on the disk before its operation counts as done. A crash can so leave at most a part of
+one line behind, of an operation that nobody was told was done.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..io.locks import lock_file
+
+__all__ = ["FORMAT", "VERSION", "Journal", "JournalError", "Line", "WriteError", "summary"]
+
+FORMAT = "superfacets studio"
+VERSION = 1
+
+_BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
+"""The first bytes of every work file."""
+
+_SUM = b',"crc":"%08x"}'
+"""How a line ends: the checksum of all before it."""
+
+_LAST_BYTES = 1 << 12
+"""That a look at the last line begins with."""
+
+Line = dict[str, Any]
+
+
+class JournalError(ValueError):
+    """The work file cannot be used."""
+
+
+class WriteError(JournalError):
+    """An operation could not be written; nothing was changed by it."""
+
+
+@dataclass
+class Journal:
+    """An open work file, locked against other servers.
+
+    Attributes
+    ----------
+    path : Path
+    header : dict
+        Its first line.
+    lines : list of dict
+        All others as they were read; whoever replays them may take them away.
+    notes : list of str
+        What had to be mended.
+    """
+
+    path: Path
+    header: Line
+    lines: list[Line]
+    notes: list[str]
+    _file: int = field(repr=False)
+    _size: int = field(repr=False)
+    _fault: str | None = None
+
+    @classmethod
+    def open(cls, path: Path, header: Mapping[str, Any]) -> Journal:
+        """Open a work file, or begin one with this header.
+
+        Raises
+        ------
+        JournalError
+            If another studio has it open, it is something else, or it is damaged before its last
+            line.
+        OSError
+            If it cannot be read or written.
+        """
+        file = _opened(path)
+        try:
+            lock_file(file, f"{path}: another studio has this work file open")
+            data = _content(file)
+            if data and not data.startswith(_BEGIN[: len(data)]):
+                raise JournalError(f"{path}: is no work file of superfacets studio")
+            lines, size, notes = _read_lines(path, data)
+            journal = cls(path, {}, lines[1:], notes, file, size)
+            if size < len(data):
+                os.ftruncate(file, size)
+                os.fsync(file)
+            if lines:
+                journal.header = lines[0]
+            else:
+                journal.header = {"format": FORMAT, "version": VERSION, **header}
+                journal.append(journal.header)
+                _sync_folder(path.parent)
+        except BaseException as error:
+            os.close(file)
+            if isinstance(error, ValueError) and not isinstance(error, JournalError):
+                raise JournalError(str(error)) from None
+            raise
+        if journal.header.get("version") != VERSION:
+            journal.close()
+            raise JournalError(f"{path}: was written by a later version of superfacets")
+        return journal
+
+    def append(self, line: Mapping[str, Any]) -> None:
+        """Write a line, and return when it is on the disk.
+
+        Raises
+        ------
+        WriteError
+            If it could not be written whole, and the file is as it was; or if the file is not the
+            one any more that was opened. The message says which.
+        """
+        self._check()
+        data = _coded(line)
+        try:
+            _write_all(self._file, data)
+            os.fsync(self._file)
+        except OSError as error:
+            self._take_back()
+            reason = error.strerror or str(error)
+            raise WriteError(f"{self.path}: {reason}: the operation was not done") from None
+        self._size += len(data)
+
+    def close(self) -> None:
+        """Close the file, which others may then open."""
+        if self._file >= 0:
+            os.close(self._file)
+        self._file = -1
+
+    def _check(self) -> None:
+        """Raise a WriteError if what is written would not be found at the path."""
+        if self._fault is not None:
+            raise WriteError(self._fault)
+        if self._file < 0:
+            raise WriteError(f"{self.path}: the work file is closed")
+        own = os.fstat(self._file)
+        try:
+            there = self.path.stat()
+        except OSError:
+            raise WriteError(
+                f"{self.path}: the work file was taken away: the operation was not done"
+            ) from None
+        if (own.st_dev, own.st_ino) != (there.st_dev, there.st_ino) or own.st_size != self._size:
+            raise WriteError(
+                f"{self.path}: the work file was changed by something else: start the studio anew"
+            )
+
+    def _take_back(self) -> None:
+        """Cut off what a failed write may have left; if that fails, too, nothing more is done."""
+        try:
+            os.ftruncate(self._file, self._size)
+        except OSError:
+            self._fault = f"{self.path}: cannot be written any more: start the studio anew"
+
+
+def summary(path: Path) -> tuple[Line, Line] | None:
+    """The first and the last whole line of a work file, for a look at how far the work is.
+
+    None if there is none. The file is not locked, and need not be good.
+    """
+    with contextlib.suppress(OSError), path.open("rb") as file:
+        first = _parsed(file.readline()[:-1])
+        size = file.seek(0, os.SEEK_END)
+        n_bytes = _LAST_BYTES
+        while first is not None:
+            file.seek(max(0, size - n_bytes))
+            lines = file.read(n_bytes).split(b"\n")[:-1]
+            last = _parsed(lines[-1]) if lines else None
+            if last is not None or n_bytes >= size:
+                return first, last or first
+            n_bytes *= 8
+    return None
+
+
+def _opened(path: Path) -> int:
+    flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+    if path.exists() and not path.is_file():
+        raise JournalError(f"{path}: is not a regular file")
+    return os.open(path, flags, 0o666)
+
+
+def _content(file: int) -> bytes:
+    with os.fdopen(os.dup(file), "rb") as reader:
+        reader.seek(0)
+        return reader.read()
+
+
+def _read_lines(path: Path, data: bytes) -> tuple[list[Line], int, list[str]]:
+    """The lines of a file, how many of its bytes are good, and a note if some are not."""
+    lines: list[Line] = []
+    size = 0
+    for text in data.splitlines(keepends=True):
+        line = _parsed(text[:-1]) if text.endswith(b"\n") else None
+        if line is None:
+            break
+        lines.append(line)
+        size += len(text)
+    if b"\n" in data[size:-1]:
+        raise JournalError(
+            f"{path}: line {len(lines) + 1} of the work file is damaged; all before it is good:"
+            " make a copy and cut it off there"
+        )
+    note = f"{path}: the last line was not complete, as after a crash, and was cut off"
+    return lines, size, [note] if size < len(data) else []
+
+
+def _coded(line: Mapping[str, Any]) -> bytes:
+    body = json.dumps(line, separators=(",", ":")).encode("ascii")[:-1]
+    return body + _SUM % zlib.crc32(body) + b"\n"
+
+
+def _parsed(text: bytes) -> Line | None:
+    """What a line holds; None if it is not whole."""
+    body = text[: -len(_SUM % 0)]
+    if text[len(body) :] != _SUM % zlib.crc32(body):
+        return None
+    line: Line = json.loads(text)
+    return line
+
+
+def _write_all(file: int, data: bytes) -> None:
+    rest = memoryview(data)
+    while rest:
+        rest = rest[os.write(file, rest) :]
+
+
+def _sync_folder(folder: Path) -> None:
+    """See to it that a new file is found after a crash of the machine, where systems let us."""
+    with contextlib.suppress(OSError):
+        file = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(file)
+        finally:
+            os.close(file)

@@ -1,0 +1,108 @@
+"""Who may speak to the server: this machine, this address, and whoever knows the token."""
+
+from __future__ import annotations
+
+import hmac
+from dataclasses import dataclass
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from .address import HOST, Address
+
+__all__ = ["HEADERS", "Guard", "page_address"]
+
+HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline';"
+        " worker-src 'self' blob:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+    ),
+    "Cache-Control": "no-store",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",  # the token is in the address
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+
+MAX_BODY = 1 << 30
+"""Bytes of a request, beyond which it is refused unread."""
+
+OPEN_PREFIX = "/static/"
+"""The files of the front end, which are public: scripts and styles are loaded without a token."""
+
+
+@dataclass
+class Guard:
+    """Refuses requests that are not from the page that this server has served."""
+
+    app: ASGIApp
+    token: str
+    port: int
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or answer why not; all answers get `HEADERS`."""
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+            return
+        if scope["type"] != "http":  # a websocket: there are none
+            return
+        reason = self._reason_against(scope)
+        app = self.app if reason is None else _refusal(scope["path"], *reason)
+        await app(scope, receive, _with_headers(send))
+
+    def _reason_against(self, scope: Scope) -> tuple[int, str] | None:
+        """The status and the message of a request that is refused; None if it is not."""
+        headers, path = Headers(scope=scope), scope["path"]
+        if headers.get("host") not in self._hosts:
+            return 403, "the studio answers at the address that it has printed, and no other"
+        if not self._is_same_page(headers):
+            return 403, "the request comes from another page"
+        if _length(headers) > MAX_BODY:
+            return 413, f"the request is larger than {MAX_BODY} bytes"
+        if not path.startswith(OPEN_PREFIX) and not self._has_token(scope, headers):
+            return 403, "the token is missing or wrong: open the address that was printed"
+        return None
+
+    def _is_same_page(self, headers: Headers) -> bool:
+        """Whether no page, or one of this server, sends a request."""
+        origins = (None, *(f"http://{host}" for host in self._hosts))
+        sites = (None, "none", "same-origin")
+        return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites
+
+    def _has_token(self, scope: Scope, headers: Headers) -> bool:
+        given = headers.get("x-token") or Request(scope).query_params.get("token") or ""
+        return hmac.compare_digest(given.encode(), self.token.encode())
+
+    @property
+    def _hosts(self) -> tuple[str, ...]:
+        return f"{HOST}:{self.port}", f"localhost:{self.port}"
+
+
+def _length(headers: Headers) -> int:
+    text = headers.get("content-length", "0")
+    return int(text) if text.isdecimal() else 0
+
+
+def _refusal(path: str, status: int, message: str) -> Response:
+    if path.startswith("/api/"):
+        return JSONResponse({"error": message}, status)
+    return PlainTextResponse(f"superfacets studio: {message}\n", status)
+
+
+def _with_headers(send: Send) -> Send:
+    async def send_with_headers(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(scope=message)
+            for name, value in HEADERS.items():
+                headers[name] = value
+        await send(message)
+
+    return send_with_headers
+
+
+def page_address(address: Address) -> str:
+    """What to open in a browser."""
+    return f"http://{HOST}:{address.port}/?token={address.token}"

@@ -1,0 +1,205 @@
+"""Regions for parameters, fast enough for a slider: what does not depend on them is kept."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+import warnings
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_threads
+from ..cells.kinds import graph_and_surface
+from ..cells.surface import Surface
+from ..errors import SliverWarning
+from ..mesh.faces import AnyCells
+from ..pipeline import PreparedCells, segment
+from ..regions.edit import read_partial_regions
+from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
+
+__all__ = ["Base", "Cancelled", "Segmenter", "Tell", "Turn", "levels_of"]
+
+MAX_KEPT = 4
+"""Segmentations to go back to at once: the labels, and the merges, of each."""
+
+LEVEL_STEP = 2
+"""Each level that is offered has so many times fewer regions than the one before."""
+
+FEWEST_OFFERED = 4
+
+Ints = npt.NDArray[np.int32]
+Tell = Callable[[dict[str, Any]], object]
+"""Takes what is to be told of the progress of a run."""
+
+
+class Cancelled(Exception):  # noqa: N818  # no error
+    """The run was given up for a newer one, or because nobody waits for it."""
+
+
+class Turn:
+    """One run, which may be cancelled from another thread."""
+
+    def __init__(self, tell: Tell | None = None) -> None:
+        self._tell = tell
+        self._is_cancelled = threading.Event()
+
+    def cancel(self) -> None:
+        """Let the run end at its next stage or iteration."""
+        self._is_cancelled.set()
+
+    def check(self) -> None:
+        """Raise `Cancelled` if the run is to end."""
+        if self._is_cancelled.is_set():
+            raise Cancelled
+
+    def on_stage(self, stage: str) -> None:
+        """Tell that a stage begins."""
+        self._say({"stage": stage})
+
+    def on_iteration(self, iteration: int, n_moved: int) -> None:
+        """Tell how many centers an iteration moved."""
+        self._say({"iteration": iteration, "moved": n_moved})
+
+    def _say(self, fact: dict[str, Any]) -> None:
+        self.check()
+        if self._tell is not None:
+            self._tell(fact)
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """Regions as the parameters give them, before splits."""
+
+    labels: Ints
+    n_regions: int
+    digest: str
+    notes: tuple[str, ...]
+
+
+@dataclass
+class Segmenter:
+    """Regions of one mesh for any parameters; one run at a time, in a thread of its own.
+
+    The graph of the cells, which takes most of the time that parameters do not matter for, is made
+    once. Regions of the last few parameters are kept, and so are the merges of each.
+    """
+
+    source: AnyCells
+    _kept: OrderedDict[tuple[Any, ...], Base] = field(default_factory=OrderedDict)
+    _trees: OrderedDict[tuple[Any, ...], MergeTree] = field(default_factory=OrderedDict)
+    _worker: ThreadPoolExecutor = field(
+        default_factory=lambda: ThreadPoolExecutor(1, thread_name_prefix="superfacets-studio")
+    )
+    _latest: Turn | None = None
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+
+    @cached_property
+    def prepared(self) -> PreparedCells:
+        """The graph for `segment`."""
+        return PreparedCells.of(self.source, weld=True, n_threads=checked_threads(None))
+
+    @cached_property
+    def surface(self) -> Surface:
+        """What stages after the clustering take, with cells in the order of the input."""
+        prepared, n_threads = self.prepared, checked_threads(None)
+        if prepared.order is not None:
+            return graph_and_surface(self.source, True, n_threads)[1]
+        return prepared.kind.surface(self.source, prepared.graph, n_threads)
+
+    def run(self, parameters: dict[str, Any], turn: Turn | None = None) -> Base:
+        """Return the regions for checked parameters; a newer run cancels this one.
+
+        Raises
+        ------
+        Cancelled
+            If the turn was cancelled.
+        ValueError
+            If there is no level with so few regions.
+        """
+        turn = Turn() if turn is None else turn
+        with self._lock:
+            if self._latest is not None:
+                self._latest.cancel()
+            self._latest = turn
+        return self._worker.submit(self._base, parameters, turn).result()
+
+    def base(self, parameters: dict[str, Any]) -> Base:
+        """Return the regions likewise, but do not disturb a run, nor be cancelled."""
+        return self._worker.submit(self._base, parameters, Turn()).result()
+
+    def close(self) -> None:
+        """Give up the run, if there is one."""
+        if self._latest is not None:
+            self._latest.cancel()
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _base(self, parameters: dict[str, Any], turn: Turn) -> Base:
+        turn.check()
+        finest = self._finest(parameters, turn)
+        level = parameters["level"]
+        if level is None:
+            return finest
+        tree = self._tree(parameters, finest, turn)
+        ranks = tree.regions_at(checked_cut(level, "level", tree))
+        return _base_of(ranks[finest.labels], finest.notes)
+
+    def _finest(self, parameters: dict[str, Any], turn: Turn) -> Base:
+        key = _key(parameters)
+        if key in self._kept:
+            self._kept.move_to_end(key)
+            return self._kept[key]
+        options = {name: value for name, value in parameters.items() if name != "level"}
+        if "prepared" not in self.__dict__:
+            turn.on_stage("face_graph")
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            result = segment(
+                self.prepared, **options, progress=turn.on_iteration, on_stage=turn.on_stage
+            )
+        notes = tuple(str(note.message) for note in found if note.category is not SliverWarning)
+        if any(note.category is SliverWarning for note in found):
+            notes += ("faces are long and thin, so regions are stripes: subdivide the mesh first",)
+        self._kept[key] = base = _base_of(result.labels, notes)
+        _trim(self._kept)
+        return base
+
+    def _tree(self, parameters: dict[str, Any], finest: Base, turn: Turn) -> MergeTree:
+        key = _key(parameters)
+        if key not in self._trees:
+            turn.on_stage("merging")
+            with _core.Workspace():
+                costs, labels, n_regions = read_partial_regions(self.surface, finest.labels)
+                self._trees[key] = merge_neighbors(costs, labels, n_regions, None, "keep")
+            _trim(self._trees)
+        self._trees.move_to_end(key)
+        return self._trees[key]
+
+
+def levels_of(n_segments: int) -> list[int]:
+    """Numbers of regions that are offered as levels, the finest first."""
+    levels = [n_segments]
+    while levels[-1] // LEVEL_STEP >= FEWEST_OFFERED:
+        levels.append(levels[-1] // LEVEL_STEP)
+    return levels
+
+
+def _key(parameters: dict[str, Any]) -> tuple[Any, ...]:
+    return tuple(value for name, value in sorted(parameters.items()) if name != "level")
+
+
+def _trim(kept: OrderedDict[Any, Any]) -> None:
+    while len(kept) > MAX_KEPT:
+        kept.popitem(last=False)
+
+
+def _base_of(labels: Ints, notes: tuple[str, ...]) -> Base:
+    digest = hashlib.blake2b(labels.tobytes(), digest_size=8).hexdigest()
+    return Base(labels, int(labels.max()) + 1, digest, notes)

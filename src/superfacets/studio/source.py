@@ -1,0 +1,115 @@
+"""The file that is labeled: what is in it, and whether it is still the same."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import MeshError
+from ..io.guards import read_content
+from ..io.readers.read import cell_ending, parse_cells
+from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
+from .journal import Journal, JournalError
+
+__all__ = ["ChangedError", "Source"]
+
+
+class ChangedError(RuntimeError):
+    """The input is not the file any more that the work is about."""
+
+
+@dataclass
+class Source:
+    """An input that was read.
+
+    Attributes
+    ----------
+    path : Path
+    cells : Mesh, PolygonMesh, TetMesh or PointCloud
+    size : int
+        Bytes of the file.
+    digest : str
+        SHA-256 of these.
+    """
+
+    path: Path
+    cells: AnyCells
+    size: int
+    digest: str
+    _seen: tuple[int, int] | None
+
+    @classmethod
+    def read(cls, path: Path) -> Source:
+        """Read a file; a MeshError or an OSError if that cannot be done."""
+        seen = _stamp(path)
+        content = read_content(path)
+        try:
+            cells = parse_cells(content, cell_ending(path), path.parent)
+        except MeshError as error:
+            raise MeshError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
+        return cls(path, cells, len(content), hashlib.sha256(content).hexdigest(), seen)
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return n_cells_of(self.cells)
+
+    @property
+    def kind(self) -> str:
+        """What the front end calls this kind of cells."""
+        if isinstance(self.cells, PointCloud):
+            return "points"
+        if isinstance(self.cells, TetMesh):
+            return "tets"
+        return "polygons" if isinstance(self.cells, PolygonMesh) else "triangles"
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What the first line of a work file says of it."""
+        return {
+            "file": {"name": self.path.name, "size": self.size, "sha256": self.digest},
+            "kind": self.kind,
+            "n_cells": self.n_cells,
+        }
+
+    def check(self) -> None:
+        """Raise a ChangedError if the file is not what it was when it was read."""
+        stamp = _stamp(self.path)
+        if stamp == self._seen:
+            return
+        if stamp is None or hashlib.sha256(read_content(self.path)).hexdigest() != self.digest:
+            raise ChangedError(
+                f"{self.path.name} has changed since the studio read it: all work is saved; put the"
+                " old file back, or start the studio anew with another --work"
+            )
+        self._seen = stamp
+
+    def check_work(self, journal: Journal) -> None:
+        """Raise a JournalError if the work is about another file."""
+        file, n_cells = journal.header.get("file"), journal.header.get("n_cells")
+        if not isinstance(file, dict) or n_cells is None:
+            raise JournalError(f"{journal.path}: the first line of the work file is damaged")
+        if (file.get("sha256"), n_cells) == (self.digest, self.n_cells):
+            return
+        name = file.get("name")
+        if name == self.path.name:
+            reason = f"{self.path} has changed since the work was begun"
+        else:
+            reason = f"{name}, not {self.path.name}, is what the work is about"
+        raise JournalError(
+            f"{journal.path}: {reason}: put the old file back, or name another --work"
+        )
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """What changes when a file is written; None if it is not there."""
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size

@@ -1,0 +1,79 @@
+"""Small pictures of meshes for the list of files.
+
+A picture is drawn by a process of its own: whatever a driver does to it, the server goes on.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import threading
+from pathlib import Path
+
+from ..errors import RenderError
+
+__all__ = ["Thumbnails"]
+
+SIZE = (320, 240)
+
+SECONDS = 120.0
+"""After which a picture is given up."""
+
+
+class Thumbnails:
+    """Pictures by file, each drawn once as long as the file does not change, one at a time."""
+
+    def __init__(self) -> None:
+        self._kept: dict[Path, tuple[tuple[int, int], bytes]] = {}
+        self._lock = threading.Lock()
+
+    def png(self, path: Path) -> bytes:
+        """Return the picture of a file as PNG.
+
+        Raises
+        ------
+        RenderError
+            If none can be drawn; the message says why.
+        OSError
+            If there is no such file.
+        """
+        status = path.stat()
+        stamp = (status.st_mtime_ns, status.st_size)
+        with self._lock:
+            kept = self._kept.get(path)
+            if kept is None or kept[0] != stamp:
+                kept = self._kept[path] = (stamp, _drawn(path))
+        return kept[1]
+
+
+def _drawn(path: Path) -> bytes:
+    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+        target = Path(folder, "picture.png")
+        command = [sys.executable, "-m", __name__, str(path), str(target)]
+        try:
+            done = subprocess.run(
+                command, capture_output=True, text=True, timeout=SECONDS, check=False
+            )
+        except subprocess.TimeoutExpired:
+            raise RenderError(f"no picture after {SECONDS:g} seconds") from None
+        if done.returncode or not target.exists():
+            lines = done.stderr.strip().splitlines()
+            raise RenderError(lines[-1] if lines else f"drawing ended with {done.returncode}")
+        return target.read_bytes()
+
+
+def main() -> None:
+    """Draw the file that the first argument names to that which the second names."""
+    from ..io.readers.read import read_cells
+    from ..view.rendering import render
+
+    source, target = map(Path, sys.argv[1:3])
+    try:
+        render(read_cells(source), output=target, size=SIZE)
+    except Exception as error:
+        sys.exit(f"{type(error).__name__}: {error}")
+
+
+if __name__ == "__main__":
+    main()

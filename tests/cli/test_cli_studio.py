@@ -1,0 +1,123 @@
+"""The command studio."""
+
+import socket
+import sys
+
+import pytest
+
+pytest.importorskip("uvicorn")
+
+
+@pytest.fixture
+def served(monkeypatch):
+    """Do not serve, but give away what would be."""
+    calls = []
+
+    def serve(files, opened, address, on_start):
+        calls.append((files, opened.getsockname()))
+        on_start("http://127.0.0.1:1/?token=t")
+
+    monkeypatch.setattr("superfacets.studio.server.serve", serve)
+    monkeypatch.setattr("webbrowser.open", calls.append)
+    yield calls
+    for files, _ in calls[:1]:
+        files.close()
+
+
+def test_the_address_is_printed_and_opened(run, sheet, served):
+    status, out, err = run("studio", sheet)
+    assert (status, err) == (0, "")
+    assert out == "superfacets studio: http://127.0.0.1:1/?token=t (Ctrl-C ends it)\n"
+    assert served[0][1][0] == "127.0.0.1"
+    assert served[1] == "http://127.0.0.1:1/?token=t"
+
+
+def test_options_are_handed_on(run, sheet, served, tmp_path):
+    (tmp_path / "names.txt").write_text("roof\nwall\n")
+    work = tmp_path / "elsewhere.jsonl"
+    status, _, _ = run("studio", sheet, "--no-browser", "-n", 9, "--work", work,
+                       "--classes", tmp_path / "names.txt")  # fmt: skip
+    document = served[0][0].document(0)
+    assert (status, len(served), document.journal.path) == (0, 1, work)
+    assert document.revision.n_regions == 9
+    assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
+
+
+def test_a_port_in_use_is_an_error(run, sheet, served):
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        status, out, err = run("studio", sheet, "--port", port)
+    assert (status, out, served) == (1, "", [])
+    assert f"port {port} is in use: leave --port out, or name another" in err
+
+
+def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):
+    from superfacets.studio.server import open_socket
+
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(socket.socket, "bind", refuse, raising=False)
+    with pytest.raises(OSError, match="port 80: Permission denied"):
+        open_socket(80)
+
+
+def test_a_second_studio_on_the_same_work_is_an_error(run, sheet, served):
+    pytest.importorskip("fcntl")
+    assert run("studio", sheet, "--no-browser")[0] == 0
+    status, _, err = run("studio", sheet, "--no-browser")
+    assert status != 0
+    assert "another studio has this work file open" in err
+
+
+def test_a_torn_work_file_is_noted(run, sheet, served):
+    run("studio", sheet, "--no-browser")
+    served[0][0].close()
+    work = sheet.with_name("sheet.ply.studio.jsonl")
+    work.write_bytes(work.read_bytes() + b'{"seq":1')
+    status, _, err = run("studio", sheet, "--no-browser")
+    assert status == 0
+    assert "note:" in err
+    assert "was cut off" in err
+    served[1][0].close()
+
+
+def test_the_extra_is_asked_for(run, sheet, monkeypatch):
+    monkeypatch.setitem(sys.modules, "superfacets.studio.app", None)
+    monkeypatch.setattr("superfacets.studio.server.find_spec", lambda _: None)
+    status, _, err = run("studio", sheet)
+    assert status == 1
+    assert "pip install 'superfacets[studio]'" in err
+
+
+def test_a_mesh_that_cannot_be_read_is_an_error(run, tmp_path, served):
+    (tmp_path / "a.ply").write_text("no")
+    status, _, err = run("studio", tmp_path / "a.ply")
+    assert (status, served) == (1, [])
+    assert "a.ply" in err
+    assert not (tmp_path / "a.ply.studio.jsonl").exists()
+
+
+def test_the_address_of_a_server_that_was_killed_is_taken_again(run, sheet, served):
+    from superfacets.studio.address import Address, address_file, keep
+    from superfacets.studio.server import open_again
+
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        kept = Address(free.getsockname()[1], "a-token-of-the-tests")
+    for port in (None, kept.port):
+        opened, address = open_again(port, kept)
+        opened.close()
+        assert address == kept
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", kept.port))
+        other.listen()
+        opened, address = open_again(None, kept)
+        opened.close()
+        assert address.port != kept.port
+        assert address.token != kept.token
+    with keep(address_file(sheet.with_name("sheet.ply.studio.jsonl")), kept):
+        run("studio", sheet, "--no-browser")
+    assert served[0][1][1] == kept.port

@@ -1,0 +1,179 @@
+"""A studio that runs, and its page as tests drive it."""
+
+import json
+import queue
+import subprocess
+import sys
+import threading
+import urllib.request
+
+import numpy as np
+
+from superfacets.studio.folder import Files
+from superfacets.studio.server import open_again, serve
+
+START_SECONDS = 60
+
+
+class Server:
+    """A studio in a thread of this process."""
+
+    def __init__(self, path, n_segments):
+        files = Files.of(path, None, n_segments, ())
+        opened, address = open_again(None, None)
+        started = queue.Queue()
+
+        def run():
+            with opened:
+                serve(files, opened, address, started.put)
+
+        self.thread = threading.Thread(target=run)
+        self.thread.start()
+        self.address = started.get(timeout=START_SECONDS)
+
+    def request(self, path, **options):
+        """Bytes that the server answers with."""
+        origin, token = self.address.split("/?token=")
+        headers = {"X-Token": token, "Content-Type": "application/json"}
+        request = urllib.request.Request(f"{origin}/api/{path}", headers=headers, **options)
+        with urllib.request.urlopen(request, timeout=10) as answer:
+            return answer.read()
+
+    def classes(self):
+        return np.frombuffer(self.request("files/0/classes"), "<u2")
+
+    def state(self):
+        return json.loads(self.request("files/0/state"))
+
+    def stop(self):
+        self.request("quit", data=b"{}")
+        self.thread.join(timeout=10)
+
+
+class Command(Server):
+    """The command in a process of its own. A second start answers at the same address."""
+
+    def __init__(self, path, n_segments):
+        self.arguments = ["studio", str(path), "--no-browser", "-n", str(n_segments)]
+        self.start()
+
+    def start(self):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "superfacets", *self.arguments],
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        lines = queue.Queue()
+        threading.Thread(target=lambda: lines.put(self.process.stdout.readline())).start()
+        words = lines.get(timeout=START_SECONDS).split()
+        self.address = next(word for word in words if word.startswith("http://"))
+
+    def kill(self):
+        """No chance to save anything."""
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+
+    def stop(self):
+        if self.process.poll() is None:
+            self.kill()
+
+
+class Tab:
+    """A page of the browser, as the tests need it."""
+
+    def __init__(self, page):
+        self.page = page
+        self.locator = page.locator
+        self.evaluate = page.evaluate
+
+    def until(self, condition):
+        """Wait for an expression of JavaScript to be true."""
+        self.page.wait_for_function(f"() => {condition}", timeout=20_000)
+
+    def ready(self):
+        self.until("window.studio && studio.ready")
+        return self
+
+    def press(self, *keys):
+        for key in keys:
+            self.page.keyboard.press(key)
+
+    def saved(self):
+        """Wait until the server has every stroke."""
+        self.until("studio.nWaiting === 0")
+
+    @property
+    def status(self):
+        return self.locator("#status").text_content()
+
+    def wait_for_status(self, words):
+        self.page.wait_for_function(
+            "words => document.querySelector('#status').textContent.includes(words)", arg=words
+        )
+
+    def labels(self):
+        return np.array(self.evaluate("studio.labels()"))
+
+    def classes(self):
+        return np.array(self.evaluate("studio.labels().map((_, cell) => studio.classOf(cell))"))
+
+    def spots(self, n):
+        """Regions that are well seen, with a place well inside each: (region, x, y)."""
+        found = self.evaluate(
+            """n => {
+                const { clientWidth, clientHeight } = document.querySelector("#canvas");
+                const seen = new Map();
+                for (let y = 4; y < clientHeight; y += 8) {
+                    for (let x = 4; x < clientWidth; x += 8) {
+                        const region = studio.regionAt(x, y);
+                        if (region < 0) continue;
+                        if (!seen.has(region)) seen.set(region, []);
+                        seen.get(region).push([x, y]);
+                    }
+                }
+                const largest = [...seen].sort((a, b) => b[1].length - a[1].length).slice(0, n);
+                return largest.map(([region, places]) => {
+                    const [sx, sy] = places.reduce(([u, v], [x, y]) => [u + x, v + y], [0, 0]);
+                    const off = ([x, y]) =>
+                        Math.hypot(x - sx / places.length, y - sy / places.length);
+                    const [x, y] = places.reduce((a, b) => (off(a) <= off(b) ? a : b));
+                    return [region, x, y];
+                });
+            }""",
+            n,
+        )
+        assert len(found) == n
+        return [tuple(spot) for spot in found]
+
+    def _on_page(self, x, y):
+        box = self.locator("#canvas").bounding_box()
+        return box["x"] + x, box["y"] + y
+
+    def click(self, x, y):
+        self.page.mouse.click(*self._on_page(x, y))
+
+    def drag(self, *places):
+        """Press at the first place, move over the others, let go."""
+        self.page.mouse.move(*self._on_page(*places[0]))
+        self.page.mouse.down()
+        for place in places[1:]:
+            self.page.mouse.move(*self._on_page(*place), steps=3)
+            self.evaluate("new Promise(requestAnimationFrame)")
+        self.page.mouse.up()
+
+    def away(self):
+        """The pointer to where nothing is, so that nothing is highlighted."""
+        self.page.mouse.move(*self._on_page(2, 2))
+        self.evaluate("new Promise(done => setTimeout(done, 50))")
+
+    def hue_at(self, x, y):
+        """The color at a place, whatever the light: its share of red, green and blue."""
+        color = np.array(self.evaluate("([x, y]) => studio.pixelAt(x, y)", [x, y]), float)
+        return color / color.sum()
+
+
+def hue(color):
+    """The same of a color such as #ff0000."""
+    parts = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)], float)
+    return parts / parts.sum()

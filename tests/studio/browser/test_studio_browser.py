@@ -1,0 +1,342 @@
+"""The studio in a real browser: what one does is seen, saved, and survives what happens."""
+
+import numpy as np
+from studio_page import hue
+
+import superfacets as sf
+from superfacets import PolygonMesh, sample_mesh, write_mesh
+
+
+def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
+    server, tab = studio
+    before = tab.labels()
+    assert before.max() + 1 == tab.evaluate("studio.nRegions") == 40
+    slider = tab.locator("#n_segments")
+    slider.focus()
+    tab.press(*["ArrowRight"] * 5)
+    wanted = int(tab.locator("output[for=n_segments]").text_content())
+    assert wanted > 40
+    tab.until(f"studio.nRegions === {wanted}")
+    tab.until("document.querySelector('#cancel').hidden")
+    assert server.state()["parameters"]["n_segments"] == wanted
+    assert not np.array_equal(tab.labels(), before)
+
+    tab.locator("#coarser").click()
+    tab.until(f"studio.nRegions < {wanted}")
+    tab.until("document.querySelector('#cancel').hidden")
+    for _ in range(6):
+        tab.locator("#undo").click()
+        tab.until("document.querySelector('#status').textContent.startsWith('Undone')")
+        tab.evaluate("document.querySelector('#status').textContent = ''")
+        if tab.evaluate("studio.nRegions") == 40:
+            break
+    np.testing.assert_array_equal(tab.labels(), before)
+
+
+def test_painted_regions_have_the_color_of_their_class_through_undo_and_reload(studio):
+    server, tab = studio
+    colors = [entry["color"] for entry in server.state()["classes"]]
+    spots = tab.spots(3)
+    for number, (_, x, y) in enumerate(spots, start=1):
+        assert np.abs(tab.hue_at(x, y) - hue(colors[number - 1])).max() > 0.05
+        tab.press(str(number))
+        tab.click(x, y)
+    tab.away()
+    for number, (region, x, y) in enumerate(spots, start=1):
+        np.testing.assert_allclose(tab.hue_at(x, y), hue(colors[number - 1]), atol=0.03)
+        assert set(tab.classes()[tab.labels() == region]) == {number}
+    assert tab.locator("#progress-text").text_content() != "0.0 %"
+    tab.saved()
+    np.testing.assert_array_equal(server.classes(), tab.classes())
+
+    tab.press("Control+z")
+    tab.wait_for_status("Undone")
+    last = spots[-1]
+    assert not tab.classes()[tab.labels() == last[0]].any()
+    assert np.abs(tab.hue_at(*last[1:]) - hue(colors[2])).max() > 0.05
+    tab.press("Control+Shift+Z")
+    tab.wait_for_status("again")
+    np.testing.assert_allclose(tab.hue_at(*last[1:]), hue(colors[2]), atol=0.03)
+
+    painted = tab.classes()
+    tab.page.reload()
+    tab.ready()
+    np.testing.assert_array_equal(tab.classes(), painted)
+    np.testing.assert_allclose(tab.hue_at(*spots[0][1:]), hue(colors[0]), atol=0.03)
+
+
+def test_drag_shift_and_ctrl_paint_erase_and_pick(studio):
+    server, tab = studio
+    (first, *a), (second, *b), (third, *c) = tab.spots(3)
+    tab.press("2")
+    tab.drag(a, b)
+    classes, labels = tab.classes(), tab.labels()
+    assert set(classes[labels == first]) == set(classes[labels == second]) == {2}
+    assert set(classes) == {0, 2}
+    tab.page.keyboard.down("Shift")
+    tab.click(*a)
+    tab.page.keyboard.up("Shift")
+    assert not tab.classes()[labels == first].any()
+    tab.press("1")
+    tab.page.keyboard.down("Control")
+    tab.click(*b)
+    tab.page.keyboard.up("Control")
+    tab.click(*c)
+    assert set(tab.classes()[labels == third]) == {2}
+    tab.press("Control+z", "Control+z", "Control+z")
+    tab.until("document.querySelector('#undo').disabled")
+    assert not server.classes().any()
+
+
+def test_a_region_is_split_between_red_and_blue(studio):
+    _, tab = studio
+    region, x, y = tab.spots(1)[0]
+    before = tab.labels()
+    tab.press("x")
+    assert "Split" in tab.locator("#mode").text_content()
+    tab.drag((x - 14, y - 4), (x - 14, y + 4))
+    red = tab.evaluate("([x, y]) => studio.cellAt(x, y)", [x - 14, y])
+    tab.page.keyboard.down("Shift")
+    tab.drag((x + 14, y - 4), (x + 14, y + 4))
+    tab.page.keyboard.up("Shift")
+    blue = tab.evaluate("([x, y]) => studio.cellAt(x, y)", [x + 14, y])
+    tab.away()
+    np.testing.assert_allclose(tab.hue_at(x - 14, y), hue("#d91220"), atol=0.06)
+    tab.press("Enter")
+    tab.until("studio.nRegions === 41")
+    after = tab.labels()
+    assert after[red] != after[blue]
+    np.testing.assert_array_equal(before != region, (after != after[red]) & (after != after[blue]))
+    tab.press("Escape", "Control+z")
+    tab.until("studio.nRegions === 40")
+    np.testing.assert_array_equal(tab.labels(), before)
+
+
+def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(command):
+    server, tab = command
+    (first, *a), (second, *b), (third, *c) = tab.spots(3)
+    tab.press("3")
+    tab.click(*a)
+    tab.saved()
+    server.kill()
+    tab.press("2")
+    tab.click(*b)
+    tab.page.wait_for_selector("#banner:not([hidden])")
+    assert "1 stroke waits" in tab.locator("#banner").text_content()
+    tab.click(*c)
+    tab.locator("#undo").click()
+    tab.page.wait_for_selector("#error:not([hidden])")
+    assert tab.evaluate("studio.nWaiting") == 2
+    server.start()
+    tab.page.wait_for_selector("#banner", state="hidden")
+    labels, classes = tab.labels(), server.classes()
+    assert set(classes[labels == first]) == {3}
+    assert set(classes[labels == second]) == set(classes[labels == third]) == {2}
+    assert (classes > 0).sum() == np.isin(labels, [first, second, third]).sum()
+    np.testing.assert_array_equal(tab.classes(), classes)
+
+
+def test_strokes_that_wait_survive_the_page_too(command):
+    server, tab = command
+    region, x, y = tab.spots(1)[0]
+    server.kill()
+    tab.click(x, y)
+    tab.page.wait_for_selector("#banner:not([hidden])")
+    tab.page.on("dialog", lambda dialog: dialog.accept())
+    tab.page.goto("about:blank")
+    server.start()
+    tab.page.goto(server.address)
+    tab.ready()
+    tab.saved()
+    assert set(server.classes()[tab.labels() == region]) == {1}
+
+
+def test_all_is_done_without_a_mouse(studio):
+    server, tab = studio
+    for _ in range(60):
+        if tab.evaluate("document.activeElement.id") == "canvas":
+            break
+        tab.press("Tab")
+    assert tab.evaluate("document.activeElement.id") == "canvas"
+    tab.press("n", "n", "2", "Enter")
+    region = tab.evaluate("studio.cursor()")
+    assert set(tab.classes()[tab.labels() == region]) == {2}
+    tab.press("s")
+    largest = tab.evaluate("studio.cursor()")
+    areas = np.bincount(tab.labels(), sf.build_face_graph(sample_mesh(5_000)).measures)
+    areas[region] = 0
+    assert largest == areas.argmax()
+    tab.press("+", "1", "Enter")
+    assert len(set(tab.labels()[tab.classes() == 1])) > 2
+    tab.press("s", "Delete", "x", "Enter")
+    tab.until("studio.nRegions === 41")
+    tab.press("?")
+    assert tab.locator("#help").is_visible()
+    tab.press("Escape")
+    assert not tab.locator("#help").is_visible()
+    tab.saved()
+    np.testing.assert_array_equal(server.classes(), tab.classes())
+
+
+def test_lasso_and_brush_paint_what_is_seen(studio):
+    _, tab = studio
+    region, x, y = tab.spots(1)[0]
+    box = tab.locator("#canvas").bounding_box()
+    tab.press("l", "1")
+    corners = [(2, 2), (box["width"] - 2, 2), (box["width"] - 2, box["height"] - 2), (2, box["height"] - 2)]
+    tab.drag(*corners)
+    tab.wait_for_status("regions: ")
+    painted = set(tab.labels()[tab.classes() == 1])
+    assert region in painted
+    assert len(painted) < tab.evaluate("studio.nRegions")
+    tab.press("Escape", "b", "4")
+    tab.drag((x, y), (x + 10, y))
+    cells = tab.classes() == 4
+    assert cells[tab.evaluate("([x, y]) => studio.cellAt(x, y)", [x, y])]
+    assert 3 < cells.sum() < (tab.labels() == region).sum() + 400
+    tab.press("l", "l", "3")
+    tab.drag((x - 8, y - 8), (x + 8, y - 8), (x + 8, y + 8), (x - 8, y + 8))
+    tab.wait_for_status("cells: ")
+    assert 0 < (tab.classes() == 3).sum() < cells.sum() + 100
+
+
+def test_hidden_regions_are_not_seen_and_come_back(studio):
+    _, tab = studio
+    region, x, y = tab.spots(1)[0]
+    tab.page.mouse.move(*tab._on_page(x, y))
+    tab.until(f"document.querySelector('#tip').textContent.includes('Region {region}')")
+    tab.press("h")
+    assert tab.evaluate("([x, y]) => studio.regionAt(x, y)", [x, y]) != region
+    tab.press("u")
+    assert tab.evaluate("([x, y]) => studio.regionAt(x, y)", [x, y]) == region
+
+
+def test_an_export_is_what_was_painted_and_is_read_back(studio):
+    _, tab = studio
+    spots = tab.spots(2)
+    for number, (_, x, y) in enumerate(spots, start=1):
+        tab.press(str(number))
+        tab.click(x, y)
+    tab.saved()
+    tab.locator("#export-what").select_option("cells")
+    tab.locator("#export-format").select_option("npy")
+    tab.locator("#export").click()
+    tab.wait_for_status("Written: ")
+    written = np.load(tab.status.removeprefix("Written: "))
+    np.testing.assert_array_equal(written, tab.classes())
+    with tab.page.expect_download() as download:
+        tab.locator("#download").click()
+    np.testing.assert_array_equal(np.load(download.value.path()), written)
+    tab.press("Control+z", "Control+z")
+    tab.until("document.querySelector('#undo').disabled")
+    assert not tab.classes().any()
+    tab.locator("#import").set_input_files(
+        {"name": "back.npy", "mimeType": "", "buffer": download.value.path().read_bytes()}
+    )
+    tab.wait_for_status("Read")
+    np.testing.assert_array_equal(tab.classes(), written)
+
+
+def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab, tmp_path):
+    folder = tmp_path / "models"
+    folder.mkdir()
+    for name in ("a.ply", "b.ply"):
+        write_mesh(folder / name, sample_mesh(5_000))
+    server = serve(folder, 30)
+    tab = open_tab(server.address)
+    assert tab.locator("#files button").count() == 2
+    tab.locator("input[aria-label^='Name of']").first.fill("head")
+    tab.press("Enter")
+    tab.until("document.querySelector('#brush-class').textContent.includes('head')")
+    _, x, y = tab.spots(1)[0]
+    tab.click(x, y)
+    done = tab.locator("#files progress").first
+    assert float(done.evaluate("bar => bar.value")) > 0
+    tab.press("PageDown")
+    tab.until("document.querySelector('#file-name').textContent === 'b.ply' && studio.ready")
+    assert not tab.classes().any()
+    assert tab.locator("input[aria-label^='Name of']").first.input_value() == "head"
+    tab.locator("#previous-file").click()
+    tab.until("document.querySelector('#file-name').textContent === 'a.ply' && studio.ready")
+    assert tab.classes().any()
+
+
+def test_points_and_polygons_are_painted_too(serve, open_tab, tmp_path):
+    bear = sample_mesh(5_000)
+    quads = PolygonMesh.of_faces(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
+        [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+    )
+    write_mesh(tmp_path / "cube.obj", quads)
+    np.savetxt(tmp_path / "cloud.xyz", bear.vertices)
+    for name, count in (("cube.obj", 6), ("cloud.xyz", len(bear.vertices))):
+        server = serve(tmp_path / name, 6)
+        tab = open_tab(server.address)
+        assert len(tab.labels()) == count
+        colors = [entry["color"] for entry in server.state()["classes"]]
+        region, x, y = tab.spots(1)[0]
+        tab.press("3")
+        tab.click(x, y)
+        tab.away()
+        assert set(tab.classes()[tab.labels() == region]) == {3}
+        np.testing.assert_allclose(tab.hue_at(x, y), hue(colors[2]), atol=0.04)
+
+
+def test_errors_are_one_line_and_the_page_goes_on(studio):
+    server, tab = studio
+    tab.locator("#import").set_input_files(
+        {"name": "x.segs.json", "mimeType": "text/json", "buffer": b'{"a": 1}'}
+    )
+    tab.page.wait_for_selector("#error:not([hidden])")
+    line = tab.locator("#error span").text_content()
+    assert line
+    assert "\n" not in line
+    tab.locator("#error button").click()
+    tab.press("n", "1", "Enter")
+    tab.saved()
+    assert server.classes().any()
+
+
+# Each text that is seen, with its color and that of what is behind it.
+TEXTS = """() => [...document.querySelectorAll("body *")].flatMap(e => {
+    if (!e.checkVisibility() || e.closest("svg")) return [];
+    if (![...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())) return [];
+    const ground = at => getComputedStyle(at).backgroundColor;
+    let at = e;
+    while (ground(at) === "rgba(0, 0, 0, 0)") at = at.parentElement;
+    return [[e.textContent, getComputedStyle(e).color, ground(at)]];
+})"""
+
+
+def _luminance(color):
+    parts = np.array([float(part) for part in color.removeprefix("rgb(").rstrip(")").split(",")])
+    shares = parts / 255
+    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    return linear @ [0.2126, 0.7152, 0.0722]
+
+
+def test_controls_have_names_and_texts_contrast(studio):
+    _, tab = studio
+    nameless = tab.evaluate(
+        """() => [...document.querySelectorAll("button, input, select, a, canvas")].filter(e =>
+            !(e.ariaLabel || e.textContent.trim() || (e.labels && e.labels.length))
+        ).map(e => e.outerHTML)"""
+    )
+    assert nameless == []
+    for scheme in ("light", "dark"):
+        tab.page.emulate_media(color_scheme=scheme)
+        texts = tab.evaluate(TEXTS)
+        assert len(texts) > 20
+        for text, *colors in texts:
+            low, high = sorted(map(_luminance, colors))
+            assert (high + 0.05) / (low + 0.05) >= 4.5, (scheme, text)
+
+
+def test_a_wrong_token_shows_no_mesh(serve, bear, browser):
+    server = serve(bear, 40)
+    page = browser.new_page()
+    try:
+        answer = page.goto(server.address.replace("token=", "token=x"))
+        assert answer.status == 403
+    finally:
+        page.close()

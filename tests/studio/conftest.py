@@ -1,0 +1,47 @@
+"""Fixtures of the tests of the studio."""
+
+import pytest
+import shapes
+
+from superfacets import write_mesh
+
+
+@pytest.fixture
+def sheet(tmp_path):
+    """A file with a mesh of 1,152 faces."""
+    path = tmp_path / "sheet.ply"
+    write_mesh(path, shapes.bumpy_sheet(24))
+    return path
+
+
+@pytest.fixture
+def document(sheet):
+    """The work on that mesh, with 20 regions."""
+    from superfacets.studio.document import Document
+
+    opened = Document.open(sheet, n_segments=20)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def serve():
+    """Make a client of a studio for a path; keywords are those of `Files.of`."""
+    pytest.importorskip("httpx")
+    from studio_client import client_of
+
+    opened = []
+
+    def _serve(path, **options):
+        opened.append(client_of(path, **options))
+        return opened[-1]
+
+    yield _serve
+    for client in opened:
+        client.close()
+
+
+@pytest.fixture
+def client(serve, sheet):
+    """A client of a studio for the sheet, with 20 regions."""
+    return serve(sheet, n_segments=20)

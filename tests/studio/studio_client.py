@@ -1,0 +1,106 @@
+"""A client of the server in this process, as the front end is one."""
+
+import asyncio
+import base64
+import json
+
+import httpx
+import numpy as np
+
+from superfacets.studio.app import Studio, studio_app
+from superfacets.studio.folder import Files
+
+TOKEN, PORT = "a-token-of-the-tests", 8765
+
+
+def encoded(cells):
+    return base64.b64encode(np.asarray(cells, "<u4").tobytes()).decode()
+
+
+def decoded(text, dtype="<u4"):
+    return np.frombuffer(base64.b64decode(text), dtype)
+
+
+def unpacked(content):
+    """Header and arrays of a binary answer."""
+    assert content[:8] == b"SFSTUDIO"
+    begin = 12 + int.from_bytes(content[8:12], "little")
+    header = json.loads(content[12:begin])
+    arrays = {}
+    for entry in header["arrays"]:
+        count = int(np.prod(entry["shape"]))
+        assert entry["offset"] % 4 == 0
+        flat = np.frombuffer(content, entry["dtype"], count, begin + entry["offset"])
+        arrays[entry["name"]] = flat.reshape(entry["shape"])
+    return header, arrays
+
+
+class Http:
+    """Requests that are answered without a socket, one after the other."""
+
+    def __init__(self, app, **options):
+        self._transport, self._options = httpx.ASGITransport(app), options
+
+    def request(self, method, path, **options):
+        async def answer():
+            async with httpx.AsyncClient(transport=self._transport, **self._options) as client:
+                return await client.request(method, path, **options)
+
+        return asyncio.run(answer())
+
+    def get(self, path, **options):
+        return self.request("GET", path, **options)
+
+    def post(self, path, **options):
+        return self.request("POST", path, **options)
+
+
+class Client:
+    """Requests about the files of a studio."""
+
+    def __init__(self, files, http):
+        self.files, self.http = files, http
+        self.quits = 0
+
+    def get(self, name, file=0, **query):
+        return self.http.get(f"/api/files/{file}/{name}", params=query)
+
+    def post(self, name, file=0, **body):
+        return self.http.post(f"/api/files/{file}/{name}", json=body)
+
+    def done(self, name, file=0, **body):
+        """What an operation answers that goes well."""
+        answer = self.post(name, file, **body)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    def state(self, file=0):
+        answer = self.get("state", file)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    def classes(self, file=0):
+        return np.frombuffer(self.get("classes", file).content, "<u2")
+
+    def labels(self, file=0):
+        revision = self.state(file)["revision"]
+        return np.frombuffer(self.get("labels", file, revision=revision).content, "<i4")
+
+    def segment(self, **body):
+        """All lines of a run."""
+        return [json.loads(line) for line in self.post("segment", **body).text.splitlines()]
+
+    def close(self):
+        self.files.close()
+
+
+def client_of(path, *, work=None, n_segments=None, classes=()):
+    files = Files.of(path, work, n_segments, classes)
+    client = Client(files, None)
+
+    def quit_server():
+        client.quits += 1
+
+    app = studio_app(Studio(files, quit_server), TOKEN, PORT)
+    client.http = Http(app, base_url=f"http://127.0.0.1:{PORT}", headers={"X-Token": TOKEN})
+    return client

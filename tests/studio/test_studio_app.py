@@ -1,0 +1,361 @@
+"""The routes of the studio."""
+
+import asyncio
+import json
+import time
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+from studio_client import PORT, TOKEN, decoded, encoded, unpacked
+
+import superfacets
+from superfacets import PointCloud, PolygonMesh, write_mesh
+from superfacets.studio.revisions import MAX_KEPT
+
+
+def test_the_page_says_that_the_front_end_is_missing(client, monkeypatch, tmp_path):
+    from superfacets.studio import app
+
+    monkeypatch.setattr(app, "files", lambda _: tmp_path)
+    answer = client.http.get("/")
+    assert answer.status_code == 200
+    assert "static/index.html" in answer.text
+    (tmp_path / "static").mkdir()
+    (tmp_path / "static" / "index.html").write_text("the bundle")
+    assert client.http.get("/").text == "the bundle"
+
+
+def test_the_mesh_is_as_in_the_file(client, sheet):
+    header, arrays = unpacked(client.get("mesh").content)
+    mesh = superfacets.read_mesh(sheet)
+    assert (header["kind"], header["n_cells"], header["n_triangles"]) == ("triangles", 1152, 1152)
+    corners = arrays["positions"][arrays["triangles"]] + header["center"]
+    assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
+    assert arrays["areas"].sum() == pytest.approx(client.files.document(0).areas.sum())
+    assert header["scale"] == pytest.approx(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
+
+
+def _cloud():
+    return PointCloud(np.random.default_rng(0).random((300, 3)))
+
+
+def _polygons():
+    low = (7 * np.arange(6)[:, np.newaxis] + np.arange(6)).ravel()
+    quads = np.stack([low, low + 7, low + 8, low + 1], axis=1)
+    places = np.stack(np.divmod(np.arange(49), 7), axis=1).astype(float)
+    return PolygonMesh.of_faces(np.pad(places, ((0, 0), (0, 1))), quads)
+
+
+def _tets():
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    tets = [[0, 1, 3, 7], [0, 1, 7, 5], [0, 5, 7, 4], [0, 3, 2, 7], [0, 2, 6, 7], [0, 6, 4, 7]]
+    return superfacets.TetMesh(corners, tets)
+
+
+@pytest.mark.parametrize(
+    ("make", "name", "kind", "drawn"),
+    [
+        (_cloud, "cloud.ply", "points", {"positions", "normals", "areas"}),
+        (_polygons, "quads.ply", "polygons", {"positions", "triangles", "triangle_cells", "areas"}),
+        (_tets, "cube.vtu", "tets", {"positions", "triangles", "triangle_cells", "areas"}),
+    ],
+)
+def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, name, kind, drawn):
+    if kind == "tets":
+        pytest.importorskip("meshio")
+    cells = make()
+    write_mesh(tmp_path / name, cells)
+    client = serve(tmp_path / name, n_segments=2)
+    header, arrays = unpacked(client.get("mesh").content)
+    assert (header["kind"], set(arrays)) == (kind, drawn)
+    if "triangle_cells" in arrays:
+        assert set(arrays["triangle_cells"].tolist()) <= set(range(header["n_cells"]))
+    labels, revision = client.labels(), client.state()["revision"]
+    assert np.array_equal(labels, superfacets.segment(superfacets.read_mesh(tmp_path / name)
+                          if kind != "points" else superfacets.read_cloud(tmp_path / name),
+                          2).labels)  # fmt: skip
+    painted = client.done("paint", **{"class": 1}, regions=[1], revision=revision)
+    assert painted["changed"] == np.count_nonzero(labels == 1)
+    assert np.array_equal(client.classes() == 1, labels == 1)
+    first, last = np.flatnonzero(labels == 0)[[0, -1]].tolist()
+    split = client.done("split", region=0, revision=revision, red=[first], blue=[last])
+    assert last in decoded(split["cells"])
+    for what, formats in client.state()["exports"].items():
+        for format in formats:
+            if format not in ("las", "laz", "vtp", "vtu", "vtk"):
+                assert client.get("export", what=what, format=format).status_code == 200
+    _, regions = unpacked(client.get("regions", revision=split["revision"]).content)
+    assert len(regions["areas"]) == 3
+
+
+def test_regions_are_measured(client):
+    state = client.state()
+    header, arrays = unpacked(client.get("regions", revision=state["revision"]).content)
+    labels, areas = client.labels(), client.files.document(0).areas
+    assert np.allclose(arrays["areas"], np.bincount(labels, areas))
+    assert header["n_regions"] == 20 == len(arrays["centroids"])
+    assert (arrays["arcs"][:, 0] < arrays["arcs"][:, 1]).all()
+    assert arrays["features"].shape == (20, len(header["features"]))
+    assert np.isfinite(arrays["features"]).all()
+
+
+def test_regions_and_cells_are_painted_and_undone(client):
+    labels, revision = client.labels(), client.state()["revision"]
+    answer = client.done("paint", **{"class": 2}, regions=[3, 5, 3], revision=revision)
+    assert answer["changed"] == np.isin(labels, [3, 5]).sum()
+    assert (answer["seq"], answer["can_undo"], answer["can_redo"]) == (1, True, False)
+    assert np.array_equal(client.classes(), 2 * np.isin(labels, [3, 5]))
+    some = np.flatnonzero(labels == 3)[:4]
+    client.done("paint", **{"class": 0}, cells=encoded(some))
+    back = client.done("undo")
+    assert np.array_equal(decoded(back["cells"]), some)
+    assert decoded(back["classes"], "<u2").tolist() == [2] * 4
+    again = client.done("redo")
+    assert decoded(again["classes"], "<u2").tolist() == [0] * 4
+    client.done("undo")
+    client.done("undo")
+    answer = client.post("undo")
+    assert (answer.status_code, answer.json()["error"]) == (409, "there is nothing to undo")
+    assert not client.classes().any()
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "status", "message"),
+    [
+        ("paint", {"class": True, "cells": ""}, 400, "class must be the number of a class"),
+        ("paint", {"class": 1, "cells": "?"}, 400, "cells must be base64"),
+        ("paint", {"class": 1, "regions": 3, "revision": 0}, 410, "revision 0 is gone"),
+        ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
+        ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a text"),
+        ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
+        ("split", {"red": [0], "blue": [-1], "region": 0}, 400, "blue holds a cell that is none"),
+        ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
+        ("split", {"red": [0], "blue": [1], "region": 0, "revision": 1}, 410, "revision 1 is gone"),
+        ("similar", {"revision": "a"}, 410, "revision a is gone"),
+        ("classes", {"classes": 3}, 400, "classes must be a list"),
+        ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
+        ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),
+        ("segment", {"n_segments": 5000}, 400, "there are only 1152 cells"),
+        ("segment", {"level": 21}, 400, "level is 21 but there are only 20 regions"),
+        ("segment", {"beta": 1}, 400, "there is no parameter beta"),
+        ("segment", {"alpha": -1}, 400, "alpha must be finite and not negative"),
+        ("export", {"what": "all"}, 400, "what must be one of cells, vertices"),
+        ("export", {"what": "cells", "format": "exe"}, 400, "format must be one of npy"),
+        ("import", {"files": {}}, 400, "files must be a list of objects"),
+    ],
+)
+def test_wrong_requests_say_what_is_wrong(client, name, body, status, message):
+    before = client.state()
+    answer = client.post(name, **body)
+    assert answer.status_code == status
+    assert message in answer.json()["error"]
+    assert client.state() == before
+
+
+def test_regions_that_are_no_list_and_that_are_not_there(client):
+    revision = client.state()["revision"]
+    for regions, message in ((3, "regions must be a list"), ([99], "there is no region 99")):
+        answer = client.post("paint", **{"class": 1}, regions=regions, revision=revision)
+        assert (answer.status_code, message in answer.json()["error"]) == (400, True)
+
+
+def test_what_is_no_json_object(client):
+    for content, message in ((b"{", "is not JSON"), (b"[1]", "is no JSON object")):
+        answer = client.http.post("/api/files/0/paint", content=content)
+        assert (answer.status_code, message in answer.json()["error"]) == (400, True)
+        answer = client.http.post("/api/files/0/segment", content=content)
+        assert answer.status_code == 400
+
+
+def test_files_and_routes_that_are_not_there(client):
+    assert client.get("state", 1).json() == {"error": "there is no file 1: there are 1"}
+    assert client.get("dance").json() == {"error": "there is no GET /api/files/0/dance"}
+    assert client.get("paint").status_code == 405
+    assert client.get("labels", revision="x").status_code == 400
+
+
+def test_a_run_tells_its_progress_and_ends_with_a_revision(client):
+    before = client.state()
+    lines = client.segment(n_segments=12)
+    assert {"stage": "seeding"} in lines
+    assert any("iteration" in line for line in lines)
+    assert lines[-1]["n_regions"] == 12
+    state = client.state()
+    assert state["revision"] == lines[-1]["revision"] != before["revision"]
+    assert (state["parameters"]["n_segments"], state["seq"]) == (12, 1)
+    levels = client.segment(level=5)
+    assert levels[-1]["n_regions"] == 5
+    assert client.labels().max() == 4
+    assert client.segment(n_segments=13)[-1]["parameters"]["level"] is None
+    assert client.segment(alpha=3)[-1]["n_regions"] == 13
+
+
+def test_a_preview_leaves_the_state_and_can_be_painted_with(client):
+    before = client.state()
+    preview = client.segment(n_segments=9, preview=True)[-1]
+    assert client.state() == before
+    client.done("paint", **{"class": 1}, regions=[8], revision=preview["revision"])
+    final = client.segment(n_segments=9)[-1]
+    assert final["revision"] == preview["revision"]
+
+
+def test_old_revisions_are_gone(client):
+    first = client.state()["revision"]
+    for n in range(2, 3 + MAX_KEPT):
+        client.segment(n_segments=n)
+    answer = client.get("labels", revision=first)
+    assert answer.status_code == 410
+    assert f"revision {first} is gone" in answer.json()["error"]
+
+
+def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
+    from superfacets.studio import segmenting
+
+    document = client.files.document(0)
+    parameters = document.state.partition.parameters
+    outcomes = []
+    real = segmenting.segment
+
+    def slow(cells, **options):
+        for number in range(1000):
+            if number == 1 and len(outcomes) == 0:
+                outcomes.append("begun")
+            options["progress"](number, 1)
+            if len(outcomes) > 1 or options["n_segments"] == 8:
+                break
+            time.sleep(0.01)
+        return real(cells, **options)
+
+    monkeypatch.setattr(segmenting, "segment", slow)
+
+    async def both():
+        options = {"base_url": f"http://127.0.0.1:{PORT}", "headers": {"X-Token": TOKEN}}
+        async with httpx.AsyncClient(transport=client.http._transport, **options) as http:
+            first = asyncio.ensure_future(http.post("/api/files/0/segment", json={"n_segments": 7}))
+            while not outcomes:
+                await asyncio.sleep(0.01)
+            second = await http.post("/api/files/0/segment", json={"n_segments": 8})
+            return [await first, second]
+
+    first, second = (json.loads(answer.text.splitlines()[-1]) for answer in asyncio.run(both()))
+    assert first == {"cancelled": True}
+    assert second["n_regions"] == 8
+    assert document.state.partition.parameters == {**parameters, "n_segments": 8}
+
+
+def test_an_error_in_a_run_is_its_last_line(client):
+    document = client.files.document(0)
+    document.journal.close()
+    assert "the work file is closed" in client.segment(n_segments=6)[-1]["error"]
+    assert client.state()["n_regions"] == 20
+
+
+def test_similar_regions_are_found(client):
+    revision = client.state()["revision"]
+    one = client.done("similar", region=4, revision=revision, tolerance=0)["regions"]
+    some = client.done("similar", region=4, revision=revision, tolerance=0.7)["regions"]
+    every = client.done("similar", region=4, revision=revision, tolerance=1)["regions"]
+    assert 4 in one
+    assert set(one) < set(some) < set(every) == set(range(20))
+    assert client.post("similar", region=20, revision=revision).status_code == 400
+    assert client.post("similar", region=1, revision=revision, tolerance=2).status_code == 400
+
+
+def test_classes_are_kept(client):
+    classes = [{"id": 1, "name": "roof", "color": "#ff0000", "key": "r"}, {"id": 7, "name": "wall"}]
+    answer = client.done("classes", classes=classes)
+    assert answer["classes"][0] == classes[0]
+    assert client.state()["classes"] == answer["classes"]
+    assert client.done("undo")["kind"] == "classes"
+    assert len(client.state()["classes"]) == 6
+
+
+def test_the_server_is_asked_to_end(client):
+    assert client.http.post("/api/quit").json() == {"quits": True}
+    assert client.quits == 1
+
+
+def test_a_full_disk_is_told_and_leaves_the_state(client, monkeypatch):
+    import errno
+    import os
+
+    def fail(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    before = client.state()
+    monkeypatch.setattr(os, "fsync", fail)
+    answer = client.post("paint", **{"class": 1}, cells=encoded([1]))
+    monkeypatch.undo()
+    assert answer.status_code == 507
+    assert "No space left on device: the operation was not done" in answer.json()["error"]
+    assert client.state() == before
+    assert not client.classes().any()
+
+
+def test_a_changed_input_is_told(client, sheet):
+    client.state()
+    sheet.write_bytes(sheet.read_bytes() + b" ")
+    answer = client.post("paint", **{"class": 1}, cells=encoded([1]))
+    assert answer.status_code == 409
+    assert "sheet.ply has changed since the studio read it" in answer.json()["error"]
+
+
+def test_errors_of_the_machine_are_one_line():
+    from superfacets.studio.replies import message_of
+
+    assert message_of(MemoryError()) == "not enough memory"
+    assert message_of(OSError(2, "No such file", "a.ply")) == "a.ply: No such file"
+    assert message_of(ValueError("two\nlines")) == "two lines"
+
+
+def test_thumbnails_are_pictures_or_not_there(client, monkeypatch):
+    from superfacets.studio import thumbnails
+
+    calls = []
+
+    def run(command, **_):
+        calls.append(command)
+        if len(calls) == 1:
+            return thumbnails.subprocess.CompletedProcess(command, 1, "", "no\nRenderError: no GL")
+        Path(command[-1]).write_bytes(b"PNG")
+        return thumbnails.subprocess.CompletedProcess(command, 0, "", "")
+
+    monkeypatch.setattr(thumbnails.subprocess, "run", run)
+    answer = client.get("thumbnail")
+    assert (answer.status_code, answer.json()["error"]) == (404, "RenderError: no GL")
+    for _ in range(2):
+        answer = client.get("thumbnail")
+        assert (answer.status_code, answer.content) == (200, b"PNG")
+        assert answer.headers["content-type"] == "image/png"
+    assert len(calls) == 2
+
+
+def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
+    from superfacets.errors import RenderError
+    from superfacets.studio.thumbnails import Thumbnails, subprocess
+
+    def run(command, **_):
+        raise subprocess.TimeoutExpired(command, 1)
+
+    monkeypatch.setattr(subprocess, "run", run)
+    with pytest.raises(RenderError, match="no picture after 120 seconds"):
+        Thumbnails().png(sheet)
+
+
+def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
+    from superfacets.errors import RenderError
+    from superfacets.view.gl import ensure_gl
+
+    pytest.importorskip("vtkmodules")
+    try:
+        ensure_gl()
+    except RenderError as error:
+        pytest.skip(str(error))
+    from superfacets.studio.thumbnails import Thumbnails
+
+    assert Thumbnails().png(sheet)[:4] == b"\x89PNG"
+    sheet.write_text("no mesh")
+    with pytest.raises(RenderError, match="MeshError"):
+        Thumbnails().png(sheet)

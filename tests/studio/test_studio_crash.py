@@ -1,0 +1,157 @@
+"""The server is killed at random moments: what it had acknowledged is there, and nothing else."""
+
+import os
+import random
+import signal
+import subprocess
+import threading
+import time
+
+import httpx
+import numpy as np
+import pytest
+import shapes
+from studio_client import encoded
+
+from superfacets import write_mesh
+from superfacets.studio.changes import Painted
+
+N_ROUNDS = 4
+COMMAND = "from superfacets.cli.main import main; main()"
+
+
+class Server:
+    """A server in a process of its own."""
+
+    def __init__(self, path):
+        import sys
+
+        command = [sys.executable, "-c", COMMAND, "studio", str(path), "--no-browser", "-n", "20"]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        words = self.process.stdout.readline().split()
+        address = next(word for word in words if word.startswith("http"))
+        self.base, self.token = address.split("/?token=")
+        self.address = address
+        self.http = httpx.Client(base_url=f"{self.base}/api/files/0/", timeout=30)
+        self.http.headers["X-Token"] = self.token
+
+    def classes(self):
+        return np.frombuffer(self.http.get("classes").content, "<u2")
+
+    def kill(self):
+        os.kill(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+        self.http.close()
+
+
+class Worker:
+    """Paints, undoes and redoes at random, and knows what must have come of it."""
+
+    def __init__(self, n_cells, seed):
+        self.random = random.Random(seed)
+        self.state = np.zeros(n_cells, np.uint16)
+        self.next = self.state  # after the operation that is under way
+        self.done, self.undone = [], []
+        self.n_acknowledged = 0
+
+    def work(self, http):
+        """Send operations until the server is gone."""
+        try:
+            while True:
+                self.step(http)
+        except httpx.TransportError:
+            return
+
+    def step(self, http):
+        name = self.random.choice(["paint", "paint", "paint", "undo", "redo"])
+        source, target = (self.done, self.undone) if name == "undo" else (self.undone, self.done)
+        if name == "paint":
+            number, size = self.random.randint(1, 6), self.random.randint(1, 200)
+            cells = np.unique(self.random.choices(range(len(self.state)), k=size)).astype(np.uint32)
+            self.next = self.state.copy()
+            self.next[cells] = number
+            body = {"class": number, "cells": encoded(cells)}
+            changed = Painted.of(self.state, cells, number) is not None
+        elif source:
+            body, changed, self.next = {}, True, source[-1]
+        else:
+            return
+        answer = http.post(name, json=body)
+        assert answer.status_code == 200, answer.text
+        self.settle(name, source, target, changed=changed)
+
+    def settle(self, name, source, target, *, changed):
+        """Take over the operation that was under way."""
+        if name == "paint" and changed:
+            self.done.append(self.state)
+            self.undone.clear()
+        elif name != "paint":
+            source.pop()
+            target.append(self.state)
+        self.state = self.next
+        self.n_acknowledged += 1
+
+    def check(self, found):
+        """What is found is the state that was acknowledged, or that of the next operation."""
+        assert np.array_equal(found, self.state) or np.array_equal(found, self.next)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system cannot kill so")
+def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
+    path = tmp_path / "sheet.ply"
+    write_mesh(path, shapes.bumpy_sheet(24))
+    worker = Worker(1152, seed=7)
+    total, addresses = 0, set()
+    for round_number in range(N_ROUNDS):
+        server = Server(path)
+        try:
+            addresses.add(server.address)
+            found = server.classes()
+            worker.check(found)
+            # What can be undone is not known to the client where an operation was under way.
+            worker.state = worker.next = found.copy()
+            worker.done, worker.undone = [], []
+            thread = threading.Thread(target=worker.work, args=(server.http,))
+            thread.start()
+            time.sleep(worker.random.uniform(0.05, 0.5))
+            server.kill()
+            thread.join()
+        finally:
+            server.close()
+        total += worker.n_acknowledged
+        assert total, round_number
+    assert len(addresses) == 1  # an open page goes on
+    journal = path.with_name("sheet.ply.studio.jsonl")
+    cut = journal.read_bytes()[:-9]  # and in the middle of a line
+    journal.write_bytes(cut)
+    server = Server(path)
+    try:
+        notes = server.http.get("state").json()["notes"]
+        assert any("was cut off" in note for note in notes)
+        assert server.http.get("state").json()["seq"] == cut.count(b"\n") - 1
+        httpx.post(f"{server.base}/api/quit", headers={"X-Token": server.token})
+        assert server.process.wait(20) == 0
+        assert not list(tmp_path.glob(".*address"))
+    finally:
+        server.close()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system interrupts otherwise")
+def test_ctrl_c_ends_the_server_with_all_work_on_the_disk(tmp_path):
+    path = tmp_path / "sheet.ply"
+    write_mesh(path, shapes.bumpy_sheet(24))
+    server = Server(path)
+    try:
+        server.http.post("paint", json={"class": 1, "cells": encoded([3])})
+        server.process.send_signal(signal.SIGINT)
+        assert server.process.wait(20) == 0
+    finally:
+        server.close()
+    assert not list(tmp_path.glob(".*address"))
+    journal = path.with_name("sheet.ply.studio.jsonl")
+    assert '"seq":1' in journal.read_text().splitlines()[-1]

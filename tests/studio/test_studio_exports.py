@@ -1,0 +1,200 @@
+"""What the studio writes, and what it reads of other tools and of itself."""
+
+import base64
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+import superfacets
+from superfacets.io.readers.labels import read_labels
+from superfacets.regions.vertex_labels import vertex_labels
+from superfacets.studio.exports import export, export_bytes
+from superfacets.studio.imports import read_import
+
+
+@pytest.fixture
+def painted(document):
+    """Two regions of class 1, and one of class 2."""
+    for region, number in ((3, 1), (4, 1), (5, 2)):
+        document.paint(document.revision.cells_of(region), number)
+    document.set_classes(
+        [{"id": 1, "name": "roof", "color": "#ff0000"}, {"id": 2, "name": "wall", "key": "w"}]
+    )
+    return document
+
+
+@pytest.mark.parametrize("format", ["npy", "seg", "txt", "ply"])
+def test_classes_of_cells_are_read_back(painted, format):
+    path = export(painted, "cells", format)
+    assert path.name == f"sheet.classes.{format}"
+    assert np.array_equal(read_labels(path), painted.state.classes)
+
+
+def test_a_mesh_has_the_colors_of_the_classes(painted):
+    attributes = superfacets.read_attributes(export(painted, "cells", "ply")).face
+    of_one = painted.state.classes == 1
+    assert (attributes["red"][of_one] == 255).all()
+    assert (attributes["green"][of_one] == 0).all()
+    assert (attributes["blue"][painted.state.classes == 0] == 190).all()
+
+
+@pytest.mark.parametrize("format", ["obj", "off", "glb", "sstk.json"])
+def test_classes_are_written_in_other_formats(painted, format):
+    path = export(painted, "cells", format)
+    assert path.stat().st_size > 100
+    if format == "glb":
+        assert b"roof" in path.read_bytes()
+    if format == "sstk.json":
+        index = json.loads(path.read_text())["segmentation"][0]["index"]
+        assert index == painted.state.classes.tolist()
+
+
+def test_classes_of_vertices_are_the_majority_around_them(painted):
+    expected = vertex_labels(painted.cells, painted.state.classes.astype(np.int32))
+    assert np.array_equal(read_labels(export(painted, "vertices", "npy")), expected)
+    segments = json.loads(export(painted, "vertices", "segs.json").read_text())["segIndices"]
+    assert segments == expected.tolist()
+
+
+def test_regions_and_their_classes_are_written(painted):
+    labels = read_labels(export(painted, "regions", "npy"))
+    assert np.array_equal(labels, painted.revision.labels)
+    groups = json.loads(export(painted, "regions", "aggregation.json").read_text())["segGroups"]
+    assert [group["label"] for group in groups[3:6]] == ["roof", "roof", "wall"]
+    assert groups[0]["label"] == "unknown"
+
+
+def test_the_class_of_a_region_is_that_of_most_of_its_area(painted):
+    few = painted.revision.cells_of(3)[:2]
+    painted.paint(few, 2)
+    name, content = export_bytes(painted, "region_classes", "csv")
+    rows = list(csv.DictReader(io.StringIO(content.decode())))
+    assert name == "sheet.region-classes.csv"
+    assert [row["name"] for row in rows[2:6]] == ["unknown", "roof", "roof", "wall"]
+    areas = painted.areas
+    share = 1 - areas[few].sum() / areas[painted.revision.cells_of(3)].sum()
+    assert float(rows[3]["share"]) == pytest.approx(share)
+    assert json.loads(export_bytes(painted, "region_classes", "json")[1])[4]["class"] == 1
+    assert read_labels(export(painted, "region_classes", "npy")).tolist()[3:6] == [1, 1, 2]
+
+
+def test_a_file_of_another_tool_is_not_replaced_unasked(painted):
+    path = painted.path.with_name("sheet.aggregation.json")
+    path.write_text("made by hand")
+    with pytest.raises(FileExistsError, match=r"sheet\.aggregation\.json is there already"):
+        export(painted, "regions", "aggregation.json")
+    assert path.read_text() == "made by hand"
+    export(painted, "regions", "aggregation.json", replace=True)
+    assert "segGroups" in path.read_text()
+    export(painted, "cells", "npy")
+    export(painted, "cells", "npy")  # of our own
+
+
+def test_exports_are_sent_and_written(client, sheet):
+    client.done("paint", **{"class": 3}, regions=[0, 1], revision=client.state()["revision"])
+    written = client.done("export", what="cells", format="npy")
+    assert written["path"] == str(sheet.with_name("sheet.classes.npy"))
+    answer = client.get("export", what="cells", format="npy")
+    assert answer.headers["content-disposition"] == "attachment; filename*=UTF-8''sheet.classes.npy"
+    assert answer.content == sheet.with_name("sheet.classes.npy").read_bytes()
+    sheet.with_name("sheet.bin").write_bytes(b"mine")
+    assert client.post("export", what="regions", format="bin").status_code == 409
+    assert client.done("export", what="regions", format="bin", replace=True)["name"] == "sheet.bin"
+
+
+def test_what_was_exported_is_imported_as_one_operation(client):
+    revision = client.state()["revision"]
+    client.done("paint", **{"class": 3}, regions=[0, 1], revision=revision)
+    client.done("paint", **{"class": 5}, regions=[2], revision=revision)
+    before = client.classes()
+    for format in ("npy", "seg", "sstk.json"):
+        data = client.get("export", what="cells", format=format).content
+        everything = np.arange(len(before), dtype="<u4").tobytes()
+        client.done("paint", **{"class": 0}, cells=base64.b64encode(everything).decode())
+        file = {"name": f"x.{format}", "data": base64.b64encode(data).decode()}
+        assert client.done("import", files=[file])["changed"] == np.count_nonzero(before)
+        assert np.array_equal(client.classes(), before)
+        client.done("undo")
+        assert not client.classes().any()
+        client.done("undo")
+        assert np.array_equal(client.classes(), before)
+
+
+def test_groups_of_scannet_name_the_classes(client, sheet):
+    mesh = superfacets.read_mesh(sheet)
+    labels = client.labels()
+    ids = vertex_labels(mesh, labels).tolist()
+    segments = json.dumps({"segIndices": ids}).encode()
+    groups = {
+        "segGroups": [
+            {"segments": [0, 1], "label": "Class 2"},
+            {"segments": [2], "label": "couch"},
+            {"segments": [3], "label": "unknown"},
+        ]
+    }
+    files = [
+        {"name": "a.segs.json", "data": base64.b64encode(segments).decode()},
+        {
+            "name": "a.aggregation.json",
+            "data": base64.b64encode(json.dumps(groups).encode()).decode(),
+        },
+    ]
+    answer = client.done("import", files=files)
+    assert answer["classes"][-1]["name"] == "couch"
+    assert answer["classes"][-1]["id"] == 7
+    classes = client.classes()
+    agree = np.isin(labels, [0, 1]) == (classes == 2)
+    assert agree.mean() > 0.9  # corners vote
+    assert (classes[labels == 2] == 7).mean() > 0.7
+    assert set(np.unique(classes)) == {0, 2, 7}
+    client.done("undo")
+    state = client.state()
+    assert (len(state["classes"]), state["can_undo"]) == (6, False)
+    assert not client.classes().any()
+
+
+def _read(files, cells=None, known=()):
+    mesh = superfacets.Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    return read_import(files, mesh if cells is None else cells, known)
+
+
+def test_points_have_labels_of_their_own():
+    cloud = superfacets.PointCloud([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    found = _read({"a.segs.json": b'{"segIndices":[0,2,1]}'}, cloud)
+    assert found.classes.tolist() == [0, 2, 1]
+    assert [entry["id"] for entry in found.class_list] == [1, 2]
+
+
+def test_a_cell_gets_what_most_of_its_corners_have():
+    assert _read({"a.segs.json": b'{"segIndices":[1,1,2,2]}'}).classes.tolist() == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ("files", "message"),
+    [
+        ({}, "an import is one file of labels"),
+        ({"a.npy": b"", "b.npy": b""}, "an import is one file of labels"),
+        ({"a.aggregation.json": b"{}"}, "an import is one file of labels"),
+        ({"a.exe": b""}, "expected the ending .sstk.json"),
+        ({"a.seg": b"0\n1\n2\n"}, r"a\.seg: .*3 labels"),
+        ({"a.seg": b"0\n70000\n"}, "label 70000 is no class"),
+        ({"a.segs.json": b"{"}, r"a\.segs\.json: "),
+        ({"a.segs.json": b"{}"}, r"a\.segs\.json: it has no 'segIndices'"),
+        ({"a.segs.json": b'{"segIndices":[1.5]}'}, "must be a list of whole numbers"),
+        ({"a.segs.json": b'{"segIndices":[1]}'}, "it has 1 labels, and the mesh 4 vertices"),
+        (
+            {"a.sstk.json": b'{"segmentation":[{"index":[1]}]}'},
+            "it has 1 labels, and the mesh 2 cells",
+        ),
+        (
+            {"a.seg": b"0\n1\n", "a.aggregation.json": b'{"segGroups":[{"label":"x"}]}'},
+            r"a\.aggregation\.json: it has no 'segments'",
+        ),
+    ],
+)
+def test_wrong_imports_say_what_is_wrong(files, message):
+    with pytest.raises(superfacets.MeshError, match=message):
+        _read(files)

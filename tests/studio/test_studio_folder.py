@@ -1,0 +1,164 @@
+"""A folder of meshes in the studio."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+import shapes
+
+from superfacets import write_mesh
+from superfacets.studio.classes import CLASSES_FILE, checked_class_list, read_classes, with_missing
+from superfacets.studio.folder import MAX_OPEN, Files
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Five meshes, one of them in a folder of its own."""
+    (tmp_path / "sub").mkdir()
+    for name in ("a.ply", "b.ply", "c.ply", "d.ply", "sub/e.ply"):
+        write_mesh(tmp_path / name, shapes.bumpy_sheet(8))
+    return tmp_path
+
+
+def test_all_meshes_are_listed_with_how_far_they_are(serve, folder):
+    client = serve(folder)
+    listed = client.http.get("/api/files").json()
+    assert [entry["name"] for entry in listed] == ["a.ply", "b.ply", "c.ply", "d.ply", "sub/e.ply"]
+    assert {entry["done"] for entry in listed} == {0.0}
+    revision = client.state(1)["revision"]
+    client.done("paint", 1, **{"class": 1}, regions=[0, 1], revision=revision)
+    done = client.state(1)["progress"]
+    assert client.http.get("/api/files").json()[1]["done"] == done > 0
+    client.close()
+    listed = serve(folder).http.get("/api/files").json()
+    assert listed[1] == {"id": 1, "name": "b.ply", "done": round(done, 6), "n_cells": 128}
+
+
+def test_only_a_few_are_open_and_others_are_opened_again(serve, folder):
+    client = serve(folder)
+    for number in range(5):
+        client.done("paint", number, **{"class": 1}, regions=[number],
+                    revision=client.state(number)["revision"])  # fmt: skip
+    assert len(client.files._open) == MAX_OPEN
+    for number in range(5):
+        assert np.array_equal(client.classes(number) == 1, client.labels(number) == number)
+
+
+def test_classes_are_those_of_the_folder(serve, folder):
+    client = serve(folder)
+    client.state(1)
+    classes = [{"id": 4, "name": "door", "color": "#112233", "key": "d"}]
+    client.done("classes", classes=classes)
+    assert client.state(1)["classes"] == client.state(2)["classes"] == classes
+    assert json.loads((folder / CLASSES_FILE).read_text()) == classes
+    client.close()
+    assert serve(folder).state(3)["classes"] == classes
+
+
+def test_a_class_that_another_mesh_has_is_shown_with_it(serve, folder):
+    client = serve(folder)
+    client.done("paint", **{"class": 6}, regions=[0], revision=client.state()["revision"])
+    client.done("classes", 1, classes=[{"id": 1, "name": "one"}])
+    assert [entry["id"] for entry in client.state(0)["classes"]] == [1, 6]
+    assert [entry["id"] for entry in client.state(1)["classes"]] == [1]
+    client.done("paint", **{"class": 1}, regions=[1], revision=client.state()["revision"])
+
+
+def test_work_goes_on_in_a_folder_and_alone(serve, folder):
+    alone = serve(folder / "a.ply")
+    alone.done("classes", classes=[{"id": 1, "name": "mine"}, {"id": 2, "name": "yours"}])
+    alone.done("paint", **{"class": 2}, regions=[0], revision=alone.state()["revision"])
+    alone.close()
+    client = serve(folder)
+    assert [entry["name"] for entry in client.state()["classes"]][:2] == ["class 1", "class 2"]
+    client.state(1)
+    client.close()
+    assert serve(folder / "a.ply").state()["classes"][0]["name"] == "mine"
+    assert len(serve(folder / "b.ply").state()["classes"]) == 6
+
+
+def test_results_are_no_inputs(serve, folder):
+    client = serve(folder)
+    client.done("export", what="cells", format="ply")
+    client.done("export", what="regions", format="ply")
+    assert len(Files.of(folder, None, None, ()).paths) == 5
+
+
+def test_a_folder_without_meshes_is_refused(tmp_path, sheet):
+    sheet.rename(tmp_path / "sheet.classes.ply")
+    with pytest.raises(FileNotFoundError, match="holds exported files alone"):
+        Files.of(tmp_path, None, None, ())
+    with pytest.raises(ValueError, match="--work is for one file"):
+        Files.of(tmp_path, tmp_path / "work", None, ())
+
+
+def test_one_bad_mesh_stops_no_other(serve, folder):
+    (folder / "b.ply").write_text("no mesh")
+    client = serve(folder)
+    answer = client.get("state", 1)
+    assert answer.status_code == 422
+    assert "b.ply" in answer.json()["error"]
+    assert client.state(2)["n_regions"] == 128
+    (folder / "c.ply").unlink()
+    client.close()
+
+
+def test_a_list_of_names_is_a_list_of_classes(tmp_path):
+    (tmp_path / "names.txt").write_text("roof\n\n wall \n")
+    classes = read_classes(tmp_path / "names.txt")
+    assert [(c["id"], c["name"], c["key"]) for c in classes] == [(1, "roof", "1"), (2, "wall", "2")]
+    (tmp_path / "names.txt").write_text("\n")
+    with pytest.raises(ValueError, match=r"names\.txt: no list of classes: no line has a name"):
+        read_classes(tmp_path / "names.txt")
+    (tmp_path / "names.json").write_text("{")
+    with pytest.raises(ValueError, match=r"names\.json: no list of classes"):
+        read_classes(tmp_path / "names.json")
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        (3, "must have an id, a name and a color"),
+        ({"id": 0, "name": "a"}, "id must be a whole number from 1 to 65535"),
+        ({"id": True, "name": "a"}, "id must be a whole number"),
+        ({"id": 1, "name": " "}, "name must have 1 to 200 characters"),
+        ({"id": 1, "name": "a", "color": "red"}, "color must be #rrggbb"),
+        ({"id": 1, "name": "a", "key": "ab"}, "key must be one character"),
+        ({"id": 2, "name": "a"}, "two classes have the same id: 2"),
+        ({"id": 1, "name": "a", "key": "x"}, "two classes have the same key: x"),
+    ],
+)
+def test_wrong_classes_are_refused(entry, message):
+    with pytest.raises(ValueError, match=message):
+        checked_class_list([entry, {"id": 2, "name": "b", "key": "x"}])
+
+
+def test_classes_that_cells_have_are_added():
+    assert [entry["id"] for entry in with_missing((), [0, 3, 1])] == [1, 3]
+
+
+def test_a_mesh_that_another_studio_has_open_is_told(serve, folder):
+    pytest.importorskip("fcntl")
+    first, second = serve(folder), serve(folder)
+    first.state(1)
+    answer = second.get("state", 1)
+    assert answer.status_code == 409
+    assert "another studio has this work file open" in answer.json()["error"]
+    assert second.state(2)["seq"] == 0
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of files are text there")
+def test_a_name_that_is_no_text_is_no_obstacle(serve, tmp_path):
+    path = tmp_path / os.fsdecode(b"a\xff.ply")
+    try:
+        write_mesh(path, shapes.bumpy_sheet(4))
+    except OSError:
+        pytest.skip("the file system takes no such name")
+    client = serve(tmp_path)
+    assert client.http.get("/api/files").json()[0]["name"] == path.name
+    client.done("paint", **{"class": 1}, regions=[0], revision=client.state()["revision"])
+    answer = client.get("export", what="cells", format="npy")
+    assert "a%FF.classes.npy" in answer.headers["content-disposition"]
+    client.close()
+    assert serve(tmp_path).classes().any()

@@ -1,0 +1,233 @@
+"""The work file of the studio: what is in it survives whatever happens to the process."""
+
+import errno
+import os
+
+import numpy as np
+import pytest
+
+from superfacets.studio.document import Document
+from superfacets.studio.journal import Journal, JournalError, summary
+from superfacets.studio.replay import Replay
+
+
+def cells(*numbers):
+    return np.array(numbers, np.uint32)
+
+
+def opened(path):
+    return Journal.open(path, {"n_cells": 9})
+
+
+def test_lines_are_there_when_the_file_is_opened_again(tmp_path):
+    journal = opened(tmp_path / "work")
+    journal.append({"seq": 1, "name": "zweig ü"})
+    journal.close()
+    again = opened(tmp_path / "work")
+    assert [line["name"] for line in again.lines] == ["zweig ü"]
+    assert (again.header["n_cells"], again.notes) == (9, [])
+    again.close()
+
+
+def test_every_cut_of_the_file_leaves_the_operations_before_it(document, sheet):
+    states = [document.state.classes.copy()]
+    for number in range(1, 6):
+        document.paint(document.revision.cells_of(number), number)
+        states.append(document.state.classes.copy())
+    document.undo()
+    states.append(document.state.classes.copy())
+    path, n_cells = document.journal.path, document.n_cells
+    document.close()
+    data = path.read_bytes()
+    first = data.index(b"\n") + 1
+    ends = [place for place in range(first - 1, len(data)) if data[place] == ord("\n")]
+    near = {end + step for end in ends for step in (-1, 0, 1, 2)}
+    for size in sorted({*range(first, len(data), 23), *near} & {*range(first, len(data) + 1)}):
+        path.write_bytes(data[:size])
+        journal = Journal.open(path, {})
+        n_lines = data[:size].count(b"\n") - 1
+        is_torn = not data[:size].endswith(b"\n")
+        replay = Replay.of(journal, n_cells, None)
+        journal.close()
+        assert replay.seq == n_lines
+        assert np.array_equal(replay.state.classes, states[n_lines])
+        assert len(journal.notes) == is_torn
+        assert path.read_bytes() == data[:size][: data[:size].rindex(b"\n") + 1]
+
+
+@pytest.mark.parametrize("size", [0, 1, 10, 40])
+def test_a_header_that_was_cut_is_written_again(tmp_path, size):
+    path = tmp_path / "work"
+    opened(path).close()
+    whole = path.read_bytes()
+    path.write_bytes(whole[:size])
+    opened(path).close()
+    assert path.read_bytes() == whole
+
+
+def test_a_file_of_something_else_is_left_alone(tmp_path):
+    path = tmp_path / "thesis.txt"
+    path.write_text("all my words")
+    with pytest.raises(JournalError, match=r"thesis\.txt: is no work file of superfacets studio"):
+        opened(path)
+    assert path.read_text() == "all my words"
+    with pytest.raises(JournalError, match="is not a regular file"):
+        opened(tmp_path)
+
+
+def test_damage_before_the_last_line_is_told_and_nothing_is_cut_off(tmp_path):
+    path = tmp_path / "work"
+    journal = opened(path)
+    for number in range(3):
+        journal.append({"seq": number})
+    journal.close()
+    data = bytearray(path.read_bytes())
+    data[data.index(b'"seq":1') + 6] = ord("7")
+    path.write_bytes(data)
+    with pytest.raises(JournalError, match="line 3 of the work file is damaged"):
+        opened(path)
+    assert path.read_bytes() == data
+
+
+def test_a_later_version_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("superfacets.studio.journal.VERSION", 2)
+    opened(tmp_path / "work").close()
+    monkeypatch.undo()
+    with pytest.raises(JournalError, match="written by a later version"):
+        opened(tmp_path / "work")
+
+
+def test_a_second_studio_is_refused_as_long_as_the_first_is_there(document, sheet):
+    pytest.importorskip("fcntl")
+    with pytest.raises(JournalError, match="another studio has this work file open"):
+        Document.open(sheet)
+    document.paint(cells(1), 1)
+    document.close()
+    again = Document.open(sheet)
+    assert again.state.classes[1] == 1
+    again.close()
+
+
+@pytest.fixture
+def full_disk(monkeypatch):
+    """Let the disk take ten more bytes, and no more."""
+    write, room = os.write, []
+
+    def limited(file, data):
+        if not room:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(file, bytes(data[: room.pop()]))
+
+    def fill():
+        room[:] = [10]
+        monkeypatch.setattr(os, "write", limited)
+
+    return fill
+
+
+def test_on_a_full_disk_nothing_changes_until_there_is_room(document, full_disk, monkeypatch):
+    document.paint(cells(1, 2), 1)
+    data, classes = document.journal.path.read_bytes(), document.state.classes.copy()
+    for operation in (
+        lambda: document.paint(cells(2, 3), 2),
+        document.undo,
+        lambda: document.set_classes([*document.class_list, {"id": 9, "name": "more"}]),
+    ):  # fmt: skip
+        full_disk()
+        with pytest.raises(JournalError, match="No space left on device: the operation was not"):
+            operation()
+        monkeypatch.undo()
+        assert document.journal.path.read_bytes() == data
+        assert np.array_equal(document.state.classes, classes)
+        assert (document.replay.seq, len(document.replay.undo_stack)) == (1, 1)
+        assert len(document.class_list) == 6
+    document.paint(cells(2, 3), 2)
+    assert document.state.classes[:4].tolist() == [0, 1, 2, 2]
+
+
+def test_a_file_that_can_not_be_mended_is_not_written_to_any_more(document, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(os, "write", fail)
+    monkeypatch.setattr(os, "ftruncate", fail)
+    with pytest.raises(JournalError, match="Input/output error"):
+        document.paint(cells(1), 1)
+    monkeypatch.undo()
+    with pytest.raises(JournalError, match="cannot be written any more"):
+        document.paint(cells(1), 1)
+    assert document.replay.seq == 0
+
+
+def test_a_work_file_that_is_taken_away_or_changed_is_noticed(document):
+    path = document.journal.path
+    moved = path.rename(path.with_name("moved"))
+    with pytest.raises(JournalError, match="the work file was taken away"):
+        document.paint(cells(1), 1)
+    path.write_text("")
+    with pytest.raises(JournalError, match="changed by something else: start the studio anew"):
+        document.paint(cells(1), 1)
+    moved.replace(path)
+    document.paint(cells(1), 1)
+    with path.open("ab") as file:
+        file.write(b"x")
+    with pytest.raises(JournalError, match="changed by something else"):
+        document.paint(cells(2), 1)
+
+
+def test_a_closed_journal_takes_nothing(document):
+    document.close()
+    with pytest.raises(JournalError, match="the work file is closed"):
+        document.paint(cells(1), 1)
+
+
+def test_a_line_that_makes_no_sense_is_told_with_its_number(document, sheet):
+    document.paint(cells(1), 1)
+    document.journal.append({"seq": 2, "op": "redo"})
+    document.close()
+    with pytest.raises(JournalError, match="line 3 of the work file makes no sense: there is not"):
+        Document.open(sheet)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ({"seq": 5, "op": "undo"}, "it is number 5, not 1"),
+        ({"seq": 1, "op": "paint", "cells": "", "class": 1}, "packed numbers are damaged"),
+        ({"seq": 1, "op": "dance"}, "dance"),
+    ],
+)
+def test_lines_that_make_no_sense(document, sheet, line, message):
+    document.journal.append(line)
+    document.close()
+    with pytest.raises(JournalError, match=message):
+        Document.open(sheet)
+
+
+def test_a_paint_that_changes_nothing_makes_no_sense(document, sheet):
+    document.paint(cells(1), 1)
+    line = document.journal.path.read_text().splitlines()[-1]
+    text = line.split('"cells":"')[1].split('"')[0]
+    document.journal.append({"seq": 2, "op": "paint", "cells": text, "class": 1})
+    document.close()
+    with pytest.raises(JournalError, match="it changes nothing"):
+        Document.open(sheet)
+
+
+def test_the_summary_is_the_first_and_the_last_line(document, tmp_path):
+    path = document.journal.path
+    assert summary(path)[1]["format"] == "superfacets studio"
+    for number in range(40):  # more than is read at once
+        document.paint(np.arange(number, 1000, 7, dtype=np.uint32), 1 + number % 6)
+    classes = np.random.default_rng(0).integers(1, 7, 1152)
+    document.paint(np.arange(1152, dtype=np.uint32), classes)
+    many = [{"id": number, "name": "n" * 100} for number in range(1, 60)]
+    document.set_classes(many)  # a line longer than what is looked at first
+    with path.open("ab") as file:
+        file.write(b"{torn")
+    first, last = summary(path)
+    assert (first["n_cells"], last["seq"]) == (1152, 42)
+    assert last["done"] == 1
+    assert summary(tmp_path / "none") is None
+    (tmp_path / "other").write_text("x\ny\n")
+    assert summary(tmp_path / "other") is None

@@ -1,0 +1,125 @@
+"""Regions for sliders."""
+
+import threading
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets
+from superfacets import PointCloud, crease_weights
+from superfacets._validate import checked_threads
+from superfacets.pipeline import PreparedCells
+from superfacets.studio.parameters import default_parameters
+from superfacets.studio.segmenting import Cancelled, Segmenter, Turn, levels_of
+
+
+@pytest.fixture
+def segmenter():
+    opened = Segmenter(shapes.bumpy_sheet(24))
+    yield opened
+    opened.close()
+
+
+def test_regions_are_those_of_segment(segmenter):
+    usual = default_parameters(1152)
+    for change in ({"n_segments": 30}, {"alpha": 2.0}, {"eta_convex": 0.5}, {"smooth": False}):
+        parameters = {**usual, **change}
+        base = segmenter.run(parameters)
+        del parameters["level"]
+        assert np.array_equal(
+            base.labels, superfacets.segment(segmenter.source, **parameters).labels
+        )
+
+
+def test_levels_are_those_of_the_hierarchy(segmenter):
+    parameters = {**default_parameters(1152), "n_segments": 40, "level": 9}
+    labels = superfacets.segment(segmenter.source, 40).labels
+    expected = superfacets.hierarchy(segmenter.source, [9], labels=labels).levels[0]
+    assert np.array_equal(segmenter.run(parameters).labels, expected)
+
+
+def test_regions_that_are_kept_take_no_time(segmenter):
+    parameters = default_parameters(1152)
+    base = segmenter.run(parameters)
+    stages = []
+    assert segmenter.run(parameters, Turn(stages.append)) is base
+    assert stages == []
+
+
+def test_a_turn_that_is_cancelled_ends(segmenter):
+    turn = Turn(lambda fact: turn.cancel())
+    with pytest.raises(Cancelled):
+        segmenter.run(default_parameters(1152), turn)
+    assert segmenter.run(default_parameters(1152)).n_regions == 150
+
+
+def test_closing_ends_the_run():
+    segmenter = Segmenter(shapes.bumpy_sheet(24))
+    begun, errors = threading.Event(), []
+
+    def tell(_):
+        begun.set()
+        threading.Event().wait(0.05)
+
+    def run():
+        try:
+            segmenter.run(default_parameters(1152), Turn(tell))
+        except Cancelled as error:
+            errors.append(error)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    begun.wait()
+    segmenter.close()
+    thread.join()
+    assert len(errors) == 1
+
+
+def test_a_level_below_the_number_of_components_is_refused():
+    one = shapes.bumpy_sheet(4)
+    apart = superfacets.Mesh(
+        np.concatenate([one.vertices, one.vertices + 50]),
+        np.concatenate([one.faces, one.faces + one.n_vertices]),
+    )
+    segmenter = Segmenter(apart)
+    with pytest.raises(ValueError, match="merging ends at 2 regions"):
+        segmenter.run({**default_parameters(64, 8), "level": 1})
+    segmenter.close()
+
+
+def test_notes_say_what_segment_warns_of():
+    long = superfacets.Mesh(
+        [[x, y, 0] for x in range(41) for y in (0, 0.001)],
+        [[2 * i, 2 * i + 2, 2 * i + 1] for i in range(40)],
+    )
+    segmenter = Segmenter(long)
+    notes = segmenter.run(default_parameters(40, 20)).notes
+    assert any("faces are long and thin" in note for note in notes)
+    assert any("regions in place of 20" in note for note in notes)
+    segmenter.close()
+
+
+def test_offered_levels_halve():
+    assert levels_of(150) == [150, 75, 37, 18, 9, 4]
+    assert levels_of(1) == [1]
+
+
+def test_prepared_cells_give_the_same_labels():
+    mesh = shapes.bumpy_sheet(12)
+    prepared = PreparedCells.of(mesh, weld=True, n_threads=checked_threads(None))
+    weights = crease_weights(mesh, superfacets.build_face_graph(mesh), 0.1)
+    for options in ({"n_segments": 9}, {"radius": 0.1}, {"n_segments": 9, "weights": weights}):
+        expected = superfacets.segment(mesh, **options)
+        found = superfacets.segment(prepared, **options)
+        assert np.array_equal(found.labels, expected.labels)
+        assert found.cells is mesh
+
+
+def test_prepared_points_take_weights_by_name_alone():
+    cloud = PointCloud(np.random.default_rng(0).random((200, 3)))
+    prepared = PreparedCells.of(cloud, weld=True, n_threads=checked_threads(None))
+    expected = superfacets.segment(cloud, 9).labels
+    assert np.array_equal(superfacets.segment(prepared, 9).labels, expected)
+    with pytest.raises(ValueError, match="prepared in an order of their own: name the weights"):
+        superfacets.segment(prepared, 9, weights=[1.0])
