@@ -16,9 +16,9 @@ from .._options import Clip
 from .._validate import checked_choice, checked_count, compact_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
+from ..cells.region_adjacency import region_graph
 from ..io.atomic import atomic_outputs
 from ..mesh.faces import AnyCells, n_cells_of
-from ..cells.region_adjacency import region_graph
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .camera import View, place_camera, turned_cameras
