@@ -22,7 +22,7 @@ N_SHADES = 24
 MODELS = {
     "hand": (181, sf.View(azimuth=20, elevation=10)),
     "horse": (397, sf.View(azimuth=40, elevation=12)),
-    "person": (1, sf.View(up="y", azimuth=20, elevation=5)),
+    "person": (1, sf.View(up="z", azimuth=20, elevation=5)),
     "machine": (329, sf.View(azimuth=30, elevation=30)),
 }
 FURTHER = sf.View(azimuth=30, elevation=30)
