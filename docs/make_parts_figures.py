@@ -1,7 +1,7 @@
 """Draw regions by default and within parts, side by side, and the features they are made of.
 
-``python docs/make_parts_figures.py psb fandisk.obj``: the folder of the Princeton benchmark, and any
-further mesh, whose picture gets its name.
+``python docs/make_parts_figures.py psb fandisk.obj``: the folder of the Princeton benchmark, and
+further meshes, whose pictures get their names.
 """
 
 import sys

@@ -49,7 +49,7 @@ INITS: tuple[str, ...] = get_args(Init)
 WeightName = Literal["creases", "parts", "superfacets", "stk02"]
 WEIGHTS: dict[str, dict[str, float]] = {
     "creases": {"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
-    "parts": {"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.0},
+    "parts": {"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.4},
     "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
     "stk02": {"alpha": 0.5},
 }

@@ -107,8 +107,10 @@ def shape_diameter(
         surface.handle, graph.measures, np.empty(0), graph.diagonal, 0.0, 0.0, threads
     )
     length = t * graph.diagonal
-    logs = smoothed(surface.arcs, conductances, graph.measures, thickness, length, threads)
-    return np.asarray(np.exp(logs))
+    # In diagonals: the same numbers in every unit of length.
+    shares = thickness / graph.diagonal
+    logs = smoothed(surface.arcs, conductances, graph.measures, shares, length, threads)
+    return np.asarray(graph.diagonal * np.exp(logs))
 
 
 def rays_from(

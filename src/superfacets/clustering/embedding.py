@@ -214,7 +214,7 @@ def _coarser(
 def _cell_size(ratio: float) -> int:
     """Cells of a coarse cell, alike on all levels that are left to the ratio, > 1."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
-    return math.floor(ratio ** (1.0 / n_levels) + 0.5)
+    return round(math.pow(ratio, 1 / n_levels))
 
 
 def _above(level: _Level, coarse: _core.CoarseGraph) -> _Level:
@@ -257,7 +257,8 @@ def _thickness(
     n_threads: int,
 ) -> Floats | None:
     """Logarithm of the thickness of coarse cells, by rays from their centers, smoothed."""
-    thickness = rays_from(mesh, graph, centers, N_RAYS, n_threads)
+    # In diagonals: the same numbers in every unit of length.
+    thickness = rays_from(mesh, graph, centers, N_RAYS, n_threads) / graph.diagonal
     if not np.isfinite(thickness).any():
         return None
     return smoothed(level.arcs, level.conductances, level.measures, thickness, length, n_threads)
@@ -297,7 +298,7 @@ def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
     values = np.maximum(values, LEAST_VALUE * values[-1])
     n_taken = _end_of_group(values, n_vectors)
     scales = np.sqrt(values[0] / values[:n_taken])
-    return table.reshape(n_cells, -1)[:, :n_taken] * scales
+    return np.asarray(table.reshape(n_cells, -1)[:, :n_taken] * scales)
 
 
 def _end_of_group(values: Floats, n_vectors: int) -> int:
