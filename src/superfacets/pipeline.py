@@ -135,7 +135,7 @@ def segment(
         Arc weights by name. ``"creases"`` (`crease_weights`): a crease costs the same to cross at
         every resolution of the mesh. ``"parts"``: in addition, a step from one part of the shape
         to another, as from a finger to the palm, costs its distance in the `spectral_embedding`,
-        which counts twice as much as the way along the surface; and steps are longer where the
+        which counts 2.4 times as much as the way along the surface; steps are longer where the
         body is thick, by the fourth root of the thickness (`shape_diameter`), so that thin parts
         get smaller regions. Cells without a thickness, as points, count as of mean thickness; and
         of a mesh with `mask` or `barriers`, parts are those of the whole.

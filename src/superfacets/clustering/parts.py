@@ -16,8 +16,9 @@ from .embedding import embed
 __all__ = ["SMOOTH_DISTANCE", "with_parts"]
 
 SMOOTH_DISTANCE = 2.3
-"""In r: how far borders may move when they are smoothed by these weights. With 2 compactness is 0.02
-higher at the same undersegmentation error, with 3 it is 0.05 lower at an error higher by 0.002."""
+"""In r: how far borders may move when they are smoothed by these weights. With 2 compactness is
+0.02 higher at the same undersegmentation error; with 3 it is 0.05 lower, at an error that is higher
+by 0.002."""
 
 THICKNESS_POWER = 0.125
 """Arcs are longer by (s_i s_j / s_mean^2)^(1/8): thin parts get smaller regions."""
