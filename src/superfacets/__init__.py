@@ -20,7 +20,7 @@ from .mesh.point_cloud import PointCloud
 from .mesh.polygon_mesh import PolygonMesh, Triangulation
 from .mesh.tet_mesh import TetBoundary, TetMesh
 from .mesh.triangle_mesh import Mesh
-from .pipeline import PAPER, segment
+from .pipeline import PAPER, PARTS, segment
 from .regions.connect import enforce_connectivity
 from .regions.edit import RegionEdit
 from .regions.merge import merge_small_regions
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .cells.nearest import NearestFaces, nearest_faces
     from .cells.region_adjacency import RegionGraph, region_graph
+    from .cells.thickness import shape_diameter
+    from .clustering.embedding import spectral_embedding
     from .interop.attach import attach_labels
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
@@ -62,6 +64,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "PAPER",
+    "PARTS",
     "ArcMeasures",
     "BatchProgress",
     "BatchResult",
@@ -128,8 +131,10 @@ __all__ = [
     "sample_mesh",
     "segment",
     "segment_graph",
+    "shape_diameter",
     "smooth_borders",
     "snap",
+    "spectral_embedding",
     "split_regions",
     "stk02_weights",
     "subdivide",
@@ -161,6 +166,8 @@ _LAZY_NAMES = {
     "mesh_info": "cells.info",
     "NearestFaces": "cells.nearest",
     "nearest_faces": "cells.nearest",
+    "shape_diameter": "cells.thickness",
+    "spectral_embedding": "clustering.embedding",
     "MeshAttributes": "io.attributes",
     "read_attributes": "io.readers.read",
     "read_cloud": "io.readers.read",

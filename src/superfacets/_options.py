@@ -46,9 +46,10 @@ Init = Literal["geodesic", "farthest", "flood", "grid"]
 INITS: tuple[str, ...] = get_args(Init)
 """Names of the ways to place seeds."""
 
-WeightName = Literal["creases", "superfacets", "stk02"]
+WeightName = Literal["creases", "parts", "superfacets", "stk02"]
 WEIGHTS: dict[str, dict[str, float]] = {
     "creases": {"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
+    "parts": {"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.4},
     "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
     "stk02": {"alpha": 0.5},
 }
@@ -119,9 +120,14 @@ class WeightOptions:
         return cls({"weights": weights, **params}, None)
 
     @property
+    def are_parts(self) -> bool:
+        """Whether differences between the parts of a shape are to be added."""
+        return bool(self.params["weights"] == "parts")
+
+    @property
     def has_other_unit(self) -> bool:
         """Whether the price of a crease is not that of ``"creases"``, which clean-up goes by."""
-        return self.params["weights"] not in ("creases", "given")
+        return self.params["weights"] not in ("creases", "given", "parts")
 
 
 @dataclass(frozen=True)

@@ -276,7 +276,7 @@ def arc_weights(
             surface.handle, faces.positions, params["alpha"], surface.n_threads
         )
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    alpha, length = scaled(params["alpha"], radius if params["weights"] == "creases" else None)
+    alpha, length = scaled(params["alpha"], None if params["weights"] == "superfacets" else radius)
     ridges = params.get("ridges", 0.0)
     return weights_of(surface, cells, alpha, params["eta_convex"], length, ridges)
 

@@ -9,7 +9,7 @@ import click
 
 from .._options import INITS, ISLANDS, WEIGHTS
 from ..batches.files import FileOptions
-from ..pipeline import PAPER
+from ..pipeline import PAPER, PARTS
 from .options import (
     COUNT,
     NOT_NEGATIVE,
@@ -37,7 +37,7 @@ _OF_SEGMENT = (
         "-a",
         "--alpha",
         type=NOT_NEGATIVE,
-        help="How much borders follow creases.  [default: by weights: 20, 200, 0.5]",
+        help="How much borders follow creases.  [default: by weights: 20, 25, 200, 0.5]",
     ),
     click.option(
         "--eta",
@@ -54,8 +54,9 @@ _OF_SEGMENT = (
     click.option(
         "--weights",
         type=click.Choice(tuple(WEIGHTS)),
-        help="Lengths of steps: with a price for creases that does not depend on resolution, those"
-        " of the paper, or those of Shlafman, Tal and Katz.  [default: creases]",
+        help="Lengths of steps: with a price for creases that does not depend on resolution, with"
+        " one for steps between the parts of a shape as well, those of the paper, or those of"
+        " Shlafman, Tal and Katz.  [default: creases; parts with --parts]",
     ),
     click.option(
         "--init",
@@ -64,6 +65,12 @@ _OF_SEGMENT = (
         " -n says.  [default: geodesic]",
     ),
     click.option("--paper", is_flag=True, help="The algorithm of the paper, exactly as published."),
+    click.option(
+        "--parts",
+        is_flag=True,
+        help="Regions within the parts of a shape: --weights parts --relocate. Slower, and nearer"
+        " to where people see borders.",
+    ),
     click.option(
         "--max-iter",
         "max_num_iter",
@@ -162,6 +169,7 @@ def _with_options(function: Function, options: tuple[Callable[[Any], Any], ...])
 def options_of(
     *,
     paper: bool,
+    parts: bool,
     features: tuple[str, ...],
     is_subdivided: bool,
     max_edge: float | None,
@@ -171,13 +179,15 @@ def options_of(
     drop_attributes: bool,
     **given: Any,
 ) -> FileOptions:
-    """The options as they were given, or as --paper stands for them; an error if they are wrong."""
+    """The options as they were given, or as a preset has them; an error if they are wrong."""
     keywords = {name: value for name, value in given.items() if value is not None}
-    if paper:
-        for name in ("weights", "init"):
-            if name in keywords and keywords[name] != PAPER[name]:
-                raise click.UsageError(f"--paper has {name} of its own: leave --{name} out")
-        keywords = {**PAPER, **keywords}
+    if paper and parts:
+        raise click.UsageError("--paper and --parts are two methods: give one of them")
+    for is_given, option, preset in ((paper, "--paper", PAPER), (parts, "--parts", PARTS)):
+        for name in ("weights", "init") if is_given else ():
+            if name in preset and keywords.get(name, preset[name]) != preset[name]:
+                raise click.UsageError(f"{option} has {name} of its own: leave --{name} out")
+        keywords = {**preset, **keywords} if is_given else keywords
     return FileOptions.checked(
         keywords,
         features=features,
