@@ -1,0 +1,298 @@
+"""Stages 0 and 1 on disk: cells sorted along the space-filling curve, and cut into tiles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import _check_extent, _raise_index_error
+from .mapping import Run
+from .reading import MeshPieces, Rows, take_rows
+from .scratch import Scratch
+from .welding import check_vertices, weld
+
+__all__ = ["Sorted", "sort_cells", "tile_arrays"]
+
+SUM_BLOCK = 4096
+"""The core sums areas in blocks of so many faces, and so does this, to the same bits."""
+
+LOW_BITS = 15
+"""Codes have twice as many. They are counted by their upper bits first, then by the lower ones of
+those on a border of tiles."""
+
+MAX_SPAN = 1 << 26
+"""Vertices of a tile are found in a table where their numbers are within such a range."""
+
+
+class Facts(NamedTuple):
+    """What is known of the whole mesh."""
+
+    low: npt.NDArray[np.float64]  # (3,) of the box of the vertices that faces use
+    high: npt.NDArray[np.float64]
+    centroid_low: npt.NDArray[np.float64]
+    centroid_high: npt.NDArray[np.float64]
+    total_area: float
+
+
+@dataclass(frozen=True)
+class _Chunks:
+    """Faces in the order of the input, of which `size` are read at a time."""
+
+    pieces: MeshPieces
+    lowest: Rows | None
+    """The vertex that stands for each; None where each stands for itself."""
+    size: int
+    n_threads: int
+
+    def __len__(self) -> int:
+        return -(-self.pieces.faces.n_rows // self.size)
+
+    def begin(self, chunk: int) -> int:
+        """The first face of a chunk."""
+        return chunk * self.size
+
+    def read(self, chunk: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[Any]]:
+        """Welded vertices, (n, 3), and their positions, (n, 3, 3), of the faces of a chunk.
+
+        A MeshError names the first corner that is no vertex.
+        """
+        begin, n_faces = self.begin(chunk), self.pieces.faces.n_rows
+        faces = self.pieces.faces.read(begin, min(begin + self.size, n_faces)).astype(np.int64)
+        corners = faces.ravel()
+        n_vertices = self.pieces.vertices.n_rows
+        if corners.min() < 0 or corners.max() >= n_vertices:
+            place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
+            _raise_index_error(begin + place // 3, int(corners[place]), n_vertices)
+        if self.lowest is not None:
+            corners = take_rows(self.lowest, corners, self.most)
+        positions = take_rows(self.pieces.vertices, corners, self.most)
+        return corners.reshape(-1, 3), positions.reshape(-1, 3, 3)
+
+    @property
+    def most(self) -> int:
+        """Vertices to have in memory at a time."""
+        return 2 * self.size
+
+
+@dataclass(frozen=True)
+class Sorted:
+    """Cells in the order of the curve, in sorted runs in a scratch folder.
+
+    Attributes
+    ----------
+    scratch : Scratch
+    facts : Facts
+    starts : ndarray of int64, shape (T + 1,)
+        Tile t has the places ``starts[t]`` to ``starts[t + 1] - 1``.
+    chunk_size : int
+        Faces of the input in a run.
+    """
+
+    scratch: Scratch
+    facts: Facts
+    starts: npt.NDArray[np.int64]
+    chunk_size: int
+
+
+def sort_cells(
+    run: Run, scratch: Scratch, pieces: MeshPieces, tile_cells: int, *, welds: bool, n_threads: int
+) -> Sorted:
+    """Sort the faces of a mesh along the curve of the core; the order is the same as in memory.
+
+    A chunk of `tile_cells` faces (a multiple of 4096) is in memory at a time. The input is read
+    twice: for the box of all centroids, and to sort each chunk by the codes of its centroids. What
+    tiles take of each of these sorted runs is found by counting codes.
+
+    Raises
+    ------
+    MeshError
+        As `Mesh`: the first wrong index or coordinate is named.
+    """
+    assert tile_cells % SUM_BLOCK == 0
+    if welds:
+        lowest: Rows | None = weld(run, scratch, pieces.vertices, tile_cells, n_threads)
+    else:
+        check_vertices(run, scratch, pieces.vertices, tile_cells)
+        lowest = None
+    chunks = _Chunks(pieces, lowest, tile_cells, n_threads)
+    facts = _summed_up(run(_measure_chunk, scratch, range(len(chunks)), chunks))
+    box = (facts.centroid_low, facts.centroid_high)
+    counts = np.stack(run(_sort_chunk, scratch, range(len(chunks)), chunks, *box))
+    n_cells = pieces.faces.n_rows
+    starts = np.append(np.arange(0, n_cells, tile_cells), n_cells)
+    scratch.save("cuts", _find_cuts(scratch, counts, starts))
+    scratch.remove("representatives")
+    return Sorted(scratch, facts, starts, tile_cells)
+
+
+def _summed_up(
+    found: list[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]],
+) -> Facts:
+    boxes = np.stack([box for box, _ in found])
+    total = 0.0
+    for partial in np.concatenate([sums for _, sums in found]).tolist():
+        total += partial
+    low, centroid_low = boxes[:, :3].min(axis=0), boxes[:, 3:6].min(axis=0)
+    high, centroid_high = boxes[:, 6:9].max(axis=0), boxes[:, 9:].max(axis=0)
+    _check_extent(low, high)
+    return Facts(low, high, centroid_low, centroid_high, total)
+
+
+def _measure_chunk(
+    scratch: Scratch, chunk: int, chunks: _Chunks
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Low corners of the boxes of vertices and centroids, high ones; sums of areas by block."""
+    _, positions = chunks.read(chunk)
+    centroids, areas = _measured(positions, chunks.n_threads)
+    corners = positions.reshape(-1, 3).astype(np.float64)
+    lows = [corners.min(axis=0), centroids.min(axis=0)]
+    highs = [corners.max(axis=0), centroids.max(axis=0)]
+    sums = [
+        _core.sum_of(areas[first : first + SUM_BLOCK], 1)
+        for first in range(0, len(areas), SUM_BLOCK)
+    ]
+    return np.concatenate([*lows, *highs]), np.array(sums)
+
+
+def _measured(
+    positions: npt.NDArray[Any], n_threads: int
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """Centroids and areas of triangles given by the positions of their corners."""
+    points = np.ascontiguousarray(positions.reshape(-1, 3), np.float64)
+    faces = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
+    return _core.measure_faces(points, faces, n_threads)
+
+
+def _sort_chunk(
+    scratch: Scratch,
+    chunk: int,
+    chunks: _Chunks,
+    low: npt.NDArray[np.float64],
+    high: npt.NDArray[np.float64],
+) -> npt.NDArray[np.int32]:
+    """Write the faces of a chunk in the order of their codes; counts of the codes' upper bits."""
+    vertices, positions = chunks.read(chunk)
+    codes = morton_codes(_measured(positions, chunks.n_threads)[0], low, high)
+    order = _stable_order(codes)
+    codes = codes[order]
+    scratch.save(f"runs/{chunk}/codes", codes)
+    scratch.save(f"runs/{chunk}/cells", (order + chunks.begin(chunk)).astype(np.int32))
+    narrow = np.int32 if chunks.pieces.vertices.n_rows < 1 << 31 else np.int64
+    scratch.save(f"runs/{chunk}/vertices", vertices.astype(narrow)[order])
+    scratch.save(f"runs/{chunk}/positions", positions[order])
+    return np.bincount(codes >> LOW_BITS, minlength=1 << LOW_BITS).astype(np.int32)
+
+
+def morton_codes(
+    positions: npt.NDArray[np.float64],
+    low: npt.NDArray[np.float64],
+    high: npt.NDArray[np.float64],
+) -> npt.NDArray[np.uint32]:
+    """Codes on the curve over a box, as `morton_order` of the core has them."""
+    longest = float(np.max(high - low))
+    scale = 1024 / longest if longest > 0 else 0.0
+    codes = np.zeros(len(positions), np.uint32)
+    for axis in range(3):
+        steps = np.clip((positions[:, axis] - low[axis]) * scale, 0.0, 1023.0).astype(np.uint32)
+        for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+            steps = (steps | steps << np.uint32(shift)) & np.uint32(mask)
+        codes |= steps << np.uint32(axis)
+    return codes
+
+
+def _stable_order(codes: npt.NDArray[np.uint32]) -> npt.NDArray[np.int64]:
+    """As ``argsort``, in two passes by 16 bits, for which numpy counts in place of comparing."""
+    order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
+    upper = (codes >> 16).astype(np.uint16)
+    return order[np.argsort(upper[order], kind="stable")]
+
+
+def _find_cuts(
+    scratch: Scratch, counts: npt.NDArray[np.int32], starts: npt.NDArray[np.int64]
+) -> npt.NDArray[np.int64]:
+    """Where each tile begins in each sorted run, shape (T + 1, chunks).
+
+    `counts`, (chunks, 2^15), are those of the upper bits of codes in each run.
+    """
+    before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
+    np.cumsum(counts, axis=1, out=before[:, 1:])
+    all_before = before.sum(axis=0, dtype=np.int64)
+    cuts = np.zeros((len(starts), len(counts)), np.int64)
+    cuts[-1] = before[:, -1]
+    for tile in range(1, len(starts) - 1):
+        upper = int(np.searchsorted(all_before, starts[tile], side="right")) - 1
+        n_left = int(starts[tile] - all_before[upper])
+        cuts[tile] = before[:, upper]
+        if n_left:
+            ranges = before[:, upper : upper + 2].astype(np.int64)
+            cuts[tile] += _cut_within(scratch, ranges, n_left)
+    return cuts
+
+
+def _cut_within(
+    scratch: Scratch, ranges: npt.NDArray[np.int64], n_left: int
+) -> npt.NDArray[np.int64]:
+    """How many of a range of each run belong to the first n_left by code, run and place.
+
+    The codes in all ranges have the same upper bits.
+    """
+
+    def codes_of(chunk: int) -> npt.NDArray[np.uint32]:
+        begin, end = ranges[chunk].tolist()
+        return scratch.load(f"runs/{chunk}/codes", begin, end) & ((1 << LOW_BITS) - 1)
+
+    chunks = np.flatnonzero(ranges[:, 0] < ranges[:, 1]).tolist()
+    totals = np.zeros(1 << LOW_BITS, np.int64)
+    for chunk in chunks:
+        totals += np.bincount(codes_of(chunk), minlength=len(totals))
+    ends = np.cumsum(totals)
+    code = int(np.searchsorted(ends, n_left))  # the last that the first n_left reach
+    n_equal = n_left - int(ends[code] - totals[code])
+    taken = np.zeros(len(ranges), np.int64)
+    for chunk in chunks:
+        first, last = np.searchsorted(codes_of(chunk), [code, code + 1]).tolist()
+        n_more = min(n_equal, last - first)
+        n_equal -= n_more
+        taken[chunk] = first + n_more
+    return taken
+
+
+def tile_arrays(cells: Sorted, tile: int) -> dict[str, npt.NDArray[Any]]:
+    """What a `TileStore` holds of a tile: its cells in order, and its vertices."""
+    cuts = cells.scratch.load("cuts", tile, tile + 2)
+    names = ("codes", "cells", "vertices", "positions")
+    parts: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in names}
+    for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
+        for name in names:
+            part = cells.scratch.load(f"runs/{chunk}/{name}", *cuts[:, chunk].tolist())
+            parts[name].append(part)
+    codes, numbers, vertices, positions = (np.concatenate(parts.pop(name)) for name in names)
+    order = _stable_order(codes)
+    ids, corners = _compact(vertices[order].ravel())
+    points = np.empty((len(ids), 3))
+    points[corners] = positions[order].reshape(-1, 3)
+    return {
+        "cells": numbers[order],
+        "vertex_ids": ids,
+        "vertices": points,
+        "faces": corners.reshape(-1, 3),
+    }
+
+
+def _compact(
+    corners: npt.NDArray[np.integer[Any]],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    """The different numbers, ascending, and the place of each among these."""
+    low = int(corners.min())
+    span = int(corners.max()) - low + 1
+    if span > MAX_SPAN:
+        ids, places = np.unique(corners, return_inverse=True)
+        return ids.astype(np.int64), places.reshape(-1).astype(np.int32)
+    is_used = np.zeros(span, bool)
+    is_used[corners - low] = True
+    table = np.cumsum(is_used, dtype=np.int32) - 1
+    return np.flatnonzero(is_used) + low, table[corners - low].astype(np.int32)
