@@ -1,1 +1,1 @@
-"""Meshes larger than memory: cells on disk, tile by tile along the space-filling curve."""
+"""Meshes larger than memory: cells in tiles on disk, along a space-filling curve."""
