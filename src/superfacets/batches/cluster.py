@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from importlib import metadata
 from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, TypeVar
 
 from .. import __version__
 from ..errors import MissingExtraError, reason_of
 from ..io.guards import counted
-from .jobs import Job, Record, hash_of, run_job
+from .jobs import Job, Record, check_version, hash_of, run_job
 
 __all__ = ["Killed", "Team", "Worker", "local_memory", "local_team", "remote_team"]
 
@@ -40,6 +40,12 @@ CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
 
 LOCALHOST = "127.0.0.1"
+
+Piece = tuple[Any, ...]
+"""The number of a piece of work, and whatever else the work is called with."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 _LOCAL_SETTINGS = {
     # Results stay in a worker for a moment and are small: a worker that uses much memory is at work
@@ -94,12 +100,33 @@ class Team:
         OSError
             If no worker is left, the scheduler is gone, or a job says that the batch cannot go on.
         """
-        yield from _run(self, [job.with_threads(1) for job in jobs], width=None)
+        yield from _run_jobs(self, [job.with_threads(1) for job in jobs], width=None)
 
     def do_alone(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Record | Killed]]:
         """Likewise, but one after the other, each on all threads of a worker."""
         n_threads = min(worker.n_threads for worker in self.workers)
-        yield from _run(self, [job.with_threads(n_threads) for job in jobs], width=1)
+        yield from _run_jobs(self, [job.with_threads(n_threads) for job in jobs], width=1)
+
+    def map(
+        self, work: Callable[..., Any], store: Any, jobs: Sequence[Piece]
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield the places of jobs with ``work(store, *job)`` as they end, one on each thread.
+
+        Raises
+        ------
+        OSError
+            If no worker is left, the scheduler is gone, or workers were killed with one piece at
+            work time and again. What the work raises is raised as it is.
+        """
+
+        def call(place: int) -> tuple[Any, ...]:
+            return run_piece, __version__, work, store, jobs[place]
+
+        def result_of(future: Any, place: int) -> tuple[Any] | None:
+            return _piece_of(future, jobs[place][0])
+
+        for place, (result,) in _run(self, range(len(jobs)), call, result_of, width=None):
+            yield place, result
 
 
 def local_memory() -> int:
@@ -206,18 +233,35 @@ def _facts_of(dask_worker: Any) -> tuple[int, float]:
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
-def _run(
+def run_piece(version: str, work: Callable[..., Any], store: Any, job: Piece) -> Any:
+    """Do the work of a `Team.map` here, if this process has the version of who asks for it."""
+    check_version(version)
+    return work(store, *job)
+
+
+def _run_jobs(
     team: Team, jobs: Sequence[Job], width: int | None
 ) -> Iterator[tuple[Job, Record | Killed]]:
-    """Hand out jobs: one to each thread, and one more to each worker for when it has done that.
+    return _run(team, jobs, lambda job: (run_job, job), _result_of, width)
+
+
+def _run(
+    team: Team,
+    tasks: Sequence[Task],
+    call: Callable[[Task], tuple[Any, ...]],
+    result_of: Callable[[Any, Task], Result | None],
+    width: int | None,
+) -> Iterator[tuple[Task, Result]]:
+    """Hand out tasks: one to each thread, and one more to each worker for when it has done that.
 
     With a `width`, no more than that. So the scheduler never has thousands of them, and a worker
     that is killed counts against few that it had not begun; none is lost by that. They are tied to
     no worker: one that is tied to a worker which ends is never run again by Dask, though others may
-    be allowed, if no other is there at the time.
+    be allowed, if no other is there at the time. `call` gives the function and the arguments of a
+    task, and `result_of` what came of its future, or None if it is being done again.
     """
-    waiting = deque(jobs)
-    running: dict[str, tuple[Any, Job]] = {}
+    waiting = deque(tasks)
+    running: dict[str, tuple[Any, Task]] = {}
     ended: SimpleQueue[Any] = SimpleQueue()
     presence = _Presence(team)
     try:
@@ -225,21 +269,21 @@ def _run(
             n_threads = presence.n_threads()
             room = n_threads + len(team.workers) if width is None else width
             while waiting and len(running) < room:
-                job = waiting.popleft()
-                future = team.client.submit(run_job, job, pure=False)
-                running[future.key] = (future, job)
+                task = waiting.popleft()
+                future = team.client.submit(*call(task), pure=False)
+                running[future.key] = (future, task)
                 future.add_done_callback(ended.put)
             try:
                 future = ended.get(timeout=TICK)
             except Empty:
                 continue
-            job = running[future.key][1]
-            result = _result_of(future, job)
+            task = running[future.key][1]
+            result = result_of(future, task)
             if result is None:
                 future.add_done_callback(ended.put)
                 continue
             del running[future.key]
-            yield job, result
+            yield task, result
     finally:
         with contextlib.suppress(Exception):  # there may be no scheduler any more
             team.client.cancel([future for future, _ in running.values()])
@@ -266,6 +310,27 @@ def _result_of(future: Any, job: Job) -> Record | Killed | None:
     except Exception as error:  # such as one that cannot be pickled
         return {**job.head, "sha256": hash_of(job.path), "error": reason_of(error)}
     return record
+
+
+def _piece_of(future: Any, piece: int) -> tuple[Any] | None:
+    """What the work for a piece returned, or raises what it raised; None as for `_result_of`."""
+    if future.cancelled():
+        raise _scheduler_lost()
+    killed = importlib.import_module("distributed").KilledWorker
+    try:
+        return (future.result(timeout=GATHER_TIMEOUT),)
+    except TimeoutError:
+        return None
+    except OSError:
+        if future.status == "error":
+            raise
+        raise _scheduler_lost() from None
+    except killed as error:
+        n_workers = counted(error.allowed_failures + 1, "worker")
+        raise ConnectionError(
+            f"{n_workers} ended with piece {piece} at work (out of memory?): take smaller tiles, or"
+            " fewer workers"
+        ) from None
 
 
 def _scheduler_lost() -> ConnectionError:

@@ -7,31 +7,36 @@ from typing import Any, Protocol
 
 from ..batches.cluster import Team
 
-__all__ = ["OnDone", "Run", "on_team", "run_serially"]
+__all__ = ["Job", "OnDone", "Run", "on_team", "run_all", "run_serially"]
+
+Job = tuple[Any, ...]
+"""The number of a piece, and whatever else its work is called with."""
 
 OnDone = Callable[[int, int], object]
 """Called with the number of pieces done, and of all, each time that one is."""
 
 
 class Run(Protocol):
-    """Calls ``work(store, piece, *args)`` for all pieces; returns the results in their order.
+    """Calls ``work(store, *job)`` for all jobs; returns the results in their order.
 
-    The store lies on disk, and all arguments can be pickled. A piece may be worked on again after
-    a worker was killed, and so must do nothing but read the store and write arrays of its own.
+    A job is a tuple that begins with the number of a piece. The store lies on disk, and all
+    arguments can be pickled. A piece may be worked on again after a worker was killed, and so the
+    work must do nothing but read the store and write arrays of its own.
     """
 
-    def __call__(
-        self, work: Callable[..., Any], store: Any, pieces: Sequence[int], /, *args: Any
-    ) -> list[Any]:
+    def __call__(self, work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
         """See the class."""
         ...
 
 
-def run_serially(
-    work: Callable[..., Any], store: Any, pieces: Sequence[int], /, *args: Any
-) -> list[Any]:
+def run_serially(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
     """Work in this process, one piece after the other."""
-    return [work(store, piece, *args) for piece in pieces]
+    return [work(store, *job) for job in jobs]
+
+
+def run_all(run: Run, work: Callable[..., Any], store: Any, n_pieces: int, *args: Any) -> list[Any]:
+    """Call ``work(store, piece, *args)`` for all pieces, with the same arguments."""
+    return run(work, store, [(piece, *args) for piece in range(n_pieces)])
 
 
 def on_team(team: Team, on_done: OnDone | None = None) -> Run:
@@ -43,14 +48,12 @@ def on_team(team: Team, on_done: OnDone | None = None) -> Run:
         If the workers are gone, or were killed time and again with one piece at work.
     """
 
-    def run(
-        work: Callable[..., Any], store: Any, pieces: Sequence[int], /, *args: Any
-    ) -> list[Any]:
+    def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
         results: dict[int, Any] = {}
-        for piece, result in team.map(work, store, pieces, *args):
-            results[piece] = result
+        for place, result in team.map(work, store, jobs):
+            results[place] = result
             if on_done is not None:
-                on_done(len(results), len(pieces))
-        return [results[piece] for piece in pieces]
+                on_done(len(results), len(jobs))
+        return [results[place] for place in range(len(jobs))]
 
     return run

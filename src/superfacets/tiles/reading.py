@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
 from ..io.readers.ply_header import INDEX_NAMES, Element, Header
-from .scratch import ArrayFile, read_all
+from .scratch import read_all
 
-__all__ = ["ArrayRows", "MeshPieces", "NpyRows", "RecordRows", "Rows", "ply_pieces", "take_rows"]
+__all__ = ["ArrayRows", "Faces", "MeshPieces", "RecordRows", "Rows", "ply_pieces", "take_rows"]
 
 BLOCK_BITS = 14
 """Rows are looked up in blocks of 2 to this power."""
@@ -49,25 +49,6 @@ class ArrayRows:
 
 
 @dataclass(frozen=True)
-class NpyRows:
-    """The rows of an array in a .npy file."""
-
-    path: Path
-    n_rows: int
-
-    @classmethod
-    def of(cls, path: Path) -> NpyRows:
-        """Look into the file."""
-        with ArrayFile(path) as file:
-            return cls(path, file.shape[0])
-
-    def read(self, begin: int, end: int) -> npt.NDArray[Any]:
-        """Rows begin to end - 1."""
-        with ArrayFile(self.path) as file:
-            return file.rows(begin, end)
-
-
-@dataclass(frozen=True)
 class RecordRows:
     """Columns of records of equal size in a binary file.
 
@@ -99,7 +80,7 @@ class RecordRows:
             read_all(file, records)
         if self.length is not None and np.any(records[self.length] != 3):
             raise NotUniformError
-        if len(self.columns) == 1:
+        if len(self.columns) == 1:  # of one number, or of several
             values = records[self.columns[0]]
             return np.ascontiguousarray(values, values.dtype.newbyteorder("="))
         kind = np.result_type(*(self.record[column] for column in self.columns))
@@ -113,20 +94,50 @@ class NotUniformError(Exception):
     """Not all faces are triangles: where the rows of a file are cannot be told."""
 
 
+class Faces(NamedTuple):
+    """Some faces: their corners in a row, and where those of each begin."""
+
+    corners: npt.NDArray[np.int64]
+    offsets: npt.NDArray[np.int64] | None
+    """And behind the last; None for triangles."""
+
+    def face_of(self, corner: int) -> int:
+        """The face that a corner belongs to."""
+        if self.offsets is None:
+            return corner // 3
+        return int(np.searchsorted(self.offsets, corner, side="right")) - 1
+
+
 @dataclass(frozen=True)
 class MeshPieces:
-    """A mesh of triangles of which pieces can be read.
+    """A mesh of which pieces can be read.
 
     Parameters
     ----------
     vertices : Rows
         Of three coordinates.
-    faces : Rows
-        Of three vertex indices.
+    corners : Rows
+        Of three vertex indices, one row per face; with `offsets` one index per row.
+    offsets : Rows or None
+        Where the corners of each face begin, and behind the last; None if all are triangles.
     """
 
     vertices: Rows
-    faces: Rows
+    corners: Rows
+    offsets: Rows | None = None
+
+    @property
+    def n_faces(self) -> int:
+        """Number of faces."""
+        return self.corners.n_rows if self.offsets is None else self.offsets.n_rows - 1
+
+    def faces(self, begin: int, end: int) -> Faces:
+        """Faces begin to end - 1."""
+        if self.offsets is None:
+            return Faces(self.corners.read(begin, end).reshape(-1).astype(np.int64), None)
+        offsets = self.offsets.read(begin, end + 1)
+        corners = self.corners.read(int(offsets[0]), int(offsets[-1]))
+        return Faces(corners.astype(np.int64), offsets - offsets[0])
 
 
 def ply_pieces(path: Path, header: Header) -> MeshPieces | None:

@@ -121,6 +121,10 @@ class Scratch:
         """An array of which several ranges of rows are to be read."""
         return ArrayFile(self._path(name))
 
+    def new_file(self) -> Path:
+        """The path of a file that is not there yet."""
+        return self.folder / secrets.token_hex(6)
+
     def has(self, name: str) -> bool:
         """Whether there is such an array."""
         return self._path(name).exists()

@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import _check_extent, _raise_index_error
-from .mapping import Run
-from .reading import MeshPieces, Rows, take_rows
+from ..io.readers.text import runs
+from .mapping import Run, run_all
+from .reading import Faces, MeshPieces, Rows, take_rows
 from .scratch import Scratch
 from .welding import check_vertices, weld
 
@@ -48,29 +49,29 @@ class _Chunks:
     size: int
     n_threads: int
 
-    def __len__(self) -> int:
-        return -(-self.pieces.faces.n_rows // self.size)
+    @property
+    def n_chunks(self) -> int:
+        """How many there are."""
+        return -(-self.pieces.n_faces // self.size)
 
     def begin(self, chunk: int) -> int:
         """The first face of a chunk."""
         return chunk * self.size
 
-    def read(self, chunk: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[Any]]:
-        """Welded vertices, (n, 3), and their positions, (n, 3, 3), of the faces of a chunk.
+    def read(self, chunk: int) -> tuple[Faces, npt.NDArray[Any]]:
+        """The faces of a chunk with welded vertices, and the position of each corner, (c, 3).
 
         A MeshError names the first corner that is no vertex.
         """
-        begin, n_faces = self.begin(chunk), self.pieces.faces.n_rows
-        faces = self.pieces.faces.read(begin, min(begin + self.size, n_faces)).astype(np.int64)
-        corners = faces.ravel()
-        n_vertices = self.pieces.vertices.n_rows
+        begin = self.begin(chunk)
+        faces = self.pieces.faces(begin, min(begin + self.size, self.pieces.n_faces))
+        corners, n_vertices = faces.corners, self.pieces.vertices.n_rows
         if corners.min() < 0 or corners.max() >= n_vertices:
             place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
-            _raise_index_error(begin + place // 3, int(corners[place]), n_vertices)
+            _raise_index_error(begin + faces.face_of(place), int(corners[place]), n_vertices)
         if self.lowest is not None:
             corners = take_rows(self.lowest, corners, self.most)
-        positions = take_rows(self.pieces.vertices, corners, self.most)
-        return corners.reshape(-1, 3), positions.reshape(-1, 3, 3)
+        return Faces(corners, faces.offsets), take_rows(self.pieces.vertices, corners, self.most)
 
     @property
     def most(self) -> int:
@@ -119,10 +120,10 @@ def sort_cells(
         check_vertices(run, scratch, pieces.vertices, tile_cells)
         lowest = None
     chunks = _Chunks(pieces, lowest, tile_cells, n_threads)
-    facts = _summed_up(run(_measure_chunk, scratch, range(len(chunks)), chunks))
+    facts = _summed_up(run_all(run, _measure_chunk, scratch, chunks.n_chunks, chunks))
     box = (facts.centroid_low, facts.centroid_high)
-    counts = np.stack(run(_sort_chunk, scratch, range(len(chunks)), chunks, *box))
-    n_cells = pieces.faces.n_rows
+    counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, *box))
+    n_cells = pieces.n_faces
     starts = np.append(np.arange(0, n_cells, tile_cells), n_cells)
     scratch.save("cuts", _find_cuts(scratch, counts, starts))
     scratch.remove("representatives")
@@ -146,9 +147,10 @@ def _measure_chunk(
     scratch: Scratch, chunk: int, chunks: _Chunks
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
     """Low corners of the boxes of vertices and centroids, high ones; sums of areas by block."""
-    _, positions = chunks.read(chunk)
-    centroids, areas = _measured(positions, chunks.n_threads)
-    corners = positions.reshape(-1, 3).astype(np.float64)
+    faces, positions = chunks.read(chunk)
+    corners = positions.astype(np.float64)
+    every = np.arange(len(corners), dtype=np.int32)
+    centroids, areas = _measured(corners, every, faces.offsets, chunks.n_threads)
     lows = [corners.min(axis=0), centroids.min(axis=0)]
     highs = [corners.max(axis=0), centroids.max(axis=0)]
     sums = [
@@ -159,12 +161,16 @@ def _measure_chunk(
 
 
 def _measured(
-    positions: npt.NDArray[Any], n_threads: int
+    points: npt.NDArray[np.float64],
+    corners: npt.NDArray[np.int32],
+    offsets: npt.NDArray[np.int64] | None,
+    n_threads: int,
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Centroids and areas of triangles given by the positions of their corners."""
-    points = np.ascontiguousarray(positions.reshape(-1, 3), np.float64)
-    faces = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
-    return _core.measure_faces(points, faces, n_threads)
+    """Centroids and areas of faces."""
+    if offsets is None:
+        return _core.measure_faces(points, corners.reshape(-1, 3), n_threads)
+    centroids, areas, _ = _core.measure_polygons(points, offsets, corners, n_threads)
+    return centroids, areas
 
 
 def _sort_chunk(
@@ -175,15 +181,26 @@ def _sort_chunk(
     high: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.int32]:
     """Write the faces of a chunk in the order of their codes; counts of the codes' upper bits."""
-    vertices, positions = chunks.read(chunk)
-    codes = morton_codes(_measured(positions, chunks.n_threads)[0], low, high)
+    faces, positions = chunks.read(chunk)
+    every = np.arange(len(positions), dtype=np.int32)
+    points = positions.astype(np.float64)
+    centroids, _ = _measured(points, every, faces.offsets, chunks.n_threads)
+    codes = morton_codes(centroids, low, high)
+    del centroids, points
     order = _stable_order(codes)
     codes = codes[order]
     scratch.save(f"runs/{chunk}/codes", codes)
     scratch.save(f"runs/{chunk}/cells", (order + chunks.begin(chunk)).astype(np.int32))
     narrow = np.int32 if chunks.pieces.vertices.n_rows < 1 << 31 else np.int64
-    scratch.save(f"runs/{chunk}/vertices", vertices.astype(narrow)[order])
-    scratch.save(f"runs/{chunk}/positions", positions[order])
+    vertices = faces.corners.astype(narrow)
+    if faces.offsets is None:
+        scratch.save(f"runs/{chunk}/vertices", vertices.reshape(-1, 3)[order])
+        scratch.save(f"runs/{chunk}/positions", positions.reshape(-1, 3, 3)[order])
+    else:
+        places, offsets = _reordered(faces.offsets, order)
+        scratch.save(f"runs/{chunk}/offsets", offsets)
+        scratch.save(f"runs/{chunk}/vertices", vertices[places])
+        scratch.save(f"runs/{chunk}/positions", positions[places])
     return np.bincount(codes >> LOW_BITS, minlength=1 << LOW_BITS).astype(np.int32)
 
 
@@ -261,26 +278,67 @@ def _cut_within(
     return taken
 
 
-def tile_arrays(cells: Sorted, tile: int) -> dict[str, npt.NDArray[Any]]:
+def _reordered(
+    offsets: npt.NDArray[np.int64], order: npt.NDArray[np.int64]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """The places of corners when faces are put in another order, and their new offsets."""
+    lengths = np.diff(offsets)[order]
+    new = np.zeros(len(offsets), np.int64)
+    np.cumsum(lengths, out=new[1:])
+    return runs(offsets[order], lengths), new
+
+
+def tile_arrays(cells: Sorted, tile: int, n_threads: int) -> dict[str, npt.NDArray[Any]]:
     """What a `TileStore` holds of a tile: its cells in order, and its vertices."""
-    cuts = cells.scratch.load("cuts", tile, tile + 2)
-    names = ("codes", "cells", "vertices", "positions")
-    parts: dict[str, list[npt.NDArray[Any]]] = {name: [] for name in names}
-    for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
-        for name in names:
-            part = cells.scratch.load(f"runs/{chunk}/{name}", *cuts[:, chunk].tolist())
-            parts[name].append(part)
-    codes, numbers, vertices, positions = (np.concatenate(parts.pop(name)) for name in names)
+    codes, numbers, offsets, vertices, positions = _unsorted_tile(cells, tile)
     order = _stable_order(codes)
-    ids, corners = _compact(vertices[order].ravel())
+    if offsets is None:
+        ids, corners = _compact(vertices[order].reshape(-1))
+        positions = positions[order].reshape(-1, 3)
+    else:
+        places, offsets = _reordered(offsets, order)
+        ids, corners = _compact(vertices[places])
+        positions = positions[places]
     points = np.empty((len(ids), 3))
-    points[corners] = positions[order].reshape(-1, 3)
-    return {
+    points[corners] = positions
+    centroids, areas = _measured(points, corners, offsets, n_threads)
+    arrays = {
         "cells": numbers[order],
+        "positions": centroids,
+        "measures": areas,
         "vertex_ids": ids,
         "vertices": points,
-        "faces": corners.reshape(-1, 3),
     }
+    if offsets is None:
+        return {**arrays, "faces": corners.reshape(-1, 3)}
+    return {**arrays, "offsets": offsets, "corners": corners}
+
+
+def _unsorted_tile(
+    cells: Sorted, tile: int
+) -> tuple[
+    npt.NDArray[np.uint32], npt.NDArray[np.int32], npt.NDArray[np.int64] | None,
+    npt.NDArray[Any], npt.NDArray[Any],
+]:  # fmt: skip
+    """Codes, cells, offsets, vertices and positions of what a tile takes of each run in turn."""
+    load = cells.scratch.load
+    cuts = load("cuts", tile, tile + 2)
+    parts: list[list[npt.NDArray[Any]]] = []
+    lengths = []
+    for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
+        begin, end = cuts[:, chunk].tolist()
+        found = [load(f"runs/{chunk}/{name}", begin, end) for name in ("codes", "cells")]
+        if cells.scratch.has(f"runs/{chunk}/offsets"):
+            offsets = load(f"runs/{chunk}/offsets", begin, end + 1)
+            lengths.append(np.diff(offsets))
+            begin, end = int(offsets[0]), int(offsets[-1])
+        found += [load(f"runs/{chunk}/{name}", begin, end) for name in ("vertices", "positions")]
+        parts.append(found)
+    codes, numbers, vertices, positions = map(np.concatenate, zip(*parts, strict=True))
+    if not lengths:
+        return codes, numbers, None, vertices, positions
+    ends = np.append(0, np.cumsum(np.concatenate(lengths), dtype=np.int64))
+    return codes, numbers, ends, vertices, positions
 
 
 def _compact(

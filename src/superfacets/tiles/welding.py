@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from ..errors import MeshError
-from .mapping import Run
+from .mapping import Run, run_all
 from .reading import Rows
 from .scratch import Scratch
 
@@ -39,24 +39,22 @@ class BlockRows:
 
 def check_vertices(run: Run, scratch: Scratch, vertices: Rows, size: int) -> None:
     """Raise a MeshError that names the first vertex that is not finite."""
-    run(_check_block, scratch, range(_n_blocks(vertices, size)), vertices, size)
+    run_all(run, _check_block, scratch, _n_blocks(vertices, size), vertices, size)
 
 
-def weld(
-    run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int
-) -> BlockRows | None:
+def weld(run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int) -> BlockRows | None:
     """For each vertex the lowest at exactly the same position (-0.0 is 0.0); None if none share.
 
     Vertices are checked on the way, as by `check_vertices`. A block of `size` of them is in memory
     at a time. They are grouped in buckets by a hash of the position, welded bucket by bucket, and
     those that are not the lowest are listed by block.
     """
-    blocks = range(_n_blocks(vertices, size))
-    buckets = range(1 << (len(blocks) - 1).bit_length())
-    run(_fill_buckets, scratch, blocks, vertices, size, len(buckets))
-    n_shared = run(_weld_bucket, scratch, buckets, size, len(blocks), n_threads)
+    n_blocks = _n_blocks(vertices, size)
+    n_buckets = 1 << (n_blocks - 1).bit_length()
+    run_all(run, _fill_buckets, scratch, n_blocks, vertices, size, n_buckets)
+    n_shared = run_all(run, _weld_bucket, scratch, n_buckets, size, n_blocks, n_threads)
     if any(n_shared):
-        run(_list_block, scratch, blocks, vertices.n_rows, size, len(buckets))
+        run_all(run, _list_block, scratch, n_blocks, vertices.n_rows, size, n_buckets)
     scratch.remove("buckets")
     scratch.remove("welded")
     if not any(n_shared):
@@ -86,9 +84,7 @@ def _check_block(scratch: Scratch, block: int, vertices: Rows, size: int) -> Non
     _checked_block(vertices, block, size)
 
 
-def _fill_buckets(
-    scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int
-) -> None:
+def _fill_buckets(scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int) -> None:
     """Sort the vertices of a block by bucket; those of a bucket stay in their order."""
     positions = _checked_block(vertices, block, size)
     buckets = _buckets_of(positions.astype(np.float64), n_buckets)
@@ -117,9 +113,7 @@ def _buckets_of(positions: npt.NDArray[np.float64], n_buckets: int) -> npt.NDArr
     return mixed.astype(np.uint16 if n_buckets <= 1 << 16 else np.uint32)
 
 
-def _weld_bucket(
-    scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int
-) -> int:
+def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> int:
     """List the vertices of a bucket that are not the lowest of their position; their number."""
     vertices, positions = [], []
     for block in range(n_blocks):
