@@ -3,35 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 from ..batches.cluster import Team
+from .store import Job, Run
 
-__all__ = ["Job", "OnDone", "Run", "on_team", "run_all", "run_serially"]
-
-Job = tuple[Any, ...]
-"""The number of a piece, and whatever else its work is called with."""
+__all__ = ["OnDone", "on_team", "run_all"]
 
 OnDone = Callable[[int, int], object]
 """Called with the number of pieces done, and of all, each time that one is."""
-
-
-class Run(Protocol):
-    """Calls ``work(store, *job)`` for all jobs; returns the results in their order.
-
-    A job is a tuple that begins with the number of a piece. The store lies on disk, and all
-    arguments can be pickled. A piece may be worked on again after a worker was killed, and so the
-    work must do nothing but read the store and write arrays of its own.
-    """
-
-    def __call__(self, work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
-        """See the class."""
-        ...
-
-
-def run_serially(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
-    """Work in this process, one piece after the other."""
-    return [work(store, *job) for job in jobs]
 
 
 def run_all(run: Run, work: Callable[..., Any], store: Any, n_pieces: int, *args: Any) -> list[Any]:
@@ -41,6 +21,9 @@ def run_all(run: Run, work: Callable[..., Any], store: Any, n_pieces: int, *args
 
 def on_team(team: Team, on_done: OnDone | None = None) -> Run:
     """Return a `Run` on the workers of a team: a piece at a time on each thread.
+
+    A piece is worked on again where a worker was killed, and so the work must do nothing but read
+    the store and write arrays of its own.
 
     Raises
     ------

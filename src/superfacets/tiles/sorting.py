@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,15 +11,14 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import _check_extent, _raise_index_error
 from ..io.readers.text import runs
-from .mapping import Run, run_all
+from .mapping import run_all
 from .reading import Faces, MeshPieces, Rows, take_rows
 from .scratch import Scratch
+from .store import RANGE, Run, TileStore, tile_starts
+from .sums import BlockedSum
 from .welding import check_vertices, weld
 
-__all__ = ["Sorted", "sort_cells", "tile_arrays"]
-
-SUM_BLOCK = 4096
-"""The core sums areas in blocks of so many faces, and so does this, to the same bits."""
+__all__ = ["make_tiles"]
 
 LOW_BITS = 15
 """Codes have twice as many. They are counted by their upper bits first, then by the lower ones of
@@ -29,14 +28,20 @@ MAX_SPAN = 1 << 26
 """Vertices of a tile are found in a table where their numbers are within such a range."""
 
 
-class Facts(NamedTuple):
-    """What is known of the whole mesh."""
+class _Measured(NamedTuple):
+    """What is known of a chunk of faces."""
 
-    low: npt.NDArray[np.float64]  # (3,) of the box of the vertices that faces use
-    high: npt.NDArray[np.float64]
-    centroid_low: npt.NDArray[np.float64]
-    centroid_high: npt.NDArray[np.float64]
-    total_area: float
+    bounds: npt.NDArray[np.float64]  # (2, 3) box of the vertices that faces use
+    curve: npt.NDArray[np.float64]  # (2, 3) box of the centroids
+    areas: npt.NDArray[np.float64]  # sums of the blocks that the core sums by
+
+
+class _Facts(NamedTuple):
+    """The same of all faces."""
+
+    bounds: npt.NDArray[np.float64]
+    curve: npt.NDArray[np.float64]
+    total_measure: float
 
 
 @dataclass(frozen=True)
@@ -79,85 +84,80 @@ class _Chunks:
         return 2 * self.size
 
 
-@dataclass(frozen=True)
-class Sorted:
-    """Cells in the order of the curve, in sorted runs in a scratch folder.
+def make_tiles(
+    pieces: MeshPieces, scratch: Scratch, tile_cells: int, *, welds: bool, run: Run, n_threads: int
+) -> TileStore:
+    """Sort the faces of a mesh along the curve, as in memory, and write them tile by tile.
 
-    Attributes
+    No more than about `tile_cells` faces, or as many vertices, are in memory at a time. The input
+    is read three times: to weld its vertices, for the box of all centroids, and to write each chunk
+    of faces sorted by code. How much tiles take of each of these runs is found by counting codes;
+    then each tile is merged. Each pass but the counting runs on all workers.
+
+    Parameters
     ----------
+    pieces : MeshPieces
     scratch : Scratch
-    facts : Facts
-    starts : ndarray of int64, shape (T + 1,)
-        Tile t has the places ``starts[t]`` to ``starts[t + 1] - 1``.
-    chunk_size : int
-        Faces of the input in a run.
-    """
-
-    scratch: Scratch
-    facts: Facts
-    starts: npt.NDArray[np.int64]
-    chunk_size: int
-
-
-def sort_cells(
-    run: Run, scratch: Scratch, pieces: MeshPieces, tile_cells: int, *, welds: bool, n_threads: int
-) -> Sorted:
-    """Sort the faces of a mesh along the curve of the core; the order is the same as in memory.
-
-    A chunk of `tile_cells` faces (a multiple of 4096) is in memory at a time. The input is read
-    twice: for the box of all centroids, and to sort each chunk by the codes of its centroids. What
-    tiles take of each of these sorted runs is found by counting codes.
+    tile_cells : int
+        Faces in a tile, at most; rounded up to a multiple of `RANGE`.
+    welds : bool
+        Whether vertices at the same position count as one.
+    run : Run
+    n_threads : int
+        Of the core, where a piece is worked on.
 
     Raises
     ------
     MeshError
-        As `Mesh`: the first wrong index or coordinate is named.
+        As `Mesh`: the first wrong coordinate or index is named.
     """
-    assert tile_cells % SUM_BLOCK == 0
+    size = -(-tile_cells // RANGE) * RANGE
     if welds:
-        lowest: Rows | None = weld(run, scratch, pieces.vertices, tile_cells, n_threads)
+        lowest: Rows | None = weld(run, scratch, pieces.vertices, size, n_threads)
     else:
-        check_vertices(run, scratch, pieces.vertices, tile_cells)
+        check_vertices(run, scratch, pieces.vertices, size)
         lowest = None
-    chunks = _Chunks(pieces, lowest, tile_cells, n_threads)
+    chunks = _Chunks(pieces, lowest, size, n_threads)
     facts = _summed_up(run_all(run, _measure_chunk, scratch, chunks.n_chunks, chunks))
-    box = (facts.centroid_low, facts.centroid_high)
-    counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, *box))
-    n_cells = pieces.n_faces
-    starts = np.append(np.arange(0, n_cells, tile_cells), n_cells)
-    scratch.save("cuts", _find_cuts(scratch, counts, starts))
+    counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, *facts.curve))
+    starts = tile_starts(pieces.n_faces, -(-pieces.n_faces // size))
     scratch.remove("representatives")
-    return Sorted(scratch, facts, starts, tile_cells)
+    scratch.save("cuts", _find_cuts(scratch, counts, np.array(starts)))
+    kind: Literal["triangles", "polygons"] = "triangles" if pieces.offsets is None else "polygons"
+    store = TileStore(scratch, kind, starts, facts.bounds, facts.curve, facts.total_measure)
+    run_all(run, _write_tile, store, store.n_tiles, n_threads)
+    scratch.remove("runs")
+    return store
 
 
-def _summed_up(
-    found: list[tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]],
-) -> Facts:
-    boxes = np.stack([box for box, _ in found])
-    total = 0.0
-    for partial in np.concatenate([sums for _, sums in found]).tolist():
-        total += partial
-    low, centroid_low = boxes[:, :3].min(axis=0), boxes[:, 3:6].min(axis=0)
-    high, centroid_high = boxes[:, 6:9].max(axis=0), boxes[:, 9:].max(axis=0)
-    _check_extent(low, high)
-    return Facts(low, high, centroid_low, centroid_high, total)
+def _summed_up(found: list[_Measured]) -> _Facts:
+    areas = 0.0
+    for partial in np.concatenate([part.areas for part in found]).tolist():
+        areas += partial
+    bounds = _joined_boxes([part.bounds for part in found])
+    _check_extent(*bounds)
+    return _Facts(bounds, _joined_boxes([part.curve for part in found]), areas)
 
 
-def _measure_chunk(
-    scratch: Scratch, chunk: int, chunks: _Chunks
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Low corners of the boxes of vertices and centroids, high ones; sums of areas by block."""
+def _joined_boxes(boxes: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+    stacked = np.stack(boxes)
+    return np.array([stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)])
+
+
+def _box_of(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _measure_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> _Measured:
     faces, positions = chunks.read(chunk)
     corners = positions.astype(np.float64)
     every = np.arange(len(corners), dtype=np.int32)
     centroids, areas = _measured(corners, every, faces.offsets, chunks.n_threads)
-    lows = [corners.min(axis=0), centroids.min(axis=0)]
-    highs = [corners.max(axis=0), centroids.max(axis=0)]
     sums = [
-        _core.sum_of(areas[first : first + SUM_BLOCK], 1)
-        for first in range(0, len(areas), SUM_BLOCK)
+        _core.sum_of(areas[first : first + BlockedSum.BLOCK], 1)
+        for first in range(0, len(areas), BlockedSum.BLOCK)
     ]
-    return np.concatenate([*lows, *highs]), np.array(sums)
+    return _Measured(_box_of(corners), _box_of(centroids), np.array(sums))
 
 
 def _measured(
@@ -288,9 +288,9 @@ def _reordered(
     return runs(offsets[order], lengths), new
 
 
-def tile_arrays(cells: Sorted, tile: int, n_threads: int) -> dict[str, npt.NDArray[Any]]:
-    """What a `TileStore` holds of a tile: its cells in order, and its vertices."""
-    codes, numbers, offsets, vertices, positions = _unsorted_tile(cells, tile)
+def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
+    """Merge what a tile takes of each run, and write it."""
+    codes, numbers, offsets, vertices, positions = _unsorted_tile(store.scratch, tile)
     order = _stable_order(codes)
     if offsets is None:
         ids, corners = _compact(vertices[order].reshape(-1))
@@ -302,33 +302,33 @@ def tile_arrays(cells: Sorted, tile: int, n_threads: int) -> dict[str, npt.NDArr
     points = np.empty((len(ids), 3))
     points[corners] = positions
     centroids, areas = _measured(points, corners, offsets, n_threads)
-    arrays = {
-        "cells": numbers[order],
-        "positions": centroids,
-        "measures": areas,
-        "vertex_ids": ids,
-        "vertices": points,
-    }
+    store.write(tile, "cells", numbers[order])
+    store.write(tile, "positions", centroids)
+    store.write(tile, "measures", areas)
+    store.write(tile, "vertex_ids", ids)
+    store.write(tile, "vertices", points)
     if offsets is None:
-        return {**arrays, "faces": corners.reshape(-1, 3)}
-    return {**arrays, "offsets": offsets, "corners": corners}
+        store.write(tile, "faces", corners.reshape(-1, 3))
+    else:
+        store.write(tile, "offsets", offsets)
+        store.write(tile, "corners", corners)
 
 
 def _unsorted_tile(
-    cells: Sorted, tile: int
+    scratch: Scratch, tile: int
 ) -> tuple[
     npt.NDArray[np.uint32], npt.NDArray[np.int32], npt.NDArray[np.int64] | None,
     npt.NDArray[Any], npt.NDArray[Any],
 ]:  # fmt: skip
     """Codes, cells, offsets, vertices and positions of what a tile takes of each run in turn."""
-    load = cells.scratch.load
+    load = scratch.load
     cuts = load("cuts", tile, tile + 2)
     parts: list[list[npt.NDArray[Any]]] = []
     lengths = []
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
         begin, end = cuts[:, chunk].tolist()
         found = [load(f"runs/{chunk}/{name}", begin, end) for name in ("codes", "cells")]
-        if cells.scratch.has(f"runs/{chunk}/offsets"):
+        if scratch.has(f"runs/{chunk}/offsets"):
             offsets = load(f"runs/{chunk}/offsets", begin, end + 1)
             lengths.append(np.diff(offsets))
             begin, end = int(offsets[0]), int(offsets[-1])

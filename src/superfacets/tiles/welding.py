@@ -10,9 +10,10 @@ import numpy.typing as npt
 
 from .. import _core
 from ..errors import MeshError
-from .mapping import Run, run_all
+from .mapping import run_all
 from .reading import Rows
 from .scratch import Scratch
+from .store import Run
 
 __all__ = ["BlockRows", "check_vertices", "weld"]
 
