@@ -18,7 +18,16 @@ import numpy.typing as npt
 
 from ..io.atomic import writable_folder
 
-__all__ = ["ArrayFile", "Scratch", "load_array", "save_array", "scratch_folder"]
+__all__ = [
+    "ArrayFile",
+    "Scratch",
+    "header_of",
+    "load_array",
+    "read_all",
+    "save_array",
+    "scratch_folder",
+    "write_all",
+]
 
 MARK = ".superfacets-tiles-"
 """What the names of scratch folders begin with."""
@@ -149,7 +158,7 @@ def save_array(path: Path, array: npt.NDArray[Any]) -> None:
     partial = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
     try:
         with partial.open("wb", buffering=0) as file:
-            write_all(file, _header_of(array))
+            write_all(file, header_of(array.dtype, array.shape))
             write_all(file, np.ascontiguousarray(array).reshape(-1).view(np.uint8))
         partial.replace(path)
     except OSError as error:
@@ -161,9 +170,10 @@ def save_array(path: Path, array: npt.NDArray[Any]) -> None:
             partial.unlink()
 
 
-def _header_of(array: npt.NDArray[Any]) -> bytes:
+def header_of(dtype: np.dtype[Any], shape: tuple[int, ...]) -> bytes:
+    """What a .npy file of such an array begins with."""
     file = io.BytesIO()
-    facts = {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape}
+    facts = {"descr": dtype.str, "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(file, facts)
     return file.getvalue()
 
