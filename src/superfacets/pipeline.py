@@ -281,11 +281,11 @@ def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
         mesh, options, timings
     )
     radius = plan.size.radius
-    note = sliver_note(share, _advice(radius))
+    note = sliver_note(share, sliver_advice(radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=3)
     result = segment_cells(ordered, surface.bounds, plan, options.loop)
-    _warn_of_islands(result)
+    warn_of_islands(result)
     del ordered  # makes room
     if options.cleanup.is_needed:
         with timed(timings, "regions", options.loop.on_stage):
@@ -297,7 +297,7 @@ def _run(mesh: MeshLike | CloudLike, options: _Options) -> Segmentation:
     if surface.order is not None:
         result = _in_input_order(result, surface.order)
     params = {**options.params, **result.params, **options.cleanup.params}
-    timings = _in_order(timings | result.timings)
+    timings = stages_in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params, cells=cells)
 
 
@@ -308,7 +308,7 @@ def _in_input_order(result: Segmentation, order: npt.NDArray[np.int32]) -> Segme
     return replace(result, labels=labels, centers=order[result.centers])
 
 
-def _advice(radius: float) -> str:
+def sliver_advice(radius: float) -> str:
     max_edge = EDGE_PER_RADIUS * radius
     return f"segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
 
@@ -381,7 +381,7 @@ def _border_costs(
     return BorderCosts.of_weights(surface, prices, scale)
 
 
-def _warn_of_islands(result: Segmentation) -> None:
+def warn_of_islands(result: Segmentation) -> None:
     """Say where there are more regions than asked for; in the halted mode that is usual."""
     params = result.params
     asked = params["n_segments"]  # None: a radius was asked for
@@ -401,7 +401,7 @@ def _warn_of_islands(result: Segmentation) -> None:
     warnings.warn(message, IslandWarning, stacklevel=4)
 
 
-def _in_order(timings: dict[str, float]) -> dict[str, float]:
+def stages_in_order(timings: dict[str, float]) -> dict[str, float]:
     """The stages in the order in which they run."""
     last = {"regions": timings.pop("regions")} if "regions" in timings else {}
     return timings | last

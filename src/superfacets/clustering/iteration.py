@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
 from .._options import LoopOptions
 from .._timing import timed
+from .graphs import AnyGraph, CoarseCells, Regions, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
@@ -50,8 +50,8 @@ class Iteration:
         return self.levels[-1].stop_reason
 
     def run(
-        self, coarse: list[_core.CoarseGraph], graph: _core.OrderedGraph, centers: Centers
-    ) -> _core.Clustering:
+        self, coarse: list[CoarseCells], graph: AnyGraph, centers: Centers
+    ) -> Regions:
         """Run on the coarse graphs, the last of them first, and then on all cells.
 
         The centers are cells of the first graph on this way. After coarse graphs, all cells are
@@ -68,8 +68,8 @@ class Iteration:
         return self._run_level(graph, centers, must_stay=bool(coarse))
 
     def _run_level(
-        self, graph: _core.OrderedGraph, centers: Centers, *, must_stay: bool = False
-    ) -> _core.Clustering:
+        self, graph: AnyGraph, centers: Centers, *, must_stay: bool = False
+    ) -> Regions:
         """Classify by these centers, and iterate until one of the stop rules holds."""
         start = time.perf_counter()
         reach = math.inf
@@ -77,13 +77,13 @@ class Iteration:
             reach = self.options.radius_factor * self.radius
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
-            clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
+            clustering = regions_of(graph, centers, reach, n_threads, islands)
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 
     def _iterate(
-        self, graph: _core.OrderedGraph, clustering: _core.Clustering, *, must_stay: bool
+        self, graph: AnyGraph, clustering: Regions, *, must_stay: bool
     ) -> tuple[int, StopReason]:
         """Return the number of iterations, and which rule ended them."""
         if self.is_cancelled:
@@ -121,7 +121,7 @@ class Iteration:
             self.is_cancelled = True
 
 
-def _root_mean_square_move(graph: _core.OrderedGraph, centers: Centers, moved_to: Centers) -> float:
+def _root_mean_square_move(graph: AnyGraph, centers: Centers, moved_to: Centers) -> float:
     moves = graph.positions_of(moved_to) - graph.positions_of(centers)
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 

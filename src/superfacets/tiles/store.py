@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .scratch import Scratch
 
-__all__ = ["RANGE", "Job", "Run", "TileStore", "run_serially", "tile_starts"]
+__all__ = ["RANGE", "Job", "Run", "TileStore", "find_cells", "run_serially", "tile_starts"]
 
 RANGE = 4096
 """Places of a range of the curve, beyond which coarse cells never extend: 2**kRangeBits in the
@@ -20,7 +20,7 @@ core's ``cell_grower.hpp``. Tiles begin at multiples of it."""
 Job = tuple[Any, ...]
 """A tile, and further arguments."""
 
-Run = Callable[[Callable[..., Any], "TileStore", Sequence[Job]], list[Any]]
+Run = Callable[[Callable[..., Any], Any, Sequence[Job]], list[Any]]
 """Calls ``work(store, *job)`` for each job, in any process, and returns the results in order."""
 
 
@@ -95,6 +95,10 @@ class TileStore:
         """Whether a tile has such an array."""
         return self.scratch.has(f"tile{tile}/{name}")
 
+    def remove(self, tile: int, name: str) -> None:
+        """Remove an array of a tile, if there is one, to make room on the disk."""
+        self.scratch.remove(f"tile{tile}/{name}")
+
     def read_at(self, name: str, places: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Values of an array of all tiles at some places, ascending; one tile is read at a time."""
         tiles = self.tiles_of(places)
@@ -103,6 +107,17 @@ class TileStore:
             for tile in np.unique(tiles).tolist()
         ]
         return np.concatenate(values) if values else self.read(0, name)[:0]
+
+
+def find_cells(
+    store: TileStore, tile: int, wanted: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Which of some cells are in a tile, as indices, and where in it they are."""
+    cells = store.read(tile, "cells")
+    order = np.argsort(cells, kind="stable")
+    at = np.minimum(np.searchsorted(cells, wanted, sorter=order), len(cells) - 1)
+    is_here = cells[order[at]] == wanted
+    return np.flatnonzero(is_here), order[at[is_here]]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:

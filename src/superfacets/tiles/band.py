@@ -1,0 +1,116 @@
+"""Stage 5 on tiles: straight borders, in a mesh of the faces around them."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..cells.weights import creases_of
+from ..regions.edit import BorderCosts
+from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
+from .arcs import ArcFacts, weighed
+from .faces import Faces, read_faces
+from .store import Run, TileStore
+
+__all__ = ["smooth_tiled"]
+
+Ints = npt.NDArray[np.int32]
+Places = npt.NDArray[np.int64]
+
+RINGS = 4
+"""Rings of faces around borders, and again around every face that is missing one."""
+
+
+class Band:
+    """The faces around borders.
+
+    Those of the rim lack a face at one of their corners: what has been read of a face is right if
+    that face is not at the rim.
+    """
+
+    def __init__(self, store: TileStore, run: Run, faces: Faces) -> None:
+        self._store = store
+        self._run = run
+        self.faces = faces
+        self.is_rim = np.ones(len(faces), bool)
+
+    def grow(self, front: Faces) -> None:
+        """Add rings of faces around some that it has."""
+        for _ in range(RINGS):
+            if not len(front):
+                return
+            jobs = [(tile, front.vertex_ids) for tile in range(self._store.n_tiles)]
+            found = Faces.joined(self._run(_touching, self._store, jobs))
+            complete = np.isin(self.faces.places, front.places)
+            self.is_rim &= ~complete
+            front = found.take(np.flatnonzero(~np.isin(found.places, self.faces.places)))
+            self._add(front)
+
+    def _add(self, new: Faces) -> None:
+        rim = self.faces.places[self.is_rim]
+        self.faces = Faces.joined([self.faces, new])
+        self.is_rim = np.isin(self.faces.places, np.concatenate([rim, new.places]))
+
+
+def smooth_tiled(
+    store: TileStore, facts: ArcFacts, labels: Ints, centers: Ints, scale: float, run: Run
+) -> Ints:
+    """Return labels with straight borders, as `straighten` makes them of all faces at once.
+
+    Moves are considered for faces at borders, and next to faces that have moved. All that is read
+    for one is around its corners. So it suffices to have the faces some rings around the borders;
+    where moves of a face at the rim of these were considered, more rings are added around it, and
+    all is done again.
+    """
+    jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
+    ghosts = [labels[_ghost_cells(store, tile)] for tile in range(store.n_tiles)]
+    found = run(_at_borders, store, [(*job, around) for job, around in zip(jobs, ghosts, strict=True)])
+    band = Band(store, run, Faces.joined(found))
+    if not len(band.faces):
+        return labels
+    front = band.faces
+    while True:
+        band.grow(front)
+        moved, examined = _smooth(store, facts, band, labels[band.faces.cells], centers, scale)
+        if not len(examined):
+            break
+        front = band.faces.take(examined)
+    result = labels.copy()
+    result[band.faces.cells] = moved
+    return result
+
+
+def _smooth(
+    store: TileStore, facts: ArcFacts, band: Band, labels: Ints, centers: Ints, scale: float
+) -> tuple[Ints, Ints]:
+    """Labels of the band, and the faces of its rim for which moves were considered."""
+    rule, unit = facts.rule, facts.unit
+    surface, weights, _ = weighed(store, band.faces, rule)
+    if rule.has_prices:
+        weights, unit = creases_of(surface, rule.radius), facts.price_unit
+    lengths = _core.round_weights(weights, unit, rule.n_threads)
+    costs = BorderCosts(surface, lengths, unit, scale)
+    at = np.minimum(np.searchsorted(band.faces.cells, centers), len(band.faces) - 1)
+    fixed = at[band.faces.cells[at] == centers].astype(np.int32)
+    rim = np.flatnonzero(band.is_rim).astype(np.int32)
+    limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, rule.n_threads)
+    return _core.smooth_part(*costs.args, labels, fixed, *limits, rim)
+
+
+def _ghost_cells(store: TileStore, tile: int) -> Ints:
+    return store.read_at("cells", store.read(tile, "ghosts"))
+
+
+def _at_borders(store: TileStore, tile: int, labels: Ints, around: Ints) -> Faces:
+    """The faces of a tile that have a neighbor of another label."""
+    every = np.concatenate([labels, around])
+    sources = np.repeat(np.arange(len(labels)), np.diff(store.read(tile, "arc_offsets")))
+    differs = every[store.read(tile, "arc_targets")] != labels[sources]
+    return read_faces(store, tile).take(np.unique(sources[differs]))
+
+
+def _touching(store: TileStore, tile: int, vertex_ids: Places) -> Faces:
+    """The faces of a tile that have one of these vertices."""
+    faces = read_faces(store, tile)
+    return faces.take(faces.touching(vertex_ids))
