@@ -145,7 +145,8 @@ def _joined_boxes(boxes: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float6
 
 
 def _box_of(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    return np.array([points.min(axis=0), points.max(axis=0)])
+    columns = [points[:, axis] for axis in range(3)]  # many times faster than along axis 0
+    return np.array([[values.min() for values in columns], [values.max() for values in columns]])
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> _Measured:
