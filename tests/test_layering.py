@@ -37,6 +37,7 @@ PYTHON_LAYERS = [
     "sample",
     "batches",
     "study",
+    "tiles",
     "__init__",
     "cli",
     "__main__",

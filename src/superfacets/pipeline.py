@@ -44,7 +44,7 @@ from .mesh.faces import AnyCells
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 
-__all__ = ["PAPER", "segment"]
+__all__ = ["PAPER", "segment", "sliver_advice", "stages_in_order", "warn_of_islands"]
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -381,7 +381,7 @@ def _border_costs(
     return BorderCosts.of_weights(surface, prices, scale)
 
 
-def warn_of_islands(result: Segmentation) -> None:
+def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
     """Say where there are more regions than asked for; in the halted mode that is usual."""
     params = result.params
     asked = params["n_segments"]  # None: a radius was asked for
@@ -398,7 +398,7 @@ def warn_of_islands(result: Segmentation) -> None:
     else:
         return
     message = f"{result.n_segments} regions in place of {asked}: {note}"
-    warnings.warn(message, IslandWarning, stacklevel=4)
+    warnings.warn(message, IslandWarning, stacklevel=stacklevel)
 
 
 def stages_in_order(timings: dict[str, float]) -> dict[str, float]:

@@ -20,34 +20,57 @@ Ints = npt.NDArray[np.int32]
 class Regions(Protocol):
     """What `_core.Clustering` is: regions around centers, and where the centers should be."""
 
-    def classify(self, centers: Ints) -> None: ...
-    def update(self) -> Ints: ...
-    def centers(self) -> Ints: ...
-    def labels(self) -> Ints: ...
+    def classify(self, centers: Ints) -> None:
+        """Replace the centers, and classify again."""
+
+    def update(self) -> Ints:
+        """For each region the cell nearest to its mean."""
+
+    def centers(self) -> Ints:
+        """The centers, followed by those made of unreached cells."""
+
+    def labels(self) -> Ints:
+        """The label of each cell."""
 
 
 class CoarseCells(Protocol):
     """What `_core.CoarseGraph` is: the coarse cells of a graph."""
 
     @property
-    def graph(self) -> _core.OrderedGraph: ...
-    def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints: ...
+    def graph(self) -> _core.OrderedGraph:
+        """The graph of coarse cells."""
+
+    def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
+        """Centers among cells for regions of coarse cells."""
 
 
 class LargeGraph(Protocol):
     """A graph that offers what is done with `_core.OrderedGraph`, but is not in memory."""
 
     @property
-    def n_cells(self) -> int: ...
+    def n_cells(self) -> int:
+        """Number of cells."""
+
     @property
-    def is_symmetric(self) -> bool: ...
-    def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells: ...
+    def is_symmetric(self) -> bool:
+        """Whether each arc has one back of the same length."""
+
+    def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
+        """Coarse cells of about so many cells."""
+
     def regions(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-    ) -> Regions: ...
-    def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]: ...
-    def gathered(self, n_threads: int) -> _core.OrderedGraph: ...
-    def positions_of(self, cells: Ints) -> npt.NDArray[np.float64]: ...
+    ) -> Regions:
+        """Regions around centers."""
+
+    def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
+        """Labels of all cells; the number of islands that joined a region, and new centers."""
+
+    def gathered(self, n_threads: int) -> _core.OrderedGraph:
+        """The graph in memory."""
+
+    def positions_of(self, cells: Ints) -> npt.NDArray[np.float64]:
+        """Positions of some cells, shape (n, 3)."""
 
 
 AnyGraph: TypeAlias = _core.OrderedGraph | LargeGraph

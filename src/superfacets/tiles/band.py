@@ -65,7 +65,9 @@ def smooth_tiled(
     """
     jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
     ghosts = [labels[_ghost_cells(store, tile)] for tile in range(store.n_tiles)]
-    found = run(_at_borders, store, [(*job, around) for job, around in zip(jobs, ghosts, strict=True)])
+    found = run(
+        _at_borders, store, [(*job, around) for job, around in zip(jobs, ghosts, strict=True)]
+    )
     band = Band(store, run, Faces.joined(found))
     if not len(band.faces):
         return labels

@@ -25,7 +25,9 @@ def join_islands(store: TileStore, labels: Ints, run: Run, n_threads: int) -> tu
         return labels, 0
     by_tile = [labels[store.read(tile, "cells")] for tile in tiles]
     parts = run(_unlabeled, store, [(tile, by_tile[tile]) for tile in tiles])
-    cells, positions = (np.concatenate(column) for column in zip(*(p[:2] for p in parts), strict=True))
+    cells, positions = (
+        np.concatenate(column) for column in zip(*(p[:2] for p in parts), strict=True)
+    )
     islands = _islands_of(cells, [part[2] for part in parts])
     squared, nearest = np.full(len(cells), np.inf), np.full(len(cells), -1, np.int32)
     for tile in tiles:

@@ -147,7 +147,9 @@ def _improve(
     at = (places - store.starts[tile]).astype(np.int32)
     graph = tile_graph(store, tile, n_threads)
     lengths, labels = _core.improve_paths(graph, *known, at, *paths, n_threads)
-    store.write(tile, _name(next_version), np.stack([lengths, labels.astype(np.int64).view(np.uint64)]))
+    store.write(
+        tile, _name(next_version), np.stack([lengths, labels.astype(np.int64).view(np.uint64)])
+    )
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     return ghosts[is_better], lengths[n_own:][is_better], labels[n_own:][is_better]
 
@@ -186,7 +188,9 @@ def _members(
 
 def _means_of(parts: list[tuple[Ints, Ints, Floats, Floats]], n_regions: int) -> Floats:
     """Means of regions whose share in the total is too small for exact sums."""
-    cells, labels, positions, measures = (np.concatenate(column) for column in zip(*parts, strict=True))
+    cells, labels, positions, measures = (
+        np.concatenate(column) for column in zip(*parts, strict=True)
+    )
     order = np.argsort(cells)
     no_arcs = (np.zeros(len(cells) + 1, np.int64), np.empty(0, np.int32), np.empty(0, np.float32))
     graph = _core.graph_in_place(positions[order], measures[order], *no_arcs, 1)

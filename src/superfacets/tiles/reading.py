@@ -73,13 +73,17 @@ class RecordRows:
     length: str | None = None
 
     def read(self, begin: int, end: int) -> npt.NDArray[Any]:
-        """Rows begin to end - 1; a `NotUniformError` if one has not three corners."""
+        """Rows begin to end - 1; a MeshError if one has not three corners."""
         records = np.empty(end - begin, self.record)
         with self.path.open("rb", buffering=0) as file:
             file.seek(self.begin + begin * self.record.itemsize)
             read_all(file, records)
         if self.length is not None and np.any(records[self.length] != 3):
-            raise NotUniformError
+            first = int(np.argmax(records[self.length] != 3))
+            raise MeshError(
+                f"{self.path}: faces[{begin + first}] has {records[self.length][first]} corners,"
+                " and others have fewer than three: is the file damaged?"
+            )
         if len(self.columns) == 1:  # of one number, or of several
             values = records[self.columns[0]]
             return np.ascontiguousarray(values, values.dtype.newbyteorder("="))
@@ -88,10 +92,6 @@ class RecordRows:
         for place, column in enumerate(self.columns):
             rows[:, place] = records[column]
         return rows
-
-
-class NotUniformError(Exception):
-    """Not all faces are triangles: where the rows of a file are cannot be told."""
 
 
 class Faces(NamedTuple):

@@ -21,6 +21,7 @@ from ..io.atomic import writable_folder
 __all__ = [
     "ArrayFile",
     "Scratch",
+    "check_room",
     "header_of",
     "load_array",
     "read_all",
@@ -39,7 +40,7 @@ LOCK = ".lock"
 
 
 @contextlib.contextmanager
-def scratch_folder(parent: Path, needed: int) -> Iterator[Scratch]:
+def scratch_folder(parent: Path) -> Iterator[Scratch]:
     """Make a folder below `parent`, and remove it when the block ends, however that may be.
 
     Folders that killed runs have left there are removed first.
@@ -47,16 +48,25 @@ def scratch_folder(parent: Path, needed: int) -> Iterator[Scratch]:
     Parameters
     ----------
     parent : Path
-    needed : int
-        Bytes that will be written, at least.
 
     Raises
     ------
     OSError
-        If the folder cannot be made, or so many bytes are not free.
+        If the folder cannot be made.
     """
     writable_folder(parent)
     _remove_leftovers(parent)
+    folder = parent / f"{MARK}{secrets.token_hex(6)}"
+    try:
+        folder.mkdir()
+        with _held(folder):
+            yield Scratch(folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_room(parent: Path, needed: int) -> None:
+    """Raise an OSError if so many bytes are not free on the disk of a folder."""
     free = shutil.disk_usage(parent).free
     if free < needed:
         raise OSError(
@@ -65,13 +75,6 @@ def scratch_folder(parent: Path, needed: int) -> Iterator[Scratch]:
             " name a scratch folder on another",
             str(parent),
         )
-    folder = parent / f"{MARK}{secrets.token_hex(6)}"
-    try:
-        folder.mkdir()
-        with _held(folder):
-            yield Scratch(folder)
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
 
 
 @contextlib.contextmanager
