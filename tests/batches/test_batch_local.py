@@ -1,6 +1,5 @@
 """Batches on worker processes of this machine: same results, whatever is killed."""
 
-import contextlib
 import os
 import signal
 import subprocess
@@ -9,13 +8,12 @@ import time
 
 import pytest
 from batch_folders import records_of, results_in
+from dask_cluster import worker_processes
 
 import superfacets as sf
 from superfacets._validate import checked_threads
 from superfacets.batches import cluster, runs
 from superfacets.batches.jobs import run_job
-
-pytest.importorskip("distributed")
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
 
@@ -30,17 +28,6 @@ def alone(scans, tmp_path):
     for path in (tmp_path / "alone").rglob("manifest.jsonl"):
         path.unlink()
     return tmp_path / "alone"
-
-
-def worker_processes():
-    """Those of ours that run Dask's workers."""
-    psutil = pytest.importorskip("psutil")
-    found = []
-    for child in psutil.Process().children(recursive=True):
-        with contextlib.suppress(psutil.NoSuchProcess):  # one that was killed a moment ago
-            if "spawn_main" in " ".join(child.cmdline()):
-                found.append(child)
-    return found
 
 
 def test_workers_do_what_one_process_does(scans, alone, tmp_path):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeVar
@@ -14,7 +15,7 @@ import click
 
 from ..batches.files import FileOptions
 from ..clustering.segmentation import Segmentation
-from ..errors import MeshError
+from ..errors import IslandWarning, MeshError, SliverWarning
 from .options import COUNT, FOLDER, STANDARD_STREAM
 from .progress import NAMES
 
@@ -34,12 +35,12 @@ _OPTIONS = (
         "--tile-size",
         type=COUNT,
         help="Faces in a tile, with --tiled; what each worker has in memory grows with it."
-        "  [default: 1000000]",
+        "  [default: 524288]",
     ),
     click.option(
         "--scratch",
         type=FOLDER,
-        help="Folder for what does not fit into memory, with --tiled: about 500 bytes per face."
+        help="Folder for what does not fit into memory, with --tiled: about 250 bytes per face."
         "  [default: beside the output]",
     ),
     click.option(
@@ -53,6 +54,14 @@ _OPTIONS = (
         help="Address of a Dask scheduler whose workers do so, as tcp://10.0.0.1:8786.",
     ),
 )
+
+
+_NOT_OF_TILES = {
+    "--connect": "enforce_connectivity",
+    "--min-size": "min_size",
+    "--feature-weight": "feature_weight",
+}
+"""Options, and the keywords of `segment` that they are, which `segment_tiled` does not have."""
 
 
 def tile_options(function: Function) -> Function:
@@ -70,6 +79,11 @@ class TileOptions:
     scratch: Path | None
     workers: int | None
     scheduler: str | None
+
+    @property
+    def keywords(self) -> dict[str, Any]:
+        """Of `segment_tiled`, those that were given."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
     @classmethod
     def taken_from(cls, given: dict[str, Any]) -> TileOptions | None:
@@ -107,6 +121,7 @@ class TileOptions:
             "--subdivide": options.is_subdivided,
             "--vertex-labels": options.vertex_labels,
             "--ascii": options.ascii,
+            **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
             **others,
         }
         for name, value in refused.items():
@@ -125,24 +140,36 @@ def segment_by_tiles(
     path: Path, out: Path, options: FileOptions, tiles: TileOptions, bar: TileBar
 ) -> Segmentation:
     """Segment a file, or a folder of files, and write its labels."""
-    from ..tiles.segmenting import segment_tiled
-
+    tiles = replace(tiles, scratch=tiles.scratch or out.absolute().parent)
     try:
-        return segment_tiled(
-            path,
-            out=out,
-            tile_size=tiles.tile_size,
-            scratch=tiles.scratch,
-            workers=tiles.workers,
-            scheduler=tiles.scheduler,
-            progress=bar.on_iteration,
-            on_stage=bar.on_stage,
-            on_tile=bar.on_tile,
-            **options.keywords,
-        )
+        with warnings.catch_warnings():  # what warnings say, the facts of the result say
+            warnings.simplefilter("ignore", IslandWarning)
+            warnings.simplefilter("ignore", SliverWarning)
+            return _segmented(path, out, options, tiles, bar)
     except MeshError as error:
         message = str(error)
         raise MeshError(message if str(path) in message else f"{path}: {message}") from None
+
+
+def _segmented(
+    path: Path, out: Path, options: FileOptions, tiles: TileOptions, bar: TileBar
+) -> Segmentation:
+    from ..tiles.segmenting import segment_tiled
+
+    keywords = {
+        name: value
+        for name, value in options.keywords.items()
+        if name not in _NOT_OF_TILES.values()
+    }
+    return segment_tiled(
+        path,
+        out=out,
+        progress=bar.on_iteration,
+        on_stage=bar.on_stage,
+        on_tile=bar.on_tile,
+        **tiles.keywords,
+        **keywords,
+    )
 
 
 class TileBar:

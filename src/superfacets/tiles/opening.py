@@ -62,7 +62,7 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
         If the source is something else.
     """
     if isinstance(source, (str, os.PathLike)):
-        return _joined([_opened(path, scratch) for path in files_of(Path(source))])
+        return _joined([_opened(path.absolute(), scratch) for path in files_of(Path(source))])
     if isinstance(source, (tuple, list)) and len(source) == 2 and np.ndim(source[1]) == 2:
         pieces = _pieces_of_pair(*source)
     else:
