@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
+    from .tiles.segmenting import segment_tiled
     from .view.camera import View
     from .view.colors import face_colors
     from .view.page.document import Page
@@ -126,6 +127,7 @@ __all__ = [
     "sample_mesh",
     "segment",
     "segment_graph",
+    "segment_tiled",
     "smooth_borders",
     "snap",
     "split_regions",
@@ -181,6 +183,7 @@ _LAZY_NAMES = {
     "vertex_labels": "regions.vertex_labels",
     "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
+    "segment_tiled": "tiles.segmenting",
     "face_colors": "view.colors",
     "Page": "view.page.document",
     "View": "view.camera",

@@ -309,6 +309,7 @@ def _in_input_order(result: Segmentation, order: npt.NDArray[np.int32]) -> Segme
 
 
 def sliver_advice(radius: float) -> str:
+    """What to call instead, for regions of this radius."""
     max_edge = EDGE_PER_RADIUS * radius
     return f"segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
 

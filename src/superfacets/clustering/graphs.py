@@ -66,6 +66,9 @@ class LargeGraph(Protocol):
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
         """Labels of all cells; the number of islands that joined a region, and new centers."""
 
+    def seeds(self, n_segments: int, init: str, islands: str) -> Ints | None:
+        """Seeds among all cells; None where they can be placed in memory only."""
+
     def gathered(self, n_threads: int) -> _core.OrderedGraph:
         """The graph in memory."""
 

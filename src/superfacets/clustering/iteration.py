@@ -49,9 +49,7 @@ class Iteration:
         """Why the iterations of the last level ended."""
         return self.levels[-1].stop_reason
 
-    def run(
-        self, coarse: list[CoarseCells], graph: AnyGraph, centers: Centers
-    ) -> Regions:
+    def run(self, coarse: list[CoarseCells], graph: AnyGraph, centers: Centers) -> Regions:
         """Run on the coarse graphs, the last of them first, and then on all cells.
 
         The centers are cells of the first graph on this way. After coarse graphs, all cells are
@@ -67,9 +65,7 @@ class Iteration:
                 centers = level.refine(labels, centers, self.options.n_threads)
         return self._run_level(graph, centers, must_stay=bool(coarse))
 
-    def _run_level(
-        self, graph: AnyGraph, centers: Centers, *, must_stay: bool = False
-    ) -> Regions:
+    def _run_level(self, graph: AnyGraph, centers: Centers, *, must_stay: bool = False) -> Regions:
         """Classify by these centers, and iterate until one of the stop rules holds."""
         start = time.perf_counter()
         reach = math.inf

@@ -130,10 +130,13 @@ def segment_cells(
         with timed(timings, "coarsen", loop.on_stage):
             coarse = coarse_graphs(graph, size.n_segments, loop.n_threads)
     with timed(timings, "seeding", loop.on_stage):
-        if not coarse:  # seeds are looked for among all cells
-            graph = in_memory(graph, loop.n_threads)
-        first = coarse[-1].graph if coarse else graph
-        seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
+        seeds = None
+        if not coarse and not isinstance(graph, _core.OrderedGraph):
+            seeds = graph.seeds(size.n_segments, init, loop.islands)
+        if seeds is None:
+            graph = graph if coarse else in_memory(graph, loop.n_threads)
+            first = coarse[-1].graph if coarse else graph
+            seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
     run = Iteration(size.radius, loop, timings)
     clustering = run.run(coarse, graph, seeds)
     labels, centers = clustering.labels(), clustering.centers()

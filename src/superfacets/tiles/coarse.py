@@ -25,7 +25,8 @@ class TiledCoarseGraph:
     graph : _core.OrderedGraph
         Of all coarse cells.
     store : TileStore
-        Its arrays ``coarse`` hold the coarse cell of each place, counted from the first of the tile.
+        Its arrays ``coarse`` hold the coarse cell of each place, counted from the first one of
+        the tile.
     firsts : ndarray of int64, shape (n_tiles + 1,)
         The first coarse cell of each tile.
     run : callable

@@ -8,9 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..clustering.levels import are_few
 from .coarse import TiledCoarseGraph, coarse_graph
+from .halting import HaltedRegions
 from .islands import join_islands
 from .paths import TiledRegions
+from .seeding import central_cell, farthest_seeds, geodesic_seeds
 from .store import Run, TileStore, find_cells
 
 __all__ = ["TiledGraph"]
@@ -28,10 +31,13 @@ class TiledGraph:
         With arcs and their lengths, as `find_arcs` writes them.
     run : callable
         Works on tiles, here or elsewhere.
+    n_threads : int
+        Of the core, for a tile.
     """
 
     store: TileStore
     run: Run
+    n_threads: int
 
     is_symmetric = True
     """All weights come from formulas that are the same both ways."""
@@ -43,20 +49,32 @@ class TiledGraph:
 
     def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
         """Return coarse cells of about so many cells."""
-        return coarse_graph(self.store, cell_size, n_threads, self.run)
+        return coarse_graph(self.store, cell_size, self.n_threads, self.run)
 
     def regions(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-    ) -> TiledRegions:
+    ) -> TiledRegions | HaltedRegions:
         """Return the regions around centers, which are cells."""
         if np.isfinite(reach):
-            raise AssertionError("halted paths are found in memory")
-        return TiledRegions(self.store, self.run, centers, n_threads, islands)
+            return HaltedRegions(self.store, self.run, centers, reach, self.n_threads, islands)
+        return TiledRegions(self.store, self.run, centers, self.n_threads, islands)
+
+    def seeds(self, n_segments: int, init: str, islands: str) -> Ints | None:
+        """Return seeds among all cells; None where they can be placed in memory only."""
+        if self.store.total_measure <= 0.0 or are_few(self.n_cells, n_segments):
+            return None
+        if init == "farthest" and islands == "keep":
+            first = central_cell(self.store, self.run)
+            return farthest_seeds(self.store, self.run, first, n_segments)
+        if init == "geodesic":
+            first = central_cell(self.store, self.run)
+            return geodesic_seeds(self.store, self.run, first, n_segments, self.n_threads)
+        return None
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
         """Return labels of all cells, with those of islands, and the number of these."""
         assert not len(groups)
-        joined, n_joined = join_islands(self.store, labels, self.run, n_threads)
+        joined, n_joined = join_islands(self.store, labels, self.run, self.n_threads)
         return joined, n_joined, np.empty(0, np.int32)
 
     def positions_of(self, cells: Ints) -> npt.NDArray[np.float64]:

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from .. import _core
 from .store import Run, TileStore
 
-__all__ = ["join_islands"]
+__all__ = ["find_islands", "join_islands"]
 
 Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
@@ -23,12 +23,7 @@ def join_islands(store: TileStore, labels: Ints, run: Run, n_threads: int) -> tu
     tiles = range(store.n_tiles)
     if labels.min() >= 0:
         return labels, 0
-    by_tile = [labels[store.read(tile, "cells")] for tile in tiles]
-    parts = run(_unlabeled, store, [(tile, by_tile[tile]) for tile in tiles])
-    cells, positions = (
-        np.concatenate(column) for column in zip(*(p[:2] for p in parts), strict=True)
-    )
-    islands = _islands_of(cells, [part[2] for part in parts])
+    cells, positions, islands, by_tile = find_islands(store, labels, run)
     squared, nearest = np.full(len(cells), np.inf), np.full(len(cells), -1, np.int32)
     for tile in tiles:
         found = run(_nearest_labeled, store, [(tile, by_tile[tile], positions, n_threads)])[0]
@@ -39,6 +34,16 @@ def join_islands(store: TileStore, labels: Ints, run: Run, n_threads: int) -> tu
     joined = labels.copy()
     joined[cells] = labels[nearest[order[firsts]]][islands]
     return joined, len(firsts)
+
+
+def find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Floats, Ints, list[Ints]]:
+    """The cells with -1, their positions and islands, and all labels by place, tile by tile."""
+    tiles = range(store.n_tiles)
+    by_tile = [labels[store.read(tile, "cells")] for tile in tiles]
+    parts = run(_unlabeled, store, [(tile, by_tile[tile]) for tile in tiles])
+    cells, positions, pairs = (list(column) for column in zip(*parts, strict=True))
+    every = np.concatenate(cells)
+    return every, np.concatenate(positions), _islands_of(every, pairs), by_tile
 
 
 def _unlabeled(

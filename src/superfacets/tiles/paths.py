@@ -9,9 +9,13 @@ import numpy.typing as npt
 
 from .. import _core
 from .coarse import nearest_cells, tile_graph
+from .islands import find_islands
 from .store import Job, Run, TileStore, find_cells
 
-__all__ = ["TiledRegions"]
+__all__ = [
+    "UNREACHED", "Proposals", "TiledPaths", "TiledRegions", "central_cells", "frame_of", "labels_of",
+    "name_of", "own_labels", "paths_of", "write_paths",
+]  # fmt: skip
 
 Ints = npt.NDArray[np.int32]
 Places = npt.NDArray[np.int64]
@@ -26,67 +30,51 @@ Proposals = tuple[Places, Lengths, Ints]
 UNREACHED = np.iinfo(np.uint64).max
 
 
-class TiledRegions:
-    """What the loop takes in the place of a `_core.Clustering`.
+class TiledPaths:
+    """Shortest paths to all places from the centers proposed so far.
 
     A tile follows all paths within it, and proposes those that leave it to the tiles that they lead
-    to. The classification is done when there are no proposals left. Then no arc can improve a path,
-    so each place has the shortest of all paths, and the lowest label among equals, whatever tiles
-    there are.
+    to. When there are no proposals left no arc can improve a path, so each place has the shortest
+    of all paths, and the lowest label among equals, whatever tiles there are.
     """
 
-    def __init__(
-        self, store: TileStore, run: Run, centers: Ints, n_threads: int, islands: _core.Islands
-    ) -> None:
+    def __init__(self, store: TileStore, run: Run, n_threads: int) -> None:
         self._store = store
         self._run = run
         self._n_threads = n_threads
-        self._islands = islands
         self._versions = dict.fromkeys(range(store.n_tiles), -1)  # of the paths of each tile
-        self.classify(centers)
 
-    def classify(self, centers: Ints) -> None:
-        """Classify all cells by these centers."""
-        self._centers = centers
-        for tile, version in self._versions.items():
-            self._store.remove(tile, _name(version))
-            self._versions[tile] = -1  # no cell is reached
-        labels = np.arange(len(centers), dtype=np.int32)
-        self._expand((self._places_of(centers), np.zeros(len(centers), np.uint64), labels))
-        if self._islands == _core.Islands.KEEP:
-            self._adopt_orphans()
+    @property
+    def versions(self) -> list[tuple[int, int]]:
+        """The tiles, and what tells the names of their paths."""
+        return list(self._versions.items())
 
-    def centers(self) -> Ints:
-        """Return the centers, followed by those made of cells that none reached."""
-        return self._centers
+    def clear(self) -> None:
+        """Forget all paths."""
+        for tile, version in self.versions:
+            self._store.remove(tile, name_of(version))
+            self._versions[tile] = -1
 
-    def labels(self) -> Ints:
-        """Return the label of each cell, in the order of the input."""
-        labels = np.empty(self._store.n_cells, np.int32)
-        for tile, version in self._versions.items():
-            cells = self._store.read(tile, "cells")
-            labels[cells] = _own_labels(self._store, tile, version)
-        return labels
+    def start(self, cells: Ints, first_label: int) -> list[int]:
+        """Begin at some cells, with labels from this one on; return the tiles that changed."""
+        labels = np.arange(first_label, first_label + len(cells), dtype=np.int32)
+        return self.propose((self._places_of(cells), np.zeros(len(cells), np.uint64), labels))
 
-    def update(self) -> Ints:
-        """Return for each region the cell nearest to its mean."""
-        n_regions = len(self._centers)
-        jobs = [(tile, version, n_regions) for tile, version in self._versions.items()]
-        store = self._store
-        frame = (*(tuple(corner) for corner in store.curve.tolist()), store.total_measure)
-        sums = np.sum(self._run(_sums, store, [(*job, frame) for job in jobs]), axis=0)
-        means, is_small = _core.fixed_means(sums, *frame)
-        if is_small.any():
-            parts = self._run(_members, store, [(*job[:2], is_small) for job in jobs])
-            means[is_small != 0] = _means_of(parts, n_regions)[is_small != 0]
-        return nearest_cells(self._run(_nearest, store, [(*job[:2], means) for job in jobs]))
-
-    def _expand(self, proposals: Proposals) -> None:
-        for round_number in itertools.count(max(self._versions.values()) + 1):
+    def propose(self, proposals: Proposals) -> list[int]:
+        """Take these paths and all that follow from them; return the tiles that changed."""
+        changed: set[int] = set()
+        for version in itertools.count(max(self._versions.values()) + 1):
             if not len(proposals[0]):
-                return
-            found = self._run(_improve, self._store, self._jobs(proposals, round_number))
-            proposals = tuple(np.concatenate(column) for column in zip(*found, strict=True))
+                break
+            before = dict(self._versions)
+            jobs = self._jobs(proposals, version)
+            found = self._run(_improve, self._store, jobs)
+            for tile, *_ in jobs:
+                self._store.remove(tile, name_of(before[tile]))
+                changed.add(tile)
+            places, lengths, labels = (np.concatenate(part) for part in zip(*found, strict=True))
+            proposals = places, lengths, labels
+        return sorted(changed)
 
     def _jobs(self, proposals: Proposals, version: int) -> list[Job]:
         """What each tile has to look at; the paths that it finds get this version."""
@@ -105,32 +93,102 @@ class TiledRegions:
             places[which] = self._store.starts[tile] + at
         return places
 
+
+class TiledRegions:
+    """What the loop takes in the place of a `_core.Clustering`, where expansions do not halt."""
+
+    def __init__(
+        self, store: TileStore, run: Run, centers: Ints, n_threads: int, islands: _core.Islands
+    ) -> None:
+        self._store = store
+        self._run = run
+        self._islands = islands
+        self._paths = TiledPaths(store, run, n_threads)
+        self.classify(centers)
+
+    def classify(self, centers: Ints) -> None:
+        """Classify all cells by these centers."""
+        self._centers = centers
+        self._paths.clear()
+        self._paths.start(centers, 0)
+        if self._islands == _core.Islands.KEEP:
+            self._adopt_orphans()
+
+    def centers(self) -> Ints:
+        """Return the centers, followed by those made of cells that none reached."""
+        return self._centers
+
+    def labels(self) -> Ints:
+        """Return the label of each cell, in the order of the input."""
+        return labels_of(self._store, self._paths.versions)
+
+    def update(self) -> Ints:
+        """Return for each region the cell nearest to its mean."""
+        return central_cells(self._store, self._run, self._paths.versions, len(self._centers))
+
     def _adopt_orphans(self) -> None:
-        """Make the lowest unreached cell a center, until all are reached."""
-        while True:
-            lowest = min(self._run(_lowest_orphan, self._store, list(self._versions.items())))
-            if lowest[0] == self._store.n_cells:
-                return
-            label = np.array([len(self._centers)], np.int32)
-            self._centers = np.append(self._centers, np.int32(lowest[0]))
-            self._expand((np.array([lowest[1]]), np.zeros(1, np.uint64), label))
+        """Make the lowest cell of each component without a center one, in their order."""
+        labels = self.labels()
+        if labels.min() >= 0:
+            return
+        cells, _, islands, _ = find_islands(self._store, labels, self._run)
+        order = np.lexsort([cells, islands])
+        firsts = order[np.flatnonzero(np.diff(islands[order], prepend=-1))]
+        orphans = np.sort(cells[firsts])
+        self._paths.start(orphans, len(self._centers))
+        self._centers = np.concatenate([self._centers, orphans])
 
 
-def _name(version: int) -> str:
+def labels_of(store: TileStore, versions: list[tuple[int, int]]) -> Ints:
+    """The label of each cell, in the order of the input."""
+    labels = np.empty(store.n_cells, np.int32)
+    for tile, version in versions:
+        labels[store.read(tile, "cells")] = own_labels(store, tile, version)
+    return labels
+
+
+def central_cells(
+    store: TileStore, run: Run, versions: list[tuple[int, int]], n_regions: int
+) -> Ints:
+    """For each region the cell nearest to the mean of its cells, the lowest among equals."""
+    jobs = [(tile, version, n_regions, frame_of(store)) for tile, version in versions]
+    sums = np.sum(run(_sums, store, jobs), axis=0)
+    means, is_small = _core.fixed_means(sums, *frame_of(store))
+    if is_small.any():
+        parts = run(_members, store, [(*version, is_small) for version in versions])
+        means[is_small != 0] = _means_of(parts, n_regions)[is_small != 0]
+    return nearest_cells(run(_nearest, store, [(*version, means) for version in versions]))
+
+
+def frame_of(store: TileStore) -> Frame:
+    """What exact sums are relative to."""
+    low, high = (tuple(corner) for corner in store.curve.tolist())
+    return low, high, store.total_measure
+
+
+def name_of(version: int) -> str:
+    """The array with the paths of a tile."""
     return f"paths{version}"
 
 
-def _paths(store: TileStore, tile: int, version: int) -> tuple[Lengths, Ints]:
+def paths_of(store: TileStore, tile: int, version: int) -> tuple[Lengths, Ints]:
     """Lengths and labels of the paths to a tile and its ghosts."""
     if version < 0:
         n_cells = store.size(tile) + len(store.read(tile, "ghosts"))
         return np.full(n_cells, UNREACHED, np.uint64), np.full(n_cells, -1, np.int32)
-    lengths, labels = store.read(tile, _name(version))
+    lengths, labels = store.read(tile, name_of(version))
     return lengths, labels.view(np.int64).astype(np.int32)
 
 
-def _own_labels(store: TileStore, tile: int, version: int) -> Ints:
-    return _paths(store, tile, version)[1][: store.size(tile)]
+def write_paths(store: TileStore, tile: int, version: int, lengths: Lengths, labels: Ints) -> None:
+    """Write what `paths_of` reads: in one array, which appears whole."""
+    rows = np.stack([lengths, labels.astype(np.int64).view(np.uint64)])
+    store.write(tile, name_of(version), rows)
+
+
+def own_labels(store: TileStore, tile: int, version: int) -> Ints:
+    """Labels of the places of a tile."""
+    return paths_of(store, tile, version)[1][: store.size(tile)]
 
 
 def _improve(
@@ -143,24 +201,13 @@ def _improve(
     """
     places, *paths = proposals
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
-    known = _paths(store, tile, version)
+    known = paths_of(store, tile, version)
     at = (places - store.starts[tile]).astype(np.int32)
     graph = tile_graph(store, tile, n_threads)
     lengths, labels = _core.improve_paths(graph, *known, at, *paths, n_threads)
-    store.write(
-        tile, _name(next_version), np.stack([lengths, labels.astype(np.int64).view(np.uint64)])
-    )
+    write_paths(store, tile, next_version, lengths, labels)
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     return ghosts[is_better], lengths[n_own:][is_better], labels[n_own:][is_better]
-
-
-def _lowest_orphan(store: TileStore, tile: int, version: int) -> tuple[int, int]:
-    """The lowest cell that has no label, and its place; N where there is none."""
-    at = np.flatnonzero(_own_labels(store, tile, version) < 0)
-    if not len(at):
-        return store.n_cells, 0
-    cells = store.read(tile, "cells")[at]
-    return int(cells.min()), store.starts[tile] + int(at[cells.argmin()])
 
 
 def _sums(
@@ -168,19 +215,19 @@ def _sums(
 ) -> npt.NDArray[np.int64]:
     """Exact sums of the regions in a tile."""
     measured = store.read(tile, "positions"), store.read(tile, "measures")
-    return _core.fixed_sums(*measured, _own_labels(store, tile, version), n_regions, *frame)
+    return _core.fixed_sums(*measured, own_labels(store, tile, version), n_regions, *frame)
 
 
 def _nearest(store: TileStore, tile: int, version: int, means: Floats) -> tuple[Floats, Ints]:
     cells = store.read(tile, "positions"), store.read(tile, "cells")
-    return _core.nearest_of_regions(*cells, _own_labels(store, tile, version), means)
+    return _core.nearest_of_regions(*cells, own_labels(store, tile, version), means)
 
 
 def _members(
     store: TileStore, tile: int, version: int, is_wanted: npt.NDArray[np.uint8]
 ) -> tuple[Ints, Ints, Floats, Floats]:
     """The cells of some regions, with their labels, positions and measures."""
-    labels = _own_labels(store, tile, version)
+    labels = own_labels(store, tile, version)
     at = np.flatnonzero((labels >= 0) & (is_wanted[labels] != 0))
     arrays = [store.read(tile, name)[at] for name in ("cells", "positions", "measures")]
     return arrays[0], labels[at], arrays[1], arrays[2]

@@ -10,13 +10,13 @@ from pathlib import Path
 from .. import _core
 from .._options import (
     INITS,
+    WEIGHTS,
     CleanupOptions,
     Init,
     Islands,
     LoopOptions,
     Progress,
     SizeOptions,
-    WEIGHTS,
     WeightName,
     WeightOptions,
 )
@@ -200,7 +200,9 @@ def _run(
     """Run all stages; the caller of `segment_tiled` is warned."""
     timings: dict[str, float] = {}
     is_remote = place.workers > 1 or place.scheduler is not None
-    n_threads, on_stage = options.loop.n_threads, options.loop.on_stage
+    # Each thread of a worker has a tile of its own.
+    tile_threads = 1 if is_remote else options.loop.n_threads
+    on_stage = options.loop.on_stage
     with (
         scratch_folder(place.scratch) as scratch,
         open_run(place.workers, place.scheduler, place.scratch, on_tile) as run,
@@ -209,9 +211,14 @@ def _run(
             pieces = open_pieces(source, scratch, for_workers=is_remote)
             check_room(place.scratch, BYTES_PER_FACE * pieces.n_faces)
             store = make_tiles(
-                pieces, scratch, place.tile_size, welds=options.weld, run=run, n_threads=n_threads
+                pieces,
+                scratch,
+                place.tile_size,
+                welds=options.weld,
+                run=run,
+                n_threads=tile_threads,
             )
-        result = segment_store(store, options, run)
+        result = segment_store(store, options, run, tile_threads)
         if place.out is not None:
             save_array(place.out, result.labels)
     return replace(result, timings={**timings, **result.timings})
@@ -229,13 +236,15 @@ class TiledOptions:
     weld: bool
 
 
-def segment_store(store: TileStore, options: TiledOptions, run: Run) -> Segmentation:
-    """Segment the faces of a store."""
+def segment_store(
+    store: TileStore, options: TiledOptions, run: Run, tile_threads: int
+) -> Segmentation:
+    """Segment the faces of a store, each tile on so many threads."""
     loop, timings = options.loop, dict[str, float]()
     diagonal = box_diagonal(store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
     has_prices = options.cleanup.smooth and options.weights.has_other_unit
-    rule = WeightRule(size.radius, options.weights, False, has_prices, loop.n_threads)
+    rule = WeightRule(size.radius, options.weights, False, has_prices, tile_threads)
     with timed(timings, "weights", loop.on_stage):
         facts = find_arcs(store, rule, run)
     share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
@@ -243,7 +252,7 @@ def segment_store(store: TileStore, options: TiledOptions, run: Run) -> Segmenta
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
     plan = Plan(None, size, options.size, options.init)
-    result = segment_cells(TiledGraph(store, run), store.bounds, plan, loop)
+    result = segment_cells(TiledGraph(store, run, tile_threads), store.bounds, plan, loop)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
         with timed(timings, "regions", loop.on_stage):

@@ -114,10 +114,10 @@ def find_cells(
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Which of some cells are in a tile, as indices, and where in it they are."""
     cells = store.read(tile, "cells")
-    order = np.argsort(cells, kind="stable")
-    at = np.minimum(np.searchsorted(cells, wanted, sorter=order), len(cells) - 1)
-    is_here = cells[order[at]] == wanted
-    return np.flatnonzero(is_here), order[at[is_here]]
+    order = np.argsort(wanted)
+    at = np.minimum(np.searchsorted(wanted, cells, sorter=order), len(wanted) - 1)
+    is_wanted = wanted[order[at]] == cells
+    return order[at[is_wanted]], np.flatnonzero(is_wanted)
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
