@@ -101,8 +101,8 @@ def test_cells_without_an_area_move_nothing():
 @pytest.mark.parametrize("seed", range(6))
 def test_the_number_of_regions_stays(seed):
     graph, seeds = random_case(seed)
-    for options in ({}, {"tol": 0.0}, {"islands": "nearest"}, {"init": seeds}):
-        options = {"n_segments": len(seeds), **options} if "init" not in options else options
+    for changed in ({}, {"tol": 0.0}, {"islands": "nearest"}, {"init": seeds}):
+        options = changed if "init" in changed else {"n_segments": len(seeds), **changed}
         moved = sf.segment_graph(graph, relocate=True, **options)
         if seed != 4:  # where arcs lead one way, any move of centers may leave orphans
             assert moved.n_segments == sf.segment_graph(graph, **options).n_segments
