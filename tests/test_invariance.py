@@ -16,7 +16,7 @@ from superfacets import (
 )
 from superfacets.cells.surface import is_inside_out
 
-MODES = [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}]
+MODES = [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}, {"relocate": True}]
 
 
 REAL = [pytest.param(name, marks=pytest.mark.real_meshes) for name in ("bunny", "model")]

@@ -18,6 +18,7 @@ from ._validate import (
     checked_callable,
     checked_choice,
     checked_count,
+    checked_flag,
     checked_number,
     checked_share,
     checked_threads,
@@ -47,7 +48,7 @@ INITS: tuple[str, ...] = get_args(Init)
 
 WeightName = Literal["creases", "superfacets", "stk02"]
 WEIGHTS: dict[str, dict[str, float]] = {
-    "creases": {"alpha": 20.0, "eta_convex": 0.0},
+    "creases": {"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
     "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
     "stk02": {"alpha": 0.5},
 }
@@ -99,10 +100,11 @@ class WeightOptions:
 
     @classmethod
     def checked(
-        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None
-    ) -> WeightOptions:
+        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
+        ridges: float | None = None,
+    ) -> WeightOptions:  # fmt: skip
         """Keep the parameters that the weights use."""
-        given = {"alpha": alpha, "eta_convex": eta_convex}
+        given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
         checked = {
             name: checked_number(value, name, zero=True)
             for name, value in given.items()
@@ -133,15 +135,22 @@ class LoopOptions:
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
+    relocate: bool = False
 
     @classmethod
     def checked(
         cls, max_num_iter: int, tol: float, radius_factor: float | None, islands: Islands,
         n_threads: int | None, progress: Progress | None, on_stage: OnStage | None = None,
+        *, relocate: bool = False,
     ) -> LoopOptions:  # fmt: skip
         """Arguments as for `segment`."""
         if radius_factor is not None:
             radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
+        relocate = checked_flag(relocate, "relocate")
+        if relocate and radius_factor is not None:
+            raise ValueError(
+                "relocate needs the shortest paths to all centers: leave radius_factor out"
+            )
         return cls(
             checked_count(max_num_iter, "max_num_iter", low=0),
             checked_number(tol, "tol", zero=True),
@@ -150,6 +159,7 @@ class LoopOptions:
             checked_threads(n_threads),
             checked_callable(progress, "progress"),
             checked_callable(on_stage, "on_stage"),
+            relocate,
         )
 
     @property
@@ -159,6 +169,7 @@ class LoopOptions:
             "radius_factor": self.radius_factor,
             "max_num_iter": self.max_num_iter,
             "tol": self.tol,
+            "relocate": self.relocate,
             "islands": self.islands,
         }
 
@@ -177,12 +188,9 @@ class CleanupOptions:
         cls, smooth: bool, enforce_connectivity: bool, min_size: float, islands: Islands
     ) -> CleanupOptions:
         """Arguments as for `segment`."""
-        for name, value in {"smooth": smooth, "enforce_connectivity": enforce_connectivity}.items():
-            if not isinstance(value, (bool, np.bool_)):
-                raise TypeError(f"{name} must be True or False, got {value!r}")
         return cls(
-            bool(smooth),
-            bool(enforce_connectivity),
+            checked_flag(smooth, "smooth"),
+            checked_flag(enforce_connectivity, "enforce_connectivity"),
             checked_number(min_size, "min_size", zero=True),
             checked_choice(islands, "islands", ISLANDS),
         )

@@ -69,6 +69,7 @@ def segment(
     radius: float | None = None,
     alpha: float | None = None,
     eta_convex: float | None = None,
+    ridges: float | None = None,
     weights: WeightName | Weights = "creases",
     init: Init | Start = "geodesic",
     mask: npt.ArrayLike | None = None,
@@ -76,6 +77,7 @@ def segment(
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
+    relocate: bool = False,
     enforce_connectivity: bool = False,
     min_size: float = 0.0,
     islands: Islands = "keep",
@@ -113,12 +115,17 @@ def segment(
     eta_convex : float, optional
         Weight of convex creases (ridges) relative to concave ones (grooves), >= 0. By default 0
         with ``"creases"``, 0.2 with ``"superfacets"``; not used with ``"stk02"``.
+    ridges : float, optional
+        Weight of sharp edges between flat faces, as machine parts have them, relative to concave
+        ones, >= 0, by default 0.35: it replaces `eta_convex` there, where it is more. 0 turns it
+        off. See `crease_weights` for which edges these are. Used with ``"creases"`` on triangles
+        and polygons; points and tetrahedra have no such edges.
     weights : {"creases", "superfacets", "stk02"} or array_like, shape (M,)
         Arc weights by name. ``"creases"`` (`crease_weights`): a crease costs the same to cross at
         every resolution of the mesh. ``"superfacets"`` (`superfacet_weights`): those of the paper.
         ``"stk02"`` (`stk02_weights`): those that the paper compares with. Or one weight per arc of
         ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the bounding box;
-        `alpha` and `eta_convex` are then not used.
+        `alpha`, `eta_convex` and `ridges` are then not used.
     init : {"geodesic", "farthest", "flood", "grid"}, array_like of int, or Segmentation
         How seeds are placed, or the faces that are the seeds; see `place_seeds`. By default they
         are the farthest from each other by path length. ``"flood"`` and ``"grid"`` give k regions
@@ -152,6 +159,12 @@ def segment(
     tol : float, default 0.02
         Stop when the root mean square of the centers' moves is at most this fraction of r. With 0,
         stop when no center changes, as in the paper; all iterations are then on all faces.
+    relocate : bool, default False
+        When the loop has ended on its first level, let centers of regions that are hardly needed
+        jump to where regions are large and uneven, and iterate again (up to 8 times), in up to four
+        rounds. A region is hardly needed if its faces are as near to the next center as to their
+        own; both are measured by path length. The number of regions stays, and a component keeps a
+        center if it has one. Given seeds may move, too. Not with `radius_factor`.
     enforce_connectivity : bool, default False
         If regions are disconnected (with `radius_factor`), each keeps the piece with its center,
         and its other pieces join a neighbor; see `enforce_connectivity`.
@@ -238,10 +251,17 @@ def segment(
         weld,
         init,
         size,
-        WeightOptions.checked(weights, alpha, eta_convex),
+        WeightOptions.checked(weights, alpha, eta_convex, ridges),
         FeatureOptions.checked(features, feature_weight, scale_features),
         LoopOptions.checked(
-            max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
+            max_num_iter,
+            tol,
+            radius_factor,
+            islands,
+            n_threads,
+            progress,
+            on_stage,
+            relocate=relocate,
         ),
         CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
         ConstraintOptions(mask, barriers),
@@ -376,7 +396,7 @@ def _border_costs(
     if not options.has_other_unit:
         return BorderCosts(surface, lengths, unit, scale)
     # Others have other units, or other prices at other resolutions.
-    prices = creases_of(surface, radius)
+    prices = creases_of(surface, radius, ridges=0.0)  # which these weights do not know
     if steps is not None:
         prices = steps.added(prices, surface.arcs, radius / surface.diagonal)
     return BorderCosts.of_weights(surface, prices, scale)

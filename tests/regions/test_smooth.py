@@ -110,8 +110,12 @@ def test_a_corner_is_cut_on_a_plane_but_not_where_it_is_in_a_crease():
     check_smoothed(CORNER, CORNER, walls)
 
 
-def test_a_ridge_is_no_crease():
-    check_smoothed(CORNER, CUT_CORNER, lambda x, y: -max(0, x - 2, 2 - y), max_distance=0.3)
+def test_a_convex_edge_is_no_crease_but_a_ridge_is():
+    def falling(slope):
+        return lambda x, y: -slope * max(0, x - 2, 2 - y)
+
+    check_smoothed(CORNER, CUT_CORNER, falling(0.8), max_distance=0.3)  # 39 degrees
+    check_smoothed(CORNER, CORNER, falling(1.0), max_distance=0.3)
 
 
 def test_a_zigzag_goes_to_the_valley_at_its_side():

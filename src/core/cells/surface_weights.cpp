@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "base/assert.hpp"
+#include "cells/ridges.hpp"
 
 namespace superfacets {
 namespace {
@@ -25,9 +26,17 @@ void weigh_arcs(const Surface& surface, ThreadTeam& team, std::span<double> weig
 void surface_weights(const Surface& surface, const WeightOptions& options, ThreadTeam& team,
                      std::span<double> weights) {
   SUPERFACETS_ASSERT(options.diagonal > 0.0);
+  const auto angle_of = [&](Cell cell, std::int64_t arc, Cell) { return surface.angle(cell, arc); };
+  const auto n_sides_of = [&](Cell cell) { return surface.n_sides(cell); };
+  const auto counts_as_ridge = [&](Cell cell, std::int64_t arc, double angle) {
+    return options.has_ridges() && angle <= -kSharpAngle &&
+           is_ridge(surface.arcs(), cell, arc, angle_of, n_sides_of);
+  };
   weigh_arcs(surface, team, weights, [&](Cell cell, std::int64_t arc, Cell) {
     const double angle = surface.angle(cell, arc);
-    const double eta = angle > 0.0 ? 1.0 : options.eta_convex;
+    const double of_convex =
+        counts_as_ridge(cell, arc, angle) ? options.ridges : options.eta_convex;
+    const double eta = angle > 0.0 ? 1.0 : of_convex;
     const double length =
         options.crease_length > 0.0 ? options.crease_length : surface.border_length(cell, arc);
     const double price = options.alpha * eta * length;

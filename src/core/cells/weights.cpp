@@ -13,6 +13,7 @@
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
 #include "base/versions.hpp"
+#include "cells/ridges.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {
@@ -86,6 +87,28 @@ SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const WeightOpt
   const double price = options.alpha * eta * length;
   const double angular = price * theta / std::numbers::pi;  // eq. 2
   return (way_over(data.edge, data.from, data.to) + angular) / options.diagonal;
+}
+
+double any_arc_weight(const ArcData& data, const WeightOptions& options, double up) {
+  return options.crease_length > 0.0 ? arc_weight<true>(data, options, up)
+                                     : arc_weight<false>(data, options, up);
+}
+
+// The angle at an arc: positive where the edge is concave.
+double signed_angle(const Geometry& geometry, Face from, std::int64_t arc, Face to) {
+  const ArcData data = arc_data(geometry, from, to, arc);
+  return fold_of(data.normal_from, data.normal_to, data.to - data.from)
+      .signed_angle(geometry.surface.is_inside_out());
+}
+
+// Whether an arc with these normals crosses a ridge.
+bool crosses_ridge(const Geometry& geometry, Face from, std::int64_t arc, const Point& normal_from,
+                   const Point& normal_to) {
+  if (dot(normal_from, normal_to) > kSharpCosine) return false;  // most
+  const auto angle_of = [&](Face face, std::int64_t any, Face to) {
+    return signed_angle(geometry, face, any, to);
+  };
+  return is_ridge(geometry.arcs(), from, arc, angle_of, [](Face) { return 3; });
 }
 
 // The only arc from one face to another; -1 if there are several, or too many arcs to search. No
@@ -190,7 +213,10 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
 class Weigher {
  public:
   Weigher(const Geometry& geometry, const WeightOptions& options, std::span<double> weights)
-      : geometry_(geometry), options_(options), weights_(weights) {}
+      : geometry_(geometry),
+        options_(options),
+        of_ridges_(options.of_ridges()),
+        weights_(weights) {}
 
   // Of the arcs from a range of faces.
   std::int64_t weigh_range(std::int64_t begin, std::int64_t end) {
@@ -217,6 +243,7 @@ class Weigher {
     } else {
       run_version(with_, Weigh<false>{}, block_, options_, up, &numbers_, rising.size());
     }
+    if (options_.has_ridges()) weigh_ridges(rising);
     std::int64_t n_weighed = std::ssize(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
       weights_[rising[i].arc] = numbers_[i];
@@ -228,8 +255,19 @@ class Weigher {
     return n_weighed;
   }
 
+  // Replaces the weights of arcs across ridges.
+  void weigh_ridges(std::span<const RisingArc> rising) {
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      const ArcData data = block_.get(i);
+      const auto [from, to, arc] = rising[i];
+      if (!crosses_ridge(geometry_, from, arc, data.normal_from, data.normal_to)) continue;
+      numbers_[i] = any_arc_weight(data, of_ridges_, up_of(geometry_));
+    }
+  }
+
   const Geometry& geometry_;
   const WeightOptions& options_;
+  const WeightOptions of_ridges_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
   std::vector<RisingArc> listed_;
@@ -241,15 +279,16 @@ class Weigher {
 // no reverse arc.
 void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
                       std::int64_t end, std::span<double> weights) {
-  const bool has_length = options.crease_length > 0.0;
   const double up = up_of(geometry);
+  const WeightOptions of_ridges = options.of_ridges();
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       std::int64_t back = -1;
       if (neighbor > face || is_pair(geometry.arcs(), {face, neighbor, arc}, back)) continue;
       const ArcData data = arc_data(geometry, face, neighbor, arc);
-      weights[arc] =
-          has_length ? arc_weight<true>(data, options, up) : arc_weight<false>(data, options, up);
+      const bool is_dear = options.has_ridges() &&
+                           crosses_ridge(geometry, face, arc, data.normal_from, data.normal_to);
+      weights[arc] = any_arc_weight(data, is_dear ? of_ridges : options, up);
     }
   }
 }

@@ -34,8 +34,13 @@ _OF_SEGMENT = (
         "--eta",
         "eta_convex",
         type=NOT_NEGATIVE,
-        help="Weight of convex creases (ridges) relative to concave ones; 0.2 is right for machine"
-        " parts.  [default: by weights: 0, 0.2]",
+        help="Weight of convex creases relative to concave ones.  [default: by weights: 0, 0.2]",
+    ),
+    click.option(
+        "--ridges",
+        type=NOT_NEGATIVE,
+        help="The same for sharp edges between flat faces, as on machine parts; 0 turns it off."
+        "  [default: 0.35 with --weights creases]",
     ),
     click.option(
         "--weights",
@@ -62,6 +67,12 @@ _OF_SEGMENT = (
         "--tol",
         type=NOT_NEGATIVE,
         help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]",
+    ),
+    click.option(
+        "--relocate",
+        is_flag=True,
+        default=None,
+        help="Let centers jump to where regions are large and uneven, and iterate again.",
     ),
     click.option(
         "--smooth/--no-smooth",

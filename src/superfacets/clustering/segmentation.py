@@ -65,7 +65,7 @@ class Segmentation:
     stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
         Why the loop ended: the centers moved less than `tol`; a set of centers occurred again; the
         maximum number of iterations; `progress` returned False. With several levels, why it ended
-        on the finest coarse one.
+        on the finest coarse one. On a level with `relocate`, why the last round of it ended.
     n_unreached : int
         Islands that no center reached: components that got no seed and, with `radius_factor`, faces
         out of reach. With ``islands="keep"`` each made one more region, which K counts; with

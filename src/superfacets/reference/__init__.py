@@ -14,6 +14,7 @@ from .merging import find_bridges, merge_tree
 from .nearest import nearest_faces, nearest_in_tet, nearest_on_triangle, nearest_tets
 from .point_graph import build_point_graph, point_normals
 from .region_graph import RegionArc, region_arcs, region_shapes
+from .relocation import relocate_centers, second_nearest
 from .seeding import farthest_seeds, flood_seeds, geodesic_seeds, grid_seeds
 from .smooth import smooth_borders
 from .subdivision import Part, subdivide
@@ -50,6 +51,8 @@ __all__ = [
     "quantize_weights",
     "region_arcs",
     "region_shapes",
+    "relocate_centers",
+    "second_nearest",
     "smooth_borders",
     "subdivide",
     "superfacet_weights",

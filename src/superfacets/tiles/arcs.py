@@ -19,7 +19,7 @@ from .faces import Faces, read_faces, rows
 from .rims import find_rims, halo_of
 from .store import Run, TileStore
 
-__all__ = ["ArcFacts", "WeightRule", "find_arcs", "weighed"]
+__all__ = ["ArcFacts", "WeightRule", "find_arcs", "prices_of", "weighed"]
 
 
 @dataclass(frozen=True)
@@ -102,6 +102,11 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     )
 
 
+def prices_of(surface: Surface, rule: WeightRule) -> npt.NDArray[np.float64]:
+    """What borders go by where weights are in another unit, as in `segment`."""
+    return creases_of(surface, rule.radius, ridges=0.0)
+
+
 def weighed(
     store: TileStore, faces: Faces, rule: WeightRule
 ) -> tuple[Surface, npt.NDArray[np.float64], FaceGraph]:
@@ -148,7 +153,7 @@ def _weigh_tile(
     store.write(tile, "weights", weights)
     prices = 0.0
     if rule.has_prices:
-        default = creases_of(surface, rule.radius)
+        default = prices_of(surface, rule)
         prices = _core.sum_of(default[arcs], rule.n_threads)
     mesh = own.mesh(store)
     return _TileSums(

@@ -6,10 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..cells.weights import creases_of
 from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
-from .arcs import ArcFacts, weighed
+from .arcs import ArcFacts, prices_of, weighed
 from .faces import Faces, read_faces
 from .store import Run, TileStore
 
@@ -25,32 +24,38 @@ RINGS = 4
 class Band:
     """The faces around borders.
 
-    Those of the rim lack a face at one of their corners: what has been read of a face is right if
-    that face is not at the rim.
+    At its edge are the faces that may lack one that they share a vertex with. The weight of an arc
+    depends on the neighbors of its two faces. So what is read of a face is right if it shares no
+    vertex with one at the edge: the others are the rim.
     """
 
     def __init__(self, store: TileStore, run: Run, faces: Faces) -> None:
         self._store = store
         self._run = run
         self.faces = faces
-        self.is_rim = np.ones(len(faces), bool)
+        self._is_edge = np.ones(len(faces), bool)
 
-    def grow(self, front: Faces) -> None:
-        """Add rings of faces around some that it has."""
+    def rim(self) -> Ints:
+        """Faces that share a vertex with one at the edge."""
+        edge = self.faces.take(np.flatnonzero(self._is_edge))
+        return self.faces.touching(edge.vertex_ids).astype(np.int32)
+
+    def grow(self, around: npt.NDArray[np.integer]) -> None:
+        """Add rings of faces around some that it has, wherever these are near its edge."""
+        front = self.faces.take(around)
         for _ in range(RINGS):
-            if not len(front):
-                return
             jobs = [(tile, front.vertex_ids) for tile in range(self._store.n_tiles)]
             found = Faces.joined(self._run(_touching, self._store, jobs))
-            complete = np.isin(self.faces.places, front.places)
-            self.is_rim &= ~complete
-            front = found.take(np.flatnonzero(~np.isin(found.places, self.faces.places)))
-            self._add(front)
+            front = self._add(found, front)
 
-    def _add(self, new: Faces) -> None:
-        rim = self.faces.places[self.is_rim]
+    def _add(self, found: Faces, front: Faces) -> Faces:
+        """Add the faces around some, and return those of them that are at the edge now."""
+        edge = np.setdiff1d(self.faces.places[self._is_edge], front.places)
+        new = found.take(np.flatnonzero(~np.isin(found.places, self.faces.places)))
         self.faces = Faces.joined([self.faces, new])
-        self.is_rim = np.isin(self.faces.places, np.concatenate([rim, new.places]))
+        self._is_edge = np.isin(self.faces.places, np.concatenate([edge, new.places]))
+        edge = self.faces.places[self._is_edge]
+        return found.take(np.flatnonzero(np.isin(found.places, edge)))
 
 
 def smooth_tiled(
@@ -71,13 +76,10 @@ def smooth_tiled(
     band = Band(store, run, Faces.joined(found))
     if not len(band.faces):
         return labels
-    front = band.faces
-    while True:
-        band.grow(front)
-        moved, examined = _smooth(store, facts, band, labels[band.faces.cells], centers, scale)
-        if not len(examined):
-            break
-        front = band.faces.take(examined)
+    around: npt.NDArray[np.integer] = np.arange(len(band.faces))
+    while len(around):
+        band.grow(around)
+        moved, around = _smooth(store, facts, band, labels[band.faces.cells], centers, scale)
     result = labels.copy()
     result[band.faces.cells] = moved
     return result
@@ -90,14 +92,13 @@ def _smooth(
     rule, unit = facts.rule, facts.unit
     surface, weights, _ = weighed(store, band.faces, rule)
     if rule.has_prices:
-        weights, unit = creases_of(surface, rule.radius), facts.price_unit
+        weights, unit = prices_of(surface, rule), facts.price_unit
     lengths = _core.round_weights(weights, unit, rule.n_threads)
     costs = BorderCosts(surface, lengths, unit, scale)
     at = np.minimum(np.searchsorted(band.faces.cells, centers), len(band.faces) - 1)
     fixed = at[band.faces.cells[at] == centers].astype(np.int32)
-    rim = np.flatnonzero(band.is_rim).astype(np.int32)
     limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, rule.n_threads)
-    return _core.smooth_part(*costs.args, labels, fixed, *limits, rim)
+    return _core.smooth_part(*costs.args, labels, fixed, *limits, band.rim())
 
 
 def _ghost_cells(store: TileStore, tile: int) -> Ints:

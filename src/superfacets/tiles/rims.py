@@ -19,23 +19,31 @@ RIM = ("places", "cells", "offsets", "corners", "vertex_ids", "vertices")
 
 
 def find_rims(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the faces at the rim of each tile, and return the tiles that each one meets.
+    """Write the faces at the rim of each tile, and return the tiles whose rims each one needs.
 
-    Tiles meet where they share a vertex; at the rim are the faces that have such a vertex.
+    Tiles meet where they share a vertex. At the rim are the faces that have such a vertex, and
+    those that share a vertex with these. The halo of a tile, the faces that share a vertex with it,
+    and those that share one with the halo, are at the rims of the tiles that it meets, and of those
+    that these meet.
     """
     shared = _shared_vertices(store)
     tiles = range(store.n_tiles)
     found = run(_write_rim, store, [(tile, shared) for tile in tiles])
-    return _meeting(found, store.n_tiles)
+    meeting = _meeting(found, store.n_tiles)
+    return [
+        sorted(meeting[tile].union(*(meeting[other] for other in meeting[tile])) - {tile})
+        for tile in tiles
+    ]
 
 
 def halo_of(store: TileStore, own: Faces, others: list[int]) -> list[Faces]:
-    """The faces of other tiles that share a vertex with a tile."""
-    parts = []
-    for other in others:
-        rim = Faces(*(store.read(other, f"rim_{name}") for name in RIM))
-        parts.append(rim.take(rim.touching(own.vertex_ids)))
-    return parts
+    """The faces of other tiles that share a vertex with a tile, and those next to them."""
+    rims = [Faces(*(store.read(other, f"rim_{name}") for name in RIM)) for other in others]
+    if not rims:
+        return []
+    every = Faces.joined(rims)
+    halo = every.take(every.touching(own.vertex_ids))
+    return [every.take(every.touching(halo.vertex_ids))]
 
 
 def _shared_vertices(store: TileStore) -> Longs:
@@ -60,13 +68,13 @@ def _between(store: TileStore, tile: int, first: int, end: int) -> Longs:
 def _write_rim(store: TileStore, tile: int, shared: Longs) -> Longs:
     """Write the faces with a shared vertex; return the shared vertices of the tile."""
     faces = read_faces(store, tile)
-    rim = faces.take(faces.touching(shared))
+    rim = faces.take(faces.touching(faces.take(faces.touching(shared)).vertex_ids))
     for name in RIM:
         store.write(tile, f"rim_{name}", getattr(rim, name))
     return faces.vertex_ids[is_among(faces.vertex_ids, shared)]
 
 
-def _meeting(vertices_of: list[Longs], n_tiles: int) -> list[list[int]]:
+def _meeting(vertices_of: list[Longs], n_tiles: int) -> list[set[int]]:
     """The other tiles that have one of the vertices of each."""
     ids = np.concatenate(vertices_of)
     tiles = np.repeat(np.arange(n_tiles), [len(some) for some in vertices_of])
@@ -81,4 +89,4 @@ def _meeting(vertices_of: list[Longs], n_tiles: int) -> list[list[int]]:
         for one, other in pairs.tolist():
             meeting[one].add(other)
             meeting[other].add(one)
-    return [sorted(others) for others in meeting]
+    return meeting

@@ -56,6 +56,7 @@ def segment_tiled(
     radius: float | None = None,
     alpha: float | None = None,
     eta_convex: float | None = None,
+    ridges: float | None = None,
     weights: WeightName = "creases",
     init: Init = "geodesic",
     radius_factor: float | None = None,
@@ -86,7 +87,7 @@ def segment_tiled(
     source : path, Mesh, PolygonMesh or (vertices, faces) pair
         A file; a folder of files, whose meshes share vertices by position; or arrays, which may be
         memory maps. Faces are numbered through all files of a folder, in the order of their names.
-    n_segments, radius, alpha, eta_convex, radius_factor, max_num_iter, tol, islands, smooth, weld
+    n_segments, radius, alpha, eta_convex, ridges, radius_factor, max_num_iter, tol, islands, smooth, weld
         As for `segment`.
     weights : {"creases", "superfacets", "stk02"}
         As for `segment`, by name.
@@ -154,7 +155,7 @@ def segment_tiled(
         SizeOptions.checked(n_segments, radius, checked_choice(init, "init", INITS)),
         init,
         WeightOptions.checked(
-            checked_choice(weights, "weights", tuple(WEIGHTS)), alpha, eta_convex
+            checked_choice(weights, "weights", tuple(WEIGHTS)), alpha, eta_convex, ridges
         ),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
