@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import logging
 import math
+import multiprocessing
 import os
 import signal
 import time
@@ -34,7 +35,8 @@ TICK = 1.0
 GATHER_TIMEOUT = 10.0
 """Seconds to wait for a record, of a few kilobytes, from a worker."""
 
-START_ATTEMPTS = 3
+START_ATTEMPTS = 10
+"""Of a cluster: one fails where a worker is killed while it starts, as it may be several times."""
 
 CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
@@ -164,12 +166,24 @@ def _started(distributed: Any, n_workers: int, n_threads: int) -> Any:
                     env={"SUPERFACETS_NUM_THREADS": str(n_threads)},  # also for reading and writing
                 )
         except RuntimeError as error:
-            if not attempts_left:
+            if not attempts_left or _is_refused():
                 raise ConnectionError(
                     f"the workers cannot be started ({reason_of(error)}): a script that calls batch"
                     " has to do so below if __name__ == '__main__':"
                 ) from None
     raise AssertionError
+
+
+def _is_refused() -> bool:
+    """Whether a script lets no process begin: it starts some where it is imported, which fails.
+
+    A process that was killed has another exit code.
+    """
+    with _deaf_to_interrupts():
+        process = multiprocessing.get_context("spawn").Process(target=os.getpid)
+        process.start()
+    process.join()
+    return process.exitcode == 1
 
 
 @contextlib.contextmanager
