@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import contextlib
 import heapq
+import itertools
 import json
 import math
 import os
@@ -71,9 +72,9 @@ class Measured:
     ----------
     n_faces, n_segments, tile_size, workers : int
     passes : list of Pass
-    driver : float
-        Processor time per face outside of passes, in the process that was started; with several
-        workers what it takes to hand out tiles is part of that.
+    driver : dict of str to float
+        Processor time per face outside of passes, in the process that was started, by stage; with
+        several workers what it takes to hand out tiles is part of that.
     wall : float
         Seconds in all.
     rim : float
@@ -85,7 +86,7 @@ class Measured:
     tile_size: int
     workers: int
     passes: list[Pass]
-    driver: float
+    driver: dict[str, float]
     wall: float
     rim: float
 
@@ -137,16 +138,23 @@ def measure(
             started.append(time.perf_counter())
             yield recorders[0]
 
+    def on_stage(stage: str) -> None:
+        in_passes = sum(done.seconds for done in recorders[0].passes) if workers == 1 else 0.0
+        marks.append((stage, time.process_time() / n_faces - in_passes))
+
     started: list[float] = []  # without the start of workers
-    before = time.process_time()
+    marks: list[tuple[str, float]] = []
     with mock.patch.object(segmenting, "open_run", recorded):
         segmenting.segment_tiled(
-            path, n_segments, tile_size=tile_size, workers=workers, scratch=scratch, n_threads=1
-        )
+            path, n_segments, tile_size=tile_size, workers=workers, scratch=scratch, n_threads=1,
+            on_stage=on_stage,
+        )  # fmt: skip
     wall = time.perf_counter() - started[0]
+    on_stage("end")
     found = recorders[0]
-    spent = (time.process_time() - before) / n_faces
-    driver = spent if workers > 1 else spent - sum(done.seconds for done in found.passes)
+    driver: dict[str, float] = {}
+    for (stage, begin), (_, end) in itertools.pairwise(marks):
+        driver[stage] = driver.get(stage, 0.0) + end - begin
     rim = sum(found.rims) / max(1, len(found.rims))
     return Measured(n_faces, n_segments, tile_size, workers, found.passes, driver, wall, rim)
 
@@ -193,7 +201,7 @@ def simulate(
         seconds += _makespan(
             n_jobs, per_job * done.seconds, per_job * (done.n_read + done.n_written), cluster
         )
-    driver = measured.driver * n_faces
+    driver = sum(measured.driver.values()) * n_faces
     return seconds + driver, driver
 
 
@@ -291,7 +299,8 @@ def _print_passes(run: Measured) -> None:
             for what, unit in (("seconds", 1e9), ("n_read", 1), ("n_written", 1))
         ]
         click.echo(f"| `{name}` | {len(of_name)} | {' | '.join(f'{n:.0f}' for n in numbers)} |")
-    click.echo(f"| driver | | {1e9 * run.driver:.0f} | | |")
+    for stage, seconds in run.driver.items():
+        click.echo(f"| driver, {stage} | | {1e9 * seconds:.0f} | | |")
 
 
 def _shown(seconds: float) -> str:

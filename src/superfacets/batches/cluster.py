@@ -147,7 +147,7 @@ def local_team(n_workers: int, n_threads: int = 1) -> Iterator[Team]:
         stack.enter_context(dask.config.set(_LOCAL_SETTINGS))
         cluster = stack.enter_context(_started(distributed, n_workers, n_threads))
         client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
-        yield Team(client, _workers_of(client), lambda: cluster.scale(n_workers))
+        yield Team(client, _workers_of(client), _restorer(cluster, n_workers))
 
 
 def _started(distributed: Any, n_workers: int, n_threads: int) -> Any:
@@ -172,6 +172,31 @@ def _started(distributed: Any, n_workers: int, n_threads: int) -> Any:
                     " has to do so below if __name__ == '__main__':"
                 ) from None
     raise AssertionError
+
+
+def _restorer(cluster: Any, n_workers: int) -> Callable[[], None]:
+    """What replaces workers that Dask has given up: those that were killed while they started."""
+    ended_before: set[Any] = set()
+
+    def restore() -> None:
+        nannies = dict(cluster.workers)
+        ended = {name for name, nanny in nannies.items() if _has_ended(nanny)}
+        for name in ended & ended_before:  # it is not about to start anew
+            cluster.workers.pop(name, None)
+            cluster.worker_spec.pop(name, None)
+            cluster.loop.add_callback(nannies[name].close)
+        ended_before.clear()
+        ended_before.update(ended)
+        cluster.scale(n_workers)
+
+    return restore
+
+
+def _has_ended(nanny: Any) -> bool:
+    """Whether a worker's keeper, or the process that it keeps, has come to an end."""
+    if nanny.status.name in ("closing", "closed", "failed"):
+        return True
+    return nanny.process is not None and nanny.process.status.name in ("stopped", "failed")
 
 
 def _is_refused() -> bool:
