@@ -68,7 +68,7 @@ def sheet():
 @pytest.fixture(scope="module")
 def machine():
     """A part with ridges that count as creases, which depends on faces two steps away."""
-    return sf.subdivide(gears(4), max_edge=0.08).mesh
+    return sf.subdivide(gears(8), max_edge=0.08).mesh
 
 
 @pytest.mark.parametrize(
@@ -272,11 +272,9 @@ def test_a_folder_that_is_not_there(bear, tmp_path):
 
 LIMITED = """
 import resource, sys
-import numpy as np
 import superfacets
-from superfacets.tiles import segmenting, sorting
 path, folder, room = sys.argv[1], sys.argv[2], int(sys.argv[3])
-mesh = superfacets.sample_mesh(1_000)
+mesh = superfacets.sample_mesh(3_000)
 superfacets.segment(mesh, 5)
 superfacets.segment_tiled(mesh, 5, scratch=folder, n_threads=1)  # all that is imported
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()

@@ -41,8 +41,9 @@ class Band:
         return self.faces.touching(edge.vertex_ids).astype(np.int32)
 
     def grow(self, around: npt.NDArray[np.integer]) -> None:
-        """Add rings of faces around some that it has, wherever these are near its edge."""
-        front = self.faces.take(around)
+        """Add rings of faces behind those of the edge that share a vertex with some faces."""
+        near = self.faces.touching(self.faces.take(around).vertex_ids)
+        front = self.faces.take(near[self._is_edge[near]])
         for _ in range(RINGS):
             jobs = [(tile, front.vertex_ids) for tile in range(self._store.n_tiles)]
             found = Faces.joined(self._run(_touching, self._store, jobs))
