@@ -66,9 +66,18 @@ def sheet():
 
 
 @pytest.fixture(scope="module")
-def machine():
-    """A part with ridges that count as creases, which depends on faces two steps away."""
-    return sf.subdivide(gears(8), max_edge=0.08).mesh
+def steps():
+    """A sheet of quads with folds of many angles, of which some are ridges.
+
+    Whether a fold is one depends on the next folds on both sides.
+    """
+    n = 120
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    slopes = np.random.default_rng(1).choice([-2.0, -0.2, 0.0, 0.2, 2.0], n)
+    vertices = np.stack([x, y, np.cumsum(slopes)[x]], axis=-1).reshape(-1, 3)
+    corners = (np.arange(n - 1) + n * np.arange(n - 1)[:, None]).ravel()
+    quads = np.stack([corners, corners + 1, corners + n + 1, corners + n], axis=1)
+    return PolygonMesh.of_faces(vertices, quads)
 
 
 @pytest.mark.parametrize(
@@ -180,9 +189,12 @@ def test_soup_that_is_not_welded(bear, tmp_path):
     check(mesh, 12, tmp_path, tile_sizes=(4096,), weld=False)
 
 
-def test_ridges(machine, tmp_path):
-    check(machine, 20, tmp_path, tile_sizes=(4096,))
-    assert machine.n_faces > 3 * 4096
+def test_ridges_of_parts(tmp_path):
+    check(sf.subdivide(gears(2), max_edge=0.1).mesh, 20, tmp_path, tile_sizes=(4096,))
+
+
+def test_ridges_that_depend_on_faces_two_steps_away(steps, tmp_path):
+    check(steps, 40, tmp_path, tile_sizes=(4096,), ridges=1.0)
 
 
 @pytest.mark.parametrize("options", [{}, {"weights": "stk02"}, {**PAPER}], ids=str)
