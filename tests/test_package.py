@@ -82,7 +82,7 @@ def test_the_documented_fields_are_those_there_are(kind):
 
 
 LAZY = ("baselines", "metrics", "princeton", "reference")
-LATE = ("cells.info", "cli", "io", "metrics", "reference", "sample", "study", "view")
+LATE = ("cells.info", "cli", "io", "metrics", "pictures", "reference", "sample", "study")
 LATE_PREFIXES = tuple(f"superfacets.{name}" for name in LATE)
 
 
@@ -113,7 +113,7 @@ def test_importing_leaves_files_and_pictures_for_later():
 @pytest.mark.parametrize(
     "first",
     [
-        "import superfacets.view.rendering",
+        "import superfacets.pictures.rendering",
         "import superfacets.cli.main",
         "from superfacets.io.readers.read import read_mesh",
         "import superfacets.pipeline, superfacets.clustering.classification",

@@ -31,9 +31,10 @@ if TYPE_CHECKING:
     from . import reference as reference
     from . import segmentator as segmentator
     from .batches.runs import BatchProgress, BatchResult, batch
-    from .cells.cloud_info import CloudInfo, cloud_info
+    from .cells.cloud_facts import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .cells.nearest import NearestFaces, nearest_faces
+    from .cells.region_adjacency import RegionGraph, region_graph
     from .interop.attach import attach_labels
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
@@ -42,22 +43,21 @@ if TYPE_CHECKING:
     from .io.writers.regions import write_regions
     from .io.writers.write import write_labels, write_mesh
     from .levels import hierarchy
+    from .pictures.camera import View
+    from .pictures.colors import face_colors
+    from .pictures.page.document import Page, view
+    from .pictures.plotting import Plot, plot
+    from .pictures.rendering import render
     from .regions.hierarchy import Hierarchy
     from .regions.lines import BorderLines, border_lines, find_boundaries
+    from .regions.nearest_labels import transfer
     from .regions.parts import Submesh, split_regions, submesh
-    from .regions.pool import pool, snap, unpool
-    from .regions.region_graph import RegionGraph, region_graph
-    from .regions.transfer import transfer
-    from .regions.vertex_labels import vertex_labels
+    from .regions.pooling import pool, snap, unpool
+    from .regions.vertices import vertex_labels
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
     from .tiles.segmenting import segment_tiled
-    from .view.camera import View
-    from .view.colors import face_colors
-    from .view.page.document import Page
-    from .view.page.document import view as view
-    from .view.rendering import render
 
 __version__ = "0.1.0"
 
@@ -82,6 +82,7 @@ __all__ = [
     "MissingExtraError",
     "NearestFaces",
     "Page",
+    "Plot",
     "PointCloud",
     "PolygonMesh",
     "RegionEdit",
@@ -117,6 +118,7 @@ __all__ = [
     "mesh_info",
     "nearest_faces",
     "place_seeds",
+    "plot",
     "pool",
     "read_attributes",
     "read_cloud",
@@ -139,6 +141,7 @@ __all__ = [
     "unpool",
     "update_centers",
     "vertex_labels",
+    "view",
     "write_graphs",
     "write_labels",
     "write_mesh",
@@ -151,8 +154,8 @@ _LAZY_NAMES = {
     "BatchProgress": "batches.runs",
     "BatchResult": "batches.runs",
     "batch": "batches.runs",
-    "CloudInfo": "cells.cloud_info",
-    "cloud_info": "cells.cloud_info",
+    "CloudInfo": "cells.cloud_facts",
+    "cloud_info": "cells.cloud_facts",
     "Hierarchy": "regions.hierarchy",
     "hierarchy": "levels",
     "MeshInfo": "cells.info",
@@ -171,23 +174,26 @@ _LAZY_NAMES = {
     "BorderLines": "regions.lines",
     "border_lines": "regions.lines",
     "find_boundaries": "regions.lines",
-    "RegionGraph": "regions.region_graph",
-    "region_graph": "regions.region_graph",
+    "RegionGraph": "cells.region_adjacency",
+    "region_graph": "cells.region_adjacency",
     "Submesh": "regions.parts",
     "split_regions": "regions.parts",
     "submesh": "regions.parts",
-    "pool": "regions.pool",
-    "snap": "regions.pool",
-    "unpool": "regions.pool",
-    "transfer": "regions.transfer",
-    "vertex_labels": "regions.vertex_labels",
+    "pool": "regions.pooling",
+    "snap": "regions.pooling",
+    "unpool": "regions.pooling",
+    "transfer": "regions.nearest_labels",
+    "vertex_labels": "regions.vertices",
     "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
     "segment_tiled": "tiles.segmenting",
-    "face_colors": "view.colors",
-    "Page": "view.page.document",
-    "View": "view.camera",
-    "render": "view.rendering",
+    "face_colors": "pictures.colors",
+    "Page": "pictures.page.document",
+    "view": "pictures.page.document",
+    "Plot": "pictures.plotting",
+    "plot": "pictures.plotting",
+    "View": "pictures.camera",
+    "render": "pictures.rendering",
 }
 _LAZY_MODULES = {
     "baselines": "study.baselines",
@@ -195,7 +201,6 @@ _LAZY_MODULES = {
     "princeton": "study.princeton",
     "reference": "reference",
     "segmentator": "segmentator",
-    "view": "view",
 }
 
 if not TYPE_CHECKING:  # type checkers see the imports above, and names that are not there

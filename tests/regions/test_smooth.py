@@ -386,8 +386,8 @@ def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchm
 @pytest.mark.parametrize(
     ("parameters", "error", "message"),
     [
-        ({"labels": [0, 0, 2, 2]}, ValueError, "no face has label 1"),
-        ({"labels": [0, 0, 1]}, ValueError, "there are 3 labels for 4 faces"),
+        ({"labels": [0, 0, 2, 2]}, ValueError, "no cell has label 1"),
+        ({"labels": [0, 0, 1]}, ValueError, "there are 3 labels for 4 cells"),
         ({"labels": [0.0] * 4}, TypeError, "labels must be integers"),
         ({"centers": [0, 9]}, ValueError, r"centers\[1\] is 9; it must be 0 to 3"),
         ({"max_distance": -1}, ValueError, "max_distance must be finite and not negative"),

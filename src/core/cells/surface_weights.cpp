@@ -21,16 +21,25 @@ void weigh_arcs(const Surface& surface, ThreadTeam& team, std::span<double> weig
   });
 }
 
+// What ridges are found by.
+struct SurfaceBends {
+  const Surface& surface;
+
+  double angle(Cell cell, std::int64_t arc, Cell) const {
+    return std::abs(surface.angle(cell, arc));
+  }
+  bool is_convex(Cell cell, std::int64_t arc, Cell) const { return surface.angle(cell, arc) < 0.0; }
+};
+
 }  // namespace
 
 void surface_weights(const Surface& surface, const WeightOptions& options, ThreadTeam& team,
                      std::span<double> weights) {
   SUPERFACETS_ASSERT(options.diagonal > 0.0);
-  const auto angle_of = [&](Cell cell, std::int64_t arc, Cell) { return surface.angle(cell, arc); };
-  const auto n_sides_of = [&](Cell cell) { return surface.n_sides(cell); };
+  const SurfaceBends bends{surface};
+  const Ridges ridges(surface, bends);
   const auto counts_as_ridge = [&](Cell cell, std::int64_t arc, double angle) {
-    return options.has_ridges() && angle <= -kSharpAngle &&
-           is_ridge(surface.arcs(), cell, arc, angle_of, n_sides_of);
+    return options.has_ridges() && angle <= -kSharpAngle && ridges.crosses(cell, arc);
   };
   weigh_arcs(surface, team, weights, [&](Cell cell, std::int64_t arc, Cell) {
     const double angle = surface.angle(cell, arc);

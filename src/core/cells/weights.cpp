@@ -94,22 +94,22 @@ double any_arc_weight(const ArcData& data, const WeightOptions& options, double 
                                      : arc_weight<false>(data, options, up);
 }
 
-// The angle at an arc: positive where the edge is concave.
-double signed_angle(const Geometry& geometry, Face from, std::int64_t arc, Face to) {
-  const ArcData data = arc_data(geometry, from, to, arc);
-  return fold_of(data.normal_from, data.normal_to, data.to - data.from)
-      .signed_angle(geometry.surface.is_inside_out());
-}
+// What ridges are found by.
+struct FaceBends {
+  const Geometry& geometry;
 
-// Whether an arc with these normals crosses a ridge.
-bool crosses_ridge(const Geometry& geometry, Face from, std::int64_t arc, const Point& normal_from,
-                   const Point& normal_to) {
-  if (dot(normal_from, normal_to) > kSharpCosine) return false;  // most
-  const auto angle_of = [&](Face face, std::int64_t any, Face to) {
-    return signed_angle(geometry, face, any, to);
-  };
-  return is_ridge(geometry.arcs(), from, arc, angle_of, [](Face) { return 3; });
-}
+  double angle(Face face, std::int64_t arc, Face other) const {
+    const double sign = geometry.surface.same_turn(arc) ? -1.0 : 1.0;  // whichever is flipped
+    const Point& normal = geometry.normals[other];
+    const Fold fold = fold_of(geometry.normals[face], sign * normal, {0.0, 0.0, 0.0});
+    return arctangent(fold.sine, fold.cosine);
+  }
+  bool is_convex(Face face, std::int64_t arc, Face other) const {
+    const ArcData data = arc_data(geometry, face, other, arc);
+    const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
+    return !(up_of(geometry) * fold.rise > 0.0);
+  }
+};
 
 // The only arc from one face to another; -1 if there are several, or too many arcs to search. No
 // branches, because the position in the list is hard to predict.
@@ -216,6 +216,8 @@ class Weigher {
       : geometry_(geometry),
         options_(options),
         of_ridges_(options.of_ridges()),
+        bends_{geometry},
+        ridges_(geometry.surface, bends_),
         weights_(weights) {}
 
   // Of the arcs from a range of faces.
@@ -257,22 +259,30 @@ class Weigher {
 
   // Replaces the weights of arcs across ridges.
   void weigh_ridges(std::span<const RisingArc> rising) {
+    const double up = up_of(geometry_);
     for (std::size_t i = 0; i < rising.size(); ++i) {
+      cosines_[i] = dot(block_.normal_from.get(i), block_.normal_to.get(i));
+    }
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      if (cosines_[i] > kSharpCosine) continue;  // most
       const ArcData data = block_.get(i);
-      const auto [from, to, arc] = rising[i];
-      if (!crosses_ridge(geometry_, from, arc, data.normal_from, data.normal_to)) continue;
-      numbers_[i] = any_arc_weight(data, of_ridges_, up_of(geometry_));
+      if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
+      if (!ridges_.crosses(rising[i].from, rising[i].arc)) continue;
+      numbers_[i] = any_arc_weight(data, of_ridges_, up);
     }
   }
 
   const Geometry& geometry_;
   const WeightOptions& options_;
   const WeightOptions of_ridges_;
+  const FaceBends bends_;
+  const Ridges<TriangleSurface, FaceBends> ridges_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
   std::vector<RisingArc> listed_;
   Block block_;
   Numbers numbers_;
+  Numbers cosines_;
 };
 
 // Computes the weights that a Weigher leaves: of arcs to lower faces that are not unique, or have
@@ -281,14 +291,15 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, st
                       std::int64_t end, std::span<double> weights) {
   const double up = up_of(geometry);
   const WeightOptions of_ridges = options.of_ridges();
+  const FaceBends bends{geometry};
+  const Ridges ridges(geometry.surface, bends);
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       std::int64_t back = -1;
       if (neighbor > face || is_pair(geometry.arcs(), {face, neighbor, arc}, back)) continue;
       const ArcData data = arc_data(geometry, face, neighbor, arc);
-      const bool is_dear = options.has_ridges() &&
-                           crosses_ridge(geometry, face, arc, data.normal_from, data.normal_to);
-      weights[arc] = any_arc_weight(data, is_dear ? of_ridges : options, up);
+      const bool is_ridge = options.has_ridges() && ridges.crosses(face, arc);
+      weights[arc] = any_arc_weight(data, is_ridge ? of_ridges : options, up);
     }
   }
 }

@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from .. import __version__
 from ..errors import MissingExtraError, reason_of
 from ..io.guards import counted
-from .jobs import Job, Record, check_version, hash_of, run_job
+from .jobs import BatchJob, Record, check_version, hash_of, run_job
 
 __all__ = ["Killed", "Team", "Worker", "local_memory", "local_team", "remote_team"]
 
@@ -94,7 +94,7 @@ class Team:
         """Bytes that every file may need if each thread of each worker has one."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
-    def do_together(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Record | Killed]]:
+    def do_together(self, jobs: Sequence[BatchJob]) -> Iterator[tuple[BatchJob, Record | Killed]]:
         """Yield jobs with their records as they end, one at a time on each thread of a worker.
 
         Raises
@@ -104,7 +104,7 @@ class Team:
         """
         yield from _run_jobs(self, [job.with_threads(1) for job in jobs], width=None)
 
-    def do_alone(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Record | Killed]]:
+    def do_alone(self, jobs: Sequence[BatchJob]) -> Iterator[tuple[BatchJob, Record | Killed]]:
         """Likewise, but one after the other, each on all threads of a worker."""
         n_threads = min(worker.n_threads for worker in self.workers)
         yield from _run_jobs(self, [job.with_threads(n_threads) for job in jobs], width=1)
@@ -279,8 +279,8 @@ def run_piece(version: str, work: Callable[..., Any], store: Any, job: Piece) ->
 
 
 def _run_jobs(
-    team: Team, jobs: Sequence[Job], width: int | None
-) -> Iterator[tuple[Job, Record | Killed]]:
+    team: Team, jobs: Sequence[BatchJob], width: int | None
+) -> Iterator[tuple[BatchJob, Record | Killed]]:
     return _run(team, jobs, lambda job: (run_job, job), _result_of, width)
 
 
@@ -328,7 +328,7 @@ def _run(
             team.client.cancel([future for future, _ in running.values()])
 
 
-def _result_of(future: Any, job: Job) -> Record | Killed | None:
+def _result_of(future: Any, job: BatchJob) -> Record | Killed | None:
     """What came of a job; None if its worker ended with the result: it is being done again.
 
     An OSError that `run_job` raised is raised here: the batch cannot go on.

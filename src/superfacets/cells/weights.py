@@ -148,7 +148,8 @@ def crease_weights(
     limbs do not: a ridge is a convex edge that bends by 40 degrees or more, while each other edge
     of its two faces bends by less than 0.3 of that. Other sharp edges do not count against a ridge,
     as at the corner of a box, if they bend by 40 degrees or more, convex or concave, and neither of
-    the two by less than 0.7 of the other; but a triangle may have one of them at most.
+    the two by less than 0.7 of the other; but a triangle may have one of them at most. And a ridge
+    goes on: at both of its ends it meets another such edge, or the border of an open mesh.
 
     Parameters
     ----------

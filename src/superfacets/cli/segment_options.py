@@ -10,7 +10,16 @@ import click
 from .._options import INITS, ISLANDS, WEIGHTS
 from ..batches.files import FileOptions
 from ..pipeline import PAPER
-from .options import COUNT, NOT_NEGATIVE, POSITIVE, Count, label_options
+from .options import (
+    COUNT,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Count,
+    ascii_option,
+    drop_attributes_option,
+    label_options,
+    threads_option,
+)
 
 __all__ = ["file_options", "options_of", "segment_options"]
 
@@ -122,22 +131,14 @@ _OF_SEGMENT = (
         type=NOT_NEGATIVE,
         help="How much features count, in radii per standard deviation.  [default: 5]",
     ),
-    click.option(
-        "--threads",
-        "n_threads",
-        type=COUNT,
-        help="Threads to use.  [default: one per core]",
-    ),
+    threads_option,
 )
 
 _OF_FILES = (
-    click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text."),
+    ascii_option,
     label_options,
-    click.option(
-        "--drop-attributes",
-        is_flag=True,
-        help="Do not carry over what a .ply input stores besides its mesh: colors, normals, texture"
-        " coordinates, further properties, comments.",
+    drop_attributes_option(
+        "input", ": colors, normals, texture coordinates, further properties, comments"
     ),
 )
 

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
+from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..mesh.faces import AnyCells
-from ..regions.region_graph import RegionGraph, region_graph_of
 
 __all__ = ["Level", "Segmentation", "StopReason"]
 
@@ -144,12 +144,12 @@ class Segmentation:
 
     def _repr_html_(self) -> str:
         """Show a notebook a picture, where one can be drawn, counts, and the sizes of regions."""
-        from ..view.notebook import html_of
+        from ..pictures.notebook import html_of
 
         return html_of(self)
 
     def _repr_png_(self) -> bytes | None:
         """Show a notebook that takes no HTML the picture alone."""
-        from ..view.notebook import png_of
+        from ..pictures.notebook import png_of
 
         return png_of(self)

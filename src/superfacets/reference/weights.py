@@ -56,34 +56,80 @@ def superfacet_weights(
     geodesics, lengths, sines, cosines = np.array(terms).reshape(-1, 4).T
     thetas = arctangent(sines, cosines)
     of_convex = np.full(len(arcs), eta_convex)
-    of_convex[_find_ridges(arcs, thetas, concave)] = max(ridges, eta_convex)
+    is_ridge = _find_ridges(mesh, arcs, thetas, concave, weld=weld)
+    of_convex[is_ridge] = max(ridges, eta_convex)
     eta = np.where(np.array(concave, dtype=bool), 1.0, of_convex)
     angular = alpha * eta * lengths * thetas / math.pi  # eq. 2
     weights: Floats = (geodesics + angular) / diagonal  # eq. 3
     return weights
 
 
-def _find_ridges(arcs: list[Arc], thetas: Floats, concave: list[bool]) -> list[int]:
-    """Arcs across sharp convex edges between triangles that are flat beside them."""
+def _find_ridges(
+    mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: list[bool], *, weld: bool
+) -> list[int]:
+    """Arcs across sharp convex edges between triangles that are flat beside them.
+
+    At both ends such an edge must meet another one, or a border of the surface.
+    """
     sharp = math.pi * 2 / 9  # 40 degrees
-    of_face: dict[int, list[tuple[int, float]]] = {}
-    for arc, theta in zip(arcs, thetas.tolist(), strict=True):
-        of_face.setdefault(arc.face, []).append((arc.neighbor, theta))
+    of_face: dict[int, list[tuple[int, int]]] = {}  # neighbor and arc
+    for index, arc in enumerate(arcs):
+        of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
     def is_flat(face: int, other: int, theta: float) -> bool:
-        bends = [bend for neighbor, bend in of_face.get(face, []) if neighbor != other]
+        bends = [float(thetas[i]) for neighbor, i in of_face[face] if neighbor != other]
         bent = [bend for bend in bends if bend >= 0.3 * theta]
         alike = [max(sharp, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
         return len(bent) <= 1 and all(alike)
 
-    return [
+    def is_only(face: int, other: int) -> bool:
+        return [neighbor for neighbor, _ in of_face[face]].count(other) == 1
+
+    def name(vertex: int) -> object:
+        return tuple(mesh.vertices[vertex].tolist()) if weld else vertex
+
+    found = {
         index
         for index, (arc, theta) in enumerate(zip(arcs, thetas.tolist(), strict=True))
         if theta >= sharp
         and not concave[index]
+        and is_only(arc.face, arc.neighbor)
         and is_flat(arc.face, arc.neighbor, theta)
         and is_flat(arc.neighbor, arc.face, theta)
-    ]
+    }
+
+    def next_around(corner: object, before: int, here: int) -> tuple[int, int] | None:
+        names = [name(vertex) for vertex in mesh.faces[here]]
+        opposite = (names.index(corner) + 1) % 3
+        further = [
+            (neighbor, index)
+            for neighbor, index in of_face[here]
+            if arcs[index].side != opposite and neighbor != before
+        ]
+        return further[0] if len(further) == 1 else None
+
+    def leads_to_another(corner: object, before: int, here: int) -> bool:
+        start = before
+        for _ in range(64):
+            step = next_around(corner, before, here)
+            if step is None:
+                return True  # a border
+            if step[1] in found:
+                return True
+            before, here = here, step[0]
+            if here == start:
+                return False
+        return False
+
+    def continues(index: int) -> bool:
+        face, side, neighbor, _ = arcs[index]
+        ends = [name(mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
+        return all(
+            leads_to_another(end, face, neighbor) or leads_to_another(end, neighbor, face)
+            for end in ends
+        )
+
+    return [index for index in sorted(found) if continues(index)]
 
 
 def unit_normals(mesh: Mesh) -> Floats:
