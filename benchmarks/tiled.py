@@ -18,7 +18,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -259,9 +259,11 @@ def _count_faces(mesh: Path, folder: Path) -> int:
 @click.option("--bandwidth", type=float, default=1e9, show_default=True, help="Of one worker.")
 @click.option("--shared", type=float, default=20e9, show_default=True, help="Of all together.")
 @click.option("--dispatch", type=float, default=0.004, show_default=True)
+@click.option("--spread", multiple=True, help="Stage of the driver to simulate on the workers.")
 def plan_command(
-    measured: Path, tile_size: int, bandwidth: float, shared: float, dispatch: float
-) -> None:
+    measured: Path, tile_size: int, bandwidth: float, shared: float, dispatch: float,
+    spread: tuple[str, ...],
+) -> None:  # fmt: skip
     """Print passes, and times for more faces and workers, from what was MEASURED."""
     runs = [_run_of(facts) for facts in json.loads(measured.read_text())]
     alone = next(run for run in runs if run.workers == 1)
@@ -271,6 +273,7 @@ def plan_command(
         cluster = Cluster(run.workers, bandwidth, shared, dispatch)
         simulated, _ = simulate(alone, run.n_faces, run.tile_size, cluster)
         click.echo(f"| {run.workers} | {run.wall:.1f} | {simulated:.1f} |")
+    alone = _spread(alone, spread)
     counts = (1, 2, 10, 100, 1_000)
     click.echo(f"\n| faces | {' | '.join(f'{count:,} workers' for count in counts)} | driver |")
     click.echo("|---" * (len(counts) + 2) + "|")
@@ -281,6 +284,14 @@ def plan_command(
             total, driver = simulate(alone, n_faces, tile_size, cluster)
             cells.append(_shown(total))
         click.echo(f"| {n_faces:.0e} | {' | '.join(cells)} | {_shown(driver)} |")
+
+
+def _spread(run: Measured, stages: Sequence[str]) -> Measured:
+    """The run as if these stages of the driver were passes over the tiles."""
+    n_tiles = math.ceil(run.n_faces / run.tile_size)
+    more = [Pass(stage, n_tiles, n_tiles, run.driver[stage], 0.0, 0.0, 0.0) for stage in stages]
+    left = {stage: spent for stage, spent in run.driver.items() if stage not in stages}
+    return replace(run, passes=[*run.passes, *more], driver=left)
 
 
 def _run_of(facts: dict[str, Any]) -> Measured:

@@ -121,6 +121,12 @@ def test_a_mesh_without_extent_is_refused(tmp_path):
         check((np.ones((3, 3)), np.array([[0, 1, 2]])), cube(), tmp_path)
 
 
+def test_more_faces_than_can_be_numbered_are_refused(tmp_path):
+    many = np.broadcast_to(np.int32([0, 1, 2]), (MAX_CELLS + 1, 3))
+    with pytest.raises(MeshError, match=f"{MAX_CELLS + 1} faces; at most {MAX_CELLS} are supp"):
+        check((cube().vertices, many), cube(), tmp_path)
+
+
 def test_real_meshes_are_cut_alike(data_dir, tmp_path):
     for name in ["bunny.ply", "beast.obj", "igea_tristrips.ply"]:
         path = data_dir / "meshes" / name

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import _check_extent, _raise_index_error
+from .._validate import MAX_CELLS, _check_extent, _raise_index_error
+from ..errors import MeshError
 from ..io.readers.text import runs
 from .mapping import run_all
 from .reading import Faces, MeshPieces, Rows, take_rows
@@ -109,8 +110,10 @@ def make_tiles(
     Raises
     ------
     MeshError
-        As `Mesh`: the first wrong coordinate or index is named.
+        As `Mesh`: the first wrong coordinate or index is named; or if there are too many faces.
     """
+    if pieces.n_faces > MAX_CELLS:
+        raise MeshError(f"the mesh has {pieces.n_faces} faces; at most {MAX_CELLS} are supported")
     size = -(-tile_cells // RANGE) * RANGE
     if welds:
         lowest: Rows | None = weld(run, scratch, pieces.vertices, size, n_threads)
