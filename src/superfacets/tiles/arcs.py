@@ -123,7 +123,7 @@ def _centroid(store: TileStore, run: Run) -> tuple[float, float, float]:
     """The area-weighted mean of all faces; that of the first tile where there is no area."""
     moments = run(_moment, store, [(tile,) for tile in range(store.n_tiles)])
     total = store.total_measure
-    x, y, z = (sum(moments) / total if total else store.read(0, "positions")[0]).tolist()
+    x, y, z = (np.sum(moments, axis=0) / total if total else store.read(0, "positions")[0]).tolist()
     return x, y, z
 
 

@@ -53,7 +53,7 @@ def nearest_cells(found: list[tuple[Floats, Ints]]) -> Ints:
     cells = np.array([some for _, some in found])
     is_least = (squared == squared.min(axis=0)) & (cells >= 0)
     lowest = np.where(is_least, cells, np.iinfo(np.int32).max).min(axis=0)
-    return lowest.astype(np.int32)
+    return np.asarray(lowest, np.int32)
 
 
 def coarse_graph(store: TileStore, cell_size: int, n_threads: int, run: Run) -> TiledCoarseGraph:

@@ -90,8 +90,8 @@ class Faces:
         vertices = np.ascontiguousarray(self.vertices)
         if store.kind == "polygons":
             polygons = object.__new__(PolygonMesh)
-            arrays = {"offsets": self.offsets, "indices": self.corners}
-            freeze(polygons, vertices=vertices, bounds=store.bounds.copy(), **arrays)
+            freeze(polygons, vertices=vertices, offsets=self.offsets, indices=self.corners)
+            freeze(polygons, bounds=store.bounds.copy())
             return polygons
         mesh = object.__new__(Mesh)
         faces = self.corners.reshape(-1, 3)

@@ -94,8 +94,8 @@ class HaltedRegions:
             (other, places[tiles == other], lengths[tiles == other], label)
             for other in np.unique(tiles).tolist()
         ]
-        reached = self._run(_improve, self._store, jobs)
-        return np.concatenate(reached).tolist()
+        reached: list[int] = np.concatenate(self._run(_improve, self._store, jobs)).tolist()
+        return reached
 
 
 def _box(store: TileStore, tile: int) -> Floats:
@@ -174,7 +174,9 @@ def _halted_paths(
     store: TileStore, tile: int, box: Floats, centers: Ints, reach: float, n_threads: int
 ) -> tuple[Places, Lengths, Ints]:
     """The places in a window, and the paths to them, which are right for those of the tile."""
-    places, cells, positions, *arcs = (store.read(tile, f"window_{name}") for name in WINDOW)
+    places, cells, positions, offsets, targets, arc_lengths = (
+        store.read(tile, f"window_{name}") for name in WINDOW
+    )
     n_inside = len(places)
     order = np.argsort(cells)
     at = np.minimum(np.searchsorted(cells, centers, sorter=order), n_inside - 1)
@@ -187,7 +189,9 @@ def _halted_paths(
             np.full(n_inside, UNREACHED, np.uint64),
             np.full(n_inside, -1, np.int32),
         )
-    graph = _core.graph_in_place(positions, np.ones(n_inside), *arcs, n_threads)
+    graph = _core.graph_in_place(
+        positions, np.ones(n_inside), offsets, targets, arc_lengths, n_threads
+    )
     starts = order[at[which]].astype(np.int32)
     nearest = _core.Islands.NEAREST  # unreached cells stay so
     regions = _core.Clustering(graph, starts, reach, n_threads, nearest)

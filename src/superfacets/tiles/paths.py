@@ -13,8 +13,8 @@ from .islands import find_islands
 from .store import Job, Run, TileStore, find_cells
 
 __all__ = [
-    "UNREACHED", "Proposals", "TiledPaths", "TiledRegions", "central_cells", "frame_of", "labels_of",
-    "name_of", "own_labels", "paths_of", "write_paths",
+    "UNREACHED", "Proposals", "TiledPaths", "TiledRegions", "central_cells", "frame_of",
+    "labels_of", "name_of", "own_labels", "paths_of", "write_paths",
 ]  # fmt: skip
 
 Ints = npt.NDArray[np.int32]
@@ -199,12 +199,12 @@ def _improve(
 
     Paths are written under a new name, so that work that was cut short can be done again.
     """
-    places, *paths = proposals
+    places, offered, offered_labels = proposals
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
     known = paths_of(store, tile, version)
     at = (places - store.starts[tile]).astype(np.int32)
     graph = tile_graph(store, tile, n_threads)
-    lengths, labels = _core.improve_paths(graph, *known, at, *paths, n_threads)
+    lengths, labels = _core.improve_paths(graph, *known, at, offered, offered_labels, n_threads)
     write_paths(store, tile, next_version, lengths, labels)
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     return ghosts[is_better], lengths[n_own:][is_better], labels[n_own:][is_better]
@@ -214,8 +214,9 @@ def _sums(
     store: TileStore, tile: int, version: int, n_regions: int, frame: Frame
 ) -> npt.NDArray[np.int64]:
     """Exact sums of the regions in a tile."""
-    measured = store.read(tile, "positions"), store.read(tile, "measures")
-    return _core.fixed_sums(*measured, own_labels(store, tile, version), n_regions, *frame)
+    labels = own_labels(store, tile, version)
+    positions, measures = store.read(tile, "positions"), store.read(tile, "measures")
+    return _core.fixed_sums(positions, measures, labels, n_regions, *frame)
 
 
 def _nearest(store: TileStore, tile: int, version: int, means: Floats) -> tuple[Floats, Ints]:

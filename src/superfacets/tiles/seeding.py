@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .paths import TiledPaths, frame_of, own_labels, paths_of
+from .paths import Frame, TiledPaths, frame_of, own_labels, paths_of
 from .store import Run, TileStore
 
 __all__ = ["Found", "central_cell", "farthest_seeds", "geodesic_seeds"]
@@ -29,7 +29,7 @@ def central_cell(store: TileStore, run: Run) -> Found:
     """The cell nearest to the mean of all, the lowest among equals; there must be some area."""
     jobs = [(tile, frame_of(store)) for tile in range(store.n_tiles)]
     means, _ = _core.fixed_means(np.sum(run(_sum, store, jobs), axis=0), *frame_of(store))
-    found = run(_nearest, store, [(tile, means) for tile, _ in jobs])
+    found: list[Found] = run(_nearest, store, [(tile, means) for tile, _ in jobs])
     return min(found, key=lambda one: (one.distance, one.cell))
 
 
@@ -83,10 +83,10 @@ def _best(farthest: list[Found]) -> Found:
     return max(farthest, key=lambda one: (one.distance, -one.cell))
 
 
-def _sum(store: TileStore, tile: int, frame: object) -> npt.NDArray[np.int64]:
-    measured = store.read(tile, "positions"), store.read(tile, "measures")
+def _sum(store: TileStore, tile: int, frame: Frame) -> npt.NDArray[np.int64]:
+    positions, measures = store.read(tile, "positions"), store.read(tile, "measures")
     labels = np.zeros(store.size(tile), np.int32)
-    return _core.fixed_sums(*measured, labels, 1, *frame)  # type: ignore[misc]
+    return _core.fixed_sums(positions, measures, labels, 1, *frame)
 
 
 def _nearest(store: TileStore, tile: int, means: Floats) -> Found:

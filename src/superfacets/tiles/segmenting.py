@@ -86,8 +86,11 @@ def segment_tiled(
     ----------
     source : path, Mesh, PolygonMesh or (vertices, faces) pair
         A file; a folder of files, whose meshes share vertices by position; or arrays, which may be
-        memory maps. Faces are numbered through all files of a folder, in the order of their names.
-    n_segments, radius, alpha, eta_convex, ridges, radius_factor, max_num_iter, tol, islands, smooth, weld
+        memory maps. Faces are numbered through all files of a folder, in the order of their
+        names.
+    n_segments, radius, alpha, eta_convex, ridges, radius_factor
+        As for `segment`.
+    max_num_iter, tol, islands, smooth, weld
         As for `segment`.
     weights : {"creases", "superfacets", "stk02"}
         As for `segment`, by name.
@@ -136,8 +139,10 @@ def segment_tiled(
     -----
     Memory: about 500 bytes per face of a tile, 10 bytes per face of the mesh for the graph of
     coarse cells, 4 for the labels, and what a mesh of the faces around borders takes. With
-    `radius_factor`, ``tol=0``, ``max_num_iter`` 0 or 1, and where regions have less than about a
-    hundred faces, the loop runs on all faces: their graph is then in memory, 150 bytes a face.
+    `radius_factor` a tile comes with all faces within four radii of it. Where regions have less
+    than about a hundred faces the graph of all faces is in memory, 150 bytes a face; so it is if
+    the loop runs on all faces (with `radius_factor`, ``tol=0``, ``max_num_iter`` 0 or 1) and seeds
+    are not ``"farthest"``, with islands kept, or ``"geodesic"``, on a mesh of one component.
 
     Examples
     --------
@@ -148,15 +153,14 @@ def segment_tiled(
     >>> np.array_equal(tiled.labels, segment(mesh, 20).labels)
     True
     """
+    checked_choice(weights, "weights", tuple(WEIGHTS))  # not an array
     loop = LoopOptions.checked(
         max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
     )
     options = TiledOptions(
         SizeOptions.checked(n_segments, radius, checked_choice(init, "init", INITS)),
         init,
-        WeightOptions.checked(
-            checked_choice(weights, "weights", tuple(WEIGHTS)), alpha, eta_convex, ridges
-        ),
+        WeightOptions.checked(weights, alpha, eta_convex, ridges),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
         checked_flag(weld, "weld"),
