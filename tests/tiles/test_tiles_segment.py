@@ -11,9 +11,14 @@ from tiled_meshes import as_ply, random_polygons
 
 import superfacets as sf
 from superfacets import PAPER, IslandWarning, Mesh, PolygonMesh, SliverWarning, segment_tiled
+from superfacets._options import WeightOptions
 from superfacets.mesh.quarters import split_in_four
 from superfacets.tiles import band
+from superfacets.tiles.arcs import WeightRule, find_arcs
+from superfacets.tiles.cutting import cut_mesh
 from superfacets.tiles.faces import rows
+from superfacets.tiles.scratch import scratch_folder
+from superfacets.tiles.store import run_serially
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::superfacets.IslandWarning"),
@@ -65,19 +70,20 @@ def sheet():
     return PolygonMesh.of_faces(vertices, [face for faces in cut for face in faces])
 
 
-@pytest.fixture(scope="module")
-def steps():
-    """A sheet of quads with folds of many angles, of which some are ridges.
+def steps(seed):
+    """A sheet of quads with folds both ways, of which some are ridges.
 
-    Whether a fold is one depends on the next folds on both sides.
+    Whether a fold is one depends on what is around its ends, and on the next folds there.
     """
     n = 120
     x, y = np.meshgrid(np.arange(n), np.arange(n))
-    slopes = np.random.default_rng(1).choice([-2.0, -0.2, 0.0, 0.2, 2.0], n)
-    vertices = np.stack([x, y, np.cumsum(slopes)[x]], axis=-1).reshape(-1, 3)
+    slopes = np.random.default_rng(seed).choice([-2.0, 0.0, 2.0], (2, n))
+    heights = np.cumsum(slopes, axis=1)
+    vertices = np.stack([x, y, heights[0][x] + heights[1][y]], axis=-1).reshape(-1, 3)
     corners = (np.arange(n - 1) + n * np.arange(n - 1)[:, None]).ravel()
-    quads = np.stack([corners, corners + 1, corners + n + 1, corners + n], axis=1)
-    return PolygonMesh.of_faces(vertices, quads)
+    return PolygonMesh.of_faces(
+        vertices, np.stack([corners, corners + 1, corners + n + 1, corners + n], axis=1)
+    )
 
 
 @pytest.mark.parametrize(
@@ -193,8 +199,23 @@ def test_ridges_of_parts(tmp_path):
     check(sf.subdivide(gears(2), max_edge=0.1).mesh, 20, tmp_path, tile_sizes=(4096,))
 
 
-def test_ridges_that_depend_on_faces_two_steps_away(steps, tmp_path):
-    check(steps, 40, tmp_path, tile_sizes=(4096,), ridges=1.0)
+@pytest.mark.parametrize("seed", range(3))
+def test_ridges_that_depend_on_faces_two_steps_away(tmp_path, seed):
+    mesh = steps(seed)
+    graph = sf.build_face_graph(mesh)
+    wanted = sf.crease_weights(mesh, graph, 5.0, ridges=1.0)
+    assert not np.array_equal(wanted, sf.crease_weights(mesh, graph, 5.0, ridges=0.0))
+    rule = WeightRule(5.0, WeightOptions.checked("creases", None, None, 1.0), False, False, 1)
+    with scratch_folder(tmp_path) as scratch:
+        store = cut_mesh(mesh, scratch, 4, weld=True)
+        find_arcs(store, rule, run_serially)
+        for tile in range(store.n_tiles):
+            _, at = rows(graph.offsets, store.read(tile, "cells"))
+            assert np.array_equal(store.read(tile, "weights"), wanted[at])
+
+
+def test_ridges_of_polygons(tmp_path):
+    check(steps(1), 40, tmp_path, tile_sizes=(4096,), ridges=1.0)
 
 
 @pytest.mark.parametrize("options", [{}, {"weights": "stk02"}, {**PAPER}], ids=str)
