@@ -56,6 +56,7 @@ _LOCAL_SETTINGS = {
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
     "distributed.scheduler.allowed-failures": 3,
+    "distributed.worker.profile.enabled": False,  # it looks at all threads 100 times a second
 }
 
 

@@ -57,6 +57,7 @@ _OPTIONS = (
 
 
 _NOT_OF_TILES = {
+    "--relocate": "relocate",
     "--connect": "enforce_connectivity",
     "--min-size": "min_size",
     "--feature-weight": "feature_weight",

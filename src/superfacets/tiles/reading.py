@@ -195,7 +195,8 @@ def take_rows(rows: Rows, wanted: npt.NDArray[np.integer[Any]], most: int) -> np
         return np.asarray(rows.array[wanted])
     low, high = int(wanted.min()), int(wanted.max()) + 1
     if high - low <= most:
-        return rows.read(low, high)[wanted - low]
+        found: npt.NDArray[Any] = rows.read(low, high)[wanted - low]
+        return found
     blocks = wanted >> BLOCK_BITS
     used = np.flatnonzero(np.bincount(blocks))
     n_together = max(1, most >> BLOCK_BITS)
@@ -227,4 +228,5 @@ def _taken(
     parts = [
         rows.read(int(run[0]) * size, min((int(run[-1]) + 1) * size, rows.n_rows)) for run in runs
     ]
-    return np.concatenate(parts)[slots[blocks] + (wanted & (size - 1))]
+    taken: npt.NDArray[Any] = np.concatenate(parts)[slots[blocks] + (wanted & (size - 1))]
+    return taken

@@ -223,9 +223,10 @@ class ArrayFile:
         return rows
 
 
-def read_all(file: io.RawIOBase | Any, array: npt.NDArray[Any]) -> None:
+def read_all(file: Any, array: npt.NDArray[Any]) -> None:
     """Fill a contiguous array from an unbuffered file; an OSError where that ends before."""
-    view = memoryview(array.reshape(-1).view(np.uint8))
+    data: Any = array.reshape(-1).view(np.uint8)
+    view = memoryview(data)
     while view:
         n_bytes = file.readinto(view)
         if not n_bytes:

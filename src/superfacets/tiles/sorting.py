@@ -264,7 +264,8 @@ def _cut_within(
 
     def codes_of(chunk: int) -> npt.NDArray[np.uint32]:
         begin, end = ranges[chunk].tolist()
-        return scratch.load(f"runs/{chunk}/codes", begin, end) & ((1 << LOW_BITS) - 1)
+        codes: npt.NDArray[np.uint32] = scratch.load(f"runs/{chunk}/codes", begin, end)
+        return codes & np.uint32((1 << LOW_BITS) - 1)
 
     chunks = np.flatnonzero(ranges[:, 0] < ranges[:, 1]).tolist()
     totals = np.zeros(1 << LOW_BITS, np.int64)
