@@ -178,7 +178,7 @@ class Cluster:
     workers: int
     bandwidth: float = 1e9
     shared: float = 20e9
-    dispatch: float = 0.004
+    dispatch: float = 0.005
 
 
 def simulate(
@@ -258,7 +258,7 @@ def _count_faces(mesh: Path, folder: Path) -> int:
 @click.option("--tile-size", type=int, default=1 << 20, show_default=True)
 @click.option("--bandwidth", type=float, default=1e9, show_default=True, help="Of one worker.")
 @click.option("--shared", type=float, default=20e9, show_default=True, help="Of all together.")
-@click.option("--dispatch", type=float, default=0.004, show_default=True)
+@click.option("--dispatch", type=float, default=0.005, show_default=True)
 @click.option("--spread", multiple=True, help="Stage of the driver to simulate on the workers.")
 def plan_command(
     measured: Path, tile_size: int, bandwidth: float, shared: float, dispatch: float,
