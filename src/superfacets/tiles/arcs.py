@@ -186,24 +186,26 @@ def _has_boundary(
     own: Faces, sides: npt.NDArray[np.integer], offsets: npt.NDArray[np.int64]
 ) -> bool:
     """Whether an edge of these faces, whose arcs leave by these sides, has one face alone."""
-    sizes = np.diff(own.offsets)
     following = np.arange(1, len(own.corners) + 1)
     following[own.offsets[1:] - 1] = own.offsets[:-1]
     is_crossed = np.zeros(len(own.corners), bool)
     is_crossed[np.repeat(own.offsets[:-1], np.diff(offsets)) + sides] = True
-    ends = np.sort(np.stack([own.corners, own.corners[following]], 1), axis=1).astype(np.int64)
-    is_edge = ends[:, 0] != ends[:, 1]
-    is_open = is_edge & ~is_crossed
-    if not is_open.any():
+    open_sides = np.flatnonzero(~is_crossed)
+    is_edge = own.corners[open_sides] != own.corners[following[open_sides]]
+    open_sides = open_sides[is_edge]
+    if not len(open_sides):
         return False
     # A face that runs through an edge twice has the arcs at the first of the two sides.
-    face = np.repeat(np.arange(len(own)), sizes)
-    is_other = is_crossed & np.isin(face, face[is_open])
-    return not _pairs(face, ends, is_open) <= _pairs(face, ends, is_other)
+    face = np.searchsorted(own.offsets, open_sides, side="right") - 1
+    all_sides = rows(own.offsets, np.unique(face))[1]
+    crossed = all_sides[is_crossed[all_sides]]
+    return not _edges(own, following, open_sides) <= _edges(own, following, crossed)
 
 
-def _pairs(
-    face: npt.NDArray[np.int64], ends: npt.NDArray[np.int64], chosen: npt.NDArray[np.bool_]
+def _edges(
+    own: Faces, following: npt.NDArray[np.int64], sides: npt.NDArray[np.int64]
 ) -> set[tuple[int, int, int]]:
-    columns = (face[chosen].tolist(), *ends[chosen].T.tolist())
-    return set(zip(*columns, strict=True))
+    """The faces of some sides, and the lower and the higher vertex of each."""
+    face = np.searchsorted(own.offsets, sides, side="right") - 1
+    ends = np.sort(np.stack([own.corners[sides], own.corners[following[sides]]]), axis=0)
+    return set(zip(face.tolist(), *ends.tolist(), strict=True))

@@ -9,7 +9,7 @@ from .. import _core
 from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
 from .arcs import ArcFacts, prices_of, weighed
-from .faces import Faces, read_faces
+from .faces import NO_FACES, Faces, is_among, read_faces
 from .store import Run, TileStore
 
 __all__ = ["smooth_tiled"]
@@ -116,5 +116,7 @@ def _at_borders(store: TileStore, tile: int, labels: Ints, around: Ints) -> Face
 
 def _touching(store: TileStore, tile: int, vertex_ids: Places) -> Faces:
     """The faces of a tile that have one of these vertices."""
+    if not is_among(store.read(tile, "vertex_ids"), vertex_ids).any():
+        return NO_FACES
     faces = read_faces(store, tile)
     return faces.take(faces.touching(vertex_ids))

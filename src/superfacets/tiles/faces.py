@@ -14,7 +14,7 @@ from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .store import TileStore
 
-__all__ = ["Faces", "is_among", "read_faces", "rows"]
+__all__ = ["NO_FACES", "Faces", "is_among", "read_faces", "rows"]
 
 Longs = npt.NDArray[np.int64]
 
@@ -97,6 +97,16 @@ class Faces:
         faces = self.corners.reshape(-1, 3)
         freeze(mesh, vertices=vertices, faces=faces, bounds=store.bounds.copy())
         return mesh
+
+
+NO_FACES = Faces(
+    np.empty(0, np.int64),
+    np.empty(0, np.int32),
+    np.zeros(1, np.int64),
+    np.empty(0, np.int32),
+    np.empty(0, np.int64),
+    np.empty((0, 3)),
+)
 
 
 def read_faces(store: TileStore, tile: int) -> Faces:

@@ -12,7 +12,7 @@ from ..clustering.levels import are_few
 from .coarse import TiledCoarseGraph, coarse_graph
 from .halting import HaltedRegions
 from .islands import join_islands
-from .paths import TiledRegions
+from .paths import TiledPaths, TiledRegions
 from .seeding import central_cell, farthest_seeds, geodesic_seeds
 from .store import Run, TileStore, find_cells
 
@@ -33,11 +33,14 @@ class TiledGraph:
         Works on tiles, here or elsewhere.
     n_threads : int
         Of the core, for a tile.
+    is_parallel : bool
+        Whether several tiles are worked on at the same time.
     """
 
     store: TileStore
     run: Run
     n_threads: int
+    is_parallel: bool = False
 
     is_symmetric = True
     """All weights come from formulas that are the same both ways."""
@@ -57,7 +60,11 @@ class TiledGraph:
         """Return the regions around centers, which are cells."""
         if np.isfinite(reach):
             return HaltedRegions(self.store, self.run, centers, reach, self.n_threads, islands)
-        return TiledRegions(self.store, self.run, centers, self.n_threads, islands)
+        return TiledRegions(self.store, self.run, centers, self._paths, islands)
+
+    @property
+    def _paths(self) -> TiledPaths:
+        return TiledPaths(self.store, self.run, self.n_threads, self.is_parallel)
 
     def seeds(self, n_segments: int, init: str, islands: str) -> Ints | None:
         """Return seeds among all cells; None where they can be placed in memory only."""
@@ -68,7 +75,7 @@ class TiledGraph:
             return farthest_seeds(self.store, self.run, first, n_segments)
         if init == "geodesic":
             first = central_cell(self.store, self.run)
-            return geodesic_seeds(self.store, self.run, first, n_segments, self.n_threads)
+            return geodesic_seeds(self.store, self.run, first, n_segments, self._paths)
         return None
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:

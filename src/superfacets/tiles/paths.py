@@ -38,8 +38,9 @@ class TiledPaths:
     of all paths, and the lowest label among equals, whatever tiles there are.
     """
 
-    def __init__(self, store: TileStore, run: Run, n_threads: int) -> None:
+    def __init__(self, store: TileStore, run: Run, n_threads: int, is_parallel: bool) -> None:
         self._store = store
+        self._is_parallel = is_parallel
         self._run = run
         self._n_threads = n_threads
         self._versions = dict.fromkeys(range(store.n_tiles), -1)  # of the paths of each tile
@@ -62,29 +63,44 @@ class TiledPaths:
 
     def propose(self, proposals: Proposals) -> list[int]:
         """Take these paths and all that follow from them; return the tiles that changed."""
+        waiting: dict[int, list[Proposals]] = {}
+        self._add(waiting, proposals)
         changed: set[int] = set()
         for version in itertools.count(max(self._versions.values()) + 1):
-            if not len(proposals[0]):
+            if not waiting:
                 break
-            before = dict(self._versions)
-            jobs = self._jobs(proposals, version)
-            found = self._run(_improve, self._store, jobs)
-            for tile, *_ in jobs:
-                self._store.remove(tile, name_of(before[tile]))
+            jobs = [self._job(tile, waiting, version) for tile in self._next(waiting)]
+            for (tile, before, *_), found in zip(
+                jobs, self._run(_improve, self._store, jobs), strict=True
+            ):
+                self._store.remove(tile, name_of(before))
                 changed.add(tile)
-            places, lengths, labels = (np.concatenate(part) for part in zip(*found, strict=True))
-            proposals = places, lengths, labels
+                self._add(waiting, found)
         return sorted(changed)
 
-    def _jobs(self, proposals: Proposals, version: int) -> list[Job]:
-        """What each tile has to look at; the paths that it finds get this version."""
-        tiles = self._store.tiles_of(proposals[0])
-        jobs = []
+    def _add(self, waiting: dict[int, list[Proposals]], proposals: Proposals) -> None:
+        """Sort proposals by the tiles that they are for."""
+        places, lengths, labels = proposals
+        tiles = self._store.tiles_of(places)
         for tile in np.unique(tiles).tolist():
-            here = tuple(column[tiles == tile] for column in proposals)
-            jobs.append((tile, self._versions[tile], version, here, self._n_threads))
-            self._versions[tile] = version
-        return jobs
+            is_for = tiles == tile
+            some = places[is_for], lengths[is_for], labels[is_for]
+            waiting.setdefault(tile, []).append(some)
+
+    def _next(self, waiting: dict[int, list[Proposals]]) -> list[int]:
+        """The tiles to work on: all at once, or the one with the shortest path.
+
+        One after the other, each takes all that was proposed before, and is visited less often.
+        """
+        if self._is_parallel:
+            return sorted(waiting)
+        return [min(waiting, key=lambda tile: min(part[1].min() for part in waiting[tile]))]
+
+    def _job(self, tile: int, waiting: dict[int, list[Proposals]], version: int) -> Job:
+        """What a tile has to look at; the paths that it finds get this version."""
+        here = tuple(np.concatenate(part) for part in zip(*waiting.pop(tile), strict=True))
+        before, self._versions[tile] = self._versions[tile], version
+        return tile, before, version, here, self._n_threads
 
     def _places_of(self, cells: Ints) -> Places:
         jobs = [(tile, cells) for tile in range(self._store.n_tiles)]
@@ -98,12 +114,12 @@ class TiledRegions:
     """What the loop takes in the place of a `_core.Clustering`, where expansions do not halt."""
 
     def __init__(
-        self, store: TileStore, run: Run, centers: Ints, n_threads: int, islands: _core.Islands
+        self, store: TileStore, run: Run, centers: Ints, paths: TiledPaths, islands: _core.Islands
     ) -> None:
         self._store = store
         self._run = run
         self._islands = islands
-        self._paths = TiledPaths(store, run, n_threads)
+        self._paths = paths
         self.classify(centers)
 
     def classify(self, centers: Ints) -> None:

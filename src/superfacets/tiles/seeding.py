@@ -57,10 +57,9 @@ def farthest_seeds(store: TileStore, run: Run, first: Found, n_seeds: int) -> In
 
 
 def geodesic_seeds(
-    store: TileStore, run: Run, first: Found, n_seeds: int, n_threads: int
+    store: TileStore, run: Run, first: Found, n_seeds: int, paths: TiledPaths
 ) -> Ints | None:
     """The same by path length; None where no path leads from the first cell to some other."""
-    paths = TiledPaths(store, run, n_threads)
     farthest = [first for _ in range(store.n_tiles)]
     seeds = [first]
     while True:

@@ -223,7 +223,7 @@ def _run(
                 run=run,
                 n_threads=tile_threads,
             )
-        result = segment_store(store, options, run, tile_threads)
+        result = segment_store(store, options, run, tile_threads, is_remote)
         if place.out is not None:
             save_array(place.out, result.labels)
     return replace(result, timings={**timings, **result.timings})
@@ -242,7 +242,7 @@ class TiledOptions:
 
 
 def segment_store(
-    store: TileStore, options: TiledOptions, run: Run, tile_threads: int
+    store: TileStore, options: TiledOptions, run: Run, tile_threads: int, is_parallel: bool
 ) -> Segmentation:
     """Segment the faces of a store, each tile on so many threads."""
     loop, timings = options.loop, dict[str, float]()
@@ -257,7 +257,9 @@ def segment_store(
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
     plan = Plan(None, size, options.size, options.init)
-    result = segment_cells(TiledGraph(store, run, tile_threads), store.bounds, plan, loop)
+    result = segment_cells(
+        TiledGraph(store, run, tile_threads, is_parallel), store.bounds, plan, loop
+    )
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
         with timed(timings, "regions", loop.on_stage):
