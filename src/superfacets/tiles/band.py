@@ -43,20 +43,30 @@ class Band:
     def grow(self, around: npt.NDArray[np.integer]) -> None:
         """Add rings of faces behind those of the edge that share a vertex with some faces."""
         near = self.faces.touching(self.faces.take(around).vertex_ids)
-        front = self.faces.take(near[self._is_edge[near]])
+        front = [self.faces.take(near[self._is_edge[near]])]
+        known, edge = np.sort(self.faces.places), np.sort(self.faces.places[self._is_edge])
+        added = [self.faces]
         for _ in range(RINGS):
-            jobs = [(tile, front.vertex_ids) for tile in range(self._store.n_tiles)]
-            found = Faces.joined(self._run(_touching, self._store, jobs))
-            front = self._add(found, front)
+            found = self._touching(front)
+            edge = np.setdiff1d(edge, _places_of(front), assume_unique=True)
+            new = [part.take(np.flatnonzero(~is_among(part.places, known))) for part in found]
+            known = np.sort(np.concatenate([known, _places_of(new)]))
+            edge = np.sort(np.concatenate([edge, _places_of(new)]))
+            front = [part.take(np.flatnonzero(is_among(part.places, edge))) for part in found]
+            added += new
+        self.faces = Faces.joined(added)
+        self._is_edge = np.isin(self.faces.places, edge)
 
-    def _add(self, found: Faces, front: Faces) -> Faces:
-        """Add the faces around some, and return those of them that are at the edge now."""
-        edge = np.setdiff1d(self.faces.places[self._is_edge], front.places)
-        new = found.take(np.flatnonzero(~np.isin(found.places, self.faces.places)))
-        self.faces = Faces.joined([self.faces, new])
-        self._is_edge = np.isin(self.faces.places, np.concatenate([edge, new.places]))
-        edge = self.faces.places[self._is_edge]
-        return found.take(np.flatnonzero(np.isin(found.places, edge)))
+    def _touching(self, front: list[Faces]) -> list[Faces]:
+        """All faces that share a vertex with some, tile by tile, by place."""
+        vertex_ids = np.unique(np.concatenate([part.vertex_ids for part in front]))
+        jobs = [(tile, vertex_ids) for tile in range(self._store.n_tiles)]
+        found: list[Faces] = self._run(_touching, self._store, jobs)
+        return found
+
+
+def _places_of(parts: list[Faces]) -> Places:
+    return np.concatenate([part.places for part in parts])
 
 
 def smooth_tiled(
