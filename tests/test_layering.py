@@ -37,6 +37,7 @@ PYTHON_LAYERS = [
     "batches",
     "study",
     "studio",
+    "tiles",
     "__init__",
     "cli",
     "__main__",

@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
+    from .tiles.segmenting import segment_tiled
 
 __version__ = "0.1.0"
 
@@ -131,6 +132,7 @@ __all__ = [
     "sample_mesh",
     "segment",
     "segment_graph",
+    "segment_tiled",
     "shape_diameter",
     "smooth_borders",
     "snap",
@@ -191,6 +193,7 @@ _LAZY_NAMES = {
     "vertex_labels": "regions.vertices",
     "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
+    "segment_tiled": "tiles.segmenting",
     "face_colors": "pictures.colors",
     "Page": "pictures.page.document",
     "view": "pictures.page.document",

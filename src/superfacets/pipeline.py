@@ -46,7 +46,15 @@ from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 from .regions.smooth import MAX_DISTANCE
 
-__all__ = ["PAPER", "PARTS", "PreparedCells", "segment"]
+__all__ = [
+    "PAPER",
+    "PARTS",
+    "PreparedCells",
+    "segment",
+    "sliver_advice",
+    "stages_in_order",
+    "warn_of_islands",
+]
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -342,11 +350,11 @@ def _run(mesh: MeshLike | CloudLike | PreparedCells, options: _Options) -> Segme
         mesh, options, timings
     )
     radius = plan.size.radius
-    note = sliver_note(share, _advice(radius))
+    note = sliver_note(share, sliver_advice(radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=3)
     result = segment_cells(ordered, surface.bounds, plan, options.loop)
-    _warn_of_islands(result)
+    warn_of_islands(result)
     del ordered  # makes room
     if options.cleanup.is_needed:
         with timed(timings, "regions", options.loop.on_stage):
@@ -359,7 +367,7 @@ def _run(mesh: MeshLike | CloudLike | PreparedCells, options: _Options) -> Segme
     if surface.order is not None:
         result = _in_input_order(result, surface.order)
     params = {**options.params, **result.params, **options.cleanup.params}
-    timings = _in_order(timings | result.timings)
+    timings = stages_in_order(timings | result.timings)
     return replace(result, sliver_share=share, timings=timings, params=params, cells=cells)
 
 
@@ -370,7 +378,8 @@ def _in_input_order(result: Segmentation, order: npt.NDArray[np.int32]) -> Segme
     return replace(result, labels=labels, centers=order[result.centers])
 
 
-def _advice(radius: float) -> str:
+def sliver_advice(radius: float) -> str:
+    """What to call instead, for regions of this radius."""
     max_edge = EDGE_PER_RADIUS * radius
     return f"segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
 
@@ -455,7 +464,7 @@ def _border_costs(
     return BorderCosts.of_weights(surface, prices, scale)
 
 
-def _warn_of_islands(result: Segmentation) -> None:
+def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:
     """Say where there are more regions than asked for; in the halted mode that is usual."""
     params = result.params
     asked = params["n_segments"]  # None: a radius was asked for
@@ -472,10 +481,10 @@ def _warn_of_islands(result: Segmentation) -> None:
     else:
         return
     message = f"{result.n_segments} regions in place of {asked}: {note}"
-    warnings.warn(message, IslandWarning, stacklevel=4)
+    warnings.warn(message, IslandWarning, stacklevel=stacklevel)
 
 
-def _in_order(timings: dict[str, float]) -> dict[str, float]:
+def stages_in_order(timings: dict[str, float]) -> dict[str, float]:
     """The stages in the order in which they run."""
     last = {"regions": timings.pop("regions")} if "regions" in timings else {}
     return timings | last

@@ -1,21 +1,20 @@
 """Batches on worker processes of this machine: same results, whatever is killed."""
 
-import contextlib
 import os
 import signal
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 from batch_folders import records_of, results_in
+from dask_cluster import worker_processes
 
 import superfacets as sf
 from superfacets._validate import checked_threads
 from superfacets.batches import cluster, runs
 from superfacets.batches.jobs import run_job
-
-pytest.importorskip("distributed")
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
 
@@ -30,17 +29,6 @@ def alone(scans, tmp_path):
     for path in (tmp_path / "alone").rglob("manifest.jsonl"):
         path.unlink()
     return tmp_path / "alone"
-
-
-def worker_processes():
-    """Those of ours that run Dask's workers."""
-    psutil = pytest.importorskip("psutil")
-    found = []
-    for child in psutil.Process().children(recursive=True):
-        with contextlib.suppress(psutil.NoSuchProcess):  # one that was killed a moment ago
-            if "spawn_main" in " ".join(child.cmdline()):
-                found.append(child)
-    return found
 
 
 def test_workers_do_what_one_process_does(scans, alone, tmp_path):
@@ -71,6 +59,42 @@ def test_a_worker_that_is_killed_loses_nothing(scans, alone, tmp_path):
     assert len(killed) == 3
     assert (result.n_done, result.n_failed) == (4, 1)
     assert results_in(tmp_path / "out") == results_in(alone)
+
+
+class Nanny:
+    """A keeper of a worker, as Dask has them, in some state."""
+
+    def __init__(self, status, of_process="running"):
+        self.status = SimpleNamespace(name=status)
+        self.process = of_process and SimpleNamespace(status=SimpleNamespace(name=of_process))
+
+    def close(self):
+        self.status.name = "closed"
+
+
+class FakeCluster:
+    def __init__(self, *nannies):
+        self.workers = dict(enumerate(nannies))
+        self.worker_spec = dict.fromkeys(self.workers)
+        self.loop = SimpleNamespace(add_callback=lambda call: call())
+        self.scaled = []
+
+    def scale(self, n_workers):
+        self.scaled.append(n_workers)
+
+
+def test_workers_that_dask_has_given_up_are_replaced_when_they_were_ended_twice():
+    alive = [Nanny("running"), Nanny("running", "starting"), Nanny("init", None)]
+    ended = [Nanny("running", "stopped"), Nanny("running", "failed"), Nanny("failed", None)]
+    there = FakeCluster(*alive, *ended, Nanny("closing"))
+    restore = cluster._restorer(there, 7)
+    restore()
+    assert len(there.workers) == 7
+    ended[0].process.status.name = "starting"  # Dask has started it anew meanwhile
+    restore()
+    assert list(there.workers) == list(there.worker_spec) == [0, 1, 2, 3]
+    assert ended[1].status.name == "closed"
+    assert there.scaled == [7, 7]
 
 
 class Unreadable:

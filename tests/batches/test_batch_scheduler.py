@@ -1,67 +1,16 @@
 """Batches on a cluster that is there: found by its address, and checked."""
 
-import contextlib
-import json
 import signal
 import socket
-import subprocess
-import sys
-import time
 
 import pytest
 from batch_folders import results_in
+from dask_cluster import started
 
 import superfacets as sf
 from superfacets.batches import cluster
 
-distributed = pytest.importorskip("distributed")
-
 OPTIONS = {"n_segments": 20, "formats": ["npy"]}
-
-LOOPBACK = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file"]
-
-
-class Cluster:
-    """A scheduler and two workers, of one thread and of two, each in a process of its own."""
-
-    def __init__(self, folder):
-        file = folder / "scheduler.json"
-        self.processes = []
-        self._start(folder, "scheduler", *LOOPBACK, str(file), "--port", "0")
-        self.address = _wait_for(lambda: json.loads(file.read_text())["address"])
-        for n_threads in ("1", "2"):
-            self._start(folder, "worker", *LOOPBACK, str(file), "--nthreads", n_threads,
-                        "--no-nanny", "--local-directory", str(folder))  # fmt: skip
-        with distributed.Client(self.address, set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=60)
-
-    def _start(self, folder, *words):
-        command = [sys.executable, "-m", "dask", *words]
-        # In a folder of their own: relative paths would mean something else there.
-        self.processes.append(subprocess.Popen(command, cwd=folder, stderr=subprocess.DEVNULL))
-
-    def kill(self, *places):
-        for place in places:
-            self.processes[place].kill()
-            self.processes[place].wait()
-
-
-def _wait_for(look):
-    deadline = time.monotonic() + 60
-    while time.monotonic() < deadline:
-        with contextlib.suppress(OSError, ValueError):
-            return look()
-        time.sleep(0.02)
-    raise TimeoutError
-
-
-@contextlib.contextmanager
-def started(folder):
-    there = Cluster(folder)
-    try:
-        yield there
-    finally:
-        there.kill(2, 1, 0)
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@
 #include "cells/face_graph.hpp"
 #include "cells/feature_steps.hpp"
 #include "cells/graph_surface.hpp"
+#include "cells/morton.hpp"
 #include "cells/nearest_cell.hpp"
 #include "cells/ordered_graph.hpp"
 #include "cells/point_graph.hpp"
@@ -396,6 +397,50 @@ auto bind_quantize_weights(const Array<double>& weights, int n_threads) {
   return std::tuple(to_numpy(std::move(lengths)), unit);
 }
 
+template <typename T>
+Buffer<T> copied(std::span<const T> values) {
+  Buffer<T> buffer(values.size());
+  std::copy(values.begin(), values.end(), buffer.begin());
+  return buffer;
+}
+
+// Of cells and arcs that are sorted along the curve already.
+OrderedGraph graph_in_place(
+    std::span<const Point> positions, std::span<const double> measures,
+    std::tuple<std::span<const std::int64_t>, std::span<const Place>, std::span<const float>> lists,
+    ThreadTeam& team) {
+  const auto [offsets, targets, lengths] = lists;
+  Buffer<Arc> arcs(targets.size());
+  for (std::size_t arc = 0; arc < targets.size(); ++arc) arcs[arc] = {targets[arc], lengths[arc]};
+  return {PlacedCells(copied(positions), copied(measures), team), copied(offsets), std::move(arcs)};
+}
+
+auto bind_round_weights(const Array<double>& weights, double unit, int n_threads) {
+  Buffer<float> lengths(weights.shape(0));
+  const auto input = view(weights);
+  on_team(input.size(), n_threads,
+          [&](ThreadTeam& team) { round_weights(input, unit, team, lengths.span()); });
+  return to_numpy(std::move(lengths));
+}
+
+auto bind_morton_codes(const Rows<double>& positions, const std::tuple<double, double, double>& low,
+                       const std::tuple<double, double, double>& high, int n_threads) {
+  const auto input = points(positions);
+  const Box bounds{as_point(low), as_point(high)};
+  return to_numpy(on_team(input.size(), n_threads,
+                          [&](ThreadTeam& team) { return morton_codes(input, bounds, team); }));
+}
+
+OrderedGraph bind_graph_in_place(const Rows<double>& positions, const Array<double>& measures,
+                                 const Array<std::int64_t>& offsets, const Array<Place>& targets,
+                                 const Array<float>& lengths, int n_threads) {
+  const auto cells = std::pair(points(positions), view(measures));
+  const auto input = std::tuple(view(offsets), view(targets), view(lengths));
+  return on_team(cells.first.size(), n_threads, [&](ThreadTeam& team) {
+    return graph_in_place(cells.first, cells.second, input, team);
+  });
+}
+
 // Calls a search for the cells nearest to queries: both take about a microsecond each.
 template <typename Search>
 auto on_nearest(std::size_t n_cells, std::size_t n_queries, int n_threads, const Search& search) {
@@ -568,6 +613,14 @@ void bind_cells(nb::module_& module) {
   module.def("polygon_stk02_weights", &bind_polygon_stk02_weights, "surface"_a, "alpha"_a,
              "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);
+  module.def("unit_of_lengths", &unit_of_lengths, "total_weight"_a);
+  module.def("round_weights", &bind_round_weights, "weights"_a.noconvert(), "unit"_a,
+             "n_threads"_a);
+  module.def("morton_codes", &bind_morton_codes, "positions"_a.noconvert(), "low"_a, "high"_a,
+             "n_threads"_a);
+  module.def("graph_in_place", &bind_graph_in_place, "positions"_a.noconvert(),
+             "measures"_a.noconvert(), "offsets"_a.noconvert(), "targets"_a.noconvert(),
+             "lengths"_a.noconvert(), "n_threads"_a);
   module.def("sum_of", &bind_sum_of, "values"_a.noconvert(), "n_threads"_a);
   module.def("nearest_triangles", &bind_nearest_triangles, "vertices"_a.noconvert(),
              "faces"_a.noconvert(), "queries"_a.noconvert(), "max_distance"_a, "n_threads"_a);

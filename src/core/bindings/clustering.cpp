@@ -6,10 +6,13 @@
 
 #include "base/threads.hpp"
 #include "bindings/bindings.hpp"
+#include "clustering/coarse_tile.hpp"
 #include "clustering/coarsening.hpp"
+#include "clustering/fixed_point.hpp"
 #include "clustering/islands.hpp"
 #include "clustering/seeding.hpp"
 #include "clustering/update.hpp"
+#include "paths/tile_paths.hpp"
 
 namespace superfacets {
 namespace {
@@ -144,6 +147,106 @@ auto bind_refine(const CoarseGraph& coarse, const Array<Label>& labels, const Ar
   }));
 }
 
+constexpr std::size_t kNumbersPerSum = 8;
+
+std::vector<std::int64_t> rows_of(std::span<const FixedSum> sums) {
+  std::vector<std::int64_t> rows;
+  rows.reserve(kNumbersPerSum * sums.size());
+  for (const FixedSum& sum : sums) {
+    rows.insert(rows.end(), sum.upper.begin(), sum.upper.end());
+    rows.insert(rows.end(), sum.lower.begin(), sum.lower.end());
+  }
+  return rows;
+}
+
+std::vector<FixedSum> sums_of_rows(std::span<const std::int64_t> rows) {
+  std::vector<FixedSum> sums(rows.size() / kNumbersPerSum);
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const auto row = rows.subspan(kNumbersPerSum * i, kNumbersPerSum);
+    std::copy_n(row.begin(), 4, sums[i].upper.begin());
+    std::copy_n(row.begin() + 4, 4, sums[i].lower.begin());
+  }
+  return sums;
+}
+
+auto bind_divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, int n_threads) {
+  TileCells cells = on_team(n_own, n_threads, [&](ThreadTeam& team) {
+    return divide_tile(tile, n_own, cell_size, team);
+  });
+  return std::tuple(to_numpy(std::move(cells.centers)), to_numpy(std::move(cells.positions)),
+                    to_numpy(std::move(cells.measures)), to_numpy(std::move(cells.of)),
+                    to_numpy(std::move(cells.lengths)));
+}
+
+auto bind_connect_tile(const OrderedGraph& tile, Place n_own, const Array<Cell>& coarse,
+                       const Array<float>& lengths, int n_threads) {
+  const auto input = std::pair(view(coarse), view(lengths));
+  TileArcs joined = on_team(n_own, n_threads, [&](ThreadTeam& team) {
+    return connect_tile(tile, n_own, input.first, input.second, team);
+  });
+  std::vector<Cell> targets;
+  std::vector<float> arc_lengths;
+  for (const Arc& arc : joined.arcs) {
+    targets.push_back(arc.to);
+    arc_lengths.push_back(arc.length);
+  }
+  return std::tuple(to_numpy(std::move(joined.offsets)), to_numpy(std::move(targets)),
+                    to_numpy(std::move(arc_lengths)));
+}
+
+auto bind_improve_paths(const OrderedGraph& tile, const Array<PathLength>& lengths,
+                        const Array<Label>& labels, const Array<Place>& places,
+                        const Array<PathLength>& proposed_lengths,
+                        const Array<Label>& proposed_labels, int n_threads) {
+  const auto known = std::pair(view(lengths), view(labels));
+  const PathProposals proposals{view(places), view(proposed_lengths), view(proposed_labels)};
+  TilePaths paths = on_team(tile.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return improve_paths(tile, known.first, known.second, proposals, team);
+  });
+  return std::tuple(to_numpy(std::move(paths.lengths)), to_numpy(std::move(paths.labels)));
+}
+
+auto bind_region_means(const OrderedGraph& coarse, const Array<Label>& labels, Label n_regions) {
+  const auto input = view(labels);
+  return to_numpy(without_gil([&] { return region_means(coarse, input, n_regions); }));
+}
+
+auto bind_nearest_of_regions(const Rows<double>& positions, const Array<Cell>& cells,
+                             const Array<Label>& labels, const Rows<double>& targets) {
+  const auto input = std::tuple(points(positions), view(cells), view(labels), points(targets));
+  NearestOfRegions nearest = without_gil([&] { return std::apply(nearest_of_regions, input); });
+  return std::tuple(to_numpy(std::move(nearest.squared_distances)),
+                    to_numpy(std::move(nearest.cells)));
+}
+
+// The exact sums of regions, rows of eight whole numbers, which may be added in any order.
+auto bind_fixed_sums(const Rows<double>& positions, const Array<double>& measures,
+                     const Array<Label>& labels, Label n_regions,
+                     const std::tuple<double, double, double>& low,
+                     const std::tuple<double, double, double>& high, double total_measure) {
+  const auto input = std::tuple(points(positions), view(measures), view(labels));
+  const FixedPoint fixed({as_point(low), as_point(high)}, total_measure);
+  std::vector<std::int64_t> rows = without_gil([&] {
+    const auto [where, how_much, regions] = input;
+    return rows_of(region_sums(fixed, where, how_much, regions, n_regions));
+  });
+  return to_numpy(std::move(rows));
+}
+
+// Their means, and whether their measure is too small for these.
+auto bind_fixed_means(const Array<std::int64_t>& rows,
+                      const std::tuple<double, double, double>& low,
+                      const std::tuple<double, double, double>& high, double total_measure) {
+  const FixedPoint fixed({as_point(low), as_point(high)}, total_measure);
+  std::vector<Point> means;
+  std::vector<std::uint8_t> is_small;
+  for (const FixedSum& sum : sums_of_rows(view(rows))) {
+    is_small.push_back(static_cast<std::uint8_t>(FixedPoint::is_too_small(sum)));
+    means.push_back(is_small.back() != 0 ? Point{0.0, 0.0, 0.0} : fixed.mean(sum));
+  }
+  return std::tuple(to_numpy(std::move(means)), to_numpy(std::move(is_small)));
+}
+
 }  // namespace
 
 void bind_clustering_stages(nb::module_& module) {
@@ -179,6 +282,19 @@ void bind_clustering_stages(nb::module_& module) {
       .def("refine", &bind_refine, "labels"_a.noconvert(), "centers"_a.noconvert(), "n_threads"_a);
   module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(),
              "groups"_a.noconvert(), "n_threads"_a);
+  module.def("divide_tile", &bind_divide_tile, "tile"_a, "n_own"_a, "cell_size"_a, "n_threads"_a);
+  module.def("connect_tile", &bind_connect_tile, "tile"_a, "n_own"_a, "coarse"_a.noconvert(),
+             "lengths"_a.noconvert(), "n_threads"_a);
+  module.def("improve_paths", &bind_improve_paths, "tile"_a, "lengths"_a.noconvert(),
+             "labels"_a.noconvert(), "places"_a.noconvert(), "proposed_lengths"_a.noconvert(),
+             "proposed_labels"_a.noconvert(), "n_threads"_a);
+  module.def("region_means", &bind_region_means, "coarse"_a, "labels"_a.noconvert(), "n_regions"_a);
+  module.def("nearest_of_regions", &bind_nearest_of_regions, "positions"_a.noconvert(),
+             "cells"_a.noconvert(), "labels"_a.noconvert(), "targets"_a.noconvert());
+  module.def("fixed_sums", &bind_fixed_sums, "positions"_a.noconvert(), "measures"_a.noconvert(),
+             "labels"_a.noconvert(), "n_regions"_a, "low"_a, "high"_a, "total_measure"_a);
+  module.def("fixed_means", &bind_fixed_means, "rows"_a.noconvert(), "low"_a, "high"_a,
+             "total_measure"_a);
   module.def("update_centers", &bind_update_centers, "graph"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
 }

@@ -129,6 +129,20 @@ auto bind_smooth_borders(const Surface& surface, const Array<float>& lengths, do
   }));
 }
 
+auto bind_smooth_part(const Surface& surface, const Array<float>& lengths, double unit,
+                      double crease_scale, const Array<Label>& labels, const Array<Cell>& fixed,
+                      double max_distance, std::size_t max_chain, int max_sweeps, int n_threads,
+                      const Array<Cell>& rim) {
+  const BorderCost cost{view(lengths), unit, crease_scale};
+  const SmoothOptions options{max_distance, max_chain, max_sweeps};
+  const auto input = std::tuple(view(labels), view(fixed), view(rim));
+  SmoothedPart part = on_team(labels.shape(0), n_threads, [&](ThreadTeam& team) {
+    const auto [by_cell, staying, watched] = input;
+    return smooth_part(surface, cost, by_cell, staying, watched, options, team);
+  });
+  return std::tuple(to_numpy(std::move(part.labels)), to_numpy(std::move(part.examined)));
+}
+
 }  // namespace
 
 void bind_regions(nb::module_& module) {
@@ -146,6 +160,9 @@ void bind_regions(nb::module_& module) {
   module.def("smooth_borders", &bind_smooth_borders, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
              "crease_scale"_a, "labels"_a.noconvert(), "fixed"_a.noconvert(), "max_distance"_a,
              "max_chain"_a, "max_sweeps"_a, "n_threads"_a);
+  module.def("smooth_part", &bind_smooth_part, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
+             "crease_scale"_a, "labels"_a.noconvert(), "fixed"_a.noconvert(), "max_distance"_a,
+             "max_chain"_a, "max_sweeps"_a, "n_threads"_a, "rim"_a.noconvert());
   module.def("find_bridges", &bind_find_bridges, "cells"_a, "ranks"_a.noconvert(),
              "n_components"_a);
   module.def("merge_tree", &bind_merge_tree, "areas"_a.noconvert(), "positions"_a.noconvert(),

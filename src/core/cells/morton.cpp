@@ -171,6 +171,17 @@ Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, T
   return order;
 }
 
+Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
+                                   ThreadTeam& team) {
+  const Curve curve(bounds);
+  Buffer<std::uint32_t> codes(positions.size());
+  team.for_each_block(std::ssize(positions), [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t cell = begin; cell < end; ++cell)
+      codes[cell] = curve.code_of(positions[cell]);
+  });
+  return codes;
+}
+
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team) {
   const Box bounds = bounds_of(positions, team);

@@ -19,6 +19,10 @@ Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, T
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
+// The code of each position on that curve: the order is that of codes, then of indices.
+Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
+                                   ThreadTeam& team);
+
 // The box around all positions.
 Box bounds_of(std::span<const Point> positions, ThreadTeam& team);
 

@@ -349,11 +349,20 @@ void stk02_weights(const TriangleSurface& surface, std::span<const Point> centro
 
 double quantize_weights(std::span<const double> weights, ThreadTeam& team,
                         std::span<float> lengths) {
+  const double unit = unit_of_lengths(sum_of(weights, team));
+  round_weights(weights, unit, team, lengths);
+  return unit;
+}
+
+double unit_of_lengths(double total_weight) {
   // A power of two: rounding then only cuts the last bits of a weight, and a sum that differs in
   // its last bits, because arcs come in another order, gives the same unit.
+  return total_weight > 0.0 ? std::ldexp(1.0, std::ilogb(total_weight) + 1 - kTotalBits) : 1.0;
+}
+
+void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
+                   std::span<float> lengths) {
   SUPERFACETS_ASSERT(lengths.size() == weights.size());
-  const double total = sum_of(weights, team);
-  const double unit = total > 0.0 ? std::ldexp(1.0, std::ilogb(total) + 1 - kTotalBits) : 1.0;
   const auto n_arcs = static_cast<std::int64_t>(weights.size());
   team.for_each_block(n_arcs, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t arc = begin; arc < end; ++arc) {
@@ -361,7 +370,6 @@ double quantize_weights(std::span<const double> weights, ThreadTeam& team,
       lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
     }
   });
-  return unit;
 }
 
 }  // namespace superfacets

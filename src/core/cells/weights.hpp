@@ -69,4 +69,9 @@ void stk02_weights(const TriangleSurface& surface, std::span<const Point> centro
 double quantize_weights(std::span<const double> weights, ThreadTeam& team,
                         std::span<float> lengths);
 
+// The unit for weights of this sum, and the rounding to a unit that is known.
+double unit_of_lengths(double total_weight);
+void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
+                   std::span<float> lengths);
+
 }  // namespace superfacets

@@ -59,4 +59,9 @@ class CoarseGraph {
   OrderedGraph graph_;             // places are cells: they are made in the order of the curve
 };
 
+// The measure-weighted mean of the positions of each region of coarse cells, summed in their order;
+// cells with kNoLabel are in none.
+std::vector<Point> region_means(const OrderedGraph& coarse, std::span<const Label> labels,
+                                std::int64_t n_regions);
+
 }  // namespace superfacets

@@ -25,15 +25,14 @@ double scale_for(double total) {
 
 }  // namespace
 
-FixedPoint::FixedPoint(const OrderedGraph& graph)
-    : origin_(graph.bounds.low), measure_scale_(scale_for(graph.total_measure)) {
-  const Point extent = graph.bounds.high - graph.bounds.low;
-  position_scale_ = scale_for(graph.total_measure * std::max({extent.x, extent.y, extent.z}));
+FixedPoint::FixedPoint(const Box& bounds, double total_measure)
+    : origin_(bounds.low), measure_scale_(scale_for(total_measure)) {
+  const Point extent = bounds.high - bounds.low;
+  position_scale_ = scale_for(total_measure * std::max({extent.x, extent.y, extent.z}));
 }
 
-FixedSum FixedPoint::of(const OrderedGraph& graph, Place place) const {
-  const double measure = graph.measures[place];
-  const Point moment = measure * (graph.positions[place] - origin_);
+FixedSum FixedPoint::of(const Point& position, double measure) const {
+  const Point moment = measure * (position - origin_);
   const std::array<double, 4> scaled{position_scale_ * moment.x, position_scale_ * moment.y,
                                      position_scale_ * moment.z, measure_scale_ * measure};
   FixedSum sum;

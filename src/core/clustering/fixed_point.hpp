@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "base/box.hpp"
 #include "base/types.hpp"
 #include "cells/ordered_graph.hpp"
 
@@ -28,9 +29,15 @@ struct FixedSum {
 // all cells is about 2^60 to 2^61; the rounding error per cell is below 2^-92 of that sum.
 class FixedPoint {
  public:
-  explicit FixedPoint(const OrderedGraph& graph);
+  explicit FixedPoint(const OrderedGraph& graph) : FixedPoint(graph.bounds, graph.total_measure) {}
 
-  FixedSum of(const OrderedGraph& graph, Place place) const;
+  // For cells with positions in a box, and measures of this sum.
+  FixedPoint(const Box& bounds, double total_measure);
+
+  FixedSum of(const OrderedGraph& graph, Place place) const {
+    return of(graph.positions[place], graph.measures[place]);
+  }
+  FixedSum of(const Point& position, double measure) const;
 
   // Whether the share of a region in the total measure is too small (2^-40 or less) for a mean of
   // double precision. Only then must its cells be summed in another way.

@@ -48,6 +48,12 @@ class Expansion {
   // A path of length 0.
   void start(Place center, Label label) { propose({center, {0, label}}); }
 
+  // Sets the paths to all places, where no arc can improve any.
+  void restore(std::span<const PathLength> lengths, std::span<const Label> labels);
+
+  // A path that was found elsewhere.
+  void propose(Place place, const Path& path) { propose({place, path}); }
+
   void run();
 
   // The state of the chunks: whether paths in them changed since they were last processed.

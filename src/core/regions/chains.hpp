@@ -33,6 +33,9 @@ class MovingRegions {
   // are near a border.
   std::span<const float> costs_of(Cell cell);
 
+  // Whether a cell was a candidate for a move: costs are asked for of no others.
+  bool was_examined(Cell cell) const { return (marks_[cell] & kHasCosts) != 0; }
+
   // By how much a move of a cell reduces the cost of borders.
   double gain_of(Cell cell, Label from, Label to);
   double cost_of_sides(Cell cell);

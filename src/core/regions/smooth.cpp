@@ -164,16 +164,8 @@ bool all_lead_back(const Arcs& arcs, ThreadTeam& team) {
   return lead_back;
 }
 
-}  // namespace
-
-Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
-                             std::span<const Label> labels, std::span<const Cell> fixed,
-                             const SmoothOptions& options, ThreadTeam& team) {
-  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
-  SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
-                     cost.crease_scale > 0.0);
-  SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.max_distance >= 0.0);
-  MovingRegions regions(surface, cost, labels, fixed, team);
+void smooth(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& team) {
+  const Surface& surface = regions.surface();
   if (surface.may_have_one_way_arcs() && !all_lead_back(surface.arcs(), team)) {
     // Patches may touch without a sign of it in one of them: they move one after another.
     ThreadTeam alone(1);
@@ -181,7 +173,32 @@ Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
   } else {
     Smoother(regions, options, team).run(options.max_sweeps);
   }
-  return std::move(regions).take_labels();
+}
+
+}  // namespace
+
+SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
+                         std::span<const Label> labels, std::span<const Cell> fixed,
+                         std::span<const Cell> rim, const SmoothOptions& options,
+                         ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(labels.size(), surface.n_cells()));
+  SUPERFACETS_ASSERT(std::ssize(cost.lengths) == surface.arcs().n_arcs() &&
+                     cost.crease_scale > 0.0);
+  SUPERFACETS_ASSERT(all_below(fixed, surface.n_cells()) && options.max_distance >= 0.0);
+  SUPERFACETS_ASSERT(all_below(rim, surface.n_cells()));
+  MovingRegions regions(surface, cost, labels, fixed, team);
+  smooth(regions, options, team);
+  SmoothedPart part;
+  std::copy_if(rim.begin(), rim.end(), std::back_inserter(part.examined),
+               [&](Cell cell) { return regions.was_examined(cell); });
+  part.labels = std::move(regions).take_labels();
+  return part;
+}
+
+Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
+                             std::span<const Label> labels, std::span<const Cell> fixed,
+                             const SmoothOptions& options, ThreadTeam& team) {
+  return smooth_part(surface, cost, labels, fixed, {}, options, team).labels;
 }
 
 }  // namespace superfacets

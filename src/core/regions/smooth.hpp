@@ -34,4 +34,17 @@ Buffer<Label> smooth_borders(const Surface& surface, const BorderCost& cost,
                              std::span<const Label> labels, std::span<const Cell> fixed,
                              const SmoothOptions& options, ThreadTeam& team);
 
+struct SmoothedPart {
+  Buffer<Label> labels;
+  std::vector<Cell> examined;  // those of the rim for which a move was considered
+};
+
+// The same for a part of a surface that has all cells at borders, and around them others up to a
+// rim: cells that lack a neighbor, or a cell at one of their corners. Cells are in the order of the
+// whole surface. What is read of cells that are no candidates for a move is their label alone, so
+// if no cell of the rim was examined, the result is that of the whole surface.
+SmoothedPart smooth_part(const Surface& surface, const BorderCost& cost,
+                         std::span<const Label> labels, std::span<const Cell> fixed,
+                         std::span<const Cell> rim, const SmoothOptions& options, ThreadTeam& team);
+
 }  // namespace superfacets

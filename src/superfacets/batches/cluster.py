@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import logging
 import math
+import multiprocessing
 import os
 import signal
 import time
@@ -15,12 +16,12 @@ from dataclasses import dataclass
 from importlib import metadata
 from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
-from typing import Any
+from typing import Any, TypeVar
 
 from .. import __version__
 from ..errors import MissingExtraError, reason_of
 from ..io.guards import counted
-from .jobs import BatchJob, Record, hash_of, run_job
+from .jobs import BatchJob, Record, check_version, hash_of, run_job
 
 __all__ = ["Killed", "Team", "Worker", "local_memory", "local_team", "remote_team"]
 
@@ -34,12 +35,19 @@ TICK = 1.0
 GATHER_TIMEOUT = 10.0
 """Seconds to wait for a record, of a few kilobytes, from a worker."""
 
-START_ATTEMPTS = 3
+START_ATTEMPTS = 10
+"""Of a cluster: one fails where a worker is killed while it starts, as it may be several times."""
 
 CONNECT_TIMEOUT = 10.0
 """Seconds to wait for a scheduler."""
 
 LOCALHOST = "127.0.0.1"
+
+Piece = tuple[Any, ...]
+"""The number of a piece of work, and whatever else the work is called with."""
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 
 _LOCAL_SETTINGS = {
     # Results stay in a worker for a moment and are small: a worker that uses much memory is at work
@@ -48,6 +56,7 @@ _LOCAL_SETTINGS = {
     "distributed.worker.memory.spill": False,
     "distributed.worker.memory.pause": False,
     "distributed.scheduler.allowed-failures": 3,
+    "distributed.worker.profile.enabled": False,  # it looks at all threads 100 times a second
 }
 
 
@@ -94,12 +103,33 @@ class Team:
         OSError
             If no worker is left, the scheduler is gone, or a job says that the batch cannot go on.
         """
-        yield from _run(self, [job.with_threads(1) for job in jobs], width=None)
+        yield from _run_jobs(self, [job.with_threads(1) for job in jobs], width=None)
 
     def do_alone(self, jobs: Sequence[BatchJob]) -> Iterator[tuple[BatchJob, Record | Killed]]:
         """Likewise, but one after the other, each on all threads of a worker."""
         n_threads = min(worker.n_threads for worker in self.workers)
-        yield from _run(self, [job.with_threads(n_threads) for job in jobs], width=1)
+        yield from _run_jobs(self, [job.with_threads(n_threads) for job in jobs], width=1)
+
+    def map(
+        self, work: Callable[..., Any], store: Any, jobs: Sequence[Piece]
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield the places of jobs with ``work(store, *job)`` as they end, one on each thread.
+
+        Raises
+        ------
+        OSError
+            If no worker is left, the scheduler is gone, or workers were killed with one piece at
+            work time and again. What the work raises is raised as it is.
+        """
+
+        def call(place: int) -> tuple[Any, ...]:
+            return run_piece, __version__, work, store, jobs[place]
+
+        def result_of(future: Any, place: int) -> tuple[Any] | None:
+            return _piece_of(future, jobs[place][0])
+
+        for place, (result,) in _run(self, range(len(jobs)), call, result_of, width=None):
+            yield place, result
 
 
 def local_memory() -> int:
@@ -118,7 +148,7 @@ def local_team(n_workers: int, n_threads: int = 1) -> Iterator[Team]:
         stack.enter_context(dask.config.set(_LOCAL_SETTINGS))
         cluster = stack.enter_context(_started(distributed, n_workers, n_threads))
         client = stack.enter_context(distributed.Client(cluster, set_as_default=False))
-        yield Team(client, _workers_of(client), lambda: cluster.scale(n_workers))
+        yield Team(client, _workers_of(client), _restorer(cluster, n_workers))
 
 
 def _started(distributed: Any, n_workers: int, n_threads: int) -> Any:
@@ -137,12 +167,49 @@ def _started(distributed: Any, n_workers: int, n_threads: int) -> Any:
                     env={"SUPERFACETS_NUM_THREADS": str(n_threads)},  # also for reading and writing
                 )
         except RuntimeError as error:
-            if not attempts_left:
+            if not attempts_left or _is_refused():
                 raise ConnectionError(
                     f"the workers cannot be started ({reason_of(error)}): a script that calls batch"
                     " has to do so below if __name__ == '__main__':"
                 ) from None
     raise AssertionError
+
+
+def _restorer(cluster: Any, n_workers: int) -> Callable[[], None]:
+    """What replaces workers that Dask has given up: those that were killed while they started."""
+    ended_before: set[Any] = set()
+
+    def restore() -> None:
+        nannies = dict(cluster.workers)
+        ended = {name for name, nanny in nannies.items() if _has_ended(nanny)}
+        for name in ended & ended_before:  # it is not about to start anew
+            cluster.workers.pop(name, None)
+            cluster.worker_spec.pop(name, None)
+            cluster.loop.add_callback(nannies[name].close)
+        ended_before.clear()
+        ended_before.update(ended)
+        cluster.scale(n_workers)
+
+    return restore
+
+
+def _has_ended(nanny: Any) -> bool:
+    """Whether a worker's keeper, or the process that it keeps, has come to an end."""
+    if nanny.status.name in ("closing", "closed", "failed"):
+        return True
+    return nanny.process is not None and nanny.process.status.name in ("stopped", "failed")
+
+
+def _is_refused() -> bool:
+    """Whether a script lets no process begin: it starts some where it is imported, which fails.
+
+    A process that was killed has another exit code.
+    """
+    with _deaf_to_interrupts():
+        process = multiprocessing.get_context("spawn").Process(target=os.getpid)
+        process.start()
+    process.join()
+    return process.exitcode == 1
 
 
 @contextlib.contextmanager
@@ -206,18 +273,35 @@ def _facts_of(dask_worker: Any) -> tuple[int, float]:
     return dask_worker.state.nthreads, dask_worker.memory_manager.memory_limit or math.inf
 
 
-def _run(
+def run_piece(version: str, work: Callable[..., Any], store: Any, job: Piece) -> Any:
+    """Do the work of a `Team.map` here, if this process has the version of who asks for it."""
+    check_version(version)
+    return work(store, *job)
+
+
+def _run_jobs(
     team: Team, jobs: Sequence[BatchJob], width: int | None
 ) -> Iterator[tuple[BatchJob, Record | Killed]]:
-    """Hand out jobs: one to each thread, and one more to each worker for when it has done that.
+    return _run(team, jobs, lambda job: (run_job, job), _result_of, width)
+
+
+def _run(
+    team: Team,
+    tasks: Sequence[Task],
+    call: Callable[[Task], tuple[Any, ...]],
+    result_of: Callable[[Any, Task], Result | None],
+    width: int | None,
+) -> Iterator[tuple[Task, Result]]:
+    """Hand out tasks: one to each thread, and one more to each worker for when it has done that.
 
     With a `width`, no more than that. So the scheduler never has thousands of them, and a worker
     that is killed counts against few that it had not begun; none is lost by that. They are tied to
     no worker: one that is tied to a worker which ends is never run again by Dask, though others may
-    be allowed, if no other is there at the time.
+    be allowed, if no other is there at the time. `call` gives the function and the arguments of a
+    task, and `result_of` what came of its future, or None if it is being done again.
     """
-    waiting = deque(jobs)
-    running: dict[str, tuple[Any, BatchJob]] = {}
+    waiting = deque(tasks)
+    running: dict[str, tuple[Any, Task]] = {}
     ended: SimpleQueue[Any] = SimpleQueue()
     presence = _Presence(team)
     try:
@@ -225,21 +309,21 @@ def _run(
             n_threads = presence.n_threads()
             room = n_threads + len(team.workers) if width is None else width
             while waiting and len(running) < room:
-                job = waiting.popleft()
-                future = team.client.submit(run_job, job, pure=False)
-                running[future.key] = (future, job)
+                task = waiting.popleft()
+                future = team.client.submit(*call(task), pure=False)
+                running[future.key] = (future, task)
                 future.add_done_callback(ended.put)
             try:
                 future = ended.get(timeout=TICK)
             except Empty:
                 continue
-            job = running[future.key][1]
-            result = _result_of(future, job)
+            task = running[future.key][1]
+            result = result_of(future, task)
             if result is None:
                 future.add_done_callback(ended.put)
                 continue
             del running[future.key]
-            yield job, result
+            yield task, result
     finally:
         with contextlib.suppress(Exception):  # there may be no scheduler any more
             team.client.cancel([future for future, _ in running.values()])
@@ -266,6 +350,27 @@ def _result_of(future: Any, job: BatchJob) -> Record | Killed | None:
     except Exception as error:  # such as one that cannot be pickled
         return {**job.head, "sha256": hash_of(job.path), "error": reason_of(error)}
     return record
+
+
+def _piece_of(future: Any, piece: int) -> tuple[Any] | None:
+    """What the work for a piece returned, or raises what it raised; None as for `_result_of`."""
+    if future.cancelled():
+        raise _scheduler_lost()
+    killed = importlib.import_module("distributed").KilledWorker
+    try:
+        return (future.result(timeout=GATHER_TIMEOUT),)
+    except TimeoutError:
+        return None
+    except OSError:
+        if future.status == "error":
+            raise
+        raise _scheduler_lost() from None
+    except killed as error:
+        n_workers = counted(error.allowed_failures + 1, "worker")
+        raise ConnectionError(
+            f"{n_workers} ended with piece {piece} at work (out of memory?): take smaller tiles, or"
+            " fewer workers"
+        ) from None
 
 
 def _scheduler_lost() -> ConnectionError:

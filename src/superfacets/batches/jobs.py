@@ -21,7 +21,7 @@ from ..io.writers.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_o
 from ..mesh.faces import AnyCells
 from .files import FileOptions, segment_file
 
-__all__ = ["BatchJob", "Record", "hash_of", "run_job"]
+__all__ = ["BatchJob", "Record", "check_version", "hash_of", "run_job"]
 
 Record = dict[str, Any]
 """What a line of the manifest holds."""
@@ -67,11 +67,7 @@ def run_job(job: BatchJob) -> Record:
         If the batch cannot go on: the disk is full, or this process has another version of the
         package than the one that made the job.
     """
-    if job.head["version"] != __version__:
-        raise ConnectionError(
-            f"a worker on {socket.gethostname()} has superfacets {__version__}, and this is"
-            f" superfacets {job.head['version']}"
-        )
+    check_version(job.head["version"])
     record = {**job.head, "sha256": None}
     try:
         return record | _done(job, record)
@@ -79,6 +75,15 @@ def run_job(job: BatchJob) -> Record:
         if isinstance(error, OSError) and error.errno in _STOPPING:
             raise
         return record | {"error": reason_of(error)}
+
+
+def check_version(version: str) -> None:
+    """Raise a ConnectionError if this process, a worker, has another version of the package."""
+    if version != __version__:
+        raise ConnectionError(
+            f"a worker on {socket.gethostname()} has superfacets {__version__}, and this is"
+            f" superfacets {version}"
+        )
 
 
 def _done(job: BatchJob, record: Record) -> Record:

@@ -12,7 +12,10 @@ from .. import _core
 from .._options import SizeOptions
 from .._validate import checked_count, checked_seeds
 
-__all__ = ["DEFAULT_N_SEGMENTS", "RegionSize", "checked_n_segments", "radius_of", "region_size"]
+__all__ = [
+    "DEFAULT_N_SEGMENTS", "RegionSize", "checked_n_segments", "radius_of", "region_size",
+    "size_of_total",
+]  # fmt: skip
 
 DEFAULT_N_SEGMENTS = 150
 """The paper's k, used if neither a number of regions nor a radius is given."""
@@ -38,17 +41,24 @@ def region_size(
 
     Measures are areas, of regions like disks, or volumes, of regions like balls.
     """
-    n_cells = len(measures)
+    total = _core.sum_of(measures, n_threads)
+    return size_of_total(options, len(measures), total, diagonal, dimension)
+
+
+def size_of_total(
+    options: SizeOptions, n_cells: int, total: float, diagonal: float, dimension: int = 2
+) -> RegionSize:
+    """Return the same for so many cells with measures of this sum."""
     if options.radius is not None:
         r = options.radius * diagonal
-        k = _regions_of_radius(_core.sum_of(measures, n_threads), r, dimension)
+        k = _regions_of_radius(total, r, dimension)
         return RegionSize(max(1, round(min(k, n_cells))), r)
     if options.n_segments is None and options.seeds is not None:
         n_segments = len(checked_seeds(options.seeds, n_cells, "init"))
     else:
         noun = "faces" if dimension == 2 else "cells"
         n_segments = checked_n_segments(options.n_segments, n_cells, noun)
-    return RegionSize(n_segments, radius_of(measures, n_segments, n_threads, dimension))
+    return RegionSize(n_segments, _radius_of_total(total, n_segments, dimension))
 
 
 def _regions_of_radius(total: float, r: float, dimension: int) -> float:
@@ -71,7 +81,10 @@ def radius_of(
 
     In a volume that of a ball, the cube root of 3 V / (4 pi k).
     """
-    total = _core.sum_of(measures, n_threads)
+    return _radius_of_total(_core.sum_of(measures, n_threads), n_regions, dimension)
+
+
+def _radius_of_total(total: float, n_regions: int, dimension: int) -> float:
     if dimension == 3:
         return math.cbrt(3.0 * total / (4.0 * math.pi * n_regions))
     return math.sqrt(total / (math.pi * n_regions))

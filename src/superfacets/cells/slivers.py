@@ -8,10 +8,13 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import checked_threads
 from ..mesh.faces import FaceMesh, measure_faces, sliver_area
+from ..mesh.triangle_mesh import Mesh
 from .face_graph import FaceGraph
 from .size import DEFAULT_N_SEGMENTS, radius_of
 
-__all__ = ["EDGE_PER_RADIUS", "advised_max_edge", "sliver_note", "sliver_share"]
+__all__ = [
+    "EDGE_PER_RADIUS", "advised_max_edge", "area_of_slivers", "sliver_note", "sliver_share",
+]  # fmt: skip
 
 MIN_LENGTH = 2.0
 """Radii: the diameter of a region. A longer face reaches across the whole of it."""
@@ -58,6 +61,17 @@ def sliver_share(
     limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
     area = sliver_area(mesh, faces.measures, longest, *limits, n_threads)
     return min(area / total, 1.0)
+
+
+def area_of_slivers(mesh: FaceMesh, radius: float, n_threads: int) -> float:
+    """Return the area, for `sliver_share`, of long and thin faces."""
+    longest = None
+    if isinstance(mesh, Mesh):
+        _, areas, _, longest = _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
+    else:
+        _, areas = measure_faces(mesh, n_threads)
+    limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
+    return sliver_area(mesh, areas, longest, *limits, n_threads)
 
 
 def advised_max_edge(mesh: FaceMesh, n_segments: int | None, radius: float | None) -> float:

@@ -18,7 +18,7 @@ from .face_graph import FaceGraph
 
 __all__ = ["Surface", "arc_measures", "face_surface", "is_inside_out"]
 
-_VOLUME_NOISE = 1e-12
+VOLUME_NOISE = 1e-12
 """Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
 
 
@@ -40,7 +40,20 @@ class Surface:
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         """Return the faces of a mesh as cells."""
-        handle = face_surface(mesh, graph, n_threads)
+        return cls._of_handle(face_surface(mesh, graph, n_threads), mesh, graph, n_threads)
+
+    @classmethod
+    def of_turned_faces(
+        cls, mesh: FaceMesh, graph: FaceGraph, is_turned: bool, n_threads: int
+    ) -> Surface:
+        """Return the same of a part of a mesh, where it is known whether normals point inwards."""
+        handle = _face_handle(mesh, graph, is_turned, n_threads)
+        return cls._of_handle(handle, mesh, graph, n_threads)
+
+    @classmethod
+    def _of_handle(
+        cls, handle: _core.Surface, mesh: FaceMesh, graph: FaceGraph, n_threads: int
+    ) -> Surface:
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
             mesh,
@@ -111,26 +124,34 @@ def face_surface(
     """Return what the kernels take for a mesh and its graph; a ValueError if it is another's."""
     if graph.n_cells != mesh.n_faces:
         raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
+    is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
+    return _face_handle(mesh, graph, is_turned, n_threads)
+
+
+def _face_handle(
+    mesh: FaceMesh, graph: FaceGraph, is_turned: bool, n_threads: int
+) -> _core.TriangleSurface | _core.PolygonSurface:
     if isinstance(mesh, PolygonMesh):
-        return _polygon_surface(mesh, graph, n_threads)
+        return _polygon_surface(mesh, graph, is_turned, n_threads)
     if graph.sides.dtype != np.uint8:
         raise ValueError("the graph is of polygons but the mesh has triangles")
     same_turn = graph.same_turn if graph.same_turn.any() else np.empty(0, np.uint8)
-    is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
     return _core.TriangleSurface(
         mesh.vertices, mesh.faces, graph.offsets, graph.neighbors, graph.sides,
         same_turn, is_turned,
     )  # fmt: skip
 
 
-def _polygon_surface(mesh: PolygonMesh, graph: FaceGraph, n_threads: int) -> _core.PolygonSurface:
+def _polygon_surface(
+    mesh: PolygonMesh, graph: FaceGraph, is_turned: bool, n_threads: int
+) -> _core.PolygonSurface:
     if graph.sides.dtype != np.int32:
         raise ValueError("the graph is of triangles but the mesh has polygons")
     if np.any(graph.sides >= np.repeat(mesh.sizes, np.diff(graph.offsets))):
         raise ValueError("the graph is of another mesh: a side is none of its face")
     return _core.PolygonSurface(
         mesh.vertices, mesh.offsets, mesh.indices, graph.offsets, graph.neighbors, graph.sides,
-        graph.same_turn, is_inside_out(mesh, graph, n_threads=n_threads), n_threads,
+        graph.same_turn, is_turned, n_threads,
     )  # fmt: skip
 
 
@@ -197,4 +218,4 @@ def _has_negative_volume(
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()
     volume = signed_volume(mesh, (x, y, z), n_threads)
-    return volume < -_VOLUME_NOISE * diagonal**3
+    return volume < -VOLUME_NOISE * diagonal**3

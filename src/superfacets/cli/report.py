@@ -24,6 +24,7 @@ __all__ = [
     "facts_of",
     "notes_of",
     "notes_on_attributes",
+    "notes_on_result",
     "notes_on_vertices",
     "summary_of",
 ]
@@ -63,7 +64,7 @@ def notes_of(
             f"{asked} regions were asked for; the {whole} has"
             f" {counted(n_kept, noun_of(mesh))}, each of which became a region"
         )
-    notes += _notes_on_regions(result, result.params["n_segments"])
+    notes += notes_on_result(result)
     if listed is not None and holds_labels:
         notes += _notes_on_listed(result, listed)
     notes += notes_on_vertices(n_lost, endings)
@@ -73,8 +74,9 @@ def notes_of(
     return notes
 
 
-def _notes_on_regions(result: Segmentation, asked: int | None) -> list[str]:
-    """Notes on unexpected results; `asked` is k, None with a radius."""
+def notes_on_result(result: Segmentation) -> list[str]:
+    """Notes on regions that are not as one may expect."""
+    asked: int | None = result.params["n_segments"]  # None with a radius
     notes = _notes_on_number(result, asked)
     n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
     n_nearest = result.n_unreached - n_own

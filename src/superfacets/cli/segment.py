@@ -23,8 +23,9 @@ from .inputs import check_inputs, load_cells_and_attributes, name_of
 from .options import format_option, quiet_option
 from .outputs import Job, output_option, plan_jobs, to_option
 from .progress import Bar, open_bar
-from .report import facts_of, notes_of, summary_of
+from .report import facts_of, notes_of, notes_on_result, summary_of
 from .segment_options import file_options, options_of, segment_options
+from .tiled import TileBar, TileOptions, segment_by_tiles, tile_options
 
 __all__ = ["segment_command"]
 
@@ -45,6 +46,7 @@ __all__ = ["segment_command"]
 @to_option()
 @format_option("the inputs", of_stream=True)
 @file_options
+@tile_options
 @quiet_option
 @click.option(
     "--json", "as_json", is_flag=True, help="Print the facts as JSON, an object and a line per IN."
@@ -69,14 +71,18 @@ def segment_command(
     place. What is printed goes to stderr where standard output holds the result. An input that
     fails does not stop the others; the exit status is 1 if one did.
     """
+    tiles = TileOptions.taken_from(given)
     options = options_of(**given)
     check_inputs(inputs)
+    if tiles is not None:
+        others = {"--mask": mask, "--barriers": barriers, "--format": format}
+        formats = tiles.checked_formats(inputs, outputs, formats, options, others)
     also_read = [str(path) for path in (mask, barriers) if path is not None]
     jobs = plan_jobs(inputs, outputs, formats, ascii=options.ascii, also_read=also_read)
     endings = [ending for job in jobs for ending in job.endings]
     check_mask(mask, endings)
     form = options.form(endings)
-    run = _Run(options, format, form, mask, barriers, is_quiet=is_quiet, as_json=as_json)
+    run = _Run(options, format, form, mask, barriers, tiles, is_quiet=is_quiet, as_json=as_json)
     n_failed = sum(not run.try_job(job, is_one_of_many=len(jobs) > 1) for job in jobs)
     if n_failed and len(jobs) > 1:
         print_error(f"{n_failed} of {len(jobs)} files failed")
@@ -93,6 +99,7 @@ class _Run:
     form: FormatOptions
     mask: Path | None
     barriers: Path | None
+    tiles: TileOptions | None
     is_quiet: bool
     as_json: bool
 
@@ -117,6 +124,9 @@ class _Run:
 
     def _do(self, job: Job) -> None:
         check_outputs(job.files)
+        if self.tiles is not None:
+            self._do_by_tiles(job, self.tiles)
+            return
         timings: dict[str, float] = {}
         with open_bar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
@@ -136,6 +146,18 @@ class _Run:
         elif not self.is_quiet:
             name = Path(job.input).name if job.files or not job.stream else name_of(job.input)
             self._print(job, summary_of(name, result, timings, job.names, noun))
+
+    def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
+        with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
+            result = segment_by_tiles(Path(job.input), job.files[0], self.options, tiles, bar)
+        if not self.is_quiet:
+            for note in notes_on_result(result):
+                print_note(note)
+        if self.as_json:
+            self._print(job, json.dumps(facts_of(job.input, result, result.timings, job.names)))
+        elif not self.is_quiet:
+            name = Path(job.input).name
+            self._print(job, summary_of(name, result, result.timings, job.names))
 
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment; write nothing."""

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from .._options import LoopOptions
 from .._timing import timed
+from .graphs import AnyGraph, CoarseCells, Regions, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
@@ -55,9 +56,7 @@ class Iteration:
         """Why the iterations of the last level ended."""
         return self.levels[-1].stop_reason
 
-    def run(
-        self, coarse: list[_core.CoarseGraph], graph: _core.OrderedGraph, centers: Centers
-    ) -> _core.Clustering:
+    def run(self, coarse: list[CoarseCells], graph: AnyGraph, centers: Centers) -> Regions:
         """Run on the coarse graphs, the last of them first, and then on all cells.
 
         The centers are cells of the first graph on this way. After coarse graphs, all cells are
@@ -73,9 +72,7 @@ class Iteration:
                 centers = level.refine(labels, centers, self.options.n_threads)
         return self._run_level(graph, centers, must_stay=bool(coarse))
 
-    def _run_level(
-        self, graph: _core.OrderedGraph, centers: Centers, *, must_stay: bool = False
-    ) -> _core.Clustering:
+    def _run_level(self, graph: AnyGraph, centers: Centers, *, must_stay: bool = False) -> Regions:
         """Classify by these centers, and iterate until one of the stop rules holds."""
         start = time.perf_counter()
         reach = math.inf
@@ -83,20 +80,17 @@ class Iteration:
             reach = self.options.radius_factor * self.radius
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
-            clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
+            clustering = regions_of(graph, centers, reach, n_threads, islands)
         is_first = not self.levels
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
         if is_first and self.options.relocate:
+            assert isinstance(clustering, _core.Clustering)  # tiles are not asked to
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 
     def _relocate(
-        self,
-        graph: _core.OrderedGraph,
-        clustering: _core.Clustering,
-        n_iter: int,
-        reason: StopReason,
+        self, graph: AnyGraph, clustering: _core.Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
         """Move centers to where they are needed, and iterate again, until none moves.
 
@@ -121,8 +115,8 @@ class Iteration:
 
     def _iterate(
         self,
-        graph: _core.OrderedGraph,
-        clustering: _core.Clustering,
+        graph: AnyGraph,
+        clustering: Regions,
         *,
         must_stay: bool = False,
         max_num_iter: int | None = None,
@@ -168,7 +162,7 @@ class Iteration:
             self.is_cancelled = True
 
 
-def _root_mean_square_move(graph: _core.OrderedGraph, centers: Centers, moved_to: Centers) -> float:
+def _root_mean_square_move(graph: AnyGraph, centers: Centers, moved_to: Centers) -> float:
     moves = graph.positions_of(moved_to) - graph.positions_of(centers)
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from .. import _core
 from .._options import LoopOptions
+from .graphs import AnyGraph, CoarseCells, coarsened
 
-__all__ = ["can_be_coarse", "coarse_graphs"]
+__all__ = ["are_few", "can_be_coarse", "coarse_graphs"]
 
 CELL_SIZES = (16, 8, 4)
 """Cells per coarse cell on the first level, if that leaves regions enough coarse cells."""
@@ -28,7 +29,7 @@ MIN_REDUCTION = 2
 """How many times fewer cells a level must have."""
 
 
-def can_be_coarse(graph: _core.OrderedGraph, loop: LoopOptions) -> bool:
+def can_be_coarse(graph: AnyGraph, loop: LoopOptions) -> bool:
     """Whether the loop may begin on coarse cells.
 
     It must not in the halted mode, with ``tol=0``, for one iteration, and where arcs lead one way
@@ -38,15 +39,18 @@ def can_be_coarse(graph: _core.OrderedGraph, loop: LoopOptions) -> bool:
     return is_exact and graph.is_symmetric
 
 
-def coarse_graphs(
-    graph: _core.OrderedGraph, n_segments: int, n_threads: int
-) -> list[_core.CoarseGraph]:
+def are_few(n_cells: int, n_segments: int) -> bool:
+    """Whether regions have too few cells for any coarse ones."""
+    return n_cells < CELL_SIZES[-1] * CELLS_PER_REGION * n_segments
+
+
+def coarse_graphs(graph: AnyGraph, n_segments: int, n_threads: int) -> list[CoarseCells]:
     """Return graphs of ever larger cells, the finest first, while regions have enough of them."""
-    coarse: list[_core.CoarseGraph] = []
+    coarse: list[CoarseCells] = []
     sizes: tuple[int, ...] = CELL_SIZES
     n_enough = CELLS_PER_REGION * n_segments
     while fitting := [size for size in sizes if graph.n_cells >= size * n_enough]:
-        larger = _core.CoarseGraph(graph, fitting[0], n_threads)
+        larger = coarsened(graph, fitting[0], n_threads)
         if larger.graph.n_cells > graph.n_cells / MIN_REDUCTION:
             break  # nearly all cells are alone
         n_seeded = _core.n_cells_of_large_components(larger.graph, n_segments, n_threads)

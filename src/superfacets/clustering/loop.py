@@ -13,6 +13,7 @@ from .._timing import timed
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
+from .graphs import AnyGraph, CoarseCells, in_memory, join_islands
 from .iteration import Iteration
 from .levels import can_be_coarse, coarse_graphs
 from .plan import Plan
@@ -121,7 +122,7 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
 
 
 def segment_cells(
-    graph: _core.OrderedGraph,
+    graph: AnyGraph,
     bounds: npt.NDArray[np.float64],
     plan: Plan,
     loop: LoopOptions,
@@ -129,20 +130,25 @@ def segment_cells(
     """Segment what has been checked: the cells that are left, by a plan."""
     size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}
-    coarse: list[_core.CoarseGraph] = []
+    coarse: list[CoarseCells] = []
     if isinstance(init, str) and can_be_coarse(graph, loop):
         with timed(timings, "coarsen", loop.on_stage):
             coarse = coarse_graphs(graph, size.n_segments, loop.n_threads)
     with timed(timings, "seeding", loop.on_stage):
-        first = coarse[-1].graph if coarse else graph
-        seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
+        seeds = None
+        if not coarse and not isinstance(graph, _core.OrderedGraph) and isinstance(init, str):
+            seeds = graph.seeds(size.n_segments, init, loop.islands)
+        if seeds is None:
+            first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
+            graph = graph if coarse else first
+            seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
     run = Iteration(size.radius, loop, timings)
     clustering = run.run(coarse, graph, seeds)
     labels, centers = clustering.labels(), clustering.centers()
     n_unreached = len(centers) - len(seeds)
     if loop.islands == "nearest":
         with timed(timings, "classify"):
-            labels, n_joined, more = _core.join_islands(graph, labels, plan.groups, loop.n_threads)
+            labels, n_joined, more = join_islands(graph, labels, plan.groups, loop.n_threads)
             centers, n_unreached = np.concatenate([centers, more]), n_joined + len(more)
     params = {
         "n_segments": None if options.radius is not None else size.n_segments,

@@ -14,7 +14,7 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
 from .text import Lines, iterate_lines, table
 
-__all__ = ["read_obj"]
+__all__ = ["read_blocks", "read_obj", "without_continuations"]
 
 KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
@@ -32,9 +32,8 @@ def read_obj(data: Content) -> Arrays:
     lagrange is not used: it misrounds decimals (0.348799 becomes 0.34879899999999997), reads
     ``nan`` as 0, drops a cut last face, and refuses comments behind, and lines continued in, faces.
     """
-    if data.find(b"\\") >= 0:
-        data = _CONTINUED.sub(rb"\1 ", data)
-    blocks = list(_read_blocks(data))
+    data = without_continuations(data)
+    blocks = list(read_blocks(data))
     vertices = np.concatenate([block.vertices for block in blocks])
     lengths = np.concatenate([block.lengths for block in blocks])
     if not len(vertices) and not len(lengths):
@@ -44,6 +43,11 @@ def read_obj(data: Content) -> Arrays:
     if len(corners) and (corners.min() < 0 or corners.max() >= len(vertices)):
         _raise_index_error(data, lengths, corners, len(vertices))
     return vertices, faces
+
+
+def without_continuations(data: Content) -> Content:
+    """The text with lines that are continued in the next one, by a backslash, as one."""
+    return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +69,8 @@ class _Block:
     lengths: npt.NDArray[np.int32]
 
 
-def _read_blocks(data: Content) -> Iterator[_Block]:
-    n_vertices = 0
+def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
+    """What whole lines of a file hold, some of them at a time; `n_vertices` came before these."""
     for lines in iterate_lines(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE

@@ -1,0 +1,324 @@
+"""Times of `segment_tiled` on one and two workers, and a plan for larger meshes and clusters.
+
+    python -m benchmarks.tiled measure scan.ply -o measured.json
+    python -m benchmarks.tiled plan measured.json
+
+The first runs a mesh in tiles and notes, for each pass over the tiles, processor time and bytes
+read and written per face; the second simulates the same passes for more faces and workers.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+import itertools
+import json
+import math
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import click
+
+from superfacets.tiles import segmenting
+from superfacets.tiles.mapping import open_run
+from superfacets.tiles.store import TileStore
+
+__all__ = ["Cluster", "Measured", "Pass", "measure", "simulate"]
+
+IO_FILE = Path("/proc/self/io")
+"""Where Linux counts the bytes that a process reads and writes."""
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What one pass over the tiles, or over other pieces, costs.
+
+    Attributes
+    ----------
+    name : str
+        Of the function that works on a piece.
+    jobs : int
+        Pieces that were worked on.
+    pieces : int
+        Pieces that there are.
+    seconds : float
+        Processor time per face of the mesh.
+    n_read, n_written : float
+        Bytes per face of the mesh.
+    wall : float
+        Seconds that the pass took.
+    """
+
+    name: str
+    jobs: int
+    pieces: int
+    seconds: float
+    n_read: float
+    n_written: float
+    wall: float
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A run in tiles.
+
+    Attributes
+    ----------
+    n_faces, n_segments, tile_size, workers : int
+    passes : list of Pass
+    driver : dict of str to float
+        Processor time per face outside of passes, in the process that was started, by stage; with
+        several workers what it takes to hand out tiles is part of that.
+    wall : float
+        Seconds in all.
+    rim : float
+        Faces of other tiles that a tile needs, as a share of its own.
+    """
+
+    n_faces: int
+    n_segments: int
+    tile_size: int
+    workers: int
+    passes: list[Pass]
+    driver: dict[str, float]
+    wall: float
+    rim: float
+
+
+@dataclass
+class _Recorder:
+    """Notes what runs cost."""
+
+    run: Any
+    n_faces: int
+    passes: list[Pass] = field(default_factory=list)
+    rims: list[float] = field(default_factory=list)
+
+    def __call__(self, work: Callable[..., Any], store: Any, jobs: Sequence[Any]) -> list[Any]:
+        begin, before = time.perf_counter(), _spent()
+        results: list[Any] = self.run(work, store, jobs)
+        wall = time.perf_counter() - begin
+        seconds, n_read, n_written = (
+            (after - first) / self.n_faces for after, first in zip(_spent(), before, strict=True)
+        )
+        n_pieces = store.n_tiles if isinstance(store, TileStore) else len(jobs)
+        self.passes.append(
+            Pass(work.__name__.strip("_"), len(jobs), n_pieces, seconds, n_read, n_written, wall)
+        )
+        if isinstance(store, TileStore) and store.has(0, "rim_cells"):
+            self.rims = [
+                len(store.read(tile, "rim_cells")) / store.size(tile)
+                for tile in range(store.n_tiles)
+            ]
+        return results
+
+
+def _spent() -> tuple[float, float, float]:
+    """Processor time, and bytes read and written, of this process so far."""
+    counts = dict(line.split(": ") for line in IO_FILE.read_text().splitlines())
+    return time.process_time(), float(counts["rchar"]), float(counts["wchar"])
+
+
+def measure(
+    path: Path, n_faces: int, n_segments: int, tile_size: int, workers: int, scratch: Path
+) -> Measured:
+    """Segment a file in tiles, and note what each pass costs."""
+    recorders: list[_Recorder] = []
+
+    @contextlib.contextmanager
+    def recorded(*args: Any) -> Iterator[_Recorder]:
+        with open_run(*args) as run:
+            recorders.append(_Recorder(run, n_faces))
+            started.append(time.perf_counter())
+            yield recorders[0]
+
+    def on_stage(stage: str) -> None:
+        in_passes = sum(done.seconds for done in recorders[0].passes) if workers == 1 else 0.0
+        marks.append((stage, time.process_time() / n_faces - in_passes))
+
+    started: list[float] = []  # without the start of workers
+    marks: list[tuple[str, float]] = []
+    with mock.patch.object(segmenting, "open_run", recorded):
+        segmenting.segment_tiled(
+            path, n_segments, tile_size=tile_size, workers=workers, scratch=scratch, n_threads=1,
+            on_stage=on_stage,
+        )  # fmt: skip
+    wall = time.perf_counter() - started[0]
+    on_stage("end")
+    found = recorders[0]
+    driver: dict[str, float] = {}
+    for (stage, begin), (_, end) in itertools.pairwise(marks):
+        driver[stage] = driver.get(stage, 0.0) + end - begin
+    rim = sum(found.rims) / max(1, len(found.rims))
+    return Measured(n_faces, n_segments, tile_size, workers, found.passes, driver, wall, rim)
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """What workers have.
+
+    Attributes
+    ----------
+    workers : int
+        Threads that work on a tile each.
+    bandwidth : float
+        Bytes per second that one of them reads or writes.
+    shared : float
+        Bytes per second that all do together.
+    dispatch : float
+        Seconds that the scheduler takes to hand out a tile and to take its result.
+    """
+
+    workers: int
+    bandwidth: float = 1e9
+    shared: float = 20e9
+    dispatch: float = 0.005
+
+
+def simulate(
+    measured: Measured, n_faces: int, tile_size: int, cluster: Cluster
+) -> tuple[float, float]:
+    """Seconds that a mesh would take, and those of them in which only the driver works.
+
+    Passes follow each other. In a pass, tiles are handed out one by one, each to the first worker
+    that is free; a tile takes its processor time, and the time to move its bytes. Rims grow
+    relative to tiles as these get smaller: by the root of their size.
+    """
+    seconds = 0.0
+    n_tiles = math.ceil(n_faces / tile_size)
+    rim = measured.rim * math.sqrt(measured.tile_size / tile_size)
+    growth = (1 + rim) / (1 + measured.rim)
+    for done in measured.passes:
+        share = done.jobs / max(done.pieces, 1)  # of the tiles, in rounds of which not all need
+        n_jobs = max(1, round(n_tiles * share))
+        per_job = n_faces / n_jobs * growth
+        seconds += _makespan(
+            n_jobs, per_job * done.seconds, per_job * (done.n_read + done.n_written), cluster
+        )
+    driver = sum(measured.driver.values()) * n_faces
+    return seconds + driver, driver
+
+
+def _makespan(n_jobs: int, seconds: float, n_bytes: float, cluster: Cluster) -> float:
+    """Seconds until all of some equal jobs are done."""
+    n_busy = min(n_jobs, cluster.workers)
+    bandwidth = min(cluster.bandwidth, cluster.shared / n_busy)
+    duration = seconds + n_bytes / bandwidth
+    free = [0.0] * n_busy
+    handed_out = 0.0
+    for _ in range(n_jobs):
+        handed_out += cluster.dispatch
+        begin = max(handed_out, heapq.heappop(free))
+        heapq.heappush(free, begin + duration)
+    return max(free)
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+def commands() -> None:
+    """Measure runs in tiles, and plan larger ones."""
+
+
+@commands.command("measure")
+@click.argument("mesh", type=click.Path(path_type=Path, exists=True))
+@click.option("-n", "--n-segments", type=int, default=2_000, show_default=True)
+@click.option("--tile-size", type=int, default=1 << 18, show_default=True)
+@click.option("--workers", type=int, multiple=True, default=(1, 2), show_default=True)
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True)
+def measure_command(
+    mesh: Path, n_segments: int, tile_size: int, workers: tuple[int, ...], output: Path
+) -> None:
+    """Run MESH in tiles on these numbers of workers, and write what each pass costs."""
+    os.environ["SUPERFACETS_NUM_THREADS"] = "1"
+    with tempfile.TemporaryDirectory() as folder:
+        n_faces = _count_faces(mesh, Path(folder))
+        runs = [
+            measure(mesh, n_faces, n_segments, tile_size, count, Path(folder)) for count in workers
+        ]
+    output.write_text(json.dumps([asdict(run) for run in runs], indent=1))
+    for run in runs:
+        click.echo(f"{run.workers} workers: {run.wall:.2f} s, rim {run.rim:.3f}")
+
+
+def _count_faces(mesh: Path, folder: Path) -> int:
+    from superfacets.tiles.opening import open_pieces
+    from superfacets.tiles.scratch import scratch_folder
+
+    with scratch_folder(folder) as scratch:
+        return open_pieces(mesh, scratch, for_workers=True).n_faces
+
+
+@commands.command("plan")
+@click.argument("measured", type=click.Path(path_type=Path, exists=True))
+@click.option("--tile-size", type=int, default=1 << 20, show_default=True)
+@click.option("--bandwidth", type=float, default=1e9, show_default=True, help="Of one worker.")
+@click.option("--shared", type=float, default=20e9, show_default=True, help="Of all together.")
+@click.option("--dispatch", type=float, default=0.005, show_default=True)
+@click.option("--spread", multiple=True, help="Stage of the driver to simulate on the workers.")
+def plan_command(
+    measured: Path, tile_size: int, bandwidth: float, shared: float, dispatch: float,
+    spread: tuple[str, ...],
+) -> None:  # fmt: skip
+    """Print passes, and times for more faces and workers, from what was MEASURED."""
+    runs = [_run_of(facts) for facts in json.loads(measured.read_text())]
+    alone = next(run for run in runs if run.workers == 1)
+    _print_passes(alone)
+    click.echo("\n| workers | measured, s | simulated, s |\n|---|---|---|")
+    for run in runs:
+        cluster = Cluster(run.workers, bandwidth, shared, dispatch)
+        simulated, _ = simulate(alone, run.n_faces, run.tile_size, cluster)
+        click.echo(f"| {run.workers} | {run.wall:.1f} | {simulated:.1f} |")
+    alone = _spread(alone, spread)
+    counts = (1, 2, 10, 100, 1_000)
+    click.echo(f"\n| faces | {' | '.join(f'{count:,} workers' for count in counts)} | driver |")
+    click.echo("|---" * (len(counts) + 2) + "|")
+    for n_faces in (10**7, 10**8, 10**9, 10**10):
+        cells = []
+        for count in counts:
+            cluster = Cluster(count, bandwidth, shared, dispatch)
+            total, driver = simulate(alone, n_faces, tile_size, cluster)
+            cells.append(_shown(total))
+        click.echo(f"| {n_faces:.0e} | {' | '.join(cells)} | {_shown(driver)} |")
+
+
+def _spread(run: Measured, stages: Sequence[str]) -> Measured:
+    """The run as if these stages of the driver were passes over the tiles."""
+    n_tiles = math.ceil(run.n_faces / run.tile_size)
+    more = [Pass(stage, n_tiles, n_tiles, run.driver[stage], 0.0, 0.0, 0.0) for stage in stages]
+    left = {stage: spent for stage, spent in run.driver.items() if stage not in stages}
+    return replace(run, passes=[*run.passes, *more], driver=left)
+
+
+def _run_of(facts: dict[str, Any]) -> Measured:
+    return Measured(**{**facts, "passes": [Pass(**done) for done in facts["passes"]]})
+
+
+def _print_passes(run: Measured) -> None:
+    """Print what each kind of pass costs; rounds of one kind are added up."""
+    click.echo("| pass | times | ns per face | bytes read per face | bytes written |")
+    click.echo("|---|---|---|---|---|")
+    names = dict.fromkeys(done.name for done in run.passes)
+    for name in names:
+        of_name = [done for done in run.passes if done.name == name]
+        numbers = [
+            sum(getattr(done, what) for done in of_name) * unit
+            for what, unit in (("seconds", 1e9), ("n_read", 1), ("n_written", 1))
+        ]
+        click.echo(f"| `{name}` | {len(of_name)} | {' | '.join(f'{n:.0f}' for n in numbers)} |")
+    for stage, seconds in run.driver.items():
+        click.echo(f"| driver, {stage} | | {1e9 * seconds:.0f} | | |")
+
+
+def _shown(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+if __name__ == "__main__":
+    commands(prog_name="python -m benchmarks.tiled")

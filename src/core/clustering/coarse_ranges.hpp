@@ -1,0 +1,109 @@
+// The coarse cells of one range of places, and the arcs that leave them.
+#pragma once
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "base/prefetch.hpp"
+#include "cells/ordered_graph.hpp"
+#include "clustering/cell_grower.hpp"
+#include "clustering/weighted_sum.hpp"
+
+namespace superfacets {
+
+// The coarse cells of a range.
+struct RangeCells {
+  std::vector<Place> centers;
+  std::vector<WeightedSum> sums;
+};
+
+// The arcs that leave them.
+struct RangeArcs {
+  std::vector<std::int64_t> ends;  // of the arcs of each cell
+  std::vector<Arc> arcs;           // to coarse cells
+};
+
+// Divides places begin to end - 1, and calls write(place, cell, length) for each with the number of
+// its coarse cell, counted from the first of the range, and the length of the path from its center.
+template <typename Write>
+RangeCells divide_range(const OrderedGraph& fine, CellGrower& grower, Place begin, Place end,
+                        const Write& write) {
+  grower.divide(begin, end);
+  RangeCells cells;
+  cells.centers.assign(grower.centers().begin(), grower.centers().end());
+  cells.sums.resize(cells.centers.size());
+  for (Place place = begin; place < end; ++place) {
+    const std::size_t cell = grower.cell(place);
+    write(place, cell, static_cast<float>(grower.length(place)));
+    cells.sums[cell].add(fine.positions[place], fine.measures[place]);
+  }
+  return cells;
+}
+
+// The places of a range, grouped by their coarse cells, ascending within each.
+class RangeMembers {
+ public:
+  template <typename CellOf>
+  RangeMembers(Place begin, Place end, std::size_t n_cells, const CellOf& cell_of)
+      : ends_(n_cells, 0), places_(end - begin) {
+    for (Place place = begin; place < end; ++place) ++ends_[cell_of(place)];
+    Place total = 0;
+    for (Place& count : ends_) total += std::exchange(count, total);
+    for (Place place = begin; place < end; ++place) places_[ends_[cell_of(place)]++] = place;
+  }
+
+  std::span<const Place> of(std::size_t cell) const {
+    const Place begin = cell == 0 ? 0 : ends_[cell - 1];
+    return std::span(places_).subspan(begin, ends_[cell] - begin);
+  }
+
+ private:
+  std::vector<Place> ends_;
+  std::vector<Place> places_;
+};
+
+// Leaves of parallel arcs the shortest, sorted by target.
+inline void remove_parallel(std::vector<Arc>& arcs) {
+  std::sort(arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) {
+    return std::tie(a.to, a.length) < std::tie(b.to, b.length);
+  });
+  const auto end = std::unique(arcs.begin(), arcs.end(),
+                               [](const Arc& a, const Arc& b) { return a.to == b.to; });
+  arcs.erase(end, arcs.end());
+}
+
+// The arcs of n_cells coarse cells from `first` on, which the places begin to end - 1 are in.
+// coarse_of(place) is the coarse cell of a place of this range, or next to it, and lengths are
+// those of the paths from its center.
+template <typename CoarseOf>
+RangeArcs connect_range(const OrderedGraph& fine, std::pair<Place, Place> range,
+                        std::pair<Cell, std::size_t> first_and_number, const CoarseOf& coarse_of,
+                        std::span<const float> lengths) {
+  const auto [begin, end] = range;
+  const auto [first, n_cells] = first_and_number;
+  const RangeMembers members(begin, end, n_cells, [&, first = first](Place place) {
+    return static_cast<std::size_t>(coarse_of(place) - first);
+  });
+  RangeArcs connected;
+  std::vector<Arc> leaving;
+  for (std::size_t cell = 0; cell < n_cells; ++cell) {
+    const Cell from = first + static_cast<Cell>(cell);
+    leaving.clear();
+    for (const Place place : members.of(cell)) {
+      if (place + 64 < fine.n_cells()) prefetch(fine.arcs_of(place + 64).data());
+      for (const Arc& arc : fine.arcs_of(place)) {
+        // The sum of the two paths comes first: the result is the same in both directions.
+        leaving.push_back({coarse_of(arc.to), (lengths[place] + lengths[arc.to]) + arc.length});
+        if (leaving.back().to == from) leaving.pop_back();
+      }
+    }
+    remove_parallel(leaving);
+    connected.arcs.insert(connected.arcs.end(), leaving.begin(), leaving.end());
+    connected.ends.push_back(std::ssize(connected.arcs));
+  }
+  return connected;
+}
+
+}  // namespace superfacets

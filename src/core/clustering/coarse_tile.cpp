@@ -1,0 +1,115 @@
+#include "clustering/coarse_tile.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "base/assert.hpp"
+#include "clustering/coarse_ranges.hpp"
+
+namespace superfacets {
+namespace {
+
+std::int64_t n_ranges(Place n_own) {
+  return ((std::int64_t{n_own} - 1) >> CellGrower::kRangeBits) + 1;
+}
+
+std::pair<Place, Place> places_of_range(std::int64_t range, Place n_own) {
+  const auto begin = static_cast<Place>(range << CellGrower::kRangeBits);
+  return {begin, std::min(begin + (1 << CellGrower::kRangeBits), n_own)};
+}
+
+// The parts in a row, with cells counted from the first of the tile.
+TileCells joined(std::span<const RangeCells> parts, Buffer<Cell> of, Buffer<float> lengths) {
+  TileCells cells;
+  for (const RangeCells& part : parts) {
+    cells.centers.insert(cells.centers.end(), part.centers.begin(), part.centers.end());
+  }
+  cells.positions = Buffer<Point>(cells.centers.size());
+  cells.measures = Buffer<double>(cells.centers.size());
+  std::size_t first = 0;
+  for (std::size_t range = 0; range < parts.size(); ++range) {
+    const auto [begin, end] =
+        places_of_range(static_cast<std::int64_t>(range), static_cast<Place>(of.size()));
+    for (Place place = begin; place < end; ++place) of[place] += static_cast<Cell>(first);
+    for (const WeightedSum& sum : parts[range].sums) {
+      cells.positions[first] = sum.mean();
+      cells.measures[first++] = sum.measure;
+    }
+  }
+  cells.of = std::move(of);
+  cells.lengths = std::move(lengths);
+  return cells;
+}
+
+}  // namespace
+
+TileCells divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(n_own >= 1 && n_own <= tile.n_cells() && cell_size >= 1);
+  std::vector<RangeCells> parts(n_ranges(n_own));
+  Buffer<Cell> of(n_own);  // counted from the first of the range
+  Buffer<float> lengths(n_own);
+  std::vector<std::optional<CellGrower>> growers(team.size());
+  team.for_each(std::ssize(parts), [&](std::int64_t range, int thread) {
+    if (!growers[thread]) growers[thread].emplace(tile, cell_size);
+    const auto [begin, end] = places_of_range(range, n_own);
+    const auto write = [&](Place place, std::size_t cell, float length) {
+      of[place] = static_cast<Cell>(cell);
+      lengths[place] = length;
+    };
+    parts[range] = divide_range(tile, *growers[thread], begin, end, write);
+  });
+  return joined(parts, std::move(of), std::move(lengths));
+}
+
+TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
+                      std::span<const float> lengths, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(coarse.size(), tile.n_cells()) &&
+                     lengths.size() == coarse.size());
+  std::vector<RangeArcs> parts(n_ranges(n_own));
+  team.for_each(std::ssize(parts), [&](std::int64_t range, int) {
+    const auto [begin, end] = places_of_range(range, n_own);
+    const auto [lowest, highest] =
+        std::minmax_element(coarse.begin() + begin, coarse.begin() + end);
+    const auto n_cells = static_cast<std::size_t>(*highest - *lowest) + 1;
+    const auto coarse_of = [&](Place place) { return coarse[place]; };
+    parts[range] = connect_range(tile, {begin, end}, {*lowest, n_cells}, coarse_of, lengths);
+  });
+  TileArcs joined{{0}, {}};
+  for (const RangeArcs& part : parts) {
+    const std::int64_t first = joined.offsets.back();
+    for (const std::int64_t end : part.ends) joined.offsets.push_back(first + end);
+    joined.arcs.insert(joined.arcs.end(), part.arcs.begin(), part.arcs.end());
+  }
+  return joined;
+}
+
+std::vector<FixedSum> region_sums(const FixedPoint& fixed, std::span<const Point> positions,
+                                  std::span<const double> measures, std::span<const Label> labels,
+                                  Label n_regions) {
+  SUPERFACETS_ASSERT(measures.size() == positions.size() && labels.size() == positions.size());
+  std::vector<FixedSum> sums(n_regions);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (labels[i] != kNoLabel) sums[labels[i]].add(fixed.of(positions[i], measures[i]));
+  }
+  return sums;
+}
+
+NearestOfRegions nearest_of_regions(std::span<const Point> positions, std::span<const Cell> cells,
+                                    std::span<const Label> labels, std::span<const Point> targets) {
+  SUPERFACETS_ASSERT(cells.size() == positions.size() && labels.size() == positions.size());
+  NearestOfRegions nearest{std::vector<double>(targets.size(), kInfinity),
+                           std::vector<Cell>(targets.size(), kNoCell)};
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Label label = labels[i];
+    if (label == kNoLabel) continue;
+    const double squared = squared_norm(positions[i] - targets[label]);
+    if (squared > nearest.squared_distances[label]) continue;
+    Cell& cell = nearest.cells[label];
+    if (squared == nearest.squared_distances[label] && cell != kNoCell && cell < cells[i]) continue;
+    nearest.squared_distances[label] = squared;
+    cell = cells[i];
+  }
+  return nearest;
+}
+
+}  // namespace superfacets

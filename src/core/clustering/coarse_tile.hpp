@@ -1,0 +1,53 @@
+// Coarse cells of a graph of which only one tile is in memory.
+#pragma once
+
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "base/threads.hpp"
+#include "cells/ordered_graph.hpp"
+#include "cells/surface.hpp"
+#include "clustering/fixed_point.hpp"
+
+namespace superfacets {
+
+// The coarse cells of the first n_own places of a graph, numbered from 0.
+struct TileCells {
+  std::vector<Place> centers;
+  Buffer<Point> positions;
+  Buffer<double> measures;
+  Buffer<Cell> of;        // (n_own,) the coarse cell of each place
+  Buffer<float> lengths;  // (n_own,) of the path from its center
+};
+
+// Divides a tile, a graph of consecutive cells of the curve followed by its rim (see
+// improve_paths), as CoarseGraph divides all of them: its cells are whole ranges of places.
+TileCells divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, ThreadTeam& team);
+
+struct TileArcs {
+  std::vector<std::int64_t> offsets;  // (number of coarse cells of the tile + 1,)
+  std::vector<Arc> arcs;              // sorted by target
+};
+
+// The arcs of the coarse cells of a tile. For its own places and those of its rim, `coarse` holds
+// the number of the coarse cell among all, lengths those of the paths from its center.
+TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
+                      std::span<const float> lengths, ThreadTeam& team);
+
+// The sum of the cells of each region; those with kNoLabel are in none.
+std::vector<FixedSum> region_sums(const FixedPoint& fixed, std::span<const Point> positions,
+                                  std::span<const double> measures, std::span<const Label> labels,
+                                  Label n_regions);
+
+// For each region its cell nearest to a point of its own, the lowest among equals, and the squared
+// distance; kNoCell and infinity where none of these cells is in it.
+struct NearestOfRegions {
+  std::vector<double> squared_distances;
+  std::vector<Cell> cells;
+};
+
+// Time O(n). Cells may come in any order; those with kNoLabel are in no region.
+NearestOfRegions nearest_of_regions(std::span<const Point> positions, std::span<const Cell> cells,
+                                    std::span<const Label> labels, std::span<const Point> targets);
+
+}  // namespace superfacets

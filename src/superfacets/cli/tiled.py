@@ -1,0 +1,232 @@
+"""The options of ``superfacets segment --tiled``, for meshes larger than memory."""
+
+from __future__ import annotations
+
+import sys
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeVar
+
+import click
+
+from ..batches.files import FileOptions
+from ..clustering.segmentation import Segmentation
+from ..errors import IslandWarning, MeshError, SliverWarning
+from .options import COUNT, FOLDER, STANDARD_STREAM
+from .progress import NAMES
+
+__all__ = ["TileBar", "TileOptions", "segment_by_tiles", "tile_options"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+_OPTIONS = (
+    click.option(
+        "--tiled",
+        "is_tiled",
+        is_flag=True,
+        help="For meshes larger than memory: work on tiles of IN, a file or a folder of files that"
+        " share vertices by position, and write the labels of all as one .npy.",
+    ),
+    click.option(
+        "--tile-size",
+        type=COUNT,
+        help="Faces in a tile, with --tiled; what each worker has in memory grows with it."
+        "  [default: 524288]",
+    ),
+    click.option(
+        "--scratch",
+        type=FOLDER,
+        help="Folder for what does not fit into memory, with --tiled: about 250 bytes per face."
+        "  [default: beside the output]",
+    ),
+    click.option(
+        "--workers",
+        type=COUNT,
+        help="Processes that work on tiles, with --tiled.  [default: 1]",
+    ),
+    click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Address of a Dask scheduler whose workers do so, as tcp://10.0.0.1:8786.",
+    ),
+)
+
+
+_NOT_OF_TILES = {
+    "--relocate": "relocate",
+    "--connect": "enforce_connectivity",
+    "--min-size": "min_size",
+    "--feature-weight": "feature_weight",
+}
+"""Options, and the keywords of `segment` that they are, which `segment_tiled` does not have."""
+
+
+def tile_options(function: Function) -> Function:
+    """Add the options of tiles; a decorator."""
+    for option in reversed(_OPTIONS):
+        function = option(function)
+    return function
+
+
+@dataclass(frozen=True)
+class TileOptions:
+    """How a mesh is worked on in tiles."""
+
+    tile_size: int | None
+    scratch: Path | None
+    workers: int | None
+    scheduler: str | None
+
+    @property
+    def keywords(self) -> dict[str, Any]:
+        """Of `segment_tiled`, those that were given."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
+
+    @classmethod
+    def taken_from(cls, given: dict[str, Any]) -> TileOptions | None:
+        """The options, taken out of all that were given; None without --tiled.
+
+        A usage error if they contradict each other.
+        """
+        is_tiled = given.pop("is_tiled")
+        found = {name: given.pop(name) for name in ("tile_size", "scratch", "workers", "scheduler")}
+        if not is_tiled:
+            for name, value in found.items():
+                if value is not None:
+                    raise click.UsageError(f"--{name.replace('_', '-')} goes with --tiled only")
+            return None
+        if found["workers"] is not None and found["scheduler"] is not None:
+            raise click.UsageError("give --scheduler or --workers: a scheduler has its own")
+        return cls(**found)
+
+    def checked_formats(
+        self,
+        inputs: Sequence[str],
+        outputs: Sequence[str],
+        formats: Sequence[str],
+        options: FileOptions,
+        others: Mapping[str, object],
+    ) -> tuple[str, ...]:
+        """Formats of what has no name; a usage error if something is asked for that is not done.
+
+        `others` are further options, by name, that do not go with tiles.
+        """
+        if STANDARD_STREAM in (*inputs, *outputs):
+            raise click.UsageError("--tiled reads and writes files: - is none")
+        refused = {
+            "--features": options.features,
+            "--subdivide": options.is_subdivided,
+            "--vertex-labels": options.vertex_labels,
+            "--ascii": options.ascii,
+            **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
+            **others,
+        }
+        for name, value in refused.items():
+            if value:
+                raise click.UsageError(f"{name} does not go with --tiled")
+        named = [text for text in outputs if Path(text).suffix and not Path(text).is_dir()]
+        wrong = [text for text in named if not text.endswith(".npy")]
+        if wrong or set(formats) - {"npy"} or len(outputs) > 1:
+            raise click.UsageError(
+                "--tiled writes one .npy of labels; superfacets convert puts them into a mesh"
+            )
+        return () if named else ("npy",)
+
+
+def segment_by_tiles(
+    path: Path, out: Path, options: FileOptions, tiles: TileOptions, bar: TileBar
+) -> Segmentation:
+    """Segment a file, or a folder of files, and write its labels."""
+    tiles = replace(tiles, scratch=tiles.scratch or out.absolute().parent)
+    try:
+        with warnings.catch_warnings():  # what warnings say, the facts of the result say
+            warnings.simplefilter("ignore", IslandWarning)
+            warnings.simplefilter("ignore", SliverWarning)
+            return _segmented(path, out, options, tiles, bar)
+    except MeshError as error:
+        message = str(error)
+        raise MeshError(message if str(path) in message else f"{path}: {message}") from None
+
+
+def _segmented(
+    path: Path, out: Path, options: FileOptions, tiles: TileOptions, bar: TileBar
+) -> Segmentation:
+    from ..tiles.segmenting import segment_tiled
+
+    keywords = {
+        name: value
+        for name, value in options.keywords.items()
+        if name not in _NOT_OF_TILES.values()
+    }
+    return segment_tiled(
+        path,
+        out=out,
+        progress=bar.on_iteration,
+        on_stage=bar.on_stage,
+        on_tile=bar.on_tile,
+        **tiles.keywords,
+        **keywords,
+    )
+
+
+class TileBar:
+    """A bar on stderr for a run in tiles: the stage, and the tiles that are done in it.
+
+    It draws nothing if it is not to be shown.
+    """
+
+    SECONDS = 0.1
+    """Between drawings."""
+
+    def __init__(self, name: str, *, is_quiet: bool) -> None:
+        self._name, self._stage, self._drawn = name, "mesh", 0.0
+        self._bar: Any = None
+        if not is_quiet and sys.stderr.isatty():
+            from tqdm import tqdm
+
+            self._bar = tqdm(
+                total=1,
+                leave=False,
+                dynamic_ncols=True,
+                file=sys.stderr,
+                bar_format="{desc} {n_fmt}/{total_fmt} |{bar}| {elapsed}",
+            )
+
+    def __enter__(self) -> TileBar:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def on_stage(self, stage: str) -> None:
+        """Show that a stage begins."""
+        self._stage = stage
+        self._draw(0, 1)
+
+    def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
+        """Show that the loop on coarse cells goes on."""
+        self._draw(n_iterations, n_iterations)
+
+    def on_tile(self, n_done: int, n_tiles: int) -> None:
+        """Show how many tiles, or other pieces of a pass, are done."""
+        self._draw(n_done, n_tiles)
+
+    def _draw(self, n_done: int, n_all: int) -> None:
+        now = time.monotonic()
+        if self._bar is None or (n_done < n_all and now < self._drawn + self.SECONDS):
+            return
+        self._drawn = now
+        name = NAMES.get(self._stage, self._stage)
+        self._bar.set_description_str(f"{self._name}: {name}", refresh=False)
+        self._bar.n, self._bar.total = n_done, n_all
+        self._bar.refresh()

@@ -1,0 +1,109 @@
+"""What the loop asks of a graph, whether its cells are in memory or not."""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+
+__all__ = [
+    "AnyGraph", "CoarseCells", "LargeGraph", "Regions", "coarsened", "in_memory",
+    "join_islands", "regions_of",
+]  # fmt: skip
+
+Ints = npt.NDArray[np.int32]
+
+
+class Regions(Protocol):
+    """What `_core.Clustering` is: regions around centers, and where the centers should be."""
+
+    def classify(self, centers: Ints) -> None:
+        """Replace the centers, and classify again."""
+
+    def update(self) -> Ints:
+        """For each region the cell nearest to its mean."""
+
+    def centers(self) -> Ints:
+        """The centers, followed by those made of unreached cells."""
+
+    def labels(self) -> Ints:
+        """The label of each cell."""
+
+
+class CoarseCells(Protocol):
+    """What `_core.CoarseGraph` is: the coarse cells of a graph."""
+
+    @property
+    def graph(self) -> _core.OrderedGraph:
+        """The graph of coarse cells."""
+
+    def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
+        """Centers among cells for regions of coarse cells."""
+
+
+class LargeGraph(Protocol):
+    """A graph that offers what is done with `_core.OrderedGraph`, but is not in memory."""
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells."""
+
+    @property
+    def is_symmetric(self) -> bool:
+        """Whether each arc has one back of the same length."""
+
+    def coarsened(self, cell_size: int, n_threads: int) -> CoarseCells:
+        """Coarse cells of about so many cells."""
+
+    def regions(
+        self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
+    ) -> Regions:
+        """Regions around centers."""
+
+    def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
+        """Labels of all cells; the number of islands that joined a region, and new centers."""
+
+    def seeds(self, n_segments: int, init: str, islands: str) -> Ints | None:
+        """Seeds among all cells; None where they can be placed in memory only."""
+
+    def gathered(self, n_threads: int) -> _core.OrderedGraph:
+        """The graph in memory."""
+
+    def positions_of(self, cells: Ints) -> npt.NDArray[np.float64]:
+        """Positions of some cells, shape (n, 3)."""
+
+
+AnyGraph: TypeAlias = _core.OrderedGraph | LargeGraph
+
+
+def coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
+    """Coarse cells of about so many cells."""
+    if isinstance(graph, _core.OrderedGraph):
+        return _core.CoarseGraph(graph, cell_size, n_threads)
+    return graph.coarsened(cell_size, n_threads)
+
+
+def in_memory(graph: AnyGraph, n_threads: int) -> _core.OrderedGraph:
+    """Return the graph with all cells in memory."""
+    return graph if isinstance(graph, _core.OrderedGraph) else graph.gathered(n_threads)
+
+
+def regions_of(
+    graph: AnyGraph, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
+) -> Regions:
+    """Regions around centers."""
+    if isinstance(graph, _core.OrderedGraph):
+        return _core.Clustering(graph, centers, reach, n_threads, islands)
+    return graph.regions(centers, reach, n_threads, islands)
+
+
+def join_islands(
+    graph: AnyGraph, labels: Ints, groups: Ints, n_threads: int
+) -> tuple[Ints, int, Ints]:
+    """Labels of all cells, where islands join the nearest region."""
+    if isinstance(graph, _core.OrderedGraph):
+        return _core.join_islands(graph, labels, groups, n_threads)
+    return graph.join_islands(labels, groups, n_threads)

@@ -1,0 +1,1 @@
+"""Meshes larger than memory: cells in tiles on disk, along a space-filling curve."""

@@ -1,0 +1,211 @@
+"""Stages 1 and 2 on tiles: the arcs of each tile, and their weights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._options import WeightOptions
+from ..cells.face_graph import FaceGraph
+from ..cells.kinds import kind_of
+from ..cells.slivers import area_of_slivers
+from ..cells.surface import VOLUME_NOISE, Surface
+from ..cells.weights import creases_of
+from ..mesh.faces import signed_volume
+from .faces import Faces, read_faces, rows
+from .rims import find_rims, halo_of
+from .store import Run, TileStore
+
+__all__ = ["ArcFacts", "WeightRule", "find_arcs", "prices_of", "weighed"]
+
+
+@dataclass(frozen=True)
+class WeightRule:
+    """What weights depend on beside the faces.
+
+    Attributes
+    ----------
+    radius : float
+        Expected radius of regions.
+    options : WeightOptions
+    is_turned : bool
+        Whether normals point inwards.
+    has_prices : bool
+        Whether the default weights are needed as well, for borders.
+    n_threads : int
+    """
+
+    radius: float
+    options: WeightOptions
+    is_turned: bool
+    has_prices: bool
+    n_threads: int
+
+
+@dataclass(frozen=True)
+class ArcFacts:
+    """What is known of all arcs together.
+
+    Attributes
+    ----------
+    rule : WeightRule
+    unit : float
+        Of lengths, as `quantize_weights` chooses it.
+    price_unit : float
+        The same for the default weights, if they are needed.
+    sliver_area : float
+        Area of long and thin faces.
+    """
+
+    rule: WeightRule
+    unit: float
+    price_unit: float
+    sliver_area: float
+
+
+@dataclass(frozen=True)
+class _TileSums:
+    """What a tile adds to the facts."""
+
+    weights: float
+    prices: float
+    has_boundary: bool
+    volume: float
+    sliver_area: float
+
+
+def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
+    """Write the arcs of all tiles with their lengths, and return what is common to all.
+
+    Per tile: ``arc_offsets`` (n + 1,) and ``arc_targets`` of its faces, by place in the tile, where
+    numbers from n on stand for the places in ``ghosts``, ascending; and ``lengths``.
+    """
+    meeting = find_rims(store, run)
+    origin = _centroid(store, run)
+    tiles = range(store.n_tiles)
+    sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
+    is_closed = not any(some.has_boundary for some in sums)
+    diagonal = float(np.linalg.norm(store.bounds[1] - store.bounds[0]))
+    if is_closed and sum(some.volume for some in sums) < -VOLUME_NOISE * diagonal**3:
+        rule = replace(rule, is_turned=True)
+        sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
+    unit = _core.unit_of_lengths(sum(some.weights for some in sums))
+    run(_round, store, [(tile, unit, rule.n_threads) for tile in tiles])
+    return ArcFacts(
+        rule,
+        unit,
+        _core.unit_of_lengths(sum(some.prices for some in sums)),
+        sum(some.sliver_area for some in sums),
+    )
+
+
+def prices_of(surface: Surface, rule: WeightRule) -> npt.NDArray[np.float64]:
+    """What borders go by where weights are in another unit, as in `segment`."""
+    return creases_of(surface, rule.radius, ridges=0.0)
+
+
+def weighed(
+    store: TileStore, faces: Faces, rule: WeightRule
+) -> tuple[Surface, npt.NDArray[np.float64], FaceGraph]:
+    """The surface of some faces, which are in the order of the input, and weights of its arcs."""
+    mesh = faces.mesh(store)
+    kind = kind_of(mesh)
+    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
+    surface = Surface.of_turned_faces(mesh, graph, rule.is_turned, rule.n_threads)
+    weights = kind.weights(surface, graph, shapes, rule.radius, rule.options)
+    return surface, np.asarray(weights), graph
+
+
+def _centroid(store: TileStore, run: Run) -> tuple[float, float, float]:
+    """The area-weighted mean of all faces; that of the first tile where there is no area."""
+    moments = run(_moment, store, [(tile,) for tile in range(store.n_tiles)])
+    total = store.total_measure
+    x, y, z = (np.sum(moments, axis=0) / total if total else store.read(0, "positions")[0]).tolist()
+    return x, y, z
+
+
+def _moment(store: TileStore, tile: int) -> npt.NDArray[np.float64]:
+    measures, positions = store.read(tile, "measures"), store.read(tile, "positions")
+    moment: npt.NDArray[np.float64] = np.einsum("i,ij->j", measures, positions)
+    return moment
+
+
+def _weigh_tile(
+    store: TileStore,
+    tile: int,
+    others: list[int],
+    rule: WeightRule,
+    origin: tuple[float, float, float],
+) -> _TileSums:
+    own = read_faces(store, tile)
+    faces = Faces.joined([own, *halo_of(store, own, others)])
+    surface, weights, graph = weighed(store, faces, rule)
+    first = store.starts[tile]
+    is_own = (faces.places >= first) & (faces.places < store.starts[tile + 1])
+    at = np.flatnonzero(is_own)
+    at = at[np.argsort(faces.places[at])]  # of each place of the tile
+    offsets, arcs = rows(graph.offsets, at)
+    weights = weights[arcs]
+    _write_arcs(store, tile, offsets, faces.places[graph.neighbors[arcs]])
+    store.write(tile, "weights", weights)
+    prices = 0.0
+    if rule.has_prices:
+        default = prices_of(surface, rule)
+        prices = _core.sum_of(default[arcs], rule.n_threads)
+    mesh = own.mesh(store)
+    return _TileSums(
+        _core.sum_of(weights, rule.n_threads),
+        prices,
+        _has_boundary(own, graph.sides[arcs], offsets),
+        signed_volume(mesh, origin, rule.n_threads),
+        area_of_slivers(mesh, rule.radius, rule.n_threads),
+    )
+
+
+def _round(store: TileStore, tile: int, unit: float, n_threads: int) -> None:
+    store.write(tile, "lengths", _core.round_weights(store.read(tile, "weights"), unit, n_threads))
+
+
+def _write_arcs(
+    store: TileStore, tile: int, offsets: npt.NDArray[np.int64], targets: npt.NDArray[np.int64]
+) -> None:
+    first, n_own = store.starts[tile], store.size(tile)
+    is_own = (targets >= first) & (targets < first + n_own)
+    ghosts = np.unique(targets[~is_own])
+    local = targets - first
+    local[~is_own] = n_own + np.searchsorted(ghosts, targets[~is_own])
+    store.write(tile, "arc_offsets", offsets)
+    store.write(tile, "arc_targets", local.astype(np.int32))
+    store.write(tile, "ghosts", ghosts)
+
+
+def _has_boundary(
+    own: Faces, sides: npt.NDArray[np.integer], offsets: npt.NDArray[np.int64]
+) -> bool:
+    """Whether an edge of these faces, whose arcs leave by these sides, has one face alone."""
+    following = np.arange(1, len(own.corners) + 1)
+    following[own.offsets[1:] - 1] = own.offsets[:-1]
+    is_crossed = np.zeros(len(own.corners), bool)
+    is_crossed[np.repeat(own.offsets[:-1], np.diff(offsets)) + sides] = True
+    open_sides = np.flatnonzero(~is_crossed)
+    is_edge = own.corners[open_sides] != own.corners[following[open_sides]]
+    open_sides = open_sides[is_edge]
+    if not len(open_sides):
+        return False
+    # A face that runs through an edge twice has the arcs at the first of the two sides.
+    face = np.searchsorted(own.offsets, open_sides, side="right") - 1
+    all_sides = rows(own.offsets, np.unique(face))[1]
+    crossed = all_sides[is_crossed[all_sides]]
+    return not _edges(own, following, open_sides) <= _edges(own, following, crossed)
+
+
+def _edges(
+    own: Faces, following: npt.NDArray[np.int64], sides: npt.NDArray[np.int64]
+) -> set[tuple[int, int, int]]:
+    """The faces of some sides, and the lower and the higher vertex of each."""
+    face = np.searchsorted(own.offsets, sides, side="right") - 1
+    ends = np.sort(np.stack([own.corners[sides], own.corners[following[sides]]]), axis=0)
+    return set(zip(face.tolist(), *ends.tolist(), strict=True))

@@ -1,0 +1,58 @@
+"""Tiles of a mesh that is in memory."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from .._validate import checked_threads
+from ..mesh.faces import FaceMesh, corners_in_a_row, face_sizes, measure_faces
+from ..mesh.polygon_mesh import PolygonMesh
+from .faces import rows
+from .scratch import Scratch
+from .store import TileStore, tile_starts
+
+__all__ = ["cut_mesh"]
+
+
+def cut_mesh(
+    mesh: FaceMesh, scratch: Scratch, n_tiles: int, *, weld: bool, n_threads: int | None = None
+) -> TileStore:
+    """Write a mesh as at most so many tiles; what is read from files is cut in the same way."""
+    threads = checked_threads(n_threads)
+    positions, measures = measure_faces(mesh, threads)
+    order = _core.OrderedGraph(
+        _core.PlacedCells(positions, measures, threads),
+        np.zeros(mesh.n_faces + 1, np.int64),
+        np.empty(0, np.int32),
+        np.empty(0, np.float32),
+        threads,
+    ).order()
+    curve = np.array([positions.min(axis=0), positions.max(axis=0)])
+    store = TileStore(
+        scratch,
+        "polygons" if isinstance(mesh, PolygonMesh) else "triangles",
+        tile_starts(mesh.n_faces, n_tiles),
+        mesh.bounds,
+        curve,
+        _core.sum_of(measures, threads),
+    )
+    corners = corners_in_a_row(mesh)
+    if weld:
+        corners = _core.weld_vertices(mesh.vertices, threads)[corners]
+    all_offsets = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
+    for tile in range(store.n_tiles):
+        cells = order[store.starts[tile] : store.starts[tile + 1]]
+        store.write(tile, "cells", cells)
+        store.write(tile, "positions", positions[cells])
+        store.write(tile, "measures", measures[cells])
+        offsets, at = rows(all_offsets, cells)
+        vertex_ids, local = np.unique(corners[at], return_inverse=True)
+        store.write(tile, "vertex_ids", vertex_ids.astype(np.int64))
+        store.write(tile, "vertices", mesh.vertices[vertex_ids])
+        if store.kind == "polygons":
+            store.write(tile, "offsets", offsets)
+            store.write(tile, "corners", local.astype(np.int32))
+        else:
+            store.write(tile, "faces", local.astype(np.int32).reshape(-1, 3))
+    return store

@@ -1,0 +1,235 @@
+"""Arrays on disk, for as long as a run takes: a folder that is removed however the run ends."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..io.atomic import writable_folder
+
+__all__ = [
+    "ArrayFile",
+    "Scratch",
+    "check_room",
+    "header_of",
+    "load_array",
+    "read_all",
+    "save_array",
+    "scratch_folder",
+    "write_all",
+]
+
+MARK = ".superfacets-tiles-"
+"""What the names of scratch folders begin with."""
+
+_FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
+
+LOCK = ".lock"
+"""A file in the folder that the run holds locked: what is not locked was left behind."""
+
+
+@contextlib.contextmanager
+def scratch_folder(parent: Path) -> Iterator[Scratch]:
+    """Make a folder below `parent`, and remove it when the block ends, however that may be.
+
+    Folders that killed runs have left there are removed first.
+
+    Parameters
+    ----------
+    parent : Path
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be made.
+    """
+    writable_folder(parent)
+    _remove_leftovers(parent)
+    folder = parent / f"{MARK}{secrets.token_hex(6)}"
+    try:
+        folder.mkdir()
+        with _held(folder):
+            yield Scratch(folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_room(parent: Path, needed: int) -> None:
+    """Raise an OSError if so many bytes are not free on the disk of a folder."""
+    free = shutil.disk_usage(parent).free
+    if free < needed:
+        raise OSError(
+            errno.ENOSPC,
+            f"the disk has {free / 1e9:.1f} GB free, and about {needed / 1e9:.1f} GB are needed:"
+            " name a scratch folder on another",
+            str(parent),
+        )
+
+
+@contextlib.contextmanager
+def _held(folder: Path) -> Iterator[None]:
+    """Lock the folder, if the system can."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        yield
+        return
+    with (folder / LOCK).open("a") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def _remove_leftovers(parent: Path) -> None:
+    """Remove scratch folders that no run holds; nothing else, whatever its name."""
+    try:
+        import fcntl
+    except ImportError:  # Windows: whether a run holds one cannot be told
+        return
+    for folder in parent.glob(f"{MARK}*"):
+        if not _FOLDER.fullmatch(folder.name) or folder.is_symlink():
+            continue
+        with contextlib.suppress(OSError), (folder / LOCK).open("r") as file:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+class Scratch:
+    """Named arrays in a folder, which several processes write and read.
+
+    An array appears whole or not at all, and to write it again replaces it: a piece of work that
+    was cut short is simply done again.
+
+    Parameters
+    ----------
+    folder : Path
+        Exists.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def save(self, name: str, array: npt.NDArray[Any]) -> None:
+        """Write an array under a name, in which slashes make folders."""
+        path = self._path(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_array(path, array)
+
+    def load(self, name: str, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
+        """Rows of an array, read into memory."""
+        return load_array(self._path(name), begin, end)
+
+    def open(self, name: str) -> ArrayFile:
+        """An array of which several ranges of rows are to be read."""
+        return ArrayFile(self._path(name))
+
+    def new_file(self) -> Path:
+        """The path of a file that is not there yet."""
+        return self.folder / secrets.token_hex(6)
+
+    def has(self, name: str) -> bool:
+        """Whether there is such an array."""
+        return self._path(name).exists()
+
+    def remove(self, name: str) -> None:
+        """Remove an array, or a folder of arrays, to make room on the disk."""
+        folder = self.folder / name
+        if folder.is_dir():
+            shutil.rmtree(folder, ignore_errors=True)
+        else:
+            self._path(name).unlink(missing_ok=True)
+
+    def _path(self, name: str) -> Path:
+        return self.folder / f"{name}.npy"
+
+
+def save_array(path: Path, array: npt.NDArray[Any]) -> None:
+    """Write an array as .npy; the file appears whole or not at all.
+
+    Not `numpy.save`, which does not tell why it failed: on a full disk that has to be known.
+    """
+    partial = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
+    try:
+        with partial.open("wb", buffering=0) as file:
+            write_all(file, header_of(array.dtype, array.shape))
+            write_all(file, np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+        partial.replace(path)
+    except OSError as error:
+        if error.filename is None and error.errno is not None:
+            error.filename = str(path)
+        raise
+    finally:
+        with contextlib.suppress(OSError):  # it was renamed, or never made
+            partial.unlink()
+
+
+def header_of(dtype: np.dtype[Any], shape: tuple[int, ...]) -> bytes:
+    """What a .npy file of such an array begins with."""
+    file = io.BytesIO()
+    facts = {"descr": dtype.str, "fortran_order": False, "shape": shape}
+    np.lib.format.write_array_header_1_0(file, facts)
+    return file.getvalue()
+
+
+def write_all(file: IO[bytes], data: Any) -> None:
+    """Write all bytes to an unbuffered file; a system may take less at a time."""
+    view = memoryview(data)
+    while view:
+        view = view[file.write(view) :]
+
+
+def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
+    """Rows of an array in a .npy file, read into memory, and no more than these."""
+    with ArrayFile(path) as file:
+        return file.rows(begin, file.shape[0] if end is None else end)
+
+
+class ArrayFile:
+    """An array in a .npy file, of which rows are read one range after the other.
+
+    Not a memory map: that would count as memory where the address space is limited.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("rb", buffering=0)
+        version = np.lib.format.read_magic(self._file)
+        assert version == (1, 0)
+        self.shape, _, self.dtype = np.lib.format.read_array_header_1_0(self._file)
+        self._begin = self._file.tell()
+        self._row_size = self.dtype.itemsize * int(np.prod(self.shape[1:], dtype=np.int64))
+
+    def __enter__(self) -> ArrayFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def rows(self, begin: int, end: int) -> npt.NDArray[Any]:
+        """Rows begin to end - 1."""
+        rows = np.empty((end - begin, *self.shape[1:]), self.dtype)
+        if rows.size:
+            self._file.seek(self._begin + begin * self._row_size)
+            read_all(self._file, rows)
+        return rows
+
+
+def read_all(file: Any, array: npt.NDArray[Any]) -> None:
+    """Fill a contiguous array from an unbuffered file; an OSError where that ends before."""
+    data: Any = array.reshape(-1).view(np.uint8)
+    view = memoryview(data)
+    while view:
+        n_bytes = file.readinto(view)
+        if not n_bytes:
+            name = os.fspath(file.name)
+            raise OSError(f"{name}: the file became shorter while it was read")
+        view = view[n_bytes:]

@@ -1,0 +1,272 @@
+"""From a mesh larger than memory to its superfacets: all stages in a row, tile by tile."""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from .. import _core
+from .._options import (
+    INITS,
+    WEIGHTS,
+    CleanupOptions,
+    Init,
+    Islands,
+    LoopOptions,
+    Progress,
+    SizeOptions,
+    WeightName,
+    WeightOptions,
+)
+from .._timing import OnStage, timed
+from .._validate import checked_choice, checked_count, checked_flag
+from ..cells.cell_graph import box_diagonal
+from ..cells.size import size_of_total
+from ..cells.slivers import sliver_note
+from ..clustering.loop import segment_cells
+from ..clustering.plan import Plan
+from ..clustering.segmentation import Segmentation
+from ..errors import SliverWarning
+from ..io.atomic import StrPath, checked_targets
+from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
+from .arcs import WeightRule, find_arcs
+from .band import smooth_tiled
+from .graph import TiledGraph
+from .mapping import OnDone, open_run
+from .opening import TiledSource, open_pieces
+from .scratch import check_room, save_array, scratch_folder
+from .sorting import make_tiles
+from .store import Run, TileStore
+
+__all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
+
+TILE_SIZE = 1 << 19
+"""Faces of a tile. What is done with one takes about 500 bytes a face."""
+
+BYTES_PER_FACE = 250
+"""That the scratch folder takes on the disk."""
+
+
+def segment_tiled(
+    source: TiledSource,
+    n_segments: int | None = None,
+    *,
+    radius: float | None = None,
+    alpha: float | None = None,
+    eta_convex: float | None = None,
+    ridges: float | None = None,
+    weights: WeightName = "creases",
+    init: Init = "geodesic",
+    radius_factor: float | None = None,
+    max_num_iter: int = 50,
+    tol: float = 0.02,
+    islands: Islands = "keep",
+    smooth: bool = True,
+    weld: bool = True,
+    tile_size: int = TILE_SIZE,
+    scratch: StrPath | None = None,
+    out: StrPath | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    n_threads: int | None = None,
+    progress: Progress | None = None,
+    on_stage: OnStage | None = None,
+    on_tile: OnDone | None = None,
+) -> Segmentation:
+    """Label every face of a mesh that need not fit into memory, as `segment` does, face for face.
+
+    The faces are sorted along a space-filling curve on the disk, and cut into tiles. Coarse cells
+    are made tile by tile, the loop runs on the graph of these in memory, and the faces are labeled
+    tile by tile again: paths that leave a tile go on in the next one, until none is left that
+    improves another. Borders are made straight in a mesh of the faces around them.
+
+    Parameters
+    ----------
+    source : path, Mesh, PolygonMesh or (vertices, faces) pair
+        A file; a folder of files, whose meshes share vertices by position; or arrays, which may be
+        memory maps. Faces are numbered through all files of a folder, in the order of their
+        names.
+    n_segments, radius, alpha, eta_convex, ridges, radius_factor
+        As for `segment`.
+    max_num_iter, tol, islands, smooth, weld
+        As for `segment`.
+    weights : {"creases", "superfacets", "stk02"}
+        As for `segment`, by name.
+    init : {"geodesic", "farthest", "flood", "grid"}
+        As for `segment`, by name.
+    tile_size : int, default 524288
+        Faces of a tile; rounded up to a multiple of 4096. The labels do not depend on it.
+    scratch : path, optional
+        Folder with some 250 bytes of room per face; by default that of temporary files. What is
+        written there is removed in the end.
+    out : path, optional
+        A ``.npy`` file for the labels.
+    workers : int, default 1
+        Processes of this machine that work on tiles, with Dask where there are several.
+    scheduler : str, optional
+        Address of a Dask scheduler instead, whose workers see the source and `scratch`.
+    n_threads : int, optional
+        As for `segment`, of this process.
+    progress, on_stage
+        As for `segment`. There is also the stage ``"tiles"``, which reads the source.
+    on_tile : callable, optional
+        Called with the number of tiles done, and of all, in a pass over them.
+
+    Returns
+    -------
+    Segmentation
+        As from `segment`, with ``cells`` None; ``sliver_share`` may differ in its last digits.
+
+    Warns
+    -----
+    SliverWarning, IslandWarning
+        As `segment`.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid, or a file is damaged.
+    OSError
+        If a file cannot be read or written, or the disk has too little room.
+    MissingExtraError
+        If Dask is needed and not installed.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    Notes
+    -----
+    Memory: about 500 bytes per face of a tile, 10 bytes per face of the mesh for the graph of
+    coarse cells, 4 for the labels, and what a mesh of the faces around borders takes. With
+    `radius_factor` a tile comes with all faces within four radii of it. Where regions have less
+    than about a hundred faces the graph of all faces is in memory, 150 bytes a face; so it is if
+    the loop runs on all faces (with `radius_factor`, ``tol=0``, ``max_num_iter`` 0 or 1) and seeds
+    are not ``"farthest"``, with islands kept, or ``"geodesic"``, on a mesh of one component.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from superfacets import sample_mesh, segment
+    >>> mesh = sample_mesh(20_000)
+    >>> tiled = segment_tiled(mesh, 20, tile_size=8192)
+    >>> np.array_equal(tiled.labels, segment(mesh, 20).labels)
+    True
+    """
+    checked_choice(weights, "weights", tuple(WEIGHTS))  # not an array
+    loop = LoopOptions.checked(
+        max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
+    )
+    options = TiledOptions(
+        SizeOptions.checked(n_segments, radius, checked_choice(init, "init", INITS)),
+        init,
+        WeightOptions.checked(weights, alpha, eta_convex, ridges),
+        loop,
+        CleanupOptions.checked(smooth, False, 0.0, islands),
+        checked_flag(weld, "weld"),
+    )
+    place = Place.checked(tile_size, scratch, out, workers, scheduler)
+    with _core.Workspace():  # threads for all that follows
+        return _run(source, options, place, on_tile)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where tiles are kept and worked on, and where the labels go."""
+
+    tile_size: int
+    scratch: Path
+    out: Path | None
+    workers: int
+    scheduler: str | None
+
+    @classmethod
+    def checked(
+        cls, tile_size: int, scratch: StrPath | None, out: StrPath | None, workers: int,
+        scheduler: str | None,
+    ) -> Place:  # fmt: skip
+        """Arguments as for `segment_tiled`."""
+        if out is not None:
+            if Path(out).suffix != ".npy":
+                raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
+            checked_targets([out])
+        return cls(
+            checked_count(tile_size, "tile_size"),
+            Path(tempfile.gettempdir() if scratch is None else scratch).absolute(),
+            None if out is None else Path(out),
+            checked_count(workers, "workers"),
+            scheduler,
+        )
+
+
+def _run(
+    source: TiledSource, options: TiledOptions, place: Place, on_tile: OnDone | None
+) -> Segmentation:
+    """Run all stages; the caller of `segment_tiled` is warned."""
+    timings: dict[str, float] = {}
+    is_remote = place.workers > 1 or place.scheduler is not None
+    # Each thread of a worker has a tile of its own.
+    tile_threads = 1 if is_remote else options.loop.n_threads
+    on_stage = options.loop.on_stage
+    with (
+        scratch_folder(place.scratch) as scratch,
+        open_run(place.workers, place.scheduler, place.scratch, on_tile) as run,
+    ):
+        with timed(timings, "tiles", on_stage):
+            pieces = open_pieces(source, scratch, for_workers=is_remote)
+            check_room(place.scratch, BYTES_PER_FACE * pieces.n_faces)
+            store = make_tiles(
+                pieces,
+                scratch,
+                place.tile_size,
+                welds=options.weld,
+                run=run,
+                n_threads=tile_threads,
+            )
+        result = segment_store(store, options, run, tile_threads, is_remote)
+        if place.out is not None:
+            save_array(place.out, result.labels)
+    return replace(result, timings={**timings, **result.timings})
+
+
+@dataclass(frozen=True)
+class TiledOptions:
+    """The checked options of all stages."""
+
+    size: SizeOptions
+    init: Init
+    weights: WeightOptions
+    loop: LoopOptions
+    cleanup: CleanupOptions
+    weld: bool
+
+
+def segment_store(
+    store: TileStore, options: TiledOptions, run: Run, tile_threads: int, is_parallel: bool
+) -> Segmentation:
+    """Segment the faces of a store, each tile on so many threads."""
+    loop, timings = options.loop, dict[str, float]()
+    diagonal = box_diagonal(store.bounds)
+    size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
+    has_prices = options.cleanup.smooth and options.weights.has_other_unit
+    rule = WeightRule(size.radius, options.weights, False, has_prices, tile_threads)
+    with timed(timings, "weights", loop.on_stage):
+        facts = find_arcs(store, rule, run)
+    share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
+    note = sliver_note(share, sliver_advice(size.radius))
+    if note is not None:
+        warnings.warn(note, SliverWarning, stacklevel=4)
+    plan = Plan(None, size, options.size, options.init)
+    result = segment_cells(
+        TiledGraph(store, run, tile_threads, is_parallel), store.bounds, plan, loop
+    )
+    warn_of_islands(result, 5)
+    if options.cleanup.smooth:
+        with timed(timings, "regions", loop.on_stage):
+            scale = size.radius or diagonal
+            labels = smooth_tiled(store, facts, result.labels, result.centers, scale, run)
+            result = replace(result, labels=labels)
+    params = {"weld": options.weld, **options.weights.params, **result.params}
+    timings = stages_in_order(timings | result.timings)
+    params |= options.cleanup.params
+    return replace(result, sliver_share=share, timings=timings, params=params)

@@ -1,0 +1,155 @@
+"""The command `segment --tiled`."""
+
+import io
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import shapes
+from command_line import COMMAND, files_in
+
+from superfacets import Mesh, read_mesh, sample_mesh, segment, write_mesh
+from superfacets.cli.tiled import TileBar
+
+
+@pytest.fixture
+def bear(tmp_path):
+    path = tmp_path / "bear.ply"
+    write_mesh(path, sample_mesh(20_000))
+    return path
+
+
+def test_labels_are_those_of_segment(run, bear):
+    status, out, err = run("segment", bear, "-n", 40, "--tiled", "--tile-size", 5_000)
+    output = bear.with_name("bear.superfacets.npy")
+    expected = segment(read_mesh(bear), 40)
+    assert (status, err) == (0, "")
+    assert files_in(bear.parent) == ["bear.ply", "bear.superfacets.npy"]
+    assert np.array_equal(np.load(output), expected.labels)
+    first, last = out.splitlines()
+    assert first == f"wrote {output}"
+    facts = f"{expected.n_iter} iterations, {expected.stop_reason}; seconds: tiles "
+    assert last.startswith(f"bear.ply: {len(expected.labels)} faces, 40 regions, {facts}")
+
+
+def test_output_scratch_and_json_are_chosen(run, bear, tmp_path):
+    out, scratch = tmp_path / "results" / "labels.npy", tmp_path / "scratch"
+    out.parent.mkdir()
+    status, printed, err = run(
+        "segment", bear, "-r", 0.05, "--tiled", "-o", out, "--scratch", scratch, "--json",
+        "--no-smooth", "--weights", "superfacets",
+    )  # fmt: skip
+    assert (status, err) == (0, "")
+    expected = segment(read_mesh(bear), radius=0.05, weights="superfacets", smooth=False)
+    facts = json.loads(printed)
+    assert facts["n_segments"] == expected.n_segments
+    assert facts["outputs"] == [str(out)]
+    assert facts["params"]["smooth"] is False
+    assert np.array_equal(np.load(out), expected.labels)
+    assert list(scratch.iterdir()) == []
+
+
+def test_a_folder_of_files_is_one_mesh(run, tmp_path):
+    mesh, folder = shapes.bumpy_sheet(24), tmp_path / "city"
+    folder.mkdir()
+    halves = [mesh.faces[:600], mesh.faces[600:]]
+    for name, faces in zip(["a.ply", "b.obj"], halves, strict=True):
+        used, corners = np.unique(faces, return_inverse=True)
+        write_mesh(folder / name, Mesh(mesh.vertices[used], corners.reshape(-1, 3)))
+    assert run("segment", folder, "-n", 20, "--tiled", "-q", "-o", f"{tmp_path}/out/")[0] == 0
+    labels = np.load(tmp_path / "out" / "city.superfacets.npy")
+    assert np.array_equal(labels, segment(mesh, 20).labels)
+
+
+def test_notes_are_those_of_segment(run, tmp_path):
+    path = tmp_path / "islands.ply"
+    cube = shapes.cube()
+    apart = [Mesh(cube.vertices + [3 * place, 0, 0], cube.faces) for place in range(5)]
+    write_mesh(path, shapes.together(apart))
+    status, _, err = run("segment", path, "-n", 3, "--tiled")
+    assert (status, run("segment", path, "-n", 3)[2]) == (0, err)
+    assert "2 more regions than asked for" in err
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--tile-size", 5], "--tile-size goes with --tiled only"),
+        (["--scratch", "x"], "--scratch goes with --tiled only"),
+        (["--workers", 2], "--workers goes with --tiled only"),
+        (["--scheduler", "tcp://a:1"], "--scheduler goes with --tiled only"),
+        (["--tiled", "--workers", 2, "--scheduler", "tcp://a:1"], "give --scheduler or --workers"),
+        (["--tiled", "--features", "color"], "--features does not go with --tiled"),
+        (["--tiled", "--subdivide"], "--subdivide does not go with --tiled"),
+        (["--tiled", "--min-size", 0.1], "--min-size does not go with --tiled"),
+        (["--tiled", "--relocate"], "--relocate does not go with --tiled"),
+        (["--tiled", "--connect"], "--connect does not go with --tiled"),
+        (["--tiled", "--mask", "m.npy"], "--mask does not go with --tiled"),
+        (["--tiled", "--barriers", "m.npy"], "--barriers does not go with --tiled"),
+        (["--tiled", "-o", "a.ply"], "--tiled writes one .npy of labels"),
+        (["--tiled", "-o", "a.npy", "-o", "b.npy"], "--tiled writes one .npy of labels"),
+        (["--tiled", "--to", "seg"], "--tiled writes one .npy of labels"),
+        (["--tiled", "-o", "-"], "--tiled reads and writes files"),
+    ],
+)
+def test_what_is_not_done_in_tiles_is_refused(run, bear, options, message):
+    status, out, err = run("segment", bear, *options)
+    assert (status, out) == (2, "")
+    assert message in err
+    assert files_in(bear.parent) == ["bear.ply"]
+
+
+def test_a_damaged_file_and_a_scheduler_that_is_not_there_are_one_line(run, bear, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("superfacets.batches.cluster.CONNECT_TIMEOUT", 0.3)
+    status, _, err = run("segment", bear, "--tiled", "--scheduler", "tcp://127.0.0.1:9")
+    assert status == 1
+    assert err.startswith("superfacets: error: no scheduler at tcp://127.0.0.1:9: ")
+    faces = np.array(sample_mesh(20_000).faces)
+    content = bear.read_bytes()
+    bear.write_bytes(content.replace(faces[-1].tobytes(), np.int32([0, 1, 10**9]).tobytes()))
+    status, _, err = run("segment", bear, "--tiled")
+    assert status == 1
+    assert err.startswith(f"superfacets: error: {bear}: faces[{len(faces) - 1}] refers to vertex")
+    assert err.count("\n") == 1
+    assert files_in(bear.parent) == ["bear.ply"]
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_leaves_nothing(large, tmp_path, sent):
+    out = tmp_path / "out.npy"
+    command = [*COMMAND, "segment", str(large), "-o", str(out), "--tiled", "--tile-size", "50000"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not any(tmp_path.glob(".superfacets-tiles-*/tile0/cells.npy")):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    process.send_signal(sent)
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors.strip()) == (130, "superfacets: error: interrupted")
+    assert files_in(tmp_path) == []
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_a_bar_shows_the_stage_and_the_tiles(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with TileBar("bear.ply", is_quiet=False) as bar:
+        bar.on_stage("weights")
+        bar.on_tile(3, 3)
+        bar.on_stage("classify")
+        bar.on_iteration(7, 100)
+        shown = sys.stderr.getvalue()
+    assert "bear.ply: weights 3/3" in shown
+    assert "bear.ply: iterations 7/7" in shown
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with TileBar("bear.ply", is_quiet=True) as bar:
+        bar.on_tile(1, 2)
+    assert sys.stderr.getvalue() == ""

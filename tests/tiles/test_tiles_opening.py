@@ -1,0 +1,194 @@
+"""Meshes of every kind of file, and of folders and arrays, read in pieces."""
+
+import numpy as np
+import pytest
+from shapes import cube, strip, together
+
+import superfacets as sf
+from superfacets import Mesh, MeshError, PolygonMesh
+from superfacets.tiles import opening
+from superfacets.tiles.opening import open_pieces
+from superfacets.tiles.reading import ArrayRows, RecordRows
+from superfacets.tiles.scratch import scratch_folder
+
+
+@pytest.fixture
+def scratch(tmp_path):
+    with scratch_folder(tmp_path / "scratch") as made:
+        yield made
+
+
+def mesh_of(pieces, step=7):
+    """The mesh of pieces, read a few rows at a time."""
+    n_vertices, n_faces = pieces.vertices.n_rows, pieces.n_faces
+    vertices = [pieces.vertices.read(at, min(at + step, n_vertices))
+                for at in range(0, n_vertices, step)]  # fmt: skip
+    parts = [pieces.faces(at, min(at + step, n_faces)) for at in range(0, n_faces, step)]
+    corners = np.concatenate([part.corners for part in parts])
+    points = np.concatenate(vertices).astype(np.float64)
+    if pieces.offsets is None:
+        return Mesh(points, corners.reshape(-1, 3))
+    sizes = np.concatenate([np.diff(part.offsets) for part in parts])
+    return PolygonMesh(points, np.append(0, np.cumsum(sizes)), corners)
+
+
+def check(source, scratch, mesh=None, *, for_workers=True):
+    mesh = sf.read_mesh(source) if mesh is None else mesh
+    found = mesh_of(open_pieces(source, scratch, for_workers=for_workers))
+    assert type(found) is type(mesh)
+    assert np.array_equal(found.vertices, mesh.vertices)
+    if isinstance(mesh, PolygonMesh):
+        assert np.array_equal(found.offsets, mesh.offsets)
+        assert np.array_equal(found.indices, mesh.indices)
+    else:
+        assert np.array_equal(found.faces, mesh.faces)
+
+
+@pytest.fixture
+def bear():
+    return sf.sample_mesh(3_000)
+
+
+@pytest.mark.parametrize("name", ["a.ply", "a.obj", "a.off", "a.glb"])
+def test_files_hold_what_they_hold_in_memory(bear, scratch, tmp_path, name):
+    sf.write_mesh(tmp_path / name, bear)
+    check(tmp_path / name, scratch)
+    check(str(tmp_path / name), scratch)
+
+
+def test_a_ply_of_triangles_is_read_where_it_is(bear, scratch, tmp_path):
+    sf.write_mesh(tmp_path / "a.ply", bear)
+    sf.write_mesh(tmp_path / "text.ply", bear, ascii=True)
+    labels = np.arange(bear.n_faces)
+    sf.write_mesh(tmp_path / "labels.ply", bear, labels=labels)  # with further properties
+    for name in ("a.ply", "labels.ply"):
+        pieces = open_pieces(tmp_path / name, scratch, for_workers=True)
+        assert pieces.corners.path == tmp_path / name
+        check(tmp_path / name, scratch)
+    check(tmp_path / "text.ply", scratch)
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+@pytest.mark.parametrize(("kind", "dtype"), [("float", "f4"), ("double", "f8"), ("short", "i2")])
+def test_numbers_of_a_ply_keep_their_type(scratch, tmp_path, order, kind, dtype):
+    mark = "<" if order == "little" else ">"
+    header = (
+        f"ply\nformat binary_{order}_endian 1.0\nelement vertex 4\nproperty uchar red\n"
+        f"property {kind} x\nproperty {kind} y\nproperty {kind} z\nelement face 2\n"
+        "property list uchar uint vertex_index\nproperty short flag\nend_header\n"
+    )
+    vertices = np.zeros(4, [("red", "u1"), ("at", mark + dtype, (3,))])
+    vertices["at"] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 5]]
+    faces = np.zeros(2, [("n", "u1"), ("corners", mark + "u4", (3,)), ("flag", "i2")])
+    faces["n"], faces["corners"] = 3, [[0, 1, 2], [0, 2, 3]]
+    path = tmp_path / "a.ply"
+    path.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
+    check(path, scratch)
+    assert open_pieces(path, scratch, for_workers=True).vertices.read(0, 4).dtype == dtype
+
+
+def test_polygons_come_from_ply_and_obj(scratch, tmp_path):
+    mesh = PolygonMesh(cube().vertices, [0, 3, 7], [0, 2, 3, 4, 5, 7, 6])
+    for name in ("a.ply", "a.obj", "a.off"):
+        sf.write_mesh(tmp_path / name, mesh)
+        check(tmp_path / name, scratch)
+
+
+def test_an_obj_is_read_in_blocks_of_whole_lines(bear, scratch, tmp_path, monkeypatch):
+    lines = ["# of nobody"]
+    lines += ["v " + " ".join(map(repr, row)) for row in bear.vertices[:500].tolist()]
+    lines += ["f 1/1/1 2/2 \\", "  3", "f -1 -2 -3 -4", "o more", "v 0 0 1", "f -1 1 2"]
+    path = tmp_path / "a.obj"
+    path.write_text("\n".join(lines))
+    for size in (50, 80, 1_000):
+        monkeypatch.setattr(opening, "BLOCK", size)
+        check(path, scratch)
+    lines[300] = "v 1 2"
+    path.write_text("\n".join(lines))
+    with pytest.raises(MeshError) as in_memory:
+        sf.read_mesh(path)
+    with pytest.raises(MeshError, match="line 301: a vertex needs 3 coordinates") as in_pieces:
+        open_pieces(path, scratch, for_workers=True)
+    assert str(in_pieces.value) == str(in_memory.value)
+
+
+def test_a_folder_holds_the_meshes_in_it_by_name(scratch, tmp_path):
+    folder = tmp_path / "city"
+    folder.mkdir()
+    parts = [cube(), strip(5), cube()]
+    for name, part in zip(["a.ply", "b.obj", "c.off"], parts, strict=True):
+        sf.write_mesh(folder / name, part)
+    (folder / "readme.txt").write_text("of tiles")
+    check(folder, scratch, together(parts))
+    sf.write_mesh(folder / "d.obj", PolygonMesh(cube().vertices, [0, 4], [0, 1, 3, 2]))
+    with pytest.raises(MeshError, match="several files has to hold triangles alone"):
+        open_pieces(folder, scratch, for_workers=True)
+
+
+@pytest.mark.parametrize("for_workers", [True, False])
+def test_arrays_and_maps_of_files_are_read_as_they_are(bear, scratch, tmp_path, for_workers):
+    np.save(tmp_path / "v.npy", bear.vertices.astype(np.float32))
+    np.save(tmp_path / "f.npy", bear.faces.astype(np.uint32))
+    maps = [np.load(tmp_path / name, mmap_mode="r") for name in ("v.npy", "f.npy")]
+    rounded = Mesh(bear.vertices.astype(np.float32), bear.faces)
+    for source, mesh in [(tuple(maps), rounded), (bear, bear), ((bear.vertices, bear.faces), bear)]:
+        check(source, scratch, mesh, for_workers=for_workers)
+        kind = RecordRows if for_workers else ArrayRows
+        assert isinstance(open_pieces(source, scratch, for_workers=for_workers).vertices, kind)
+    quads = (cube().vertices, [[0, 2, 3, 1], [4, 5, 7, 6]])
+    check(quads, scratch, PolygonMesh(quads[0], [0, 4, 8], np.ravel(quads[1])))
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "message"),
+    [
+        (np.zeros((3, 2)), [[0, 1, 2]], r"vertices must be numbers of shape \(V, 3\)"),
+        (np.zeros((3, 3)), [[0, 1]], r"faces must be integers of shape \(F, n >= 3\)"),
+        (np.zeros((3, 3)), [[0.5, 1, 2]], r"faces must be integers of shape \(F, n >= 3\)"),
+        (np.zeros((3, 3)), np.zeros((0, 3), int), "the mesh has no faces"),
+    ],
+)
+def test_arrays_of_another_shape_are_refused(scratch, vertices, faces, message):
+    with pytest.raises(MeshError, match=message):
+        open_pieces((vertices, faces), scratch, for_workers=False)
+
+
+def test_files_that_are_not_there_or_hold_nothing_are_named(scratch, tmp_path):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(FileNotFoundError, match=r"no\.ply: no such file"):
+        open_pieces(tmp_path / "no.ply", scratch, for_workers=False)
+    with pytest.raises(FileNotFoundError, match="empty: no file in it ends in"):
+        open_pieces(tmp_path / "empty", scratch, for_workers=False)
+    for text, message in [("v 0 0 0\n", "a.obj: the mesh has no faces"), ("#", "not an OBJ file")]:
+        (tmp_path / "a.obj").write_text(text)
+        with pytest.raises(MeshError, match=message):
+            open_pieces(tmp_path / "a.obj", scratch, for_workers=False)
+    (tmp_path / "a.xyz").write_text("0 0 0\n")
+    with pytest.raises(MeshError, match=r"a\.xyz: expected the ending"):
+        open_pieces(tmp_path / "a.xyz", scratch, for_workers=False)
+
+
+def test_tetrahedra_are_refused(scratch, tmp_path):
+    pytest.importorskip("meshio")
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    sf.write_mesh(tmp_path / "a.vtu", sf.TetMesh(points, [[0, 1, 2, 3]]))
+    with pytest.raises(MeshError, match="tiles are of faces, and this holds tetrahedra"):
+        open_pieces(tmp_path / "a.vtu", scratch, for_workers=False)
+
+
+def test_a_ply_that_is_cut_or_damaged_is_named(bear, scratch, tmp_path):
+    path = tmp_path / "a.ply"
+    sf.write_mesh(path, bear)
+    content = path.read_bytes()
+    path.write_bytes(content[:2_000])
+    with pytest.raises(MeshError, match=r"a\.ply: .* declares .* of element 'vertex'"):
+        open_pieces(path, scratch, for_workers=False)
+    path.write_bytes(content[:-20])
+    with pytest.raises(MeshError, match=r"a\.ply: .* the file ends"):
+        open_pieces(path, scratch, for_workers=False)
+    damaged = bytearray(content)
+    damaged[-13 * 5] = 2  # the number of corners of the fifth face from the end
+    path.write_bytes(damaged)
+    pieces = open_pieces(path, scratch, for_workers=False)
+    with pytest.raises(MeshError, match=rf"faces\[{bear.n_faces - 5}\] has 2 corners"):
+        pieces.faces(0, bear.n_faces)

@@ -1,0 +1,125 @@
+"""Arrays on disk: whole or not there, and removed with the run, whatever ends it."""
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections import namedtuple
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from superfacets.tiles import scratch
+from superfacets.tiles.scratch import check_room, scratch_folder
+
+
+@pytest.fixture
+def folder(tmp_path):
+    with scratch_folder(tmp_path / "scratch") as made:
+        yield made
+
+
+@pytest.mark.parametrize("dtype", ["f8", "f4", "i4", "i8", "u4", "u1"])
+@pytest.mark.parametrize("shape", [(10,), (10, 3), (10, 3, 3), (0, 3)])
+def test_ranges_of_rows_are_those_of_the_array(folder, dtype, shape):
+    array = np.arange(np.prod(shape)).reshape(shape).astype(dtype)
+    folder.save("a/b", array)
+    assert np.array_equal(np.load(folder.folder / "a" / "b.npy"), array)
+    assert np.array_equal(folder.load("a/b"), array)
+    n = len(array)
+    for begin, end in [(0, n // 2), (n // 2, n), (n, n)]:
+        found = folder.load("a/b", begin, end)
+        assert found.dtype == array.dtype
+        assert np.array_equal(found, array[begin:end])
+    with folder.open("a/b") as file:
+        assert file.shape == shape
+
+
+def test_an_array_that_is_written_again_is_replaced_and_one_removed_is_gone(folder):
+    folder.save("a", np.arange(5))
+    folder.save("a", np.arange(3))
+    folder.save("deep/b", np.arange(2))
+    assert folder.load("a").tolist() == [0, 1, 2]
+    folder.remove("a")
+    folder.remove("deep")
+    assert not folder.has("a")
+    assert not folder.has("deep/b")
+    folder.remove("a")
+
+
+def test_a_full_disk_is_told_as_such_and_leaves_nothing(folder, monkeypatch):
+    def full(file, data):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(scratch, "write_all", full)
+    with pytest.raises(OSError, match=r"No space left on device: '.*a\.npy'"):
+        folder.save("a", np.arange(5))
+    assert [path.name for path in folder.folder.iterdir()] == [".lock"]
+
+
+def test_a_file_that_became_shorter_is_an_error(folder):
+    folder.save("a", np.arange(100))
+    path = folder.folder / "a.npy"
+    os.truncate(path, path.stat().st_size - 8)
+    with pytest.raises(OSError, match="the file became shorter while it was read"):
+        folder.load("a")
+
+
+def test_a_folder_is_removed_after_errors_too(tmp_path):
+    class Failure(BaseException):
+        pass
+
+    def fail(error):
+        with scratch_folder(tmp_path) as made:
+            made.save("a", np.arange(5))
+            raise error
+
+    for error in (Failure, KeyboardInterrupt, OSError):
+        with pytest.raises(error):
+            fail(error)
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_too_little_room_is_told_before_any_work(tmp_path, monkeypatch):
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: usage(10**12, 10**12, 3 * 10**9))
+    message = "the disk has 3.0 GB free, and about 5.0 GB are needed: name a scratch folder"
+    with pytest.raises(OSError, match=message):
+        check_room(tmp_path, 5 * 10**9)
+    check_room(tmp_path, 3 * 10**9)
+
+
+SCRIPT = """
+import sys, time
+from pathlib import Path
+import numpy as np
+from superfacets.tiles.scratch import scratch_folder
+with scratch_folder(Path(sys.argv[1])) as made:
+    made.save("a", np.arange(5))
+    print(made.folder, flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no locks there that end with a process")
+def test_what_a_killed_run_left_is_removed_by_the_next_and_nothing_else(tmp_path):
+    others = [".superfacets-tiles-x", ".superfacets-tiles-0123456789abcdef", "mine"]
+    for name in others:
+        (tmp_path / name).mkdir()
+    unlocked = tmp_path / ".superfacets-tiles-0123456789ab"
+    unlocked.mkdir()  # no run has ever held it
+    command = [sys.executable, "-c", SCRIPT, str(tmp_path)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    left = process.stdout.readline().strip()
+    with scratch_folder(tmp_path):
+        assert Path(left).exists()  # that run is still at work
+    process.kill()
+    process.communicate()
+    deadline = time.monotonic() + 10
+    while Path(left).exists() and time.monotonic() < deadline:
+        with scratch_folder(tmp_path):
+            pass
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*others, unlocked.name])

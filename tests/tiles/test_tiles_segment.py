@@ -1,0 +1,335 @@
+"""Labels of tiles are those of the mesh in memory, face for face."""
+
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+from shapes import gears, soup, together
+from tiled_meshes import as_ply, random_polygons
+
+import superfacets as sf
+from superfacets import PAPER, IslandWarning, Mesh, PolygonMesh, SliverWarning, segment_tiled
+from superfacets._options import WeightOptions
+from superfacets.mesh.quarters import split_in_four
+from superfacets.tiles import band
+from superfacets.tiles.arcs import WeightRule, find_arcs
+from superfacets.tiles.cutting import cut_mesh
+from superfacets.tiles.faces import rows
+from superfacets.tiles.scratch import scratch_folder
+from superfacets.tiles.store import run_serially
+
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::superfacets.IslandWarning"),
+    pytest.mark.filterwarnings("ignore::superfacets.SliverWarning"),
+]
+
+
+def check(mesh, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):
+    """Compare the result of tiles with that in memory."""
+    wanted = sf.segment(mesh, n_segments, **options)
+    for tile_size in tile_sizes:
+        found = segment_tiled(mesh, n_segments, tile_size=tile_size, scratch=tmp_path, **options)
+        assert np.array_equal(found.labels, wanted.labels)
+        assert np.array_equal(found.centers, wanted.centers)
+        assert found.params == wanted.params
+        assert found.n_unreached == wanted.n_unreached
+        assert [(level.n_cells, level.n_iter, level.stop_reason) for level in found.levels] == [
+            (level.n_cells, level.n_iter, level.stop_reason) for level in wanted.levels
+        ]
+        assert found.sliver_share == pytest.approx(wanted.sliver_share, rel=1e-12, abs=1e-15)
+    return wanted
+
+
+@pytest.fixture(scope="module")
+def bear():
+    """19,568 faces in an order that says nothing of where they are: 2 tiles and 5."""
+    mesh = sf.sample_mesh(12_000)
+    order = np.random.default_rng(0).permutation(mesh.n_faces)
+    return Mesh(mesh.vertices, mesh.faces[order])
+
+
+@pytest.fixture(scope="module")
+def torn(bear):
+    """The same with many holes, and islands between them."""
+    kept = np.random.default_rng(0).random(bear.n_faces) < 0.93
+    return Mesh(bear.vertices, bear.faces[kept])
+
+
+@pytest.fixture(scope="module")
+def sheet():
+    """A wavy sheet of quads, some of them cut into two triangles."""
+    n = 150
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    vertices = np.stack([x, y, np.sin(0.3 * x) * np.cos(0.2 * y)], axis=-1).reshape(-1, 3)
+    corners = (np.arange(n - 1) + n * np.arange(n - 1)[:, None]).ravel()
+    quads = np.stack([corners, corners + 1, corners + n + 1, corners + n], axis=1)
+    quads = np.random.default_rng(0).permutation(quads).tolist()
+    cut = [[q[:3], [q[0], q[2], q[3]]] if i % 3 == 0 else [q] for i, q in enumerate(quads)]
+    return PolygonMesh.of_faces(vertices, [face for faces in cut for face in faces])
+
+
+def steps(seed):
+    """A sheet of quads with folds both ways, of which some are ridges.
+
+    Whether a fold is one depends on what is around its ends, and on the next folds there.
+    """
+    n = 120
+    x, y = np.meshgrid(np.arange(n), np.arange(n))
+    slopes = np.random.default_rng(seed).choice([-2.0, 0.0, 2.0], (2, n))
+    heights = np.cumsum(slopes, axis=1)
+    vertices = np.stack([x, y, heights[0][x] + heights[1][y]], axis=-1).reshape(-1, 3)
+    corners = (np.arange(n - 1) + n * np.arange(n - 1)[:, None]).ravel()
+    return PolygonMesh.of_faces(
+        vertices, np.stack([corners, corners + 1, corners + n + 1, corners + n], axis=1)
+    )
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"smooth": False},
+        {},
+        {"weights": "superfacets"},
+        {"weights": "stk02", "smooth": False},
+        {"alpha": 5.0, "eta_convex": 0.5, "ridges": 1.0},
+        {"init": "farthest", "islands": "nearest"},
+        {"init": "grid"},
+        {"max_num_iter": 3},
+    ],
+    ids=str,
+)
+def test_loops_on_coarse_cells(bear, tmp_path, options):
+    wanted = check(bear, 12, tmp_path, **options)
+    assert len(wanted.levels) > 1
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {**PAPER},
+        {**PAPER, "islands": "nearest"},
+        {"tol": 0.0, "max_num_iter": 6},
+        {"tol": 0.0, "init": "farthest", "max_num_iter": 3},
+        {"max_num_iter": 0},
+        {"radius_factor": 1.2, "max_num_iter": 2},
+        {"tol": 0.0, "init": "flood", "max_num_iter": 1},
+    ],
+    ids=str,
+)
+def test_loops_on_all_faces(bear, tmp_path, options):
+    wanted = check(bear, 12, tmp_path, tile_sizes=(4096,), **options)
+    assert len(wanted.levels) == 1
+
+
+def test_small_regions(bear, tmp_path):
+    check(bear, 1_000, tmp_path, tile_sizes=(4096,))
+
+
+def test_a_radius(bear, tmp_path):
+    check(bear, None, tmp_path, radius=0.2)
+
+
+def test_64_tiles(tmp_path):
+    mesh = sf.sample_mesh(400_000)
+    wanted = check(mesh, 150, tmp_path, tile_sizes=(-(-mesh.n_faces // 64 // 4096) * 4096,))
+    assert len(wanted.levels) == 3
+
+
+@pytest.mark.parametrize("islands", ["keep", "nearest"])
+def test_holes_and_islands(torn, tmp_path, islands):
+    wanted = check(torn, 12, tmp_path, islands=islands)
+    assert wanted.n_unreached > 0
+
+
+@pytest.mark.parametrize("options", [{**PAPER}, {"tol": 0.0, "max_num_iter": 2}], ids=str)
+def test_islands_of_loops_on_all_faces(torn, tmp_path, options):
+    wanted = check(torn, 12, tmp_path, tile_sizes=(4096,), **options)
+    assert wanted.n_unreached > 0
+
+
+@pytest.mark.parametrize("islands", ["keep", "nearest"])
+def test_several_components(bear, tmp_path, islands):
+    check(together([bear, gears()]), 20, tmp_path, tile_sizes=(4096,), islands=islands)
+
+
+def test_edges_of_many_faces(bear, tmp_path):
+    extra = bear.faces[::40].copy()
+    extra[:, 2] = bear.faces[5, 0]
+    mesh = Mesh(bear.vertices, np.concatenate([bear.faces, extra, bear.faces[::50]]))
+    check(mesh, 12, tmp_path)
+
+
+def test_normals_inwards(bear, tmp_path):
+    check(Mesh(bear.vertices, bear.faces[:, ::-1]), 12, tmp_path, weights="superfacets")
+
+
+def test_normals_that_disagree(bear, tmp_path):
+    faces = bear.faces.copy()
+    faces[::3] = faces[::3, ::-1]
+    check(Mesh(bear.vertices, faces), 12, tmp_path)
+
+
+def test_faces_without_area(bear, tmp_path):
+    faces = bear.faces.copy()
+    faces[::37, 2] = faces[::37, 1]
+    faces[5::91] = faces[5::91, :1]
+    check(Mesh(bear.vertices, faces), 12, tmp_path, tile_sizes=(4096,))
+    check(Mesh(bear.vertices, faces), 12, tmp_path, tile_sizes=(4096,), tol=0.0, max_num_iter=2)
+
+
+def test_a_closed_mesh_with_a_face_that_runs_twice_through_an_edge(bear, tmp_path):
+    faces = bear.faces[:, ::-1].copy()
+    flap = [[faces[0, 0], faces[0, 1], faces[0, 0]]]
+    mesh = Mesh(bear.vertices, np.concatenate([faces, flap]))
+    check(mesh, 12, tmp_path, weights="superfacets")
+
+
+def test_soup(bear, tmp_path):
+    check(soup(bear), 12, tmp_path, tile_sizes=(4096,))
+
+
+def test_soup_that_is_not_welded(bear, tmp_path):
+    mesh = soup(Mesh(bear.vertices, bear.faces[:6_000]))
+    check(mesh, 12, tmp_path, tile_sizes=(4096,), weld=False)
+
+
+def test_ridges_of_parts(tmp_path):
+    check(sf.subdivide(gears(2), max_edge=0.1).mesh, 20, tmp_path, tile_sizes=(4096,))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_ridges_that_depend_on_faces_two_steps_away(tmp_path, seed):
+    mesh = steps(seed)
+    graph = sf.build_face_graph(mesh)
+    wanted = sf.crease_weights(mesh, graph, 5.0, ridges=1.0)
+    assert not np.array_equal(wanted, sf.crease_weights(mesh, graph, 5.0, ridges=0.0))
+    rule = WeightRule(5.0, WeightOptions.checked("creases", None, None, 1.0), False, False, 1)
+    with scratch_folder(tmp_path) as scratch:
+        store = cut_mesh(mesh, scratch, 4, weld=True)
+        find_arcs(store, rule, run_serially)
+        for tile in range(store.n_tiles):
+            _, at = rows(graph.offsets, store.read(tile, "cells"))
+            assert np.array_equal(store.read(tile, "weights"), wanted[at])
+
+
+def test_ridges_of_polygons(tmp_path):
+    check(steps(1), 40, tmp_path, tile_sizes=(4096,), ridges=1.0)
+
+
+@pytest.mark.parametrize("options", [{}, {"weights": "stk02"}, {**PAPER}], ids=str)
+def test_polygons(sheet, tmp_path, options):
+    check(sheet, 15, tmp_path, tile_sizes=(4096,), **options)
+
+
+def test_polygons_with_holes(sheet, tmp_path):
+    kept = np.flatnonzero(np.random.default_rng(0).random(sheet.n_faces) < 0.9)
+    offsets, at = rows(sheet.offsets, kept)
+    check(PolygonMesh(sheet.vertices, offsets, sheet.indices[at]), 15, tmp_path, islands="nearest")
+
+
+def test_polygons_that_touch_little(tmp_path):
+    check(random_polygons(9_000), 20, tmp_path, tile_sizes=(4096,))
+
+
+def test_meshes_of_the_data_folder(data_dir, tmp_path):
+    for name in ("fandisk.obj", "bunny.ply"):
+        check(sf.read_mesh(data_dir / "meshes" / name), 50, tmp_path)
+
+
+def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
+    grown = []
+    grow = band.Band.grow
+    monkeypatch.setattr(band, "RINGS", 1)
+    monkeypatch.setattr(band.Band, "grow", lambda self, at: grown.append(len(at)) or grow(self, at))
+    check(bear, 12, tmp_path, tile_sizes=(4096,))
+    assert len(grown) > 1
+
+
+def test_labels_are_written(bear, tmp_path):
+    result = segment_tiled(bear, 12, tile_size=4096, scratch=tmp_path, out=tmp_path / "labels.npy")
+    assert np.array_equal(np.load(tmp_path / "labels.npy"), result.labels)
+    assert [path.name for path in tmp_path.iterdir()] == ["labels.npy"]  # nothing is left
+
+
+def test_stages_and_tiles_are_told(bear, tmp_path):
+    stages, tiles, moves = [], [], []
+    result = segment_tiled(
+        bear,
+        12,
+        tile_size=4096,
+        scratch=tmp_path,
+        on_stage=stages.append,
+        on_tile=lambda n_done, n: tiles.append((n_done, n)),
+        progress=lambda *move: moves.append(move),
+    )
+    assert stages == ["tiles", "weights", "coarsen", "seeding", "classify", "regions"]
+    assert list(result.timings) == ["tiles", *stages[1:5], "update", "regions"]
+    assert (5, 5) in tiles
+    assert len(moves) == sum(level.n_iter for level in result.levels[:-1])
+
+
+def test_warnings_name_the_caller(torn, tmp_path):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        segment_tiled(torn, 12, tile_size=4096, scratch=tmp_path)
+        long = Mesh(torn.vertices * [1.0, 1e3, 1.0], torn.faces)
+        segment_tiled(long, 12, tile_size=4096, scratch=tmp_path)
+    assert {IslandWarning, SliverWarning} <= {warning.category for warning in caught}
+    assert {warning.filename for warning in caught} == {__file__}
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"init": [1, 2]}, ValueError, "init must be one of"),
+        ({"weights": [1.0]}, ValueError, "weights must be one of"),
+        ({"out": "labels.txt"}, ValueError, r"out must end in \.npy, got 'labels\.txt'"),
+        ({"tile_size": 0}, ValueError, "tile_size"),
+        ({"workers": 0}, ValueError, "workers"),
+        ({"weld": 1}, TypeError, "weld"),
+        ({"radius_factor": -1.0}, ValueError, "radius_factor"),
+    ],
+    ids=str,
+)
+def test_wrong_arguments_are_found_before_the_mesh_is_read(options, error, message):
+    with pytest.raises(error, match=message):
+        segment_tiled("no such file", 12, **options)
+
+
+def test_a_folder_that_is_not_there(bear, tmp_path):
+    with pytest.raises(OSError, match="nowhere"):
+        segment_tiled(bear, 12, out=tmp_path / "nowhere" / "labels.npy")
+
+
+LIMITED = """
+import resource, sys
+import superfacets
+path, folder, room = sys.argv[1], sys.argv[2], int(sys.argv[3])
+mesh = superfacets.sample_mesh(3_000)
+superfacets.segment(mesh, 5)
+superfacets.segment_tiled(mesh, 5, scratch=folder, n_threads=1)  # all that is imported
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (used + room, used + room))
+if sys.argv[4] == "tiled":
+    labels = superfacets.segment_tiled(
+        path, 20, tile_size=1 << 14, scratch=folder, out=sys.argv[5], n_threads=1
+    )
+else:
+    superfacets.segment(path, 20, n_threads=1)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a limit of the address space")
+def test_tiles_need_less_memory(tmp_path):
+    mesh = sf.sample_mesh(400_000)
+    mesh = Mesh(*split_in_four(mesh.vertices, mesh.faces))
+    path, room = as_ply(tmp_path, mesh), 96 << 20
+    wanted = sf.segment(mesh, 20).labels
+    run = [sys.executable, "-c", LIMITED, path, tmp_path, str(room)]
+    out = tmp_path / "labels.npy"
+    subprocess.run([*run, "tiled", out], check=True, timeout=300)
+    assert np.array_equal(np.load(out), wanted)
+    whole = subprocess.run([*run, "whole"], check=False, timeout=300, capture_output=True)
+    assert b"MemoryError" in whole.stderr
