@@ -87,6 +87,7 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--tiled", "--subdivide"], "--subdivide does not go with --tiled"),
         (["--tiled", "--min-size", 0.1], "--min-size does not go with --tiled"),
         (["--tiled", "--relocate"], "--relocate does not go with --tiled"),
+        (["--tiled", "--parts"], "--relocate does not go with --tiled"),
         (["--tiled", "--connect"], "--connect does not go with --tiled"),
         (["--tiled", "--mask", "m.npy"], "--mask does not go with --tiled"),
         (["--tiled", "--barriers", "m.npy"], "--barriers does not go with --tiled"),

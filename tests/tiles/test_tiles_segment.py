@@ -285,6 +285,7 @@ def test_warnings_name_the_caller(torn, tmp_path):
     [
         ({"init": [1, 2]}, ValueError, "init must be one of"),
         ({"weights": [1.0]}, ValueError, "weights must be one of"),
+        ({"weights": "parts"}, ValueError, "weights must be one of"),
         ({"out": "labels.txt"}, ValueError, r"out must end in \.npy, got 'labels\.txt'"),
         ({"tile_size": 0}, ValueError, "tile_size"),
         ({"workers": 0}, ValueError, "workers"),

@@ -49,6 +49,10 @@ BYTES_PER_FACE = 250
 """That the scratch folder takes on the disk."""
 
 
+_WEIGHTS = tuple(name for name in WEIGHTS if name != "parts")
+"""Those of parts take rays through the whole mesh."""
+
+
 def segment_tiled(
     source: TiledSource,
     n_segments: int | None = None,
@@ -153,7 +157,7 @@ def segment_tiled(
     >>> np.array_equal(tiled.labels, segment(mesh, 20).labels)
     True
     """
-    checked_choice(weights, "weights", tuple(WEIGHTS))  # not an array
+    checked_choice(weights, "weights", _WEIGHTS)  # not an array
     loop = LoopOptions.checked(
         max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
     )
