@@ -205,7 +205,7 @@ class Subspace {
 
   // Rows become those combinations that are orthonormal by the masses and diagonalize the other
   // matrix, in the order of their values.
-  void take_ritz_vectors(Square masses, Square energies) {
+  void take_ritz_vectors(Square masses, const Square& energies) {
     Square basis = diagonalize(masses);
     double largest = 0.0;
     for (std::size_t i = 0; i < width_; ++i) largest = std::max(largest, masses(i, i));

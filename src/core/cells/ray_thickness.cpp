@@ -110,8 +110,8 @@ struct Target {
     const double v = sign * dot(ray.along, q);
     if (v < -kEdge * size || u + v > (1.0 + kEdge) * size) return;
     const double distance = sign * dot(second, q) / size;
-    if (!(distance > least && distance < best.distance)) return;
-    best = {distance, (determinant < 0.0) != inside_out};
+    const bool is_nearer = distance > least && distance < best.distance;
+    if (is_nearer) best = {distance, (determinant < 0.0) != inside_out};
   }
 };
 

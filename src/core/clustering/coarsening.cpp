@@ -9,7 +9,10 @@
 namespace superfacets {
 
 // The coarse cells of a range.
-struct CoarseGraph::Part : RangeCells, RangeArcs {};
+struct CoarseGraph::Part {
+  RangeCells cells;
+  RangeArcs leaving;
+};
 
 CoarseGraph::CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& team)
     : fine_(fine), local_(fine.n_cells()) {
@@ -39,8 +42,7 @@ std::vector<CoarseGraph::Part> CoarseGraph::divide(Place cell_size, Buffer<float
       local_[place] = static_cast<LocalCell>(cell);
       lengths[place] = length;
     };
-    static_cast<RangeCells&>(parts[range]) =
-        divide_range(fine_, *growers[thread], begin, end, write);
+    parts[range].cells = divide_range(fine_, *growers[thread], begin, end, write);
   });
   return parts;
 }
@@ -48,19 +50,20 @@ std::vector<CoarseGraph::Part> CoarseGraph::divide(Place cell_size, Buffer<float
 void CoarseGraph::number(std::span<const Part> parts) {
   for (const Part& part : parts) {
     first_cells_.push_back(static_cast<Cell>(centers_.size()));
-    centers_.insert(centers_.end(), part.centers.begin(), part.centers.end());
+    centers_.insert(centers_.end(), part.cells.centers.begin(), part.cells.centers.end());
   }
 }
 
 void CoarseGraph::connect(std::int64_t range, std::span<const float> lengths, Part& part) const {
   const auto coarse_of = [this](Place place) { return this->coarse_of(place); };
-  static_cast<RangeArcs&>(part) = connect_range(
-      fine_, places(range), {first_cells_[range], part.centers.size()}, coarse_of, lengths);
+  part.leaving = connect_range(
+      fine_, places(range), {first_cells_[range], part.cells.centers.size()}, coarse_of, lengths);
 }
 
 OrderedGraph CoarseGraph::joined(std::span<const Part> parts, ThreadTeam& team) const {
   std::vector<std::int64_t> first_arcs{0};
-  for (const Part& part : parts) first_arcs.push_back(first_arcs.back() + std::ssize(part.arcs));
+  for (const Part& part : parts)
+    first_arcs.push_back(first_arcs.back() + std::ssize(part.leaving.arcs));
   Buffer<Point> positions(centers_.size());
   Buffer<double> measures(centers_.size());
   Buffer<std::int64_t> offsets(centers_.size() + 1);
@@ -68,12 +71,12 @@ OrderedGraph CoarseGraph::joined(std::span<const Part> parts, ThreadTeam& team) 
   offsets[0] = 0;
   team.for_each(std::ssize(parts), [&](std::int64_t range, int) {
     const Part& part = parts[range];
-    std::copy(part.arcs.begin(), part.arcs.end(), arcs.begin() + first_arcs[range]);
-    for (std::size_t i = 0; i < part.centers.size(); ++i) {
+    std::copy(part.leaving.arcs.begin(), part.leaving.arcs.end(), arcs.begin() + first_arcs[range]);
+    for (std::size_t i = 0; i < part.cells.centers.size(); ++i) {
       const Cell cell = first_cells_[range] + static_cast<Cell>(i);
-      positions[cell] = part.sums[i].mean();
-      measures[cell] = part.sums[i].measure;
-      offsets[cell + 1] = first_arcs[range] + part.ends[i];
+      positions[cell] = part.cells.sums[i].mean();
+      measures[cell] = part.cells.sums[i].measure;
+      offsets[cell + 1] = first_arcs[range] + part.leaving.ends[i];
     }
   });
   PlacedCells cells(std::move(positions), std::move(measures), team);
