@@ -116,10 +116,14 @@ class ThreadTeam {
 
   // One number says that there is a loop, and for how many helpers: those that are left out look at
   // nothing else, so that the next loop can be prepared at any time.
+  //
+  // notify_all looks for sleepers before it wakes them. The store must be seen before that look,
+  // which no weaker order than seq_cst promises: a helper that falls asleep in between would never
+  // be woken.
   void start_helpers(std::uint32_t n_active) {
     const std::uint32_t last = generation_.load(std::memory_order_relaxed);
     generation_.store(((last / kGeneration + 1) * kGeneration) | n_active,
-                      std::memory_order_release);
+                      std::memory_order_seq_cst);
     generation_.notify_all();
   }
 
@@ -130,7 +134,7 @@ class ThreadTeam {
       if (n_active == kClosing) return;
       if (std::cmp_greater(helper, n_active)) continue;
       take_tasks(helper);
-      if (n_busy_.fetch_sub(1, std::memory_order_acq_rel) == 1) n_busy_.notify_one();
+      if (n_busy_.fetch_sub(1, std::memory_order_seq_cst) == 1) n_busy_.notify_one();
     }
   }
 
