@@ -1,5 +1,6 @@
 """Labels of tiles are those of the mesh in memory, face for face."""
 
+import os
 import subprocess
 import sys
 import warnings
@@ -323,6 +324,7 @@ else:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a limit of the address space")
+@pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer needs more")
 def test_tiles_need_less_memory(tmp_path):
     mesh = sf.sample_mesh(400_000)
     mesh = Mesh(*split_in_four(mesh.vertices, mesh.faces))
