@@ -114,7 +114,7 @@ def checked_mesh(
     triangles = exact_array(corners, np.int32) if is_ours else owned_indices(corners)
     place, box = _checked_corners(points, triangles.ravel())
     if place is not None:
-        _raise_index_error(place // 3, corners.ravel()[place], len(points))
+        raise_index_error(place // 3, corners.ravel()[place], len(points))
     return points, triangles, box
 
 
@@ -133,7 +133,7 @@ def checked_polygons(
     place, box = _checked_corners(points, corners)
     if place is not None:
         face = int(np.searchsorted(starts, place, side="right")) - 1
-        _raise_index_error(face, given[place], len(points))
+        raise_index_error(face, given[place], len(points))
     return points, starts, corners, box
 
 
@@ -225,7 +225,7 @@ def _checked_corners(
     box = np.array(bounds)
     if not is_in_range:
         return int(np.argmax((corners < 0) | (corners >= len(points)))), box
-    _check_extent(*box)
+    check_extent(*box)
     return None, box
 
 
@@ -257,13 +257,14 @@ def _corner_array(faces: Any) -> npt.NDArray[Any]:
     return array
 
 
-def _raise_index_error(face: int, vertex: int, n_vertices: int) -> None:
+def raise_index_error(face: int, vertex: int, n_vertices: int) -> None:
+    """Raise the MeshError for a corner that is no vertex of the mesh."""
     raise MeshError(
         f"faces[{face}] refers to vertex {vertex} but the mesh has {n_vertices} vertices"
     )
 
 
-def _check_extent(
+def check_extent(
     low: npt.NDArray[np.float64],
     high: npt.NDArray[np.float64],
     what: str = "faces lie",
@@ -312,13 +313,13 @@ def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
     if not np.array_equal(*box):  # what needs a size, asks for it: `check_spread`
-        _check_extent(box[0], box[1], "points lie", "cloud")
+        check_extent(box[0], box[1], "points lie", "cloud")
     return array, box
 
 
 def check_spread(bounds: npt.NDArray[np.float64]) -> None:
     """Raise a MeshError if all points of a cloud lie at one place."""
-    _check_extent(bounds[0], bounds[1], "points lie", "cloud")
+    check_extent(bounds[0], bounds[1], "points lie", "cloud")
 
 
 def checked_queries(points: Any) -> npt.NDArray[np.float64]:

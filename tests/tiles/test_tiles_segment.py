@@ -132,6 +132,21 @@ def test_a_radius(bear, tmp_path):
     check(bear, None, tmp_path, radius=0.2)
 
 
+@pytest.mark.parametrize("options", [{}, {"tol": 0.0, "max_num_iter": 2}], ids=str)
+@pytest.mark.parametrize(("tile_size", "n_tiles"), [(1 << 14, 2), (4096, 7)])
+def test_2_and_7_tiles(bear, tmp_path, tile_size, n_tiles, options):
+    mesh = together([bear, Mesh(bear.vertices[:, [1, 0, 2]] + 3.0, bear.faces[:8_000])])
+    wanted = sf.segment(mesh, 20, **options)
+    passes = set()
+    found = segment_tiled(
+        mesh, 20, tile_size=tile_size, scratch=tmp_path,
+        on_tile=lambda _, n: passes.add(n), **options,
+    )  # fmt: skip
+    assert n_tiles in passes
+    assert np.array_equal(found.labels, wanted.labels)
+    assert np.array_equal(found.centers, wanted.centers)
+
+
 def test_64_tiles(tmp_path):
     mesh = sf.sample_mesh(400_000)
     wanted = check(mesh, 150, tmp_path, tile_sizes=(-(-mesh.n_faces // 64 // 4096) * 4096,))

@@ -69,9 +69,11 @@ def check_room(parent: Path, needed: int) -> None:
     """Raise an OSError if so many bytes are not free on the disk of a folder."""
     free = shutil.disk_usage(parent).free
     if free < needed:
+        unit, name = (1e9, "GB") if needed >= 1e9 else (1e6, "MB")
         raise OSError(
             errno.ENOSPC,
-            f"the disk has {free / 1e9:.1f} GB free, and about {needed / 1e9:.1f} GB are needed:"
+            f"the disk has {free / unit:.1f} {name} free,"
+            f" and about {needed / unit:.1f} {name} are needed:"
             " name a scratch folder on another",
             str(parent),
         )

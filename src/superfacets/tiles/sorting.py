@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import MAX_CELLS, _check_extent, _raise_index_error
+from .._validate import MAX_CELLS, check_extent, raise_index_error
 from ..errors import MeshError
 from ..io.readers.text import runs
 from .mapping import run_all
@@ -74,7 +74,7 @@ class _Chunks:
         corners, n_vertices = faces.corners, self.pieces.vertices.n_rows
         if corners.min() < 0 or corners.max() >= n_vertices:
             place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
-            _raise_index_error(begin + faces.face_of(place), int(corners[place]), n_vertices)
+            raise_index_error(begin + faces.face_of(place), int(corners[place]), n_vertices)
         if self.lowest is not None:
             corners = take_rows(self.lowest, corners, self.most)
         return Faces(corners, faces.offsets), take_rows(self.pieces.vertices, corners, self.most)
@@ -138,7 +138,7 @@ def _summed_up(found: list[_Measured]) -> _Facts:
     for partial in np.concatenate([part.areas for part in found]).tolist():
         areas += partial
     bounds = _joined_boxes([part.bounds for part in found])
-    _check_extent(*bounds)
+    check_extent(*bounds)
     return _Facts(bounds, _joined_boxes([part.curve for part in found]), areas)
 
 
