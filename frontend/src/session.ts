@@ -58,6 +58,7 @@ export class Session {
   private segmentation: AbortController | null = null;
   private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
   private lastSeconds = 0;
+  private steps: Promise<void> = Promise.resolve(); // undo and redo
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
@@ -160,8 +161,16 @@ export class Session {
     return this.step("redo", "Nothing to redo.");
   }
 
-  private async step(what: "undo" | "redo", nothing: string): Promise<void> {
-    await this.saver.flush();
+  /** One after the other: answers that overtake each other would leave wrong classes. */
+  private step(what: "undo" | "redo", nothing: string): Promise<void> {
+    this.steps = this.steps.then(() => this.stepNow(what, nothing));
+    return this.steps;
+  }
+
+  private async stepNow(what: "undo" | "redo", nothing: string): Promise<void> {
+    const { saver } = this;
+    await saver.flush();
+    saver.hold();
     try {
       const reply = await this.post<UndoReply>(what);
       await this.takeUndo(reply);
@@ -169,6 +178,8 @@ export class Session {
     } catch (error) {
       if (error instanceof ServerError && error.status === 409) this.events.emit("message", nothing);
       else this.report(error);
+    } finally {
+      saver.release();
     }
   }
 
@@ -178,6 +189,10 @@ export class Session {
     const ids = uint16FromBase64(reply.classes);
     cells.forEach((cell, i) => this.classes.set(cell, ids[i]));
     this.events.emit("cells", cells);
+    for (const stroke of this.saver.strokes) {
+      this.show(stroke.cells, stroke.class);
+      this.events.emit("cells", stroke.cells);
+    }
     if (reply.kind !== "paint") await this.reload();
     this.take({ seq, progress, can_undo, can_redo, parameters });
   }

@@ -85,6 +85,7 @@ def test_drag_shift_and_ctrl_paint_erase_and_pick(studio):
     assert set(tab.classes()[labels == third]) == {2}
     tab.press("Control+z", "Control+z", "Control+z")
     tab.until("document.querySelector('#undo').disabled")
+    assert not tab.classes().any()
     assert not server.classes().any()
 
 
