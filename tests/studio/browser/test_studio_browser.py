@@ -184,8 +184,8 @@ def test_lasso_and_brush_paint_what_is_seen(studio):
     region, x, y = tab.spots(1)[0]
     box = tab.locator("#canvas").bounding_box()
     tab.press("l", "1")
-    corners = [(2, 2), (box["width"] - 2, 2), (box["width"] - 2, box["height"] - 2), (2, box["height"] - 2)]
-    tab.drag(*corners)
+    right, bottom = box["width"] - 2, box["height"] - 2
+    tab.drag((2, 2), (right, 2), (right, bottom), (2, bottom))
     tab.wait_for_status("regions: ")
     painted = set(tab.labels()[tab.classes() == 1])
     assert region in painted
