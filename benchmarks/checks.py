@@ -101,10 +101,10 @@ def check_labels(
 
 def _check_one_thread(arrays: Arrays, result: sf.Segmentation) -> None:
     names = (
-        "n_segments", "weights", "alpha", "eta_convex", "init", "tol", "max_num_iter",
-        "radius_factor", "smooth",
+        "n_segments", "weights", "alpha", "eta_convex", "ridges", "init", "tol", "max_num_iter",
+        "radius_factor", "relocate", "smooth",
     )  # fmt: skip
-    params = {name: result.params[name] for name in names}
+    params = {name: result.params[name] for name in names if name in result.params}
     alone = sf.segment(arrays, **params, n_threads=1)
     require(np.array_equal(alone.labels, result.labels), "one thread gives other labels")
 

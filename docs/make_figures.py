@@ -7,7 +7,7 @@ import numpy as np
 from gallery_meshes import flange
 
 import superfacets as sf
-from superfacets.view.gl import quiet_vtk
+from superfacets.pictures.gl import quiet_vtk
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (860, 688)
@@ -37,6 +37,17 @@ def main() -> None:
     draw(mesh, "stage5-regions", final.labels)
     sf.render(mesh, final.labels, output=IMAGES / "bear.png", size=(1080, 810))
     draw_slivers("howto-slivers")
+    draw_plots(mesh, final.labels)
+
+
+def draw_plots(mesh, labels):
+    """Write two labelings side by side, and regions colored by their area."""
+    coarse = sf.segment(mesh, 30).labels
+    titles = ["150 regions", "30 regions"]
+    style = {"size": (400, 440), "output": IMAGES / "howto-compare.png"}
+    sf.plot(mesh, labels, compare=[coarse], titles=titles, **style)
+    style = {"size": (480, 440), "output": IMAGES / "howto-values.png"}
+    sf.plot(mesh, labels, color_by="area", **style)
 
 
 def draw(mesh, name, labels=None, colors=None):

@@ -21,8 +21,8 @@ from superfacets import (
 )
 from superfacets.cells.constraints import ConstraintOptions
 from superfacets.cells.kinds import as_surface
+from superfacets.cells.region_adjacency import region_graph_of
 from superfacets.regions.edit import BorderCosts
-from superfacets.regions.region_graph import region_graph_of
 from superfacets.regions.smooth import straighten
 
 

@@ -23,8 +23,7 @@ PYTHON_LAYERS = [
     "io.readers",
     "adapters",
     "cells",
-    "regions.region_graph",  # of cells and labels alone: the result of the clustering offers it
-    "view",  # of cells and labels alone: the result of the clustering shows itself
+    "pictures",  # of cells and labels alone: the result of the clustering shows itself
     "clustering",
     "regions",
     "metrics",
@@ -128,10 +127,10 @@ def test_includes_point_down(path):
 def test_an_import_against_the_order_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr("test_layering.PACKAGE", tmp_path)
     (tmp_path / "mesh").mkdir()
-    (tmp_path / "view").mkdir()
-    (tmp_path / "mesh" / "wrong.py").write_text("def f():\n    from ..view import colors\n")
-    (tmp_path / "view" / "colors.py").write_text("")
-    with pytest.raises(AssertionError, match=r"view\.colors"):
+    (tmp_path / "pictures").mkdir()
+    (tmp_path / "mesh" / "wrong.py").write_text("def f():\n    from ..pictures import colors\n")
+    (tmp_path / "pictures" / "colors.py").write_text("")
+    with pytest.raises(AssertionError, match=r"pictures\.colors"):
         test_imports_point_down(tmp_path / "mesh" / "wrong.py")
 
 
@@ -143,6 +142,12 @@ def test_an_include_against_the_order_is_found(tmp_path, monkeypatch):
     (tmp_path / "cells" / "arcs.hpp").write_text("")
     with pytest.raises(AssertionError, match=r"cells/arcs\.hpp"):
         test_includes_point_down(tmp_path / "mesh" / "wrong.cpp")
+
+
+def test_no_public_function_has_the_name_of_its_module():
+    from superfacets import _LAZY_NAMES
+
+    assert not [name for name, module in _LAZY_NAMES.items() if module.split(".")[-1] == name]
 
 
 def test_no_module_imports_itself_in_a_circle():

@@ -10,6 +10,7 @@ import shapes
 import superfacets
 from superfacets import (
     PAPER,
+    PARTS,
     IslandWarning,
     Mesh,
     build_face_graph,
@@ -115,7 +116,9 @@ def test_as_many_regions_as_faces_leaves_each_alone():
     shapes.slivers, shapes.two_islands, lambda: shapes.soup(shapes.cube()),
     lambda: shapes.strip(1), lambda: shapes.fold(180),
 ])  # fmt: skip
-@pytest.mark.parametrize("options", [{}, dict(PAPER), {"init": "flood"}, {"init": "grid"}])
+@pytest.mark.parametrize(
+    "options", [{}, dict(PAPER), dict(PARTS), {"init": "flood"}, {"init": "grid"}]
+)
 def test_awkward_meshes_are_segmented_into_connected_or_halted_regions(make, options):
     mesh = make()
     for k in {1, mesh.n_faces}:
@@ -318,7 +321,7 @@ def test_paper_is_read_only_and_changes_what_it_says(sheet):
         (
             {"weights": "stk"},
             ValueError,
-            "weights must be one of creases, superfacets, stk02, got 'stk'",
+            "weights must be one of creases, parts, superfacets, stk02, got 'stk'",
         ),
         ({"weights": [1.0, 2.0]}, ValueError, "weights must have one value per arc"),
         ({"init": "here"}, ValueError, "init must be one of"),

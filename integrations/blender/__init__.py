@@ -20,7 +20,7 @@ class SuperfacetsSegment(bpy.types.Operator):
     )
     follow_ridges: bpy.props.FloatProperty(
         name="Follow Ridges",
-        description="What a ridge counts against a groove: 0 for organic shapes, 0.2 for parts",
+        description="What rounded ridges count against grooves; sharp ones count 0.35 at least",
         default=0.0,
         min=0.0,
         soft_max=1.0,

@@ -50,7 +50,8 @@ def segment_polygons(
     Parameters
     ----------
     follow_ridges : float
-        What a ridge counts against a groove of the same angle, 0 to 1: `eta_convex` of `segment`.
+        What a convex edge counts against a groove of the same angle, 0 to 1: `eta_convex` of
+        `segment`. Sharp edges between flat faces count 0.35 at least.
     keep_islands : bool
         Whether each part that touches no other has regions of its own.
     """

@@ -58,7 +58,7 @@ class Superfacets(VTKPythonAlgorithmBase):
     @smproperty.doublevector(name="FollowRidges", label="Follow Ridges", default_values=0.0)
     @smdomain.doublerange(min=0.0, max=1.0)
     def SetFollowRidges(self, share):  # noqa: N802
-        """Set what a ridge counts against a groove: 0 for organic shapes, 0.2 for parts."""
+        """Set what rounded ridges count against grooves; sharp ones count 0.35 at least."""
         self._set("_follow_ridges", float(share))
 
     @smproperty.intvector(name="KeepIslands", label="Keep Islands", default_values=1)

@@ -20,7 +20,7 @@ from .mesh.point_cloud import PointCloud
 from .mesh.polygon_mesh import PolygonMesh, Triangulation
 from .mesh.tet_mesh import TetBoundary, TetMesh
 from .mesh.triangle_mesh import Mesh
-from .pipeline import PAPER, segment
+from .pipeline import PAPER, PARTS, segment
 from .regions.connect import enforce_connectivity
 from .regions.edit import RegionEdit
 from .regions.merge import merge_small_regions
@@ -31,9 +31,12 @@ if TYPE_CHECKING:
     from . import reference as reference
     from . import segmentator as segmentator
     from .batches.runs import BatchProgress, BatchResult, batch
-    from .cells.cloud_info import CloudInfo, cloud_info
+    from .cells.cloud_facts import CloudInfo, cloud_info
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .cells.nearest import NearestFaces, nearest_faces
+    from .cells.region_adjacency import RegionGraph, region_graph
+    from .cells.thickness import shape_diameter
+    from .clustering.embedding import spectral_embedding
     from .interop.attach import attach_labels
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
@@ -42,26 +45,26 @@ if TYPE_CHECKING:
     from .io.writers.regions import write_regions
     from .io.writers.write import write_labels, write_mesh
     from .levels import hierarchy
+    from .pictures.camera import View
+    from .pictures.colors import face_colors
+    from .pictures.page.document import Page, view
+    from .pictures.plotting import Plot, plot
+    from .pictures.rendering import render
     from .regions.hierarchy import Hierarchy
     from .regions.lines import BorderLines, border_lines, find_boundaries
+    from .regions.nearest_labels import transfer
     from .regions.parts import Submesh, split_regions, submesh
-    from .regions.pool import pool, snap, unpool
-    from .regions.region_graph import RegionGraph, region_graph
-    from .regions.transfer import transfer
-    from .regions.vertex_labels import vertex_labels
+    from .regions.pooling import pool, snap, unpool
+    from .regions.vertices import vertex_labels
     from .sample import sample_mesh
     from .study import baselines as baselines
     from .study import princeton as princeton
-    from .view.camera import View
-    from .view.colors import face_colors
-    from .view.page.document import Page
-    from .view.page.document import view as view
-    from .view.rendering import render
 
 __version__ = "0.1.0"
 
 __all__ = [
     "PAPER",
+    "PARTS",
     "ArcMeasures",
     "BatchProgress",
     "BatchResult",
@@ -81,6 +84,7 @@ __all__ = [
     "MissingExtraError",
     "NearestFaces",
     "Page",
+    "Plot",
     "PointCloud",
     "PolygonMesh",
     "RegionEdit",
@@ -116,6 +120,7 @@ __all__ = [
     "mesh_info",
     "nearest_faces",
     "place_seeds",
+    "plot",
     "pool",
     "read_attributes",
     "read_cloud",
@@ -126,8 +131,10 @@ __all__ = [
     "sample_mesh",
     "segment",
     "segment_graph",
+    "shape_diameter",
     "smooth_borders",
     "snap",
+    "spectral_embedding",
     "split_regions",
     "stk02_weights",
     "subdivide",
@@ -137,6 +144,7 @@ __all__ = [
     "unpool",
     "update_centers",
     "vertex_labels",
+    "view",
     "write_graphs",
     "write_labels",
     "write_mesh",
@@ -149,8 +157,8 @@ _LAZY_NAMES = {
     "BatchProgress": "batches.runs",
     "BatchResult": "batches.runs",
     "batch": "batches.runs",
-    "CloudInfo": "cells.cloud_info",
-    "cloud_info": "cells.cloud_info",
+    "CloudInfo": "cells.cloud_facts",
+    "cloud_info": "cells.cloud_facts",
     "Hierarchy": "regions.hierarchy",
     "hierarchy": "levels",
     "MeshInfo": "cells.info",
@@ -158,6 +166,8 @@ _LAZY_NAMES = {
     "mesh_info": "cells.info",
     "NearestFaces": "cells.nearest",
     "nearest_faces": "cells.nearest",
+    "shape_diameter": "cells.thickness",
+    "spectral_embedding": "clustering.embedding",
     "MeshAttributes": "io.attributes",
     "read_attributes": "io.readers.read",
     "read_cloud": "io.readers.read",
@@ -169,22 +179,25 @@ _LAZY_NAMES = {
     "BorderLines": "regions.lines",
     "border_lines": "regions.lines",
     "find_boundaries": "regions.lines",
-    "RegionGraph": "regions.region_graph",
-    "region_graph": "regions.region_graph",
+    "RegionGraph": "cells.region_adjacency",
+    "region_graph": "cells.region_adjacency",
     "Submesh": "regions.parts",
     "split_regions": "regions.parts",
     "submesh": "regions.parts",
-    "pool": "regions.pool",
-    "snap": "regions.pool",
-    "unpool": "regions.pool",
-    "transfer": "regions.transfer",
-    "vertex_labels": "regions.vertex_labels",
+    "pool": "regions.pooling",
+    "snap": "regions.pooling",
+    "unpool": "regions.pooling",
+    "transfer": "regions.nearest_labels",
+    "vertex_labels": "regions.vertices",
     "write_regions": "io.writers.regions",
     "sample_mesh": "sample",
-    "face_colors": "view.colors",
-    "Page": "view.page.document",
-    "View": "view.camera",
-    "render": "view.rendering",
+    "face_colors": "pictures.colors",
+    "Page": "pictures.page.document",
+    "view": "pictures.page.document",
+    "Plot": "pictures.plotting",
+    "plot": "pictures.plotting",
+    "View": "pictures.camera",
+    "render": "pictures.rendering",
 }
 _LAZY_MODULES = {
     "baselines": "study.baselines",
@@ -192,7 +205,6 @@ _LAZY_MODULES = {
     "princeton": "study.princeton",
     "reference": "reference",
     "segmentator": "segmentator",
-    "view": "view",
 }
 
 if not TYPE_CHECKING:  # type checkers see the imports above, and names that are not there

@@ -18,6 +18,7 @@ from ._validate import (
     checked_callable,
     checked_choice,
     checked_count,
+    checked_flag,
     checked_number,
     checked_share,
     checked_threads,
@@ -45,9 +46,10 @@ Init = Literal["geodesic", "farthest", "flood", "grid"]
 INITS: tuple[str, ...] = get_args(Init)
 """Names of the ways to place seeds."""
 
-WeightName = Literal["creases", "superfacets", "stk02"]
+WeightName = Literal["creases", "parts", "superfacets", "stk02"]
 WEIGHTS: dict[str, dict[str, float]] = {
-    "creases": {"alpha": 20.0, "eta_convex": 0.0},
+    "creases": {"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
+    "parts": {"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.4},
     "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
     "stk02": {"alpha": 0.5},
 }
@@ -99,10 +101,11 @@ class WeightOptions:
 
     @classmethod
     def checked(
-        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None
-    ) -> WeightOptions:
+        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
+        ridges: float | None = None,
+    ) -> WeightOptions:  # fmt: skip
         """Keep the parameters that the weights use."""
-        given = {"alpha": alpha, "eta_convex": eta_convex}
+        given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
         checked = {
             name: checked_number(value, name, zero=True)
             for name, value in given.items()
@@ -117,9 +120,14 @@ class WeightOptions:
         return cls({"weights": weights, **params}, None)
 
     @property
+    def are_parts(self) -> bool:
+        """Whether differences between the parts of a shape are to be added."""
+        return bool(self.params["weights"] == "parts")
+
+    @property
     def has_other_unit(self) -> bool:
         """Whether the price of a crease is not that of ``"creases"``, which clean-up goes by."""
-        return self.params["weights"] not in ("creases", "given")
+        return self.params["weights"] not in ("creases", "given", "parts")
 
 
 @dataclass(frozen=True)
@@ -133,15 +141,22 @@ class LoopOptions:
     n_threads: int
     progress: Progress | None
     on_stage: OnStage | None = None
+    relocate: bool = False
 
     @classmethod
     def checked(
         cls, max_num_iter: int, tol: float, radius_factor: float | None, islands: Islands,
         n_threads: int | None, progress: Progress | None, on_stage: OnStage | None = None,
+        *, relocate: bool = False,
     ) -> LoopOptions:  # fmt: skip
         """Arguments as for `segment`."""
         if radius_factor is not None:
             radius_factor = checked_number(radius_factor, "radius_factor", zero=False)
+        relocate = checked_flag(relocate, "relocate")
+        if relocate and radius_factor is not None:
+            raise ValueError(
+                "relocate needs the shortest paths to all centers: leave radius_factor out"
+            )
         return cls(
             checked_count(max_num_iter, "max_num_iter", low=0),
             checked_number(tol, "tol", zero=True),
@@ -150,6 +165,7 @@ class LoopOptions:
             checked_threads(n_threads),
             checked_callable(progress, "progress"),
             checked_callable(on_stage, "on_stage"),
+            relocate,
         )
 
     @property
@@ -159,6 +175,7 @@ class LoopOptions:
             "radius_factor": self.radius_factor,
             "max_num_iter": self.max_num_iter,
             "tol": self.tol,
+            "relocate": self.relocate,
             "islands": self.islands,
         }
 
@@ -177,12 +194,9 @@ class CleanupOptions:
         cls, smooth: bool, enforce_connectivity: bool, min_size: float, islands: Islands
     ) -> CleanupOptions:
         """Arguments as for `segment`."""
-        for name, value in {"smooth": smooth, "enforce_connectivity": enforce_connectivity}.items():
-            if not isinstance(value, (bool, np.bool_)):
-                raise TypeError(f"{name} must be True or False, got {value!r}")
         return cls(
-            bool(smooth),
-            bool(enforce_connectivity),
+            checked_flag(smooth, "smooth"),
+            checked_flag(enforce_connectivity, "enforce_connectivity"),
             checked_number(min_size, "min_size", zero=True),
             checked_choice(islands, "islands", ISLANDS),
         )

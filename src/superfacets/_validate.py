@@ -281,6 +281,13 @@ def _check_extent(
         )
 
 
+def is_extent_valid(bounds: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+    """Whether each box, (K, 2, 3), has a size that a mesh may have: (K,)."""
+    with np.errstate(over="ignore"):
+        sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
+    return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
+
+
 def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
     refuse_mask(value, name, MeshError)
     try:
@@ -304,8 +311,14 @@ def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
-    _check_extent(box[0], box[1], "points lie", "cloud")
+    if not np.array_equal(*box):  # what needs a size, asks for it: `check_spread`
+        _check_extent(box[0], box[1], "points lie", "cloud")
     return array, box
+
+
+def check_spread(bounds: npt.NDArray[np.float64]) -> None:
+    """Raise a MeshError if all points of a cloud lie at one place."""
+    _check_extent(bounds[0], bounds[1], "points lie", "cloud")
 
 
 def checked_queries(points: Any) -> npt.NDArray[np.float64]:
@@ -470,6 +483,21 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArra
     return array
 
 
+def checked_region_centers(
+    centers: npt.ArrayLike, labels: npt.NDArray[np.int32], n_regions: int
+) -> npt.NDArray[np.int32]:
+    """One cell of each region, in the order of the labels, as (K,) int32; a ValueError if not."""
+    cells = checked_seeds(centers, len(labels))
+    if len(cells) != n_regions:
+        raise ValueError(f"there are {len(cells)} centers for {n_regions} regions")
+    is_wrong = labels[cells] != np.arange(n_regions)
+    if is_wrong.any():
+        region = int(np.argmax(is_wrong))
+        cell = cells[region]
+        raise ValueError(f"centers[{region}] is {cell}, which has label {labels[cell]}")
+    return cells
+
+
 def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int32]:
     """Pairs of vertices as an (E, 2) int32 array."""
     given = np.asarray(edges)
@@ -564,6 +592,26 @@ def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], in
         return ranks[array], int(ranks[-1]) + 1
     values, compact = np.unique(array, return_inverse=True)
     return compact.astype(np.int32), len(values)
+
+
+def compact_partial_labels(
+    labels: Any, n_cells: int
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
+    """Labels of any numbers, renamed to 0..K-1 in their order, and what those were called, (K,).
+
+    -1 stays: such cells are in no region.
+    """
+    array = checked_face_labels(labels, n_cells)
+    if array.min() >= -1 and array.max() < n_cells:  # no need to sort
+        is_used = np.bincount(array + 1) > 0
+        is_used[0] = False
+        ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
+        ranks[0] = -1
+        return ranks[array + 1], np.flatnonzero(is_used) - 1
+    ids, places = np.unique(array, return_inverse=True)
+    ranks = np.cumsum(ids != -1, dtype=np.int32) - np.int32(1)
+    ranks[ids == -1] = -1
+    return ranks[places], ids[ids != -1]
 
 
 def compact_complete(

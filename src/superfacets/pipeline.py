@@ -36,6 +36,7 @@ from .cells.slivers import EDGE_PER_RADIUS, sliver_note
 from .cells.surface import Surface
 from .cells.weights import creases_of
 from .clustering.loop import segment_cells
+from .clustering.parts import SMOOTH_DISTANCE, with_parts
 from .clustering.plan import Plan
 from .clustering.segmentation import Segmentation
 from .clustering.warm_start import Start
@@ -43,8 +44,9 @@ from .errors import IslandWarning, SliverWarning
 from .mesh.faces import AnyCells
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts
+from .regions.smooth import MAX_DISTANCE
 
-__all__ = ["PAPER", "PreparedCells", "segment"]
+__all__ = ["PAPER", "PARTS", "PreparedCells", "segment"]
 
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
@@ -59,6 +61,14 @@ PAPER: Mapping[str, Any] = MappingProxyType(
 
 Weights are those of eq. 1-3, seeds are the farthest from each other in space, expansions halt at
 2 r, the loop ends when no center changes, and borders are not smoothed.
+"""
+
+PARTS: Mapping[str, Any] = MappingProxyType({"weights": "parts", "relocate": True})
+"""Keywords for regions that stay within the parts of a shape: ``segment(mesh, 150, **PARTS)``.
+
+Weights know of parts, and centers relocate to where regions are large and uneven. On the benchmark
+models borders that people drew are followed far better than by default, at the same compactness;
+see the page on quality. It takes three to four times as long as the default.
 """
 
 
@@ -94,6 +104,7 @@ def segment(
     radius: float | None = None,
     alpha: float | None = None,
     eta_convex: float | None = None,
+    ridges: float | None = None,
     weights: WeightName | Weights = "creases",
     init: Init | Start = "geodesic",
     mask: npt.ArrayLike | None = None,
@@ -101,6 +112,7 @@ def segment(
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
+    relocate: bool = False,
     enforce_connectivity: bool = False,
     min_size: float = 0.0,
     islands: Islands = "keep",
@@ -134,16 +146,27 @@ def segment(
     alpha : float, optional
         How much borders follow creases; 0 gives the most compact regions. >= 0, by default 20 with
         ``weights="creases"`` and 200 with ``"superfacets"``; 0 to 1, by default 0.5, with
-        ``"stk02"``.
+        ``"stk02"``; 25 with ``"parts"``.
     eta_convex : float, optional
         Weight of convex creases (ridges) relative to concave ones (grooves), >= 0. By default 0
-        with ``"creases"``, 0.2 with ``"superfacets"``; not used with ``"stk02"``.
-    weights : {"creases", "superfacets", "stk02"} or array_like, shape (M,)
+        with ``"creases"`` and ``"parts"``, 0.2 with ``"superfacets"``; not used with ``"stk02"``.
+    ridges : float, optional
+        Weight of sharp edges between flat faces, as machine parts have them, relative to concave
+        ones, >= 0, by default 0.35: it replaces `eta_convex` there, where it is more. 0 turns it
+        off. See `crease_weights` for which edges these are. Used with ``"creases"`` and ``"parts"``
+        on triangles and polygons; points and tetrahedra have no such edges.
+    weights : {"creases", "parts", "superfacets", "stk02"} or array_like, shape (M,)
         Arc weights by name. ``"creases"`` (`crease_weights`): a crease costs the same to cross at
-        every resolution of the mesh. ``"superfacets"`` (`superfacet_weights`): those of the paper.
+        every resolution of the mesh. ``"parts"``: in addition, a step from one part of the shape
+        to another, as from a finger to the palm, costs its distance in the `spectral_embedding`,
+        which counts 2.4 times as much as the way along the surface; steps are longer where the
+        body is thick, by the fourth root of the thickness (`shape_diameter`), so that thin parts
+        get smaller regions. Cells without a thickness, as points, count as of mean thickness; and
+        of a mesh with `mask` or `barriers`, parts are those of the whole.
+        ``"superfacets"`` (`superfacet_weights`): those of the paper.
         ``"stk02"`` (`stk02_weights`): those that the paper compares with. Or one weight per arc of
         ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the bounding box;
-        `alpha` and `eta_convex` are then not used.
+        `alpha`, `eta_convex` and `ridges` are then not used.
     init : {"geodesic", "farthest", "flood", "grid"}, array_like of int, or Segmentation
         How seeds are placed, or the faces that are the seeds; see `place_seeds`. By default they
         are the farthest from each other by path length. ``"flood"`` and ``"grid"`` give k regions
@@ -177,6 +200,12 @@ def segment(
     tol : float, default 0.02
         Stop when the root mean square of the centers' moves is at most this fraction of r. With 0,
         stop when no center changes, as in the paper; all iterations are then on all faces.
+    relocate : bool, default False
+        When the loop has ended on its first level, let centers of regions that are hardly needed
+        jump to where regions are large and uneven, and iterate again (up to 8 times), in up to four
+        rounds. A region is hardly needed if its faces are as near to the next center as to their
+        own; both are measured by path length. The number of regions stays, and a component keeps a
+        center if it has one. Given seeds may move, too. Not with `radius_factor`.
     enforce_connectivity : bool, default False
         If regions are disconnected (with `radius_factor`), each keeps the piece with its center,
         and its other pieces join a neighbor; see `enforce_connectivity`.
@@ -263,10 +292,17 @@ def segment(
         weld,
         init,
         size,
-        WeightOptions.checked(weights, alpha, eta_convex),
+        WeightOptions.checked(weights, alpha, eta_convex, ridges),
         FeatureOptions.checked(features, feature_weight, scale_features),
         LoopOptions.checked(
-            max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
+            max_num_iter,
+            tol,
+            radius_factor,
+            islands,
+            n_threads,
+            progress,
+            on_stage,
+            relocate=relocate,
         ),
         CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
         ConstraintOptions(mask, barriers),
@@ -317,7 +353,8 @@ def _run(mesh: MeshLike | CloudLike | PreparedCells, options: _Options) -> Segme
             costs = _border_costs(surface, radius, options.weights, steps, lengths, unit)
             del lengths  # makes room
             costs = costs if plan.cut is None else costs.of_part(plan.cut)
-            result = clean(costs, result, options.cleanup, plan.groups)
+            reach = SMOOTH_DISTANCE if options.weights.are_parts else MAX_DISTANCE
+            result = clean(costs, result, options.cleanup, plan.groups, reach)
     result = plan.whole(result)
     if surface.order is not None:
         result = _in_input_order(result, surface.order)
@@ -381,6 +418,8 @@ def _build_cells(
         surface = kind.surface(source, graph, n_threads)
         weights = kind.weights(surface, graph, shapes, radius, options.weights)
         del shapes  # makes room
+        if options.weights.are_parts:
+            weights = with_parts(source, graph, surface, weights, radius, options.weights)
         if kind.bare_surface is not None and not options.weights.has_other_unit:
             surface = kind.bare_surface(source, graph, n_threads)
         steps = options.features.steps(source, graph.measures, n_threads, surface.order)
@@ -410,7 +449,7 @@ def _border_costs(
     if not options.has_other_unit:
         return BorderCosts(surface, lengths, unit, scale)
     # Others have other units, or other prices at other resolutions.
-    prices = creases_of(surface, radius)
+    prices = creases_of(surface, radius, ridges=0.0)  # which these weights do not know
     if steps is not None:
         prices = steps.added(prices, surface.arcs, radius / surface.diagonal)
     return BorderCosts.of_weights(surface, prices, scale)

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._options import WEIGHTS
-from ._validate import checked_count, checked_number, checked_threads
+from ._validate import check_spread, checked_count, checked_number, checked_threads
 from .cells.cell_graph import CellGraph
 from .cells.point_graph import PointGraph, point_surface
 from .cells.weights import NO_NORMALS, scaled, weights_of
@@ -29,7 +29,7 @@ from .mesh.faces import area_vectors
 from .mesh.point_cloud import PointCloud
 from .mesh.triangle_mesh import Mesh
 from .pipeline import segment
-from .regions.vertex_labels import vertex_ids
+from .regions.vertices import vertex_ids
 
 __all__ = ["segment_mesh", "segment_point"]
 
@@ -319,6 +319,7 @@ def _roots(parents: list[int]) -> Ints:
 
 def _graph_of_points(cloud: PointCloud, edges: npt.NDArray[Any], number: int) -> CellGraph:
     """Points as cells, with both directions of each edge as arcs."""
+    check_spread(cloud.bounds)
     n = cloud.n_points
     sources, targets = _distinct(np.concatenate([edges, edges[:, ::-1]]), n).T
     counts = np.bincount(sources, minlength=n)

@@ -239,3 +239,14 @@ def test_relative_paths_are_those_of_the_caller(scans, monkeypatch):
     result = sf.batch(Path("a", "one.ply"), "out", formats=["npy"])
     assert result.records[0]["input"] == "a/one.ply"
     assert list(results_in(scans / "out")) == ["one.superfacets.npy"]
+
+
+def test_cells_that_the_format_cannot_hold_are_refused_before_the_work(tmp_path, out, monkeypatch):
+    def fail(*_, **__):
+        raise AssertionError("it was segmented")
+
+    monkeypatch.setattr(files, "segment", fail)
+    house = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    sf.write_mesh(tmp_path / "house.ply", house)
+    result = sf.batch(tmp_path / "house.ply", out, formats=["sstk.json"], n_segments=1)
+    assert ".sstk.json holds labels of triangles" in result.records[0]["error"]

@@ -39,6 +39,24 @@ def test_a_cloud_is_segmented_and_described(folder):
     assert "isolated points      0" in run("info", "cloud.ply")
 
 
+def test_a_cloud_is_evaluated(folder):
+    run("segment", "cloud.ply", "-n", 20, "-q", "-o", "cloud.csv", "-o", "few.npy")
+    facts = json.loads(run("evaluate", "cloud.csv", "cloud.csv", "--json"))
+    assert facts["n_regions"] == 20
+    printed = run("evaluate", "cloud.ply", "few.npy", "--gt", "cloud.csv")
+    assert "undersegmentation_error    0" in printed
+
+
+def test_labels_in_the_file_of_a_cloud_are_found_by_name(folder):
+    run("segment", "cloud.ply", "-n", 20, "-q", "-o", "cloud.csv")
+    text = (folder / "cloud.csv").read_text()
+    (folder / "parts.csv").write_text(text.replace("label", "part", 1))
+    run("convert", "parts.csv", "--labels-named", "part", "-o", "parts.npy")
+    assert np.array_equal(np.load("parts.npy"), sf.read_labels("cloud.csv"))
+    output = run("convert", "parts.csv", "-o", "no.npy", status=1)
+    assert output == ""
+
+
 def test_a_cloud_is_drawn(folder):
     pytest.importorskip("vtkmodules")
     run("segment", "cloud.ply", "-n", 5, "-q", "-o", "out.ply")

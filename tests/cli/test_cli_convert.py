@@ -10,6 +10,11 @@ from numpy.testing import assert_array_equal
 
 from superfacets import read_attributes, read_labels, read_mesh, write_labels, write_mesh
 
+NO_LABELS = (
+    "superfacets: error: a.ply: there are no labels to {} (none called label): name a file of them,"
+    " or --labels-named\n"
+)
+
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
@@ -41,7 +46,7 @@ def test_labels_in_the_mesh_are_used_where_none_are_named(run, folder):
     assert run("convert", "own.ply", "a.npy", "-o", "c.seg")[0] == 0
     assert_array_equal(read_labels("c.seg"), np.arange(72) // 8)
     status, _, err = run("convert", "a.ply", "-o", "d.seg")
-    assert (status, err) == (1, "superfacets: error: there are no labels to write as .seg\n")
+    assert (status, err) == (1, NO_LABELS.format("write"))
     assert run("convert", "a.ply", "-o", "d.obj")[0] == 0
     assert "g " not in (folder / "d.obj").read_text()
 
@@ -72,7 +77,7 @@ def test_regions_are_split(run, folder):
     assert (status, printed) == (0, "wrote b.seg\nwrote 2 files in halves\n")
     assert read_mesh("halves/region_1.ply").n_faces == 36
     status, _, err = run("convert", "a.ply", "--split", "none")
-    assert (status, err) == (1, "superfacets: error: a.ply: there are no labels to split it by\n")
+    assert (status, err) == (1, NO_LABELS.format("split it by"))
     assert not (folder / "none").exists()
 
 
@@ -174,3 +179,16 @@ def test_labels_of_vertices_are_those_of_the_input_that_was_subdivided(run, fold
     assert len(json.loads((folder / "b.segs.json").read_text())["segIndices"]) == 49
     assert json.loads((folder / "b.sstk.json").read_text())["elementCount"] == 72
     assert read_mesh("b.ply").n_faces > 72
+
+
+def test_the_facts_are_printed_as_json(run, folder):
+    status, printed, _ = run("convert", "a.ply", "a.npy", "-o", "b.obj", "--json", "--split", "d")
+    assert status == 0
+    facts = json.loads(printed)
+    parts = [f"d/region_{region}.ply" for region in range(9)]
+    assert facts == {
+        "file": "a.ply", "n_faces": 72, "n_labels": 9, "outputs": ["b.obj", *parts],
+    }  # fmt: skip
+    assert json.loads(run("convert", "a.ply", "-o", "c.obj", "--json", "-q")[1]) == {
+        "file": "a.ply", "n_faces": 72, "n_labels": None, "outputs": ["c.obj"],
+    }  # fmt: skip

@@ -1,10 +1,12 @@
 """The command `levels`."""
 
+import io
 import json
+import subprocess
 
 import numpy as np
 import pytest
-from command_line import files_in
+from command_line import COMMAND, files_in
 
 import superfacets as sf
 from superfacets import hierarchy, read_labels, read_mesh, segment, write_labels
@@ -157,3 +159,55 @@ def test_levels_refuses_what_cannot_be(run, sheet, monkeypatch, tmp_path, option
     assert (code, out) == (status, "")
     assert message in err.replace(str(tmp_path) + "/", "")
     assert files_in(tmp_path) == ["sheet.ply"]
+
+
+def test_levels_writes_several_files_and_standard_output(run, sheet, tmp_path):
+    outputs = ("-o", tmp_path / "a.npz", "-o", tmp_path / "b.npy", "-o", "-", "--to", "sstk.json")
+    command = [*COMMAND, "levels", str(sheet), "-n", "5,12", *map(str, outputs)]
+    ended = subprocess.run(command, capture_output=True, check=True)
+    assert files_in(tmp_path) == ["a.npz", "b.12.npy", "b.5.npy", "sheet.ply"]
+    nested = hierarchy(read_mesh(sheet), [12, 5])
+    write_labels(tmp_path / "c.sstk.json", nested.levels)
+    assert ended.stdout == (tmp_path / "c.sstk.json").read_bytes()
+    assert b"levels of 12, 5 regions" in ended.stderr
+    assert np.array_equal(np.load(tmp_path / "b.5.npy"), nested.levels[1])
+    command = [*COMMAND, "levels", str(sheet), "-n", "5,12", "-o", "-", "-q"]
+    piped = subprocess.run(command, capture_output=True, check=True)
+    with np.load(io.BytesIO(piped.stdout)) as found:
+        assert np.array_equal(found["labels"], nested.levels)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("-o", "-", "-o", "-"), "-o takes - once"),
+        (("-o", "a.npz", "--to", "npz"), "--to says nothing where -o names files"),
+        (("-o", "a.npz", "-o", "a.npz"), "the same output is given twice"),
+    ],
+)
+def test_levels_refuses_outputs_that_cannot_be(run, sheet, options, message):
+    status, out, err = run("levels", sheet, "-n", 5, *options)
+    assert (status, out) == (2, "")
+    assert message in err
+
+
+def test_levels_carries_attributes_over(run, sheet, tmp_path):
+    mesh = read_mesh(sheet)
+    attributes = sf.MeshAttributes(face={"part": np.arange(mesh.n_faces)})
+    sf.write_mesh(tmp_path / "a.ply", mesh, np.zeros(mesh.n_faces, int), attributes=attributes)
+    out = tmp_path / "b.ply"
+    _, _, err = run("levels", tmp_path / "a.ply", "-n", 6, "-o", out)
+    assert "replaced by those of the labels: face property label" in err
+    kept = sf.read_attributes(tmp_path / "b.6.ply")
+    assert np.array_equal(kept.face["part"], np.arange(mesh.n_faces))
+    assert run("levels", tmp_path / "a.ply", "-n", 6, "-o", out, "--drop-attributes")[2] == ""
+    assert "part" not in sf.read_attributes(tmp_path / "b.6.ply").face
+
+
+def test_labels_with_gaps_are_merged(run, sheet, tmp_path):
+    labels = segment(read_mesh(sheet), 30).labels
+    write_labels(tmp_path / "gaps.npy", labels * 7 + 3)
+    options = ("--labels", tmp_path / "gaps.npy", "-q")
+    assert run("levels", sheet, "-n", 7, "-o", tmp_path / "a.seg", *options) == (0, "", "")
+    expected = hierarchy(read_mesh(sheet), [7], labels=labels).levels[0]
+    assert np.array_equal(read_labels(tmp_path / "a.7.seg"), expected)

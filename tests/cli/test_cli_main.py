@@ -89,14 +89,14 @@ def loaded_by(*arguments):
 
 def test_help_imports_no_command():
     loaded = loaded_by("--help")
-    late = ("io", "metrics", "view", "study", "sample", *(f"cli.{name}" for name in COMMANDS))
+    late = ("io", "metrics", "pictures", "study", "sample", *(f"cli.{name}" for name in COMMANDS))
     assert "superfacets.cli.main" in loaded
     assert not {name for name in loaded if name.startswith(tuple(f"superfacets.{n}" for n in late))}
 
 
 def test_a_command_imports_what_it_needs_alone(sheet):
     loaded = loaded_by("info", sheet)
-    late = ("metrics", "view", "study", "sample", "cli.segment", "io.writers")
+    late = ("metrics", "pictures", "study", "sample", "cli.segment", "io.writers")
     assert "superfacets.cli.info" in loaded
     assert not {name for name in loaded if name.startswith(tuple(f"superfacets.{n}" for n in late))}
 

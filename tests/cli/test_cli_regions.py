@@ -9,7 +9,7 @@ import pytest
 import shapes
 from command_line import files_in
 
-from superfacets import write_mesh
+from superfacets import MeshAttributes, write_mesh
 
 FOLD = shapes.fold(90)
 
@@ -196,3 +196,28 @@ def test_a_closed_standard_output_is_one_line(run, fold, monkeypatch):
     status, _, error = run("regions", fold / "fold.ply", fold / "labels.seg")
     assert status == 1
     assert "standard output is closed" in error
+
+
+def test_a_minus_is_standard_output(run, fold):
+    arguments = ("regions", fold / "fold.ply", fold / "labels.seg")
+    assert run(*arguments, "-o", "-") == run(*arguments)
+    assert "-" not in files_in(fold)
+
+
+def test_the_facts_are_printed_as_json(run, fold):
+    arguments = ("regions", fold / "fold.ply", fold / "labels.seg", "--json")
+    expected = {"file": str(fold / "fold.ply"), "n_regions": 2, "n_pairs": 1}
+    status, printed, notes = run(*arguments)
+    assert (status, len(rows_of(printed))) == (0, 2)
+    assert json.loads(notes) == {**expected, "outputs": ["-"]}
+    out = str(fold / "regions.csv")
+    status, printed, notes = run(*arguments, "-o", out)
+    assert (status, notes) == (0, "")
+    assert json.loads(printed) == {**expected, "outputs": [out]}
+
+
+def test_labels_of_another_name_are_measured(run, fold):
+    attributes = MeshAttributes(face={"part": [3, 7]})
+    write_mesh(fold / "own.ply", FOLD, attributes=attributes)
+    named = run("regions", fold / "own.ply", fold / "own.ply", "--labels-named", "part", "-q")
+    assert named == run("regions", fold / "fold.ply", fold / "labels.seg", "-q")

@@ -69,3 +69,87 @@ def test_a_mesh_is_drawn_with_its_labels(run, sheet, tmp_path):
     view = ["--up", "z", "--azimuth", "-40", "--elevation", "50"]
     assert run("render", tmp_path / "l.ply", "-o", turned, *view)[0] == 0
     assert turned.read_bytes() != labeled.read_bytes()
+
+
+@pytest.fixture
+def labeled(sheet, tmp_path):
+    """Two labelings of the sheet, of 4 and 2 regions."""
+    paths = tmp_path / "four.npy", tmp_path / "two.npy"
+    for path, n in zip(paths, (4, 2), strict=True):
+        np.save(path, np.arange(1152) * n // 1152)
+    return paths
+
+
+def size_of(path):
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return image.size, getattr(image, "n_frames", 1)
+
+
+def test_pictures_of_a_side_with_values_and_side_by_side(run, sheet, labeled, tmp_path):
+    if not can_render():
+        pytest.skip("no OpenGL to draw with")
+    path, values = tmp_path / "picture.png", tmp_path / "values.txt"
+    values.write_text("\n".join(map(str, range(1152))))
+    four, two = labeled
+    picture = ["render", sheet, "-o", path, "--size", "160x120"]
+    both = ["--compare", four, "--compare", two]
+    seen = []
+    for more, width in [
+        (both, 320),
+        (["--labels", four, "--compare", two, "--color-by", values], 320),
+        (["--labels", four, "--color-by", "area"], 160),
+        (["--labels", four, "--view", "top", "--up", "z"], 160),
+        (["--labels", four, "--azimuth", 0, "--elevation", 90, "--up", "z"], 160),
+    ]:
+        assert run(*picture, *more) == (0, f"wrote {path}\n", "")
+        assert size_of(path) == ((width, 120), 1)
+        seen.append(path.read_bytes())
+    assert len(set(seen)) == 4
+    assert seen[3] == seen[4]
+
+
+def test_a_mesh_turns(run, sheet, labeled, tmp_path, monkeypatch):
+    if not can_render():
+        pytest.skip("no OpenGL to draw with")
+    monkeypatch.setattr("superfacets.pictures.plotting._N_FRAMES", 3)
+    turn, still = tmp_path / "turn.gif", tmp_path / "still.png"
+    more = ["--labels", labeled[0], "--size", "64x48"]
+    status, out, err = run("render", sheet, "-o", still, "--turntable", turn, *more)
+    assert (status, out, err) == (0, f"wrote {still}\nwrote {turn}\n", "")
+    assert size_of(turn) == ((64, 48), 3)
+    assert size_of(still) == ((64, 48), 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "nothing to write: -o names a .png, --turntable a .gif or .mp4"),
+        (["--turntable", "turn.png"], "turn.png: turns are written as .gif or .mp4"),
+        (["-o", "p.png", "--size", "big"], "'big' is not like 1200x900, of sides 1 to 8192"),
+        (["-o", "p.png", "--size", "9000x10"], "'9000x10' is not like 1200x900"),
+        (["-o", "p.png", "--view", "above"], "'above' is not one of 'front'"),
+        (["-o", "p.png", "--view", "top", "--azimuth", 5], "--view is a pair of --azimuth and"),
+        (["-o", "p.png", "--color-by", "area"], "'area' is a column of regions: it needs labels"),
+    ],
+)
+def test_what_cannot_be_drawn_is_a_wrong_command_line(run, sheet, tmp_path, arguments, message):
+    if "area" in arguments and not can_render():
+        pytest.skip("no OpenGL to draw with")
+    arguments = [tmp_path / a if str(a).endswith("png") else a for a in arguments]
+    status, _, err = run("render", sheet, *arguments)
+    assert status == 2
+    assert message in err
+
+
+def test_values_that_do_not_fit_name_their_file(run, sheet, labeled, tmp_path):
+    if not can_render():
+        pytest.skip("no OpenGL to draw with")
+    values, path = tmp_path / "values.npy", tmp_path / "picture.png"
+    np.save(values, np.arange(3))
+    more = ["--labels", labeled[0], "--color-by", values]
+    status, _, err = run("render", sheet, "-o", path, *more)
+    assert status == 1
+    assert "values.npy: color_by must have a value per cell, 1152 or per region, 4" in err
+    assert not path.exists()

@@ -17,6 +17,7 @@ from command_line import COMMAND, files_in
 
 from superfacets import (
     PAPER,
+    PARTS,
     MeshAttributes,
     mesh_info,
     read_attributes,
@@ -72,6 +73,8 @@ def test_every_option_reaches_the_library(run, sheet, tmp_path):
         (["-n", 30, "--min-size", 0.5, "--islands", "nearest"],
          {"n_segments": 30, "min_size": 0.5, "islands": "nearest"}),
         (["-n", 30, "--paper"], {"n_segments": 30, **PAPER}),
+        (["-n", 30, "--parts"], {"n_segments": 30, **PARTS}),
+        (["-n", 30, "--parts", "-a", 15], {"n_segments": 30, **PARTS, "alpha": 15}),
         (["-n", 30, "--paper", "--tol", 0.3], {"n_segments": 30, **PAPER, "tol": 0.3}),
         (["-n", 30, "--paper", "--smooth", "--connect"],
          {"n_segments": 30, **PAPER, "smooth": True, "enforce_connectivity": True}),
@@ -229,6 +232,11 @@ def test_ascii_writes_text(run, sheet):
         (["--threads", 0], "Invalid value for '--threads'"),
         (["--smoother"], "No such option"),
         (["--paper", "--weights", "stk02"], "--paper has weights of its own: leave --weights out"),
+        (["--paper", "--parts"], "--paper and --parts are two methods: give one of them"),
+        (
+            ["--parts", "--weights", "creases"],
+            "--parts has weights of its own: leave --weights out",
+        ),
         (["--paper", "--init", "grid"], "--paper has init of its own: leave --init out"),
         (["-o", "labels.xyz"], "labels.xyz"),
     ],

@@ -1,5 +1,7 @@
 """The command `transfer`."""
 
+import json
+
 import numpy as np
 import pytest
 import shapes
@@ -111,3 +113,30 @@ def test_what_does_not_fit_is_one_line(run, folder):
         assert (status, out) == (expected, ""), arguments
         assert message in err, arguments
         assert err.count("\n") == 1, arguments
+
+
+def test_the_facts_are_printed_as_json(run, folder):
+    options = ("--max-distance", 1, "--json", "-o", "out.ply")
+    status, printed, _ = run("transfer", "coarse.ply", "labels.npy", "points.ply", *options)
+    assert status == 0
+    assert json.loads(printed) == {
+        "file": "points.ply", "n_points": 50, "n_labels": 5, "n_without": 1, "outputs": ["out.ply"],
+    }  # fmt: skip
+
+
+def test_what_no_output_can_hold_is_refused_before_the_work(run, folder, monkeypatch):
+    def fail(*_, **__):
+        raise AssertionError("labels were carried")
+
+    monkeypatch.setattr("superfacets.cli.transfer.transfer", fail)
+    house = sf.PolygonMesh.of_faces([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    sf.write_mesh("house.ply", house)
+    status, _, err = run("transfer", "coarse.ply", "labels.npy", "house.ply", "-o", "a.sstk.json")
+    assert status == 1
+    assert ".sstk.json holds labels of triangles" in err
+
+
+def test_a_distance_of_nothing_carries_all_labels_to_the_mesh_itself(run, folder):
+    options = ("--max-distance", 0, "-o", "same.npy", "-q")
+    assert run("transfer", "coarse.ply", "labels.npy", "coarse.ply", *options) == (0, "", "")
+    assert np.array_equal(np.load("same.npy"), np.load("labels.npy"))

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from shapes import strip
+from shapes import bumpy_sheet, strip
 
-from superfacets import write_mesh
+from superfacets import MeshAttributes, write_mesh
 
 
 def test_a_page_is_written_with_levels_ground_truth_and_values(run, sheet, tmp_path):
@@ -74,3 +74,13 @@ def test_wrong_files_are_refused(run, sheet, tmp_path, option, name, content, me
     assert status == 1
     assert message in err
     assert not page.exists()
+
+
+def test_labels_of_another_name_are_shown(run, tmp_path):
+    mesh = bumpy_sheet(6)
+    attributes = MeshAttributes(face={"part": np.arange(mesh.n_faces) // 9})
+    write_mesh(tmp_path / "a.ply", mesh, attributes=attributes)
+    page = tmp_path / "a.html"
+    status, _, err = run("view", tmp_path / "a.ply", "--html", page, "--labels-named", "part")
+    assert (status, err) == (0, "")
+    assert "holds no labels" in run("view", tmp_path / "a.ply", "--html", page)[2]

@@ -221,13 +221,20 @@ def test_names_of_the_labels_win(tmp_path):
     found = read_attributes(path)
     assert found.face["red"].dtype == np.uint8
     assert_array_equal(found.face["kept"], [5, 6])
-    assert_array_equal(found.vertex["label"], [1, 2, 3, 4, 5])
+    assert "label" not in found.vertex  # of regions that there are no longer
     assert names_replaced(attributes) == [
-        "vertex property x", "face property label", "face property red",
+        "vertex property x", "vertex property label", "face property label", "face property red",
         "face property vertex_index",
     ]  # fmt: skip
     write_mesh(path, mesh, attributes=MeshAttributes(face={"label": [8, 8]}))
     assert_array_equal(superfacets.read_labels(path), [8, 8])  # none of ours, so it is kept
+
+
+def test_labels_of_vertices_stay_where_those_of_the_faces_do(tmp_path):
+    path = tmp_path / "a.ply"
+    attributes = MeshAttributes({"label": [1, 2, 3, 4, 5]}, {"label": [8, 9]})
+    write_mesh(path, Mesh(VERTICES, FACES), [8, 9], attributes=attributes)
+    assert_array_equal(read_attributes(path).vertex["label"], [1, 2, 3, 4, 5])
 
 
 def test_arrays_get_a_type_that_ply_has():

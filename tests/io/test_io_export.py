@@ -225,7 +225,7 @@ class TestPyTorchGeometric:
             assert_array_equal(data[name], values)
 
     def test_a_mesh_and_its_labels_make_one(self, tmp_path):
-        pytest.importorskip("superfacets.regions.region_graph")
+        pytest.importorskip("superfacets.cells.region_adjacency")
         sheet = shapes.bumpy_sheet(4)
         labels = np.arange(32) // 8 * 5  # with gaps
         labels[:8] = -1
@@ -656,12 +656,21 @@ class TestRegions:
         with pytest.raises(MeshError, match="region 7: "):
             write_regions(tmp_path / "b", shapes.slivers(), [0, 0, 7, 0])
         (tmp_path / "b").rmdir()
-        with pytest.raises(MeshError, match="region 4: "):
-            write_regions(tmp_path / "b", PointCloud(VERTICES), [0, 0, 0, 0, 4])
-        (tmp_path / "b").rmdir()
         with pytest.raises(MeshError, match=r"faces are written as .*, not as \.stl"):
             write_regions(tmp_path / "a", house, [0, 1], ending=".stl")
         assert not list(tmp_path.iterdir())
+
+
+def test_a_region_of_one_point_is_a_file_of_its_own(tmp_path):
+    names = write_regions(tmp_path, PointCloud(VERTICES), [0, 0, 0, 0, 4])
+    assert read_cloud(names[1]).points.tolist() == [VERTICES[4].tolist()]
+
+
+def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, monkeypatch, square):
+    monkeypatch.setattr("superfacets.io.writers.glb.MAX_IDS", 2)
+    write_mesh(tmp_path / "a.glb", square, [5, 9])
+    with pytest.raises(MeshError, match=r"ids of up to 2 regions, and there are 12: write \.ply"):
+        write_mesh(tmp_path / "a.glb", shapes.cube(), np.arange(12))
 
 
 def test_labels_of_vertices_may_be_of_the_mesh_before_it_was_subdivided(tmp_path, square):

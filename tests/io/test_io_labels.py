@@ -7,8 +7,8 @@ import pytest
 from mesh_files import ORDERS, VERTICES, ply_header, ply_text
 from numpy.testing import assert_array_equal
 
-from superfacets import MeshError
-from superfacets.io.readers.labels import LABEL_ENDINGS, read_labels
+from superfacets import Mesh, MeshError, PointCloud, TetMesh
+from superfacets.io.readers.labels import LABEL_ENDINGS, has_labels, read_labels
 from superfacets.io.writers.write import write_labels, write_mesh
 
 LABELS = np.array([3, 0, 2**31 - 1], dtype=np.int32)
@@ -198,11 +198,51 @@ def test_an_empty_file_is_refused(refuse, name):
     refuse(name, b"", "the file is empty")
 
 
-@pytest.mark.parametrize(("name", "ending"), [("a.csv", ".csv"), ("a", "none")])
+@pytest.mark.parametrize(("name", "ending"), [("a.json", ".json"), ("a", "none")])
 def test_an_unknown_ending_is_refused(refuse, name, ending):
-    endings = ".npy, .ply, .seg, .txt, .vtp, .mesh, .msh, .vtk, .vtu"
+    endings = ".npy, .ply, .seg, .txt, .vtp, .csv, .e57, .las, .laz, .xyz, .mesh, .msh, .vtk, .vtu"
     refuse(name, b"1\n", f"expected the ending {endings}, got {ending}")
     assert ", ".join(LABEL_ENDINGS) == endings
+
+
+@pytest.mark.parametrize("ending", [".csv", ".las", ".laz"])
+def test_labels_of_clouds_come_back(tmp_path, ending):
+    if ending != ".csv":
+        pytest.importorskip("laspy")
+        pytest.importorskip("lazrs")
+    points = np.random.default_rng(0).random((300, 3))
+    labels = np.arange(300, dtype=np.int32) - 1
+    path = tmp_path / f"a{ending}"
+    write_mesh(path, PointCloud(points), labels)
+    assert_array_equal(read_labels(path, 300), labels)
+    assert has_labels(path)
+    assert not has_labels(path, name="class")
+    with pytest.raises(MeshError, match=r"the points have no column class$"):
+        read_labels(path, name="class")
+
+
+def test_labels_of_another_name_are_read(tmp_path):
+    path = tmp_path / "a.ply"
+    path.write_bytes(ply_with_labels().replace(b"int label", b"int Part"))
+    assert_array_equal(read_labels(path, name="Part"), [3, 0])
+    assert has_labels(path, name="Part")
+    assert not has_labels(path)
+    with pytest.raises(MeshError, match=r"the PLY faces have no property label$"):
+        read_labels(path)
+
+
+@pytest.mark.parametrize("ending", [".vtp", ".vtu", ".vtk"])
+def test_an_array_of_another_name_is_read(tmp_path, ending):
+    pytest.importorskip("vtkmodules" if ending == ".vtp" else "meshio")
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    cells = Mesh(corners, [[0, 1, 2]]) if ending == ".vtp" else TetMesh(corners, [[0, 1, 2, 3]])
+    path = tmp_path / f"a{ending}"
+    write_mesh(path, cells, [4], label_name="Label")
+    assert has_labels(path, name="Label")
+    assert_array_equal(read_labels(path, name="Label"), [4])
+    assert not has_labels(path)
+    with pytest.raises(MeshError, match="has no cell data label"):
+        read_labels(path)
 
 
 def test_a_missing_file_is_an_os_error(tmp_path):

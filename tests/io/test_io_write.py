@@ -24,7 +24,7 @@ def mesh():
 @pytest.fixture
 def fake_colors(monkeypatch):
     """`face_colors` gives face f the color (f, region, 0); the regions that it got are returned."""
-    import superfacets.view.colors
+    import superfacets.pictures.colors
 
     calls = []
 
@@ -33,7 +33,7 @@ def fake_colors(monkeypatch):
         colors = [np.arange(mesh.n_faces), labels, np.zeros(mesh.n_faces)]
         return np.stack(colors, axis=1).astype(np.uint8)
 
-    monkeypatch.setattr(superfacets.view.colors, "face_colors", face_colors)
+    monkeypatch.setattr(superfacets.pictures.colors, "face_colors", face_colors)
     return calls
 
 
@@ -82,7 +82,7 @@ def test_labels_without_colors_get_colors(tmp_path, mesh, fake_colors):
 
 
 def test_labels_get_the_colors_of_face_colors(tmp_path, mesh):
-    colors = pytest.importorskip("superfacets.view.colors")
+    colors = pytest.importorskip("superfacets.pictures.colors")
     write_mesh(tmp_path / "a.ply", mesh, [0, 1], ascii=True)
     expected = " ".join(str(channel) for channel in colors.face_colors(mesh, [0, 1])[1])
     assert (tmp_path / "a.ply").read_text().endswith(f"1 1 {expected} 255\n")

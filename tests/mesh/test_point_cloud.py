@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from superfacets import MeshError, PointCloud, cloud_info, segment
+from superfacets import MeshError, PointCloud, build_point_graph, cloud_info, segment
 from superfacets.adapters.convert import as_cells, as_cloud
 
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
@@ -43,7 +43,6 @@ def test_colors_may_have_alpha_and_16_bits():
         (([[0, 0]],), r"points must have shape \(N, 3\), got \(1, 2\)"),
         ((np.empty((0, 3)),), "the cloud has no points"),
         (([[0, 0, 0], [0, np.nan, 0]],), r"points\[1\] is not finite"),
-        (([[1, 2, 3]] * 5,), "all points lie at one point"),
         (([[0, 0, 0], [1e-80, 0, 0]],), "rescale the cloud"),
         (([["a", "b", "c"]],), "points must be numbers"),
         ((SQUARE, [[0, 0, 1]]), r"normals must have shape \(4, 3\)"),
@@ -106,3 +105,12 @@ def test_info_counts():
     assert (info.has_normals, info.has_colors) == (False, False)
     assert info.bounds[1] == (50.0, 50.0, 50.0)
     assert info.spacing == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("points", [[[1, 2, 3]], [[1, 2, 3]] * 5])
+def test_points_at_one_place_are_a_cloud_that_has_no_graph(points):
+    cloud = PointCloud(points)
+    assert cloud.bounds.tolist() == [[1, 2, 3], [1, 2, 3]]
+    for function in (build_point_graph, cloud_info, lambda cloud: segment(cloud, 1)):
+        with pytest.raises(MeshError, match="all points lie at one point"):
+            function(cloud)

@@ -13,8 +13,8 @@ import shapes
 
 import superfacets as sf
 from superfacets import ArcMeasures, CellGraph, _core, metrics
+from superfacets.pictures.colors import region_colors
 from superfacets.regions.edit import read_regions
-from superfacets.view.colors import region_colors
 
 AREA = 1.5 * math.sqrt(3.0)
 STEP = math.sqrt(3.0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapes
 from models import read_off
+from numpy.testing import assert_array_equal
 
 from superfacets import (
     ArcMeasures,
@@ -14,6 +15,7 @@ from superfacets import (
     enforce_connectivity,
     merge_small_regions,
     segment,
+    smooth_borders,
 )
 from superfacets.regions.edit import read_regions
 from superfacets.regions.merge import merge_regions
@@ -202,9 +204,9 @@ def test_random_labels_of_real_meshes_end_up_in_one_piece_each(benchmark_paths):
 @pytest.mark.parametrize(
     ("parameters", "error", "message"),
     [
-        ({"labels": [0, 2, 0, 0]}, ValueError, "no face has label 1"),
+        ({"labels": [0, 2, 0, 0]}, ValueError, "no cell has label 1"),
         ({"centers": [0]}, ValueError, "there are 1 centers for 2 regions"),
-        ({"centers": [0, 1]}, ValueError, r"centers\[1\] is face 1, which has label 0"),
+        ({"centers": [0, 1]}, ValueError, r"centers\[1\] is 1, which has label 0"),
         ({"centers": [0, 7]}, ValueError, r"centers\[1\] is 7; it must be 0 to 3"),
         ({"weights": [-1.0] * 6}, ValueError, r"weights\[0\] is -1"),
     ],
@@ -228,3 +230,44 @@ def test_faults_in_what_is_to_be_merged_are_found(parameters, error, message):
     arguments = {"labels": [0, 0, 1, 1], "min_size": 0.5} | parameters
     with pytest.raises(error, match=message):
         merge_small_regions(shapes.strip(4), **arguments)
+
+
+def half_labeled(n=24):
+    """A sheet, labels of its half where x < 0.5, and that half alone with its faces."""
+    mesh = shapes.bumpy_sheet(n)
+    faces = np.flatnonzero(mesh.vertices[mesh.faces].mean(axis=1)[:, 0] < 0.5)
+    half = Mesh(mesh.vertices, mesh.faces[faces])
+    labels = np.random.default_rng(3).integers(0, 12, half.n_faces).astype(np.int32)
+    whole = np.full(mesh.n_faces, -1, np.int32)
+    whole[faces] = labels
+    return mesh, whole, half, labels, faces
+
+
+@pytest.mark.parametrize("has_centers", [False, True])
+def test_cells_without_a_label_are_left_alone(has_centers):
+    mesh, whole, half, labels, faces = half_labeled()
+    centers = np.unique(labels, return_index=True)[1] if has_centers else None
+    of_whole = None if centers is None else faces[centers]
+    arcs = build_face_graph(mesh)
+    sources = np.repeat(np.arange(mesh.n_faces), np.diff(arcs.offsets))
+    is_kept = (whole[sources] >= 0) & (whole[arcs.neighbors] >= 0)
+    weights = np.random.default_rng(4).random(arcs.n_arcs)
+    in_half = weights[is_kept] * arcs.diagonal / build_face_graph(half).diagonal
+    given = {"weights": weights}, {"weights": in_half}
+    found = enforce_connectivity(mesh, whole, centers=of_whole, **given[0])
+    expected = enforce_connectivity(half, labels, centers=centers, **given[1])
+    assert_array_equal(found.labels[faces], expected.labels)
+    assert found.n_joined == expected.n_joined > 0
+    merged = merge_small_regions(mesh, found.labels, 0.9, **given[0])
+    of_half = merge_small_regions(half, expected.labels, 0.9, **given[1])
+    assert_array_equal(merged.labels[faces], of_half.labels)
+    smooth = smooth_borders(mesh, merged.labels, **given[0])
+    assert_array_equal(smooth[faces], smooth_borders(half, of_half.labels, **given[1]))
+    for edited in (found.labels, merged.labels, smooth):
+        assert_array_equal(edited < 0, whole < 0)
+
+
+@pytest.mark.parametrize("function", [enforce_connectivity, smooth_borders])
+def test_labels_that_are_all_missing_are_refused(function):
+    with pytest.raises(ValueError, match="all labels are -1: there is no region"):
+        function(shapes.strip(4), [-1] * 4)

@@ -110,8 +110,12 @@ def test_a_corner_is_cut_on_a_plane_but_not_where_it_is_in_a_crease():
     check_smoothed(CORNER, CORNER, walls)
 
 
-def test_a_ridge_is_no_crease():
-    check_smoothed(CORNER, CUT_CORNER, lambda x, y: -max(0, x - 2, 2 - y), max_distance=0.3)
+def test_a_convex_edge_is_no_crease_but_a_ridge_is():
+    def falling(slope):
+        return lambda x, y: -slope * max(0, x - 2, 2 - y)
+
+    check_smoothed(CORNER, CUT_CORNER, falling(0.8), max_distance=0.3)  # 39 degrees
+    check_smoothed(CORNER, CORNER, falling(1.0), max_distance=0.3)
 
 
 def test_a_zigzag_goes_to_the_valley_at_its_side():
@@ -382,8 +386,8 @@ def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchm
 @pytest.mark.parametrize(
     ("parameters", "error", "message"),
     [
-        ({"labels": [0, 0, 2, 2]}, ValueError, "no face has label 1"),
-        ({"labels": [0, 0, 1]}, ValueError, "there are 3 labels for 4 faces"),
+        ({"labels": [0, 0, 2, 2]}, ValueError, "no cell has label 1"),
+        ({"labels": [0, 0, 1]}, ValueError, "there are 3 labels for 4 cells"),
         ({"labels": [0.0] * 4}, TypeError, "labels must be integers"),
         ({"centers": [0, 9]}, ValueError, r"centers\[1\] is 9; it must be 0 to 3"),
         ({"max_distance": -1}, ValueError, "max_distance must be finite and not negative"),

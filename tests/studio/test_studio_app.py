@@ -346,7 +346,7 @@ def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
 
 def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
     from superfacets.errors import RenderError
-    from superfacets.view.gl import ensure_gl
+    from superfacets.pictures.gl import ensure_gl
 
     pytest.importorskip("vtkmodules")
     try:

@@ -10,7 +10,7 @@ import pytest
 
 import superfacets
 from superfacets.io.readers.labels import read_labels
-from superfacets.regions.vertex_labels import vertex_labels
+from superfacets.regions.vertices import vertex_labels
 from superfacets.studio.exports import export, export_bytes
 from superfacets.studio.imports import read_import
 

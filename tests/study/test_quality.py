@@ -16,7 +16,7 @@ from superfacets.study.quality import study as quality_study
 from superfacets.study.quality.study import Options, study
 from superfacets.study.quality.subjects import Subject, coarsened, creases, refined
 from superfacets.study.quality.tables import dominators, means
-from superfacets.study.quality.variants import VARIANTS
+from superfacets.study.quality.variants import RESOLUTION_VARIANTS, VARIANTS
 
 
 @pytest.fixture(scope="module")
@@ -156,7 +156,7 @@ def test_rows_and_tables_are_written(options, results):
     with (options.output / "runs.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     n_scales = len({row["scale"] for row in results.resolution}) - 1  # x1 is in both parts
-    assert len(rows) == len(results.rows) + 4 * n_scales
+    assert len(rows) == len(results.rows) + len(RESOLUTION_VARIANTS) * n_scales
     assert (options.output / "tables.md").read_text() == results.tables + "\n"
 
 

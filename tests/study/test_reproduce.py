@@ -464,7 +464,7 @@ def test_a_picture_that_cannot_be_drawn_is_named(benchmark, tmp_path):
 
 
 def rendering_or_skip():
-    from superfacets.view.rendering import check_rendering
+    from superfacets.pictures.rendering import check_rendering
 
     try:
         check_rendering()

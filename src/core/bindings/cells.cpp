@@ -2,8 +2,11 @@
 // superfacets/_validate.py ensures their preconditions.
 #include <new>
 
+#include "base/logarithm.hpp"
 #include "bindings/bindings.hpp"
 #include "cells/components.hpp"
+#include "cells/diffusion.hpp"
+#include "cells/eigenvectors.hpp"
 #include "cells/face_graph.hpp"
 #include "cells/feature_steps.hpp"
 #include "cells/graph_surface.hpp"
@@ -13,6 +16,7 @@
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
+#include "cells/ray_thickness.hpp"
 #include "cells/sub_surface.hpp"
 #include "cells/surface_weights.hpp"
 #include "cells/tet_graph.hpp"
@@ -134,6 +138,109 @@ double bind_sum_of(const Array<double>& values, int n_threads) {
   return on_team(input.size(), n_threads, [&](ThreadTeam& team) { return sum_of(input, team); });
 }
 
+auto bind_ray_thickness(const Rows<double>& vertices, const Rows<Vertex>& faces,
+                        const Rows<double>& starts, const Rows<double>& axes, int n_rays,
+                        double least_distance, bool inside_out, int n_threads) {
+  const auto mesh = std::pair(points(vertices), triangles(faces));
+  const auto input = std::pair(points(starts), points(axes));
+  const RayOptions options{n_rays, least_distance, inside_out};
+  return to_numpy(
+      on_team(mesh.second.size() + 100 * input.first.size(), n_threads, [&](ThreadTeam& team) {
+        return ray_thickness(mesh.first, mesh.second, input.first, input.second, options, team);
+      }));
+}
+
+auto bind_logarithms(const Array<double>& values) {
+  const auto input = view(values);
+  std::vector<double> logarithms;
+  logarithms.reserve(input.size());
+  for (const double value : input) logarithms.push_back(logarithm(value));
+  return to_numpy(std::move(logarithms));
+}
+
+auto bind_crease_conductances(const Surface& surface, const Array<double>& areas,
+                              const Array<double>& weights, double diagonal, double crease_unit,
+                              double steepness, int n_threads) {
+  const auto input = std::pair(view(areas), view(weights));
+  const ConductanceOptions options{diagonal, crease_unit, steepness};
+  Conductances found = on_team(input.first.size(), n_threads, [&](ThreadTeam& team) {
+    return crease_conductances(surface, input.first, input.second, options, team);
+  });
+  return std::tuple(to_numpy(std::move(found.steps)), to_numpy(std::move(found.conductances)));
+}
+
+auto bind_hindered_conductances(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                                const Array<double>& conductances, const Array<double>& values,
+                                double steepness, int n_threads) {
+  const Arcs arcs{view(offsets), view(neighbors)};
+  const auto input = std::pair(view(conductances), view(values));
+  return to_numpy(on_team(input.second.size(), n_threads, [&](ThreadTeam& team) {
+    return hindered_conductances(arcs, input.first, input.second, steepness, team);
+  }));
+}
+
+auto bind_sum_between(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                      const Array<double>& conductances, const Array<double>& steps,
+                      const Array<Cell>& coarse_of, const Array<std::int64_t>& coarse_offsets,
+                      const Array<Cell>& coarse_neighbors) {
+  const Arcs arcs{view(offsets), view(neighbors)};
+  const Arcs coarse{view(coarse_offsets), view(coarse_neighbors)};
+  const auto input = std::tuple(view(conductances), view(steps), view(coarse_of));
+  return to_numpy(without_gil([&] {
+    return sum_between(arcs, std::get<0>(input), std::get<1>(input), std::get<2>(input), coarse);
+  }));
+}
+
+auto bind_relax(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                const Array<double>& conductances, const Table<float>& rows, int n_sweeps,
+                int n_threads) {
+  const Arcs arcs{view(offsets), view(neighbors)};
+  const auto through = view(conductances);
+  const std::span<const float> given{rows.data(), rows.size()};
+  const std::size_t width = rows.shape(1);
+  Buffer<float> relaxed(given.size());
+  on_team(given.size(), n_threads, [&](ThreadTeam& team) {
+    std::copy(given.begin(), given.end(), relaxed.begin());
+    relax(arcs, through, width, n_sweeps, team, relaxed.span());
+  });
+  return to_numpy(std::move(relaxed));
+}
+
+auto bind_diffuse(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                  const Array<double>& conductances, const Array<double>& masses,
+                  const Array<double>& values, double time, int n_threads) {
+  const Arcs arcs{view(offsets), view(neighbors)};
+  const auto input = std::tuple(view(conductances), view(masses), view(values));
+  return to_numpy(on_team(masses.shape(0), n_threads, [&](ThreadTeam& team) {
+    return diffuse(arcs, std::get<0>(input), std::get<1>(input), std::get<2>(input), time, team);
+  }));
+}
+
+auto bind_scale_by_exponentials(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                                const Array<double>& weights, const Array<double>& exponents,
+                                int n_threads) {
+  const Arcs arcs{view(offsets), view(neighbors)};
+  const auto input = std::pair(view(weights), view(exponents));
+  Buffer<double> scaled(input.first.size());
+  on_team(input.second.size(), n_threads, [&](ThreadTeam& team) {
+    std::copy(input.first.begin(), input.first.end(), scaled.begin());
+    scale_by_exponentials(arcs, input.second, team, scaled.span());
+  });
+  return to_numpy(std::move(scaled));
+}
+
+auto bind_smallest_eigenpairs(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                              const Array<double>& conductances, const Array<double>& measures,
+                              const Array<Label>& components, Label n_components, int n_wanted) {
+  const Arcs arcs{view(offsets), view(neighbors)};
+  const auto input = std::tuple(view(conductances), view(measures), view(components));
+  Eigenpairs pairs = without_gil([&] {
+    return smallest_eigenpairs(arcs, std::get<0>(input), std::get<1>(input), std::get<2>(input),
+                               n_components, static_cast<std::size_t>(n_wanted));
+  });
+  return std::tuple(to_numpy(std::move(pairs.values)), to_numpy(std::move(pairs.vectors)));
+}
+
 auto bind_build_face_graph(const Rows<Vertex>& faces, const Array<Vertex>& representative,
                            int n_threads) {
   const auto input = triangles(faces);
@@ -245,10 +352,10 @@ auto bind_find_components(const Array<std::int64_t>& offsets, const Array<Cell>&
 auto bind_superfacet_weights(const TriangleSurface& surface, const Rows<double>& centroids,
                              const Array<double>& areas, const Rows<double>& normals, double alpha,
                              double eta_convex, double crease_length, double diagonal,
-                             int n_threads) {
+                             double ridges, int n_threads) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const FaceMeasures faces{points(centroids), view(areas), points(normals)};
-  const WeightOptions options{alpha, eta_convex, crease_length, diagonal};
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges};
   on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
     superfacet_weights(surface, faces, options, team, weights.span());
   });
@@ -265,9 +372,9 @@ auto bind_stk02_weights(const TriangleSurface& surface, const Rows<double>& cent
 }
 
 auto bind_surface_weights(const Surface& surface, double alpha, double eta_convex,
-                          double crease_length, double diagonal, int n_threads) {
+                          double crease_length, double diagonal, double ridges, int n_threads) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const WeightOptions options{alpha, eta_convex, crease_length, diagonal};
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges};
   on_team(surface.n_cells(), n_threads,
           [&](ThreadTeam& team) { surface_weights(surface, options, team, weights.span()); });
   return to_numpy(std::move(weights));
@@ -426,15 +533,38 @@ void bind_cells(nb::module_& module) {
   module.def("add_feature_steps", &bind_add_feature_steps, "offsets"_a.noconvert(),
              "neighbors"_a.noconvert(), "weights"_a.noconvert(), "features"_a.noconvert(),
              "factor"_a, "n_threads"_a);
+  module.def("ray_thickness", &bind_ray_thickness, "vertices"_a.noconvert(), "faces"_a.noconvert(),
+             "starts"_a.noconvert(), "axes"_a.noconvert(), "n_rays"_a, "least_distance"_a,
+             "inside_out"_a, "n_threads"_a);
+  module.def("logarithms", &bind_logarithms, "values"_a.noconvert());
+  module.def("crease_conductances", &bind_crease_conductances, "surface"_a, "areas"_a.noconvert(),
+             "weights"_a.noconvert(), "diagonal"_a, "crease_unit"_a, "steepness"_a, "n_threads"_a);
+  module.def("hindered_conductances", &bind_hindered_conductances, "offsets"_a.noconvert(),
+             "neighbors"_a.noconvert(), "conductances"_a.noconvert(), "values"_a.noconvert(),
+             "steepness"_a, "n_threads"_a);
+  module.def("sum_between", &bind_sum_between, "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
+             "conductances"_a.noconvert(), "steps"_a.noconvert(), "coarse_of"_a.noconvert(),
+             "coarse_offsets"_a.noconvert(), "coarse_neighbors"_a.noconvert());
+  module.def("relax", &bind_relax, "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
+             "conductances"_a.noconvert(), "rows"_a.noconvert(), "n_sweeps"_a, "n_threads"_a);
+  module.def("diffuse", &bind_diffuse, "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
+             "conductances"_a.noconvert(), "masses"_a.noconvert(), "values"_a.noconvert(), "time"_a,
+             "n_threads"_a);
+  module.def("scale_by_exponentials", &bind_scale_by_exponentials, "offsets"_a.noconvert(),
+             "neighbors"_a.noconvert(), "weights"_a.noconvert(), "exponents"_a.noconvert(),
+             "n_threads"_a);
+  module.def("smallest_eigenpairs", &bind_smallest_eigenpairs, "offsets"_a.noconvert(),
+             "neighbors"_a.noconvert(), "conductances"_a.noconvert(), "measures"_a.noconvert(),
+             "components"_a.noconvert(), "n_components"_a, "n_wanted"_a);
   module.def("find_components", &bind_find_components, "offsets"_a.noconvert(),
              "neighbors"_a.noconvert(), "labels"_a.noconvert());
   module.def("superfacet_weights", &bind_superfacet_weights, "surface"_a, "centroids"_a.noconvert(),
              "areas"_a.noconvert(), "normals"_a.noconvert(), "alpha"_a, "eta_convex"_a,
-             "crease_length"_a, "diagonal"_a, "n_threads"_a);
+             "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
   module.def("stk02_weights", &bind_stk02_weights, "surface"_a, "centroids"_a.noconvert(),
              "alpha"_a, "n_threads"_a);
   module.def("surface_weights", &bind_surface_weights, "surface"_a, "alpha"_a, "eta_convex"_a,
-             "crease_length"_a, "diagonal"_a, "n_threads"_a);
+             "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
   module.def("polygon_stk02_weights", &bind_polygon_stk02_weights, "surface"_a, "alpha"_a,
              "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);

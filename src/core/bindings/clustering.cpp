@@ -68,6 +68,10 @@ auto bind_update(Clustering& clustering) {
   return to_numpy(without_gil([&] { return clustering.update(); }));
 }
 
+auto bind_relocate(Clustering& clustering, std::int64_t n_moves) {
+  return to_numpy(without_gil([&] { return clustering.relocate(n_moves); }));
+}
+
 auto bind_centers(const Clustering& clustering) {
   return to_numpy(clustering.centers());
 }
@@ -161,6 +165,7 @@ void bind_clustering_stages(nb::module_& module) {
            "n_threads"_a, "islands"_a = Islands::kKeep, nb::keep_alive<1, 2>())
       .def("classify", &bind_classify, "centers"_a.noconvert())
       .def("update", &bind_update)
+      .def("relocate", &bind_relocate, "n_moves"_a)
       .def("centers", &bind_centers)
       .def("labels", &bind_labels)
       .def("lengths", &bind_lengths);

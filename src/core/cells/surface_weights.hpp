@@ -10,7 +10,7 @@ namespace superfacets {
 // weights[a] = (step + alpha eta b theta / pi) / d, with the length of the step and of the border b
 // of an arc and the angle theta (see Surface); eta is 1 where it is positive. For faces that is
 // superfacet_weights of weights.hpp, the same bits. Where options give a crease_length, that stands
-// for b.
+// for b. Options may let ridges count more than other convex edges.
 void surface_weights(const Surface& surface, const WeightOptions& options, ThreadTeam& team,
                      std::span<double> weights);
 

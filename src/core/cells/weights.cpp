@@ -13,6 +13,7 @@
 #include "base/prefetch.hpp"
 #include "base/threads.hpp"
 #include "base/versions.hpp"
+#include "cells/ridges.hpp"
 #include "mesh/geometry.hpp"
 
 namespace superfacets {
@@ -87,6 +88,28 @@ SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const WeightOpt
   const double angular = price * theta / std::numbers::pi;  // eq. 2
   return (way_over(data.edge, data.from, data.to) + angular) / options.diagonal;
 }
+
+double any_arc_weight(const ArcData& data, const WeightOptions& options, double up) {
+  return options.crease_length > 0.0 ? arc_weight<true>(data, options, up)
+                                     : arc_weight<false>(data, options, up);
+}
+
+// What ridges are found by.
+struct FaceBends {
+  const Geometry& geometry;
+
+  double angle(Face face, std::int64_t arc, Face other) const {
+    const double sign = geometry.surface.same_turn(arc) ? -1.0 : 1.0;  // whichever is flipped
+    const Point& normal = geometry.normals[other];
+    const Fold fold = fold_of(geometry.normals[face], sign * normal, {0.0, 0.0, 0.0});
+    return arctangent(fold.sine, fold.cosine);
+  }
+  bool is_convex(Face face, std::int64_t arc, Face other) const {
+    const ArcData data = arc_data(geometry, face, other, arc);
+    const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
+    return !(up_of(geometry) * fold.rise > 0.0);
+  }
+};
 
 // The only arc from one face to another; -1 if there are several, or too many arcs to search. No
 // branches, because the position in the list is hard to predict.
@@ -190,7 +213,12 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
 class Weigher {
  public:
   Weigher(const Geometry& geometry, const WeightOptions& options, std::span<double> weights)
-      : geometry_(geometry), options_(options), weights_(weights) {}
+      : geometry_(geometry),
+        options_(options),
+        of_ridges_(options.of_ridges()),
+        bends_{geometry},
+        ridges_(geometry.surface, bends_),
+        weights_(weights) {}
 
   // Of the arcs from a range of faces.
   std::int64_t weigh_range(std::int64_t begin, std::int64_t end) {
@@ -217,6 +245,7 @@ class Weigher {
     } else {
       run_version(with_, Weigh<false>{}, block_, options_, up, &numbers_, rising.size());
     }
+    if (options_.has_ridges()) weigh_ridges(rising);
     std::int64_t n_weighed = std::ssize(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
       weights_[rising[i].arc] = numbers_[i];
@@ -228,28 +257,49 @@ class Weigher {
     return n_weighed;
   }
 
+  // Replaces the weights of arcs across ridges.
+  void weigh_ridges(std::span<const RisingArc> rising) {
+    const double up = up_of(geometry_);
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      cosines_[i] = dot(block_.normal_from.get(i), block_.normal_to.get(i));
+    }
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      if (cosines_[i] > kSharpCosine) continue;  // most
+      const ArcData data = block_.get(i);
+      if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
+      if (!ridges_.crosses(rising[i].from, rising[i].arc)) continue;
+      numbers_[i] = any_arc_weight(data, of_ridges_, up);
+    }
+  }
+
   const Geometry& geometry_;
   const WeightOptions& options_;
+  const WeightOptions of_ridges_;
+  const FaceBends bends_;
+  const Ridges<TriangleSurface, FaceBends> ridges_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
   std::vector<RisingArc> listed_;
   Block block_;
   Numbers numbers_;
+  Numbers cosines_;
 };
 
 // Computes the weights that a Weigher leaves: of arcs to lower faces that are not unique, or have
 // no reverse arc.
 void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
                       std::int64_t end, std::span<double> weights) {
-  const bool has_length = options.crease_length > 0.0;
   const double up = up_of(geometry);
+  const WeightOptions of_ridges = options.of_ridges();
+  const FaceBends bends{geometry};
+  const Ridges ridges(geometry.surface, bends);
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       std::int64_t back = -1;
       if (neighbor > face || is_pair(geometry.arcs(), {face, neighbor, arc}, back)) continue;
       const ArcData data = arc_data(geometry, face, neighbor, arc);
-      weights[arc] =
-          has_length ? arc_weight<true>(data, options, up) : arc_weight<false>(data, options, up);
+      const bool is_ridge = options.has_ridges() && ridges.crosses(face, arc);
+      weights[arc] = any_arc_weight(data, is_ridge ? of_ridges : options, up);
     }
   }
 }

@@ -19,6 +19,17 @@ struct WeightOptions {
   double eta_convex = 0.2;     // what a convex edge counts, against 1 for a concave one
   double crease_length = 0.0;  // what stands for |e| in eq. 2; 0: the length of each edge itself
   double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
+  double ridges = 0.0;         // what a ridge (ridges.hpp) counts, if that is more than eta_convex
+
+  // Whether ridges count more than other convex edges.
+  bool has_ridges() const { return alpha > 0.0 && ridges > eta_convex; }
+
+  // The options for ridges.
+  WeightOptions of_ridges() const {
+    WeightOptions options = *this;
+    options.eta_convex = ridges;
+    return options;
+  }
 };
 
 // Centroids, areas and unit normals of faces, computed once because each arc needs them. Normals
@@ -41,7 +52,8 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0, where
 // options may put another length in the place of |e|. theta is in [0, pi] and 0 where a face has no
-// normal. The two arcs of a pair get the same bits.
+// normal. The two arcs of a pair get the same bits. Options may let ridges count more than other
+// convex edges.
 void superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                         const WeightOptions& options, ThreadTeam& team, std::span<double> weights);
 

@@ -2,6 +2,7 @@
 
 #include "base/assert.hpp"
 #include "base/threads.hpp"
+#include "clustering/relocation.hpp"
 
 namespace superfacets {
 
@@ -30,6 +31,17 @@ std::vector<Cell> Clustering::update() {
   };
   classification_.take_changes(take_over);
   return graph_.cells_at(means_.nearest(classification_.centers()));
+}
+
+std::vector<Cell> Clustering::relocate(std::int64_t n_moves) {
+  Buffer<Path> paths(graph_.n_cells());
+  team_.for_each_block(graph_.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    for (auto place = static_cast<Place>(begin); place < end; ++place) {
+      paths[place] = classification_.path(place);
+    }
+  });
+  return graph_.cells_at(
+      relocate_centers(graph_, paths.span(), classification_.centers(), n_moves, team_));
 }
 
 Buffer<Label> Clustering::labels() {

@@ -27,6 +27,10 @@ class Clustering {
   // For each region the cell nearest to its mean; see update_centers.
   std::vector<Cell> update();
 
+  // The centers with those moved that are needed elsewhere; see relocate_centers. Expansions must
+  // not be halted.
+  std::vector<Cell> relocate(std::int64_t n_moves);
+
   Buffer<Label> labels();        // (N,) index of each cell's center in `centers`, or kNoLabel
   Buffer<PathLength> lengths();  // (N,) of the path from that center
 

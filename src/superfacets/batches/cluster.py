@@ -20,7 +20,7 @@ from typing import Any
 from .. import __version__
 from ..errors import MissingExtraError, reason_of
 from ..io.guards import counted
-from .jobs import Job, Record, hash_of, run_job
+from .jobs import BatchJob, Record, hash_of, run_job
 
 __all__ = ["Killed", "Team", "Worker", "local_memory", "local_team", "remote_team"]
 
@@ -86,7 +86,7 @@ class Team:
         """Bytes that every file may need if each thread of each worker has one."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
-    def do_together(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Record | Killed]]:
+    def do_together(self, jobs: Sequence[BatchJob]) -> Iterator[tuple[BatchJob, Record | Killed]]:
         """Yield jobs with their records as they end, one at a time on each thread of a worker.
 
         Raises
@@ -96,7 +96,7 @@ class Team:
         """
         yield from _run(self, [job.with_threads(1) for job in jobs], width=None)
 
-    def do_alone(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Record | Killed]]:
+    def do_alone(self, jobs: Sequence[BatchJob]) -> Iterator[tuple[BatchJob, Record | Killed]]:
         """Likewise, but one after the other, each on all threads of a worker."""
         n_threads = min(worker.n_threads for worker in self.workers)
         yield from _run(self, [job.with_threads(n_threads) for job in jobs], width=1)
@@ -207,8 +207,8 @@ def _facts_of(dask_worker: Any) -> tuple[int, float]:
 
 
 def _run(
-    team: Team, jobs: Sequence[Job], width: int | None
-) -> Iterator[tuple[Job, Record | Killed]]:
+    team: Team, jobs: Sequence[BatchJob], width: int | None
+) -> Iterator[tuple[BatchJob, Record | Killed]]:
     """Hand out jobs: one to each thread, and one more to each worker for when it has done that.
 
     With a `width`, no more than that. So the scheduler never has thousands of them, and a worker
@@ -217,7 +217,7 @@ def _run(
     be allowed, if no other is there at the time.
     """
     waiting = deque(jobs)
-    running: dict[str, tuple[Any, Job]] = {}
+    running: dict[str, tuple[Any, BatchJob]] = {}
     ended: SimpleQueue[Any] = SimpleQueue()
     presence = _Presence(team)
     try:
@@ -245,7 +245,7 @@ def _run(
             team.client.cancel([future for future, _ in running.values()])
 
 
-def _result_of(future: Any, job: Job) -> Record | Killed | None:
+def _result_of(future: Any, job: BatchJob) -> Record | Killed | None:
     """What came of a job; None if its worker ended with the result: it is being done again.
 
     An OSError that `run_job` raised is raised here: the batch cannot go on.

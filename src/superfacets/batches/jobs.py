@@ -17,11 +17,11 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, read_content
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.writers.cells import ATTRIBUTE_OUTPUTS
-from ..io.writers.write import OUTPUT_ENDINGS, check_outputs, write_outputs
+from ..io.writers.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells
 from .files import FileOptions, segment_file
 
-__all__ = ["Job", "Record", "hash_of", "run_job"]
+__all__ = ["BatchJob", "Record", "hash_of", "run_job"]
 
 Record = dict[str, Any]
 """What a line of the manifest holds."""
@@ -31,7 +31,7 @@ _STOPPING = (errno.ENOSPC, errno.EDQUOT)
 
 
 @dataclass(frozen=True)
-class Job:
+class BatchJob:
     """A file, and what is to be done with it. It is pickled for the worker."""
 
     head: Mapping[str, Any]
@@ -52,13 +52,13 @@ class Job:
         """Paths of the results."""
         return [Path(self.folder, name) for name in self.outputs]
 
-    def with_threads(self, n_threads: int) -> Job:
+    def with_threads(self, n_threads: int) -> BatchJob:
         """The job on so many threads, if no other number was asked for."""
         keywords = {"n_threads": n_threads, **self.options.keywords}
         return replace(self, options=replace(self.options, keywords=keywords))
 
 
-def run_job(job: Job) -> Record:
+def run_job(job: BatchJob) -> Record:
     """Read, segment, write; return the record, of a failure too.
 
     Raises
@@ -81,13 +81,15 @@ def run_job(job: Job) -> Record:
         return record | {"error": reason_of(error)}
 
 
-def _done(job: Job, record: Record) -> Record:
+def _done(job: BatchJob, record: Record) -> Record:
     """Do it; the hash is recorded as soon as it is known, whatever comes after."""
     files = job.files
     for folder in {path.parent for path in files}:
         folder.mkdir(parents=True, exist_ok=True)
     check_outputs(files)
     path = Path(job.path)
+    endings = [known_ending(file, OUTPUT_ENDINGS) for file in files]
+    form = job.options.form(endings)
 
     def load(keep: bool) -> tuple[AnyCells, MeshAttributes | None]:
         try:
@@ -96,17 +98,18 @@ def _done(job: Job, record: Record) -> Record:
             record["sha256"] = hash_of(job.path)
             raise
         record["sha256"] = hashlib.sha256(content).hexdigest()
-        return parse_cells_and_attributes(content, cell_ending(path), path.parent, keep=keep)
+        found = parse_cells_and_attributes(content, cell_ending(path), path.parent, keep=keep)
+        check_fit(found[0], None, endings, form)
+        return found
 
     timings: dict[str, float] = {}
-    endings = [known_ending(file, OUTPUT_ENDINGS) for file in files]
     holds_attributes = not {*endings}.isdisjoint(ATTRIBUTE_OUTPUTS)
     outcome = segment_file(load, job.options, holds_attributes=holds_attributes, timings=timings)
     result = outcome.result
     with timed(timings, "export"):
         write_outputs(
             files, outcome.mesh, result.labels, attributes=outcome.attributes,
-            options=job.options.form(endings), listed=outcome.listed,
+            options=form, listed=outcome.listed,
             listed_mesh=outcome.listed_mesh,
         )  # fmt: skip
     seconds = {**result.timings, **timings}

@@ -17,10 +17,10 @@ from ..io.locks import locked
 from ..io.writers.write import ENDING_OF_FORMAT
 from .cluster import Killed, Team, local_team, remote_team
 from .files import FileOptions
-from .jobs import Job, Record, hash_of, run_job
+from .jobs import BatchJob, Record, hash_of, run_job
 from .manifest import Manifest
 from .memory import cells_of, memory_of
-from .sources import Source, check_outputs_differ, find_sources, output_names, usual_ending
+from .sources import Source, check_outputs_differ, find_sources, output_names, result_ending
 
 __all__ = ["MANIFEST", "BatchProgress", "BatchResult", "batch"]
 
@@ -226,7 +226,7 @@ def batch(
 
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
-) -> list[Job]:
+) -> list[BatchJob]:
     """The jobs for all files, done or not; an error if they do not go together."""
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
@@ -234,22 +234,22 @@ def _plan(
             raise ValueError(f"formats must be some of {known}, each once; got {name!r}")
     endings = tuple(ENDING_OF_FORMAT[name] for name in formats)
     sources = find_sources(inputs)
-    options.form(endings or [usual_ending(source.name) for source in sources])
+    options.form(endings or [result_ending(source.name) for source in sources])
     check_outputs_differ(sources, endings)
     params = {**options.params, "formats": list(formats)}
 
-    def job_of(source: Source) -> Job:
+    def job_of(source: Source) -> BatchJob:
         head = {
             "name": source.name, "input": source.input, "version": __version__, "params": params,
         }  # fmt: skip
         names = output_names(source.name, endings)
-        return Job(head, str(Path(source.input).absolute()), str(folder), names, options)
+        return BatchJob(head, str(Path(source.input).absolute()), str(folder), names, options)
 
     return [job_of(source) for source in sources]
 
 
 @contextlib.contextmanager
-def _tidied(jobs: Sequence[Job]) -> Iterator[None]:
+def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
     """Remove what killed processes have left behind, before and after; nobody else writes here."""
     files = [path for job in jobs for path in job.files]
     remove_leftovers(files, older_than=0.0)
@@ -259,10 +259,10 @@ def _tidied(jobs: Sequence[Job]) -> Iterator[None]:
         remove_leftovers(files, older_than=0.0)
 
 
-def _todo(jobs: Sequence[Job], manifest: Manifest, *, retry_failed: bool) -> list[Job]:
+def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
     """The jobs that have no valid record; files are read for their hashes, several at a time."""
 
-    def is_done(job: Job) -> bool:
+    def is_done(job: BatchJob) -> bool:
         record = manifest.records.get(job.name)
         if record is None or (retry_failed and "error" in record):
             return False
@@ -276,14 +276,14 @@ def _todo(jobs: Sequence[Job], manifest: Manifest, *, retry_failed: bool) -> lis
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
 
 
-def _has_size(job: Job, name: str, size: int) -> bool:
+def _has_size(job: BatchJob, name: str, size: int) -> bool:
     path = Path(job.folder, name)
     return path.is_file() and path.stat().st_size == size
 
 
 def _do(
-    jobs: Sequence[Job], scheduler: str | None, n_workers: int, folder: str
-) -> Generator[tuple[Job, Record]]:
+    jobs: Sequence[BatchJob], scheduler: str | None, n_workers: int, folder: str
+) -> Generator[tuple[BatchJob, Record]]:
     """Yield jobs with their records, in the order in which they end."""
     if not jobs:
         return
@@ -305,8 +305,8 @@ OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
 
 
 def _do_in_teams(
-    jobs: Sequence[Job], open_many: OpenTeam, open_one: OpenTeam
-) -> Iterator[tuple[Job, Record]]:
+    jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
+) -> Iterator[tuple[BatchJob, Record]]:
     """Do what fits side by side, the largest first; then the others, and what killed workers."""
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as team:
@@ -332,14 +332,14 @@ def _do_in_teams(
 class _Tally:
     """Counts of what has ended, and how much is left by the sizes of files."""
 
-    def __init__(self, jobs: Sequence[Job]) -> None:
+    def __init__(self, jobs: Sequence[BatchJob]) -> None:
         self.n_done = self.n_cells = 0
         self._n_ended, self._n_files = 0, len(jobs)
         self._work = {job.name: START_CELLS + cells_of(job.path) for job in jobs}
         self._left = self._all = sum(self._work.values())
         self._began = time.perf_counter()
 
-    def count(self, job: Job, record: Record) -> None:
+    def count(self, job: BatchJob, record: Record) -> None:
         self._n_ended += 1
         self._left -= self._work[job.name]
         if "error" not in record:

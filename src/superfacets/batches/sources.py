@@ -11,9 +11,10 @@ from pathlib import Path, PurePosixPath
 from ..io.atomic import StrPath
 from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
+from ..io.writers.cells import usual_ending
 from ..io.writers.scannet import scene_of
 
-__all__ = ["Source", "check_outputs_differ", "find_sources", "output_names", "usual_ending"]
+__all__ = ["Source", "check_outputs_differ", "find_sources", "output_names", "result_ending"]
 
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
 """Of files that a folder is searched for: those three more often hold something else."""
@@ -127,15 +128,15 @@ def _is_same_file(one: str, other: str) -> bool:
     return os.path.realpath(one) == os.path.realpath(other)
 
 
-def usual_ending(path: StrPath) -> str:
-    """The ending of the result for a file, where none is asked for: a mesh with labels."""
-    return ".vtu" if Path(path).suffix.lower() in TET_ENDINGS else ".ply"
+def result_ending(name: str) -> str:
+    """The ending of the result for a file, where none is asked for."""
+    return usual_ending(of_tets=PurePosixPath(name).suffix.lower() in TET_ENDINGS)
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:
     """Names of results made of the name of an input; with no endings, of the usual one."""
     path = PurePosixPath(name)
-    wanted = tuple(endings) or (usual_ending(name),)
+    wanted = tuple(endings) or (result_ending(name),)
     return tuple(str(path.with_name(_output_name(path, ending))) for ending in wanted)
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._options import WEIGHTS
-from .._validate import checked_count, checked_number, checked_threads
+from .._validate import check_spread, checked_count, checked_number, checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import ArcMeasures, CellGraph, box_diagonal, checked_measures, checked_weights
@@ -75,7 +75,11 @@ def find_point_graph(
     n_around: int = N_AROUND,
     cutoff: float = CUTOFF,
 ) -> PointGraph:
-    """Return the graph of a cloud; arguments as for `build_point_graph`, and checked."""
+    """Return the graph of a cloud; arguments as for `build_point_graph`, and checked.
+
+    A MeshError if all points lie at one place.
+    """
+    check_spread(cloud.bounds)
     offsets, neighbors, measures, normals, order = _core.build_point_graph(
         cloud.points,
         n_neighbors,
@@ -92,8 +96,10 @@ def find_point_graph(
 def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
     """Return the graph of a cloud whose cells are in an order in which near ones follow each other.
 
-    All that follows is then two to three times as fast as on points in any order.
+    All that follows is then two to three times as fast as on points in any order. A MeshError if
+    all points lie at one place.
     """
+    check_spread(cloud.bounds)
     has_normals = cloud.normals is not None
     positions, offsets, neighbors, measures, normals, points = _core.build_sorted_point_graph(
         cloud.points, N_NEIGHBORS, N_AROUND, CUTOFF, has_normals, n_threads

@@ -21,6 +21,7 @@ from .._validate import (
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, cut_into_triangles
 from ..mesh.triangle_mesh import Mesh
+from .majority import weighted_majority
 
 __all__ = ["Subdivision", "subdivide"]
 
@@ -108,7 +109,13 @@ class Subdivision:
             shares = np.exp2(-self.depths[chosen].astype(np.float64))
             if self.cut_areas is not None:
                 shares *= self.cut_areas[chosen]
-            back[is_mixed] = _heaviest(self.sources[chosen], given[chosen], shares)
+            groups = (np.cumsum(is_mixed) - 1)[self.sources[chosen]]
+            names, codes = np.unique(given[chosen], return_inverse=True)
+            # Sums of powers of two are exact, so what is equal compares equal.
+            winners = weighted_majority(
+                groups, codes.astype(np.int32), shares, int(np.count_nonzero(is_mixed))
+            )
+            back[is_mixed] = names[winners]
         return back
 
     def __repr__(self) -> str:
@@ -219,17 +226,3 @@ def _check_resolution(mesh: FaceMesh, max_edge: float) -> None:
             f"max_edge={max_edge:g} is too short beside coordinates of {largest:g}:"
             " give a longer one, or move the mesh to the origin"
         )
-
-
-def _heaviest(
-    sources: npt.NDArray[np.int32], labels: npt.NDArray[np.int64], shares: npt.NDArray[np.float64]
-) -> npt.NDArray[np.int64]:
-    """The label with the largest share of each source, in the order of the sources."""
-    order = np.lexsort((labels, sources))
-    sources, labels = sources[order], labels[order]
-    starts = np.flatnonzero((np.diff(sources, prepend=-1) > 0) | (np.diff(labels, prepend=0) != 0))
-    # Sums of powers of two are exact, so what is equal compares equal.
-    totals = np.add.reduceat(shares[order], starts)
-    sources, labels = sources[starts], labels[starts]
-    best = np.lexsort((labels, -totals, sources))
-    return labels[best][np.diff(sources[best], prepend=-1) > 0]

@@ -181,7 +181,7 @@ def tet_weights(surface: Surface, options: WeightOptions) -> npt.ArrayLike:
     """Return one weight per arc: the step in diagonals, as cells of a volume meet at no angle."""
     if options.given is not None:
         return options.given
-    if options.params["weights"] != "creases":
+    if options.params["weights"] not in ("creases", "parts"):
         raise ValueError(
             f"weights={options.params['weights']!r} needs faces, which meet at angles:"
             " leave it out for tetrahedra"

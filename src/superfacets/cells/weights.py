@@ -132,6 +132,7 @@ def crease_weights(
     *,
     alpha: float = 20.0,
     eta_convex: float = 0.0,
+    ridges: float = 0.35,
     n_threads: int | None = None,
 ) -> npt.NDArray[np.float64]:
     r"""Return the weight of each arc, with a cost of creases that does not depend on resolution.
@@ -142,6 +143,13 @@ def crease_weights(
     as a mesh is refined, and with them the cost of creases, while the distance term of a path does
     not change. With r, a path that turns by theta in total costs the same on fine and on coarse
     meshes. The rest is as for `superfacet_weights`.
+
+    Convex edges cost nothing by default, but for ridges, as machine parts have them and rounded
+    limbs do not: a ridge is a convex edge that bends by 40 degrees or more, while each other edge
+    of its two faces bends by less than 0.3 of that. Other sharp edges do not count against a ridge,
+    as at the corner of a box, if they bend by 40 degrees or more, convex or concave, and neither of
+    the two by less than 0.7 of the other; but a triangle may have one of them at most. And a ridge
+    goes on: at both of its ends it meets another such edge, or the border of an open mesh.
 
     Parameters
     ----------
@@ -154,6 +162,9 @@ def crease_weights(
         Cost, in radii, of a turn by pi at a concave edge, >= 0.
     eta_convex : float, default 0.0
         Weight of convex edges relative to concave ones, >= 0.
+    ridges : float, default 0.35
+        Weight of ridges relative to concave edges, >= 0, where that is more than `eta_convex`. 0
+        turns it off.
 
     Returns
     -------
@@ -171,18 +182,24 @@ def crease_weights(
     >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
     >>> crease_weights(valley, build_face_graph(valley), 0.5, alpha=10).round(3).tolist()
     [1.874, 1.874]
+
+    A ridge of the same angle counts about a third of that, or nothing:
+
+    >>> ridge = Mesh(valley.vertices, [[0, 1, 2], [0, 2, 3]])
+    >>> crease_weights(ridge, build_face_graph(ridge), 0.5, alpha=10).round(3).tolist()
+    [0.936, 0.936]
+    >>> crease_weights(ridge, build_face_graph(ridge), 0.5, alpha=10, ridges=0).round(3).tolist()
+    [0.43, 0.43]
     """
+    mesh = as_mesh(mesh)
+    threads = checked_threads(n_threads)
     radius = checked_number(expected_radius, "expected_radius", zero=True)
-    if radius == 0:
-        alpha, radius = 0.0, 1.0
-    return superfacet_weights(
-        mesh,
-        graph,
-        alpha=alpha,
-        eta_convex=eta_convex,
-        crease_length=radius,
-        n_threads=n_threads,
-    )
+    alpha, length = scaled(checked_number(alpha, "alpha", zero=True), radius)
+    eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
+    ridges = checked_number(ridges, "ridges", zero=True)
+    surface = Surface.of_faces(mesh, graph, threads)
+    cells = (graph.positions, graph.measures, NO_NORMALS)
+    return weights_of(surface, cells, alpha, eta_convex, length, ridges)
 
 
 def stk02_weights(
@@ -259,16 +276,19 @@ def arc_weights(
             surface.handle, faces.positions, params["alpha"], surface.n_threads
         )
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    alpha, length = scaled(params["alpha"], radius if params["weights"] == "creases" else None)
-    return weights_of(surface, cells, alpha, params["eta_convex"], length)
+    alpha, length = scaled(params["alpha"], None if params["weights"] == "superfacets" else radius)
+    ridges = params.get("ridges", 0.0)
+    return weights_of(surface, cells, alpha, params["eta_convex"], length, ridges)
 
 
-def creases_of(surface: Surface, radius: float) -> npt.NDArray[np.float64]:
+def creases_of(
+    surface: Surface, radius: float, ridges: float = WEIGHTS["creases"]["ridges"]
+) -> npt.NDArray[np.float64]:
     """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
     options = WEIGHTS["creases"]
     cells = (surface.positions, surface.measures, NO_NORMALS)
     alpha, length = scaled(options["alpha"], radius)
-    return weights_of(surface, cells, alpha, options["eta_convex"], length)
+    return weights_of(surface, cells, alpha, options["eta_convex"], length, ridges)
 
 
 def scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
@@ -282,15 +302,19 @@ def weights_of(
     alpha: float,
     eta_convex: float,
     crease_length: float,
+    ridges: float = 0.0,
 ) -> npt.NDArray[np.float64]:
-    """Weights by eq. 1 to 3; a `crease_length` of 0 stands for the length of each edge."""
+    """Weights by eq. 1 to 3; a `crease_length` of 0 stands for the length of each edge.
+
+    Points have no edges, and no ridges.
+    """
     handle, threads = surface.handle, surface.n_threads
     factors = (alpha, eta_convex, crease_length, surface.diagonal)
     if isinstance(handle, _core.TriangleSurface):
-        return _core.superfacet_weights(handle, *cells, *factors, threads)
+        return _core.superfacet_weights(handle, *cells, *factors, ridges, threads)
     if isinstance(handle, _core.PointSurface):
         return _core.point_weights(handle, *factors, threads)
-    return _core.surface_weights(handle, *factors, threads)
+    return _core.surface_weights(handle, *factors, ridges, threads)
 
 
 def _stk02_weights_of(

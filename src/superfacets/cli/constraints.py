@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from ..errors import MeshError
 from ..io.guards import known_ending, read_content
-from ..io.readers.labels import LABEL_ENDINGS, checked_labels, npy_array, read_labels
+from ..io.readers.labels import LABEL_ENDINGS, checked_labels, read_labels
+from ..io.readers.npy import npy_array
 from ..io.writers.ids import VERTEX_OUTPUTS
 from .options import FILE
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,24 +13,26 @@ import numpy.typing as npt
 
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.readers.labels import has_labels, read_labels
 from ..io.writers.cells import FormatOptions
 from ..io.writers.regions import write_regions
 from ..io.writers.write import ENDING_OF_FORMAT, check_outputs, write_outputs
-from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import print_note
-from .inputs import load_cells_and_attributes
+from .inputs import labels_beside, load_cells_and_attributes
 from .options import (
     FILE,
     FOLDER,
-    INPUT_FORMATS,
     STANDARD_STREAM,
+    ascii_option,
+    drop_attributes_option,
+    format_option,
     label_options,
+    labels_named_option,
     quiet_option,
 )
-from .outputs import OUTPUT_FORMATS, Job, plan_jobs
+from .outputs import Job, output_option, plan_jobs, to_option
 from .report import notes_on_attributes, notes_on_vertices
 
 __all__ = ["convert_command"]
@@ -38,15 +41,9 @@ __all__ = ["convert_command"]
 @click.command("convert")
 @click.argument("mesh", metavar="IN", type=FILE)
 @click.argument("labels", metavar="[LABELS]", type=FILE, required=False)
-@click.option(
-    "-o",
-    "--output",
-    "outputs",
-    metavar="OUT",
-    type=click.Path(allow_dash=True),
-    multiple=True,
-    help="Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
-    " for standard output.",
+@output_option(
+    "Any file that segment -o writes; may be given several times. Or a folder (results/), or -"
+    " for standard output."
 )
 @click.option(
     "--split",
@@ -55,31 +52,18 @@ __all__ = ["convert_command"]
     type=FOLDER,
     help="Write each region to a file of its own in this folder: DIR/region_17.ply.",
 )
-@click.option(
-    "--to",
-    "formats",
-    type=click.Choice(OUTPUT_FORMATS),
-    multiple=True,
-    help="Format of what no file name tells the format of; may be given several times.  [default:"
-    " ply; vtu of tetrahedra]",
-)
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of IN.  [default: by the ending]",
-)
-@click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
+@to_option("no file name tells the format of")
+@labels_named_option
+@format_option("IN")
+@ascii_option
 @label_options
-@click.option(
-    "--drop-attributes",
-    is_flag=True,
-    help="Do not carry over what a .ply input stores besides its mesh.",
-)
+@drop_attributes_option("input")
 @quiet_option
+@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def convert_command(
     mesh: Path, labels: Path | None, outputs: tuple[str, ...], folder: Path | None,
-    formats: tuple[str, ...], format: str | None, ascii: bool, label_name: str,
-    vertex_labels: bool, drop_attributes: bool, is_quiet: bool,
+    formats: tuple[str, ...], labels_named: str, format: str | None, ascii: bool,
+    label_name: str, vertex_labels: bool, drop_attributes: bool, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Write the mesh in the file IN, with its LABELS, in other formats.
 
@@ -91,14 +75,23 @@ def convert_command(
     )
     check_outputs(job.files)
     keeps = job.holds_attributes and not drop_attributes
-    found = run_in_background(lambda: _read(mesh, labels, format, keep=keeps))
+    found = run_in_background(lambda: _read(mesh, labels, labels_named, format, keep=keeps))
+    hint = f" (none called {labels_named}): name a file of them, or --labels-named"
     if folder is not None and found.labels is None:
-        raise MeshError(f"{mesh}: there are no labels to split it by")
+        raise MeshError(f"{mesh}: there are no labels to split it by{hint}")
+    if job.holds_labels and found.labels is None:
+        raise MeshError(f"{mesh}: there are no labels to write{hint}")
+    parts, n_lost = _write(job, found, form, folder, ending)  # in the foreground: it writes files
     if not is_quiet:
-        for note in found.notes(job):
+        for note in [*notes_on_vertices(n_lost, job.endings), *found.notes()]:
             print_note(note)
-    names = _write(job, found, form, folder, ending)  # not in the background: it writes files
-    if not is_quiet:
+    if as_json:
+        facts = {"file": str(mesh), **found.facts, "outputs": [*job.names, *parts]}
+        click.echo(json.dumps(facts), err=job.stream is not None)
+    elif not is_quiet:
+        names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
+        if folder is not None:
+            names.append(f"{len(parts)} files in {folder}")
         for name in names:
             click.echo(f"wrote {name}", err=job.stream is not None)
 
@@ -112,17 +105,20 @@ class _Found:
     attributes: MeshAttributes | None
     are_named: bool  # labels, as a file of their own
 
-    def notes(self, job: Job) -> list[str]:
-        """Notes on what the outputs lack."""
-        notes = []
-        if self.labels is not None:
-            notes = notes_on_vertices(self.cells, self.labels, job.endings)
+    @property
+    def facts(self) -> dict[str, int | None]:
+        """Number of cells, and of labels: None where there are none."""
+        count = {f"n_{noun_of(self.cells)}s": n_cells_of(self.cells)}
+        if self.labels is None:
+            return {**count, "n_labels": None}
+        return {**count, "n_labels": len(np.unique(self.labels[self.labels >= 0]))}
+
+    def notes(self) -> list[str]:
+        """Notes on attributes that the outputs lack."""
         if self.attributes is None:
-            return notes
+            return []
         is_cloud = isinstance(self.cells, PointCloud)
-        return notes + notes_on_attributes(
-            self.attributes, of_points=is_cloud, are_replaced=self.are_named
-        )
+        return notes_on_attributes(self.attributes, of_points=is_cloud, are_replaced=self.are_named)
 
 
 def _plan(
@@ -149,20 +145,20 @@ def _plan(
     return plan_jobs([str(mesh)], outputs, (), ascii=ascii, also_read=also_read)[0], ending
 
 
-def _read(mesh: Path, labels: Path | None, format: str | None, *, keep: bool) -> _Found:
+def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, keep: bool) -> _Found:
     cells, attributes = load_cells_and_attributes(str(mesh), format, keep=keep)
-    if labels is None and not (format is None and has_labels(mesh)):
+    if labels is None and format is not None:  # its ending does not tell how to read it
         return _Found(cells, None, attributes, False)
-    found = read_labels(labels or mesh, n_cells_of(cells))
+    found = labels_beside(mesh, labels, n_cells_of(cells), named)
     return _Found(cells, found, attributes, labels is not None)
 
 
 def _write(
     job: Job, found: _Found, form: FormatOptions, folder: Path | None, ending: str | None
-) -> list[str]:
-    """Write all files, and return what to say that was written."""
+) -> tuple[list[str], int]:
+    """Write all; return the files of regions, and how many regions labels of vertices lack."""
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    write_outputs(
+    n_lost = write_outputs(
         job.files,
         found.cells,
         found.labels,
@@ -170,8 +166,7 @@ def _write(
         attributes=found.attributes,
         options=form,
     )
-    names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
+    paths = []
     if folder is not None and found.labels is not None:
         paths = write_regions(folder, found.cells, found.labels, ending=ending, ascii=form.ascii)
-        names.append(f"{len(paths)} files in {folder}")
-    return names
+    return [str(path) for path in paths], n_lost

@@ -29,8 +29,8 @@ __all__ = ["demo_command"]
 )
 def demo_command(output: Path) -> None:
     """Segment the sample mesh of the package, and write a labeled mesh and a picture of it."""
+    from ..pictures.rendering import check_rendering, render
     from ..sample import sample_mesh
-    from ..view.rendering import check_rendering, render
 
     check_rendering()
     writable_folder(output)

@@ -8,11 +8,11 @@ from pathlib import Path
 import click
 
 from ..io.readers.labels import read_labels
-from ..io.readers.read import read_mesh
+from ..io.readers.read import read_cells
 from ..mesh.faces import n_cells_of
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from .background import run_in_background
-from .options import FILE, NOT_NEGATIVE
+from .options import FILE, NOT_NEGATIVE, labels_named_option
 
 __all__ = ["evaluate_command"]
 
@@ -36,10 +36,11 @@ __all__ = ["evaluate_command"]
     show_default=True,
     help="How far apart borders may be to count as one, as a fraction of the mesh's diagonal.",
 )
+@labels_named_option
 @click.option("--json", "as_json", is_flag=True, help="Print the metrics as JSON.")
 def evaluate_command(
     mesh: Path, labels: Path, truths: tuple[Path, ...], more: tuple[Path, ...], tolerance: float,
-    as_json: bool,
+    labels_named: str, as_json: bool,
 ) -> None:  # fmt: skip
     """Print how good LABELS of the mesh in the file IN are, against ground truth if there is any.
 
@@ -53,10 +54,11 @@ def evaluate_command(
         )
 
     def compute() -> dict[str, float]:
-        surface = read_mesh(mesh)
-        regions = read_labels(labels, n_cells_of(surface))
-        segments = [read_labels(path, n_cells_of(surface)) for path in (*truths, *more)]
-        return evaluate(surface, regions, segments, tolerance=tolerance)
+        cells = read_cells(mesh)
+        n_cells = n_cells_of(cells)
+        regions = read_labels(labels, n_cells, name=labels_named)
+        segments = [read_labels(path, n_cells, name=labels_named) for path in (*truths, *more)]
+        return evaluate(cells, regions, segments, tolerance=tolerance)
 
     values = run_in_background(compute)
     n_truths = len(truths) + len(more)

@@ -8,7 +8,7 @@ from functools import partial
 
 import click
 
-from ..cells.cloud_info import CloudInfo, cloud_info
+from ..cells.cloud_facts import CloudInfo, cloud_info
 from ..cells.info import MeshInfo, TetInfo, mesh_info
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.slivers import sliver_note
@@ -16,7 +16,7 @@ from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells, name_of
-from .options import INPUT_FORMATS
+from .options import format_option
 
 __all__ = ["info_command"]
 
@@ -25,11 +25,7 @@ __all__ = ["info_command"]
 @click.argument(
     "inputs", metavar="IN...", type=click.Path(allow_dash=True), nargs=-1, required=True
 )
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of the inputs.  [default: by the ending; standard input by its content]",
-)
+@format_option("the inputs", of_stream=True)
 @click.option(
     "--json", "as_json", is_flag=True, help="Print the facts as JSON, an object and a line per IN."
 )

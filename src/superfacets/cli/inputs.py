@@ -4,18 +4,33 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
+import numpy as np
+import numpy.typing as npt
 
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..io.guards import Content, read_content
+from ..io.guards import Content, known_ending, read_content
+from ..io.readers.labels import has_labels, read_labels
+from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.readers.recognize import recognized_ending
 from ..mesh.faces import AnyCells
 from .options import STANDARD_STREAM
 
-__all__ = ["check_inputs", "load_cells", "load_cells_and_attributes", "name_of"]
+__all__ = [
+    "VALUE_ENDINGS",
+    "check_inputs",
+    "labels_beside",
+    "load_cells",
+    "load_cells_and_attributes",
+    "name_of",
+    "read_values",
+]
+
+VALUE_ENDINGS = (".npy", ".txt")
 
 
 def check_inputs(inputs: tuple[str, ...]) -> None:
@@ -51,6 +66,18 @@ def load_cells_and_attributes(
         raise MeshError(f"{name_of(text)}: {error}") from None
 
 
+def labels_beside(
+    mesh: Path, labels: Path | None, n_cells: int, name: str
+) -> npt.NDArray[np.int32] | None:
+    """The labels of a file, or those that the file of the mesh holds; None if there are neither.
+
+    The name is that of the labels in files that hold more.
+    """
+    if labels is None and not has_labels(mesh, name=name):
+        return None
+    return read_labels(labels or mesh, n_cells, name=name)
+
+
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     """Bytes, the ending that tells their format, and the folder that they lie in."""
     if text != STANDARD_STREAM:
@@ -65,3 +92,15 @@ def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
     if ending is None:
         raise MeshError("standard input is of no known format: name it with --format")
     return data, ending, None
+
+
+def read_values(path: Path) -> npt.NDArray[Any]:
+    """The numbers in a file, one per cell or region."""
+    ending = known_ending(path, VALUE_ENDINGS)
+    data = read_content(path)
+    try:
+        if ending == ".npy":
+            return npy_array(data, "values")
+        return np.array(bytes(data).split(), dtype=np.float64)
+    except ValueError as error:
+        raise MeshError(f"{path}: {error}") from None

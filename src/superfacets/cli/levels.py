@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -13,23 +15,37 @@ import click
 import numpy as np
 
 from .._options import ISLANDS, Islands
-from .._validate import checked_threads
+from .._validate import checked_threads, ranked_labels
 from ..batches.features import features_of
 from ..errors import IslandWarning, SliverWarning
 from ..io.atomic import atomic_outputs, checked_targets
+from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
-from ..io.writers.cells import FormatOptions
+from ..io.writers.cells import CellWriter, FormatOptions
+from ..io.writers.ids import IdWriter
 from ..io.writers.sstk import write_sstk
-from ..io.writers.write import OUTPUT_ENDINGS
+from ..io.writers.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..levels import hierarchy
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
+from ..mesh.point_cloud import PointCloud
 from ..regions.hierarchy import Hierarchy
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
+from .failures import print_note
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import COUNT, FILE, INPUT_FORMATS, STANDARD_STREAM, numbers, quiet_option
-from .outputs import Job, check_files, check_fit, writer_of
+from .options import (
+    FILE,
+    STANDARD_STREAM,
+    drop_attributes_option,
+    format_option,
+    labels_named_option,
+    numbers,
+    quiet_option,
+    threads_option,
+)
+from .outputs import Job, check_files, check_terminal, output_option
+from .report import notes_on_attributes
 
 __all__ = ["levels_command"]
 
@@ -49,14 +65,17 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")
     required=True,
     help="Number of regions on each level, say 2000,500,100.",
 )
-@click.option(
-    "-o",
-    "--output",
-    metavar="OUT",
-    type=FILE,
+@output_option(
+    "A .npz or .sstk.json that holds all levels; or any other file that segment writes: OUT.ply"
+    " then becomes OUT.2000.ply, OUT.500.ply and so on. May be given several times; or - for"
+    " standard output.",
     required=True,
-    help="A .npz or .sstk.json that holds all levels; or any other file that segment writes:"
-    " OUT.ply then becomes OUT.2000.ply, OUT.500.ply and so on.",
+)
+@click.option(
+    "--to",
+    "format_of_stream",
+    type=click.Choice([ending.lstrip(".") for ending in ALL_LEVELS]),
+    help="Format of standard output.  [default: npz]",
 )
 @click.option(
     "--labels",
@@ -81,17 +100,16 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")
     " given several times.",
 )
 @constraint_options
-@click.option("--threads", "n_threads", type=COUNT, help="Threads to use.  [default: one per core]")
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of IN.  [default: by the ending; standard input by its content]",
-)
+@drop_attributes_option("IN")
+@labels_named_option
+@threads_option
+@format_option("IN", of_stream=True)
 @quiet_option
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def levels_command(
-    input: str, counts: tuple[int, ...], output: Path, labels: Path | None, mask: Path | None,
-    barriers: Path | None, *, is_quiet: bool, as_json: bool, **options: Any,
+    input: str, counts: tuple[int, ...], outputs: tuple[str, ...], format_of_stream: str | None,
+    labels: Path | None, mask: Path | None, barriers: Path | None, *, drop_attributes: bool,
+    labels_named: str, is_quiet: bool, as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Segment the mesh or point cloud in the file IN, and merge regions level by level.
 
@@ -101,28 +119,76 @@ def levels_command(
     check_inputs((input,))
     if labels is not None and mask is not None:
         raise click.UsageError("--labels are -1 where cells are left out: leave --mask out")
-    ending = _ending_of(output)
-    check_mask(mask, [ending])
-    paths = _paths_of_levels(output, ending, counts)
+    plan = _planned(outputs, format_of_stream, counts)
+    job = Job(input, plan.paths, plan.stream)
+    check_mask(mask, job.endings)
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
-    check_files([Job(input, tuple(paths))], also_read)
-    checked_targets(paths)
+    check_files([job], also_read)
+    checked_targets(plan.paths)
+    source = _Source(input, labels, labels_named, mask, barriers)
+    keeps = job.holds_attributes and not drop_attributes
 
-    def compute() -> tuple[AnyCells, Hierarchy]:
-        return _computed(_Source(input, labels, mask, barriers), counts, ending, **options)
+    def compute() -> tuple[AnyCells, MeshAttributes | None, Hierarchy]:
+        return _computed(source, counts, job.endings, keeps=keeps, **options)
 
-    cells, nested = run_in_background(compute)
-    _write(paths, output, ending, cells, nested)
-    names = [str(path) for path in paths]
+    cells, attributes, nested = run_in_background(compute)
+    _write(plan, cells, attributes, nested)
+    if attributes is not None and not is_quiet:
+        for note in notes_on_attributes(attributes, of_points=isinstance(cells, PointCloud)):
+            print_note(note)
+    if as_json or not is_quiet:
+        _report(job, cells, nested, as_json=as_json)
+
+
+def _report(job: Job, cells: AnyCells, nested: Hierarchy, *, as_json: bool) -> None:
+    """Print what was made and written: two lines, or an object."""
+    is_to_stderr = job.stream is not None
     if as_json:
-        facts = {"file": input, "levels": list(nested.counts), "n_finest": nested.n_finest}
-        click.echo(json.dumps({**facts, "n_fewest": nested.n_fewest, "outputs": names}))
-    elif not is_quiet:
-        name = name_of(input) if input == STANDARD_STREAM else Path(input).name
-        listed = ", ".join(map(str, nested.counts))
-        size = counted(n_cells_of(cells), noun_of(cells))
-        click.echo(f"{name}: {size}, levels of {listed} regions")
-        click.echo("wrote " + ", ".join(names))
+        facts = {"file": job.input, "levels": list(nested.counts), "n_finest": nested.n_finest}
+        facts |= {"n_fewest": nested.n_fewest, "outputs": job.names}
+        click.echo(json.dumps(facts), err=is_to_stderr)
+        return
+    is_file = job.input != STANDARD_STREAM
+    name = Path(job.input).name if is_file else name_of(job.input)
+    listed = ", ".join(map(str, nested.counts))
+    size = counted(n_cells_of(cells), noun_of(cells))
+    names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
+    click.echo(f"{name}: {size}, levels of {listed} regions", err=is_to_stderr)
+    click.echo("wrote " + ", ".join(names), err=is_to_stderr)
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """The files to write."""
+
+    files: tuple[tuple[Path, str, tuple[Path, ...]], ...]
+    """Outputs as given, their endings, and the file of all levels, or one for each."""
+    stream: str | None
+    """Ending of what goes to standard output, if anything does."""
+
+    @property
+    def paths(self) -> tuple[Path, ...]:
+        """All files."""
+        return tuple(path for _, _, paths in self.files for path in paths)
+
+
+def _planned(
+    outputs: tuple[str, ...], format_of_stream: str | None, counts: tuple[int, ...]
+) -> _Plan:
+    """The files for outputs as given; a usage error if they are wrong."""
+    has_stream = STANDARD_STREAM in outputs
+    if outputs.count(STANDARD_STREAM) > 1:
+        raise click.UsageError("-o takes - once")
+    if format_of_stream is not None and not has_stream:
+        raise click.UsageError("--to says nothing where -o names files: their endings do")
+    stream = f".{format_of_stream or 'npz'}" if has_stream else None
+    if stream is not None:
+        check_terminal(stream, ascii=False)
+    files = []
+    for output in (Path(text) for text in outputs if text != STANDARD_STREAM):
+        ending = _ending_of(output)
+        files.append((output, ending, _paths_of_levels(output, ending, counts)))
+    return _Plan(tuple(files), stream)
 
 
 def _ending_of(output: Path) -> str:
@@ -132,12 +198,12 @@ def _ending_of(output: Path) -> str:
         raise click.UsageError(str(error)) from None
 
 
-def _paths_of_levels(output: Path, ending: str, counts: tuple[int, ...]) -> list[Path]:
+def _paths_of_levels(output: Path, ending: str, counts: tuple[int, ...]) -> tuple[Path, ...]:
     """The file that holds all levels; or one for each, the finest first, with its number."""
     if ending in ALL_LEVELS:
-        return [output]
+        return (output,)
     stem, given = output.name[: -len(ending)], output.name[-len(ending) :]
-    return [output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True)]
+    return tuple(output.with_name(f"{stem}.{n}{given}") for n in sorted(counts, reverse=True))
 
 
 @dataclass(frozen=True)
@@ -146,43 +212,66 @@ class _Source:
 
     input: str
     labels: Path | None
+    labels_named: str
     mask: Path | None
     barriers: Path | None
 
 
 def _computed(
-    source: _Source, counts: tuple[int, ...], ending: str, *, format: str | None,
-    features: tuple[str, ...], islands: Islands, n_threads: int | None,
-) -> tuple[AnyCells, Hierarchy]:  # fmt: skip
-    """Read the files, and make the levels; an error before that if the output cannot hold them."""
-    cells, attributes = load_cells_and_attributes(source.input, format, keep=bool(features))
+    source: _Source, counts: tuple[int, ...], endings: set[str], *, keeps: bool,
+    format: str | None, features: tuple[str, ...], islands: Islands, n_threads: int | None,
+) -> tuple[AnyCells, MeshAttributes | None, Hierarchy]:  # fmt: skip
+    """Read the files, and make the levels; an error before that if no output can hold them."""
+    keeps_any = keeps or bool(features)
+    cells, attributes = load_cells_and_attributes(source.input, format, keep=keeps_any)
     n_cells = n_cells_of(cells)
-    given = None if source.labels is None else read_labels(source.labels, n_cells)
-    if ending != ARRAYS:
-        check_fit(cells, given, [ending], FormatOptions())
+    given = None
+    if source.labels is not None:  # a file's labels may have gaps
+        given, _ = ranked_labels(read_labels(source.labels, n_cells, name=source.labels_named))
+    check_fit(cells, given, endings - {ARRAYS}, FormatOptions())
     constraints = constraints_of(source.mask, source.barriers, n_cells)
     table = features_of(features, cells, attributes, checked_threads(n_threads))
     with warnings.catch_warnings():  # the levels are exact; slivers are not looked at here
         warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)
-        return cells, hierarchy(
+        nested = hierarchy(
             cells, counts, labels=given, features=table, islands=islands, n_threads=n_threads,
             **constraints,
         )  # fmt: skip
+    return cells, attributes if keeps else None, nested
 
 
 def _write(
-    paths: Sequence[Path], output: Path, ending: str, cells: AnyCells, nested: Hierarchy
+    plan: _Plan, cells: AnyCells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> None:
-    """Write all files, or none; names in them are made of that of the output as given."""
-    with atomic_outputs(paths) as temporaries:
-        if ending in ALL_LEVELS:
-            with temporaries[0].open("wb") as file:
-                _write_all(file, ending, nested)
-            return
-        for temporary, labels in zip(temporaries, nested.levels, strict=True):
+    """Write all files, or none; names in them are made of those of the outputs as given."""
+    writers = _writers(plan, cells, attributes, nested)
+    with atomic_outputs(plan.paths) as temporaries:
+        for temporary, write in zip(temporaries, writers, strict=True):
             with temporary.open("wb") as file:
-                writer_of(cells, labels, ending, FormatOptions()).write(file, ending, output)
+                write(file)
+        if plan.stream is not None:
+            _write_all(sys.stdout.buffer, plan.stream, nested)
+            sys.stdout.buffer.flush()
+
+
+def _writers(
+    plan: _Plan, cells: AnyCells, attributes: MeshAttributes | None, nested: Hierarchy
+) -> Iterator[Callable[[IO[bytes]], None]]:
+    """What writes each of the files."""
+    for output, ending, _ in plan.files:
+        if ending in ALL_LEVELS:
+            yield partial(_write_all, ending=ending, nested=nested)
+            continue
+        for labels in nested.levels:
+            writer = writer_of(cells, labels, ending, FormatOptions(), attributes)
+            yield _with_name(writer, ending, output)
+
+
+def _with_name(
+    writer: CellWriter | IdWriter, ending: str, path: Path
+) -> Callable[[IO[bytes]], None]:
+    return lambda file: writer.write(file, ending, path)
 
 
 def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,17 @@ __all__ = [
     "POSITIVE",
     "STANDARD_STREAM",
     "Count",
+    "Decorator",
     "Real",
+    "ascii_option",
+    "camera_options",
+    "drop_attributes_option",
+    "format_option",
     "label_options",
+    "labels_named_option",
     "numbers",
     "quiet_option",
+    "threads_option",
 ]
 
 
@@ -77,10 +85,67 @@ INPUT_FORMATS = (
 )
 """Of meshes and, in the second line (and PLY without faces), of point clouds."""
 
+Decorator = Callable[[Any], Any]
+"""Of commands."""
+
+ascii_option = click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
+
+labels_named_option = click.option(
+    "--labels-named",
+    metavar="NAME",
+    default="label",
+    show_default=True,
+    help="Name of the labels in files that hold more, as .ply, .vtp, .vtu, .csv and .las do.",
+)
 
 quiet_option = click.option(
     "-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but errors."
 )
+
+threads_option = click.option(
+    "--threads", "n_threads", type=COUNT, help="Threads to use.  [default: one per core]"
+)
+
+
+def format_option(what: str, *, name: str = "--format", of_stream: bool = False) -> Decorator:
+    """Add the option that names the format of an input, which may be standard input."""
+    stream = "; standard input by its content" if of_stream else ""
+    return click.option(
+        name,
+        type=click.Choice(INPUT_FORMATS),
+        help=f"Format of {what}.  [default: by the ending{stream}]",
+    )
+
+
+def drop_attributes_option(what: str, listed: str = "") -> Decorator:
+    """Add the option that leaves out what is stored besides a mesh."""
+    return click.option(
+        "--drop-attributes",
+        is_flag=True,
+        help=f"Do not carry over what a .ply {what} stores besides its mesh{listed}.",
+    )
+
+
+def camera_options(command: Any) -> Any:
+    """Add the options that say where a picture is looked at from; a decorator of commands."""
+    up = click.option(
+        "--up",
+        type=click.Choice(("auto", "x", "y", "z")),
+        default="auto",
+        show_default=True,
+        help="Axis that points up; a guess between y and z by default.",
+    )
+    azimuth = click.option(
+        "--azimuth", type=Real(), default=30.0, show_default=True, help="Degrees around."
+    )
+    elevation = click.option(
+        "--elevation",
+        type=Real(-90, 90),
+        default=15.0,
+        show_default=True,
+        help="Degrees above the horizon.",
+    )
+    return up(azimuth(elevation(command)))
 
 
 def label_options(command: Any) -> Any:

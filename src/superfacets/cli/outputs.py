@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import click
-import numpy as np
-import numpy.typing as npt
 
 from ..batches.sources import output_names
 from ..io.atomic import writable_folder
@@ -20,16 +18,20 @@ from ..io.writers.cells import (
     ATTRIBUTE_OUTPUTS,
     CLOUD_OUTPUTS,
     MESH_OUTPUTS,
-    CellWriter,
-    FormatOptions,
 )
-from ..io.writers.ids import IdWriter
 from ..io.writers.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
-from ..mesh.faces import AnyCells, n_cells_of
 from .inputs import name_of
-from .options import STANDARD_STREAM
+from .options import STANDARD_STREAM, Decorator
 
-__all__ = ["OUTPUT_FORMATS", "Job", "check_files", "check_fit", "plan_jobs", "writer_of"]
+__all__ = [
+    "OUTPUT_FORMATS",
+    "Job",
+    "check_files",
+    "check_terminal",
+    "output_option",
+    "plan_jobs",
+    "to_option",
+]
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
 """What --to takes."""
@@ -43,6 +45,32 @@ CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
 
 ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
 """Files that --ascii makes text of."""
+
+
+def output_option(help: str, *, required: bool = False) -> Decorator:
+    """Add the option that says where results go: `plan_jobs` takes them."""
+    return click.option(
+        "-o",
+        "--output",
+        "outputs",
+        metavar="OUT",
+        type=click.Path(allow_dash=True),
+        multiple=True,
+        required=required,
+        help=help,
+    )
+
+
+def to_option(what: str = "-o gives no file name for") -> Decorator:
+    """Add the option that says the formats of results that have no names."""
+    return click.option(
+        "--to",
+        "formats",
+        type=click.Choice(OUTPUT_FORMATS),
+        multiple=True,
+        help=f"Format of what {what}; may be given several times.  [default: ply; vtu of"
+        " tetrahedra]",
+    )
 
 
 @dataclass(frozen=True)
@@ -107,7 +135,7 @@ def plan_jobs(
     endings = tuple(ENDING_OF_FORMAT[format] for format in formats)
     stream = (*endings, ".ply")[0] if has_stream else None
     if stream is not None:
-        _check_terminal(stream, ascii)
+        check_terminal(stream, ascii)
     named = [Path(text) for text in outputs if text not in (STANDARD_STREAM, *folders)]
     jobs = []
     for text in inputs:
@@ -168,7 +196,8 @@ def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -
         raise click.UsageError("--to names a format twice")
 
 
-def _check_terminal(stream: str, ascii: bool) -> None:
+def check_terminal(stream: str, ascii: bool) -> None:
+    """Raise a usage error where standard output cannot take a result with this ending."""
     if sys.stdout is None:
         raise OSError("standard output is closed")
     is_binary = stream not in TEXT_OUTPUTS and not (ascii and stream in ASCII_OUTPUTS)
@@ -210,27 +239,3 @@ def _identity(path: str | Path) -> tuple[int, int] | str:
     except OSError:
         return os.path.normcase(os.path.realpath(path))
     return found.st_dev, found.st_ino
-
-
-def writer_of(
-    cells: AnyCells, labels: npt.NDArray[np.int32], ending: str, form: FormatOptions
-) -> CellWriter | IdWriter:
-    """What writes files with this ending; an error if they cannot hold these cells or labels."""
-    if ending in CELL_OUTPUTS:
-        return CellWriter(cells, labels, None, None, form).checked([ending])
-    return IdWriter(cells, labels, form).checked([ending])
-
-
-def check_fit(
-    cells: AnyCells,
-    labels: npt.NDArray[np.int32] | None,
-    endings: Iterable[str],
-    form: FormatOptions,
-) -> None:
-    """Raise an error, before the long work, if files with these endings cannot hold such cells.
-
-    Labels are those given, which others will be made of; without any, each cell will have one.
-    """
-    likely = np.zeros(n_cells_of(cells), np.int32) if labels is None else labels
-    for ending in endings:
-        writer_of(cells, likely, ending, form)

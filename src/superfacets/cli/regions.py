@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import ranked_labels
+from ..cells.region_adjacency import RegionGraph, region_graph
 from ..errors import MeshError
 from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
@@ -27,10 +29,9 @@ from ..mesh.faces import n_cells_of
 from ..mesh.point_cloud import PointCloud
 from ..mesh.tet_mesh import TetMesh
 from ..regions.lines import BorderLines, border_lines
-from ..regions.region_graph import RegionGraph, region_graph
 from .background import run_in_background
 from .inputs import check_inputs, load_cells
-from .options import FILE, INPUT_FORMATS
+from .options import FILE, STANDARD_STREAM, format_option, labels_named_option
 from .outputs import Job, check_files
 
 __all__ = ["regions_command"]
@@ -46,22 +47,21 @@ _Drawn = tuple[npt.NDArray[np.float64], list[tuple[str, npt.NDArray[np.int32]]]]
 @click.option(
     "-o",
     "--output",
-    type=FILE,
-    help="A .csv, .json or .parquet file for the table of regions.  [default: CSV, printed]",
+    type=click.Path(path_type=Path, allow_dash=True),
+    help="A .csv, .json or .parquet file for the table of regions, or - for standard output: CSV."
+    "  [default: -]",
 )
 @click.option("--arcs", type=FILE, help="The same for the table of pairs of regions that touch.")
 @click.option("--borders", type=FILE, help="An .obj file for the borders, as lines.")
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of IN.  [default: by the ending; standard input by its content]",
-)
+@format_option("IN", of_stream=True)
+@labels_named_option
 @click.option(
     "-q", "--quiet", "is_quiet", is_flag=True, help="Print nothing but the table and errors."
 )
+@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def regions_command(
     cells: str, labels: Path, output: Path | None, arcs: Path | None, borders: Path | None,
-    format: str | None, is_quiet: bool,
+    format: str | None, labels_named: str, is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Measure the regions that LABELS of the mesh in the file IN make.
 
@@ -70,13 +70,14 @@ def regions_command(
     .ply or .vtp files.
     """
     check_inputs((cells,))
+    output = None if str(output) == STANDARD_STREAM else output
     files = _checked_outputs(output, arcs, borders)
     check_files([Job(cells, files)], also_read=[str(labels)])
     checked_targets(files)
 
     def compute() -> tuple[RegionGraph, npt.NDArray[np.int32], _Drawn | None]:
         whole = load_cells(cells, format)
-        given = read_labels(labels, n_cells_of(whole))
+        given = read_labels(labels, n_cells_of(whole), name=labels_named)
         if borders is not None and isinstance(whole, (PointCloud, TetMesh)):
             raise click.UsageError("--borders needs a mesh of faces")
         compact, names = ranked_labels(given)  # a file's labels may have gaps
@@ -97,6 +98,11 @@ def regions_command(
         raise OSError("standard output is closed")
     if output is None:
         print_csv(sys.stdout, _regions_of(graph, names))
+    if as_json:
+        names_written = [STANDARD_STREAM] * (output is None) + [str(path) for path in files]
+        facts = {"file": cells, "n_regions": graph.n_regions, "n_pairs": graph.n_arcs}
+        click.echo(json.dumps({**facts, "outputs": names_written}), err=output is None)
+        return
     found = f"{counted(graph.n_regions, 'region')}, {counted(graph.n_arcs, 'pair')} that touch"
     if is_quiet:
         return

@@ -9,43 +9,34 @@ import click
 import numpy.typing as npt
 
 from .._options import CLIPS
-from ..io.readers.labels import has_labels, read_labels
+from ..errors import MeshError
+from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
 from ..mesh.faces import n_cells_of
 from .failures import print_note
-from .options import FILE, Real
+from .inputs import labels_beside
+from .options import FILE, camera_options, labels_named_option
+from .picture_options import chosen_view, picture_options, values_named
 
 if TYPE_CHECKING:
     from .._options import Clip
-    from ..view.camera import Up
+    from ..pictures.camera import Up
 
 __all__ = ["render_command"]
 
 
 @click.command("render")
 @click.argument("mesh", metavar="IN", type=FILE)
-@click.option("-o", "--output", metavar="OUT", type=FILE, required=True, help="A .png file.")
-@click.option(
-    "--up",
-    type=click.Choice(("auto", "x", "y", "z")),
-    default="auto",
-    show_default=True,
-    help="Axis that points up; a guess between y and z by default.",
-)
-@click.option("--azimuth", type=Real(), default=30.0, show_default=True, help="Degrees around.")
-@click.option(
-    "--elevation",
-    type=Real(-90, 90),
-    default=15.0,
-    show_default=True,
-    help="Degrees above the horizon.",
-)
+@click.option("-o", "--output", metavar="OUT", type=FILE, help="A .png file.")
+@camera_options
 @click.option(
     "--labels",
     metavar="L",
     type=FILE,
     help="A .npy, .seg, .txt or labeled .ply or .vtp; those in IN, if it has any, otherwise.",
 )
+@labels_named_option
+@picture_options
 @click.option(
     "--clip",
     type=click.Choice(CLIPS),
@@ -53,27 +44,50 @@ __all__ = ["render_command"]
     " that of smaller x.  [default: the outside of all]",
 )
 def render_command(
-    mesh: Path, output: Path, up: Up, azimuth: float, elevation: float, labels: Path | None,
-    clip: Clip | None,
+    mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
+    labels: Path | None, labels_named: str, clip: Clip | None, turntable: Path | None,
+    compare: tuple[Path, ...], color_by: str | None, side: str | None,
+    size: tuple[int, int] | None,
 ) -> None:  # fmt: skip
     """Draw a shaded picture of the mesh or point cloud in the file IN, with its regions.
 
-    Borders between regions of a mesh are dark lines.
+    Borders between regions of a mesh are dark lines. Regions that touch have colors that
+    color-blind people tell apart, too.
     """
-    from ..view.rendering import View, render
+    from ..pictures.plotting import plot
 
-    if output.suffix.lower() != ".png":
+    if output is None and turntable is None:
+        raise click.UsageError("nothing to write: -o names a .png, --turntable a .gif or .mp4")
+    if output is not None and output.suffix.lower() != ".png":
         raise click.UsageError(f"{output}: pictures are written as .png")
-    surface = read_cells(mesh)
-    n_cells = n_cells_of(surface)
-    shown = _labels_of(mesh, n_cells) if labels is None else read_labels(labels, n_cells)
+    view = chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
+    cells = read_cells(mesh)
+    shown, others, titles = _series_of(mesh, labels, compare, n_cells_of(cells), labels_named)
+    values = values_named(color_by)
+    named = None if values is None or isinstance(values, str) else Path(str(color_by))
+    for path in [path for path in (output, turntable) if path is not None]:
+        try:
+            plot(
+                cells, shown, output=path, compare=others, titles=titles, size=size,
+                color_by=values, scale_title=None if named is None else named.stem, view=view,
+                clip=clip,
+            )  # fmt: skip
+        except (ValueError, TypeError) as error:
+            if named is None or isinstance(error, MeshError):
+                raise
+            raise MeshError(f"{named}: {error}") from None
+        click.echo(f"wrote {path}")
+
+
+def _series_of(
+    mesh: Path, labels: Path | None, compare: tuple[Path, ...], n_cells: int, name: str
+) -> tuple[npt.NDArray[Any] | None, list[npt.NDArray[Any]], list[str] | None]:
+    """Labels of the first picture, or None if it is plain, of those beside it, and their titles."""
+    paths = [*([] if labels is None else [labels]), *compare]
+    if paths:
+        first, *others = [read_labels(path, n_cells, name=name) for path in paths]
+        return first, others, [path.stem for path in paths] if compare else None
+    shown = labels_beside(mesh, None, n_cells, name)
     if shown is None:
         print_note(f"{mesh} holds no labels: the picture is plain; --labels names a file of them")
-    view = View(azimuth=azimuth, elevation=elevation, up=up)
-    render(surface, shown, output=output, view=view, clip=clip)
-    click.echo(f"wrote {output}")
-
-
-def _labels_of(path: Path, n_cells: int) -> npt.NDArray[Any] | None:
-    """The labels that a file holds along with its mesh or cloud; None if it has none."""
-    return read_labels(path, n_cells) if has_labels(path) else None
+    return shown, [], None

@@ -16,9 +16,8 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.writers.ids import VERTEX_OUTPUTS
 from ..io.writers.ply import names_replaced
-from ..mesh.faces import AnyCells, n_cells_of, noun_of
+from ..mesh.faces import n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
-from ..regions.vertex_labels import vertex_ids
 from .options import STANDARD_STREAM
 
 __all__ = [
@@ -31,7 +30,12 @@ __all__ = [
 
 
 def notes_of(
-    outcome: Outcome, asked: int | None, *, endings: Collection[str], holds_labels: bool
+    outcome: Outcome,
+    asked: int | None,
+    *,
+    endings: Collection[str],
+    holds_labels: bool,
+    n_lost: int = 0,
 ) -> list[str]:
     """Notes on what may come as a surprise.
 
@@ -45,6 +49,8 @@ def notes_of(
         Those of all outputs.
     holds_labels : bool
         Whether labels were written of their own.
+    n_lost : int
+        Number of regions that no vertex has in files of labels of vertices.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
     notes = []
@@ -60,10 +66,7 @@ def notes_of(
     notes += _notes_on_regions(result, result.params["n_segments"])
     if listed is not None and holds_labels:
         notes += _notes_on_listed(result, listed)
-    if outcome.listed_mesh is None:
-        notes += notes_on_vertices(mesh, result.labels, endings)
-    elif listed is not None:
-        notes += notes_on_vertices(outcome.listed_mesh, listed, endings)
+    notes += notes_on_vertices(n_lost, endings)
     if outcome.attributes is not None:
         of_points = isinstance(mesh, PointCloud)
         notes += notes_on_attributes(outcome.attributes, of_points=of_points)
@@ -130,16 +133,11 @@ def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> lis
     return [f"{lost} {have} the most area in no face of the input: label files lack {them}"]
 
 
-def notes_on_vertices(
-    cells: AnyCells, labels: npt.NDArray[np.integer[Any]], endings: Iterable[str]
-) -> list[str]:
-    """Notes on labels that are missing in files of labels of vertices."""
-    named = sorted({*endings} & {*VERTEX_OUTPUTS})
-    if not named or labels.min() < 0:  # which is refused
-        return []
-    n_lost = len(np.setdiff1d(labels, vertex_ids(cells, labels)))
+def notes_on_vertices(n_lost: int, endings: Iterable[str]) -> list[str]:
+    """Notes on regions that are missing in files of labels of vertices."""
     if not n_lost:
         return []
+    named = sorted({*endings} & {*VERTEX_OUTPUTS})
     lack = f"{' and '.join(named)} lack{'s' if len(named) == 1 else ''}"
     return [f"{lack} {counted(n_lost, 'region')}, for which no vertex could be spared"]
 

@@ -14,14 +14,14 @@ from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
 from ..io.attributes import MeshAttributes
 from ..io.writers.cells import FormatOptions
-from ..io.writers.write import check_outputs, write_outputs
+from ..io.writers.write import check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import INPUT_FORMATS, quiet_option
-from .outputs import OUTPUT_FORMATS, Job, check_fit, plan_jobs
+from .options import format_option, quiet_option
+from .outputs import Job, output_option, plan_jobs, to_option
 from .progress import Bar, open_bar
 from .report import facts_of, notes_of, summary_of
 from .segment_options import file_options, options_of, segment_options
@@ -35,32 +35,15 @@ __all__ = ["segment_command"]
 )
 @segment_options
 @constraint_options
-@click.option(
-    "-o",
-    "--output",
-    "outputs",
-    metavar="OUT",
-    type=click.Path(allow_dash=True),
-    multiple=True,
-    help="A .ply, .vtp, .obj, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
+@output_option(
+    "A .ply, .vtp, .obj, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
     " point cloud a .ply, .csv, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json, .bin or"
     " _sp_label.npy (labels of vertices), a .sstk.json, .aggregation.json or .npz (graph of"
     " regions); may be given several times. Or a folder (results/) for the files of all inputs, or"
-    " - for standard output.  [default: IN.superfacets.ply beside IN]",
+    " - for standard output.  [default: IN.superfacets.ply beside IN]"
 )
-@click.option(
-    "--to",
-    "formats",
-    type=click.Choice(OUTPUT_FORMATS),
-    multiple=True,
-    help="Format of what -o gives no file name for; may be given several times.  [default: ply;"
-    " vtu of tetrahedra]",
-)
-@click.option(
-    "--format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of the inputs.  [default: by the ending; standard input by its content]",
-)
+@to_option()
+@format_option("the inputs", of_stream=True)
 @file_options
 @quiet_option
 @click.option(
@@ -138,13 +121,15 @@ class _Run:
         with open_bar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
             with timed(timings, "export", bar.on_stage):
-                _write(job, outcome, self.form)
+                n_lost = _write(job, outcome, self.form)
         result, noun = outcome.result, noun_of(outcome.mesh)
         timings = {**result.timings, **timings}
         if not self.is_quiet:
             asked = self.options.keywords.get("n_segments")
             endings, holds_labels = job.endings, job.holds_labels
-            for note in notes_of(outcome, asked, endings=endings, holds_labels=holds_labels):
+            for note in notes_of(
+                outcome, asked, endings=endings, holds_labels=holds_labels, n_lost=n_lost
+            ):
                 print_note(note)
         if self.as_json:
             self._print(job, json.dumps(facts_of(job.input, result, timings, job.names, noun)))
@@ -175,9 +160,10 @@ class _Run:
         click.echo(text, err=job.stream is not None)
 
 
-def _write(job: Job, outcome: Outcome, form: FormatOptions) -> None:
+def _write(job: Job, outcome: Outcome, form: FormatOptions) -> int:
+    """Write all files, and return the number of regions that labels of vertices lack."""
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    write_outputs(
+    return write_outputs(
         job.files,
         outcome.mesh,
         outcome.result.labels,

@@ -9,8 +9,17 @@ import click
 
 from .._options import INITS, ISLANDS, WEIGHTS
 from ..batches.files import FileOptions
-from ..pipeline import PAPER
-from .options import COUNT, NOT_NEGATIVE, POSITIVE, Count, label_options
+from ..pipeline import PAPER, PARTS
+from .options import (
+    COUNT,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Count,
+    ascii_option,
+    drop_attributes_option,
+    label_options,
+    threads_option,
+)
 
 __all__ = ["file_options", "options_of", "segment_options"]
 
@@ -28,20 +37,26 @@ _OF_SEGMENT = (
         "-a",
         "--alpha",
         type=NOT_NEGATIVE,
-        help="How much borders follow creases.  [default: by weights: 20, 200, 0.5]",
+        help="How much borders follow creases.  [default: by weights: 20, 25, 200, 0.5]",
     ),
     click.option(
         "--eta",
         "eta_convex",
         type=NOT_NEGATIVE,
-        help="Weight of convex creases (ridges) relative to concave ones; 0.2 is right for machine"
-        " parts.  [default: by weights: 0, 0.2]",
+        help="Weight of convex creases relative to concave ones.  [default: by weights: 0, 0.2]",
+    ),
+    click.option(
+        "--ridges",
+        type=NOT_NEGATIVE,
+        help="The same for sharp edges between flat faces, as on machine parts; 0 turns it off."
+        "  [default: 0.35 with --weights creases]",
     ),
     click.option(
         "--weights",
         type=click.Choice(tuple(WEIGHTS)),
-        help="Lengths of steps: with a price for creases that does not depend on resolution, those"
-        " of the paper, or those of Shlafman, Tal and Katz.  [default: creases]",
+        help="Lengths of steps: with a price for creases that does not depend on resolution, with"
+        " one for steps between the parts of a shape as well, those of the paper, or those of"
+        " Shlafman, Tal and Katz.  [default: creases; parts with --parts]",
     ),
     click.option(
         "--init",
@@ -50,6 +65,12 @@ _OF_SEGMENT = (
         " -n says.  [default: geodesic]",
     ),
     click.option("--paper", is_flag=True, help="The algorithm of the paper, exactly as published."),
+    click.option(
+        "--parts",
+        is_flag=True,
+        help="Regions within the parts of a shape: --weights parts --relocate. Slower, and nearer"
+        " to where people see borders.",
+    ),
     click.option(
         "--max-iter",
         "max_num_iter",
@@ -62,6 +83,12 @@ _OF_SEGMENT = (
         "--tol",
         type=NOT_NEGATIVE,
         help="Stop when centers move less, in radii.  [default: 0.02; 0 with --paper]",
+    ),
+    click.option(
+        "--relocate",
+        is_flag=True,
+        default=None,
+        help="Let centers jump to where regions are large and uneven, and iterate again.",
     ),
     click.option(
         "--smooth/--no-smooth",
@@ -111,22 +138,14 @@ _OF_SEGMENT = (
         type=NOT_NEGATIVE,
         help="How much features count, in radii per standard deviation.  [default: 5]",
     ),
-    click.option(
-        "--threads",
-        "n_threads",
-        type=COUNT,
-        help="Threads to use.  [default: one per core]",
-    ),
+    threads_option,
 )
 
 _OF_FILES = (
-    click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text."),
+    ascii_option,
     label_options,
-    click.option(
-        "--drop-attributes",
-        is_flag=True,
-        help="Do not carry over what a .ply input stores besides its mesh: colors, normals, texture"
-        " coordinates, further properties, comments.",
+    drop_attributes_option(
+        "input", ": colors, normals, texture coordinates, further properties, comments"
     ),
 )
 
@@ -150,6 +169,7 @@ def _with_options(function: Function, options: tuple[Callable[[Any], Any], ...])
 def options_of(
     *,
     paper: bool,
+    parts: bool,
     features: tuple[str, ...],
     is_subdivided: bool,
     max_edge: float | None,
@@ -159,13 +179,15 @@ def options_of(
     drop_attributes: bool,
     **given: Any,
 ) -> FileOptions:
-    """The options as they were given, or as --paper stands for them; an error if they are wrong."""
+    """The options as they were given, or as a preset has them; an error if they are wrong."""
     keywords = {name: value for name, value in given.items() if value is not None}
-    if paper:
-        for name in ("weights", "init"):
-            if name in keywords and keywords[name] != PAPER[name]:
-                raise click.UsageError(f"--paper has {name} of its own: leave --{name} out")
-        keywords = {**PAPER, **keywords}
+    if paper and parts:
+        raise click.UsageError("--paper and --parts are two methods: give one of them")
+    for is_given, option, preset in ((paper, "--paper", PAPER), (parts, "--parts", PARTS)):
+        for name in ("weights", "init") if is_given else ():
+            if name in preset and keywords.get(name, preset[name]) != preset[name]:
+                raise click.UsageError(f"{option} has {name} of its own: leave --{name} out")
+        keywords = {**preset, **keywords} if is_given else keywords
     return FileOptions.checked(
         keywords,
         features=features,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -13,16 +14,25 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.labels import read_labels
 from ..io.writers.cells import FormatOptions
-from ..io.writers.write import check_outputs, write_outputs
+from ..io.writers.write import check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells, n_cells_of, noun_of
 from ..mesh.point_cloud import PointCloud
-from ..regions.transfer import transfer
+from ..regions.nearest_labels import transfer
 from .background import run_in_background
 from .failures import print_note
 from .inputs import load_cells, load_cells_and_attributes
-from .options import COUNT, FILE, INPUT_FORMATS, NOT_NEGATIVE, quiet_option
-from .outputs import OUTPUT_FORMATS, Job, plan_jobs
-from .report import notes_on_attributes
+from .options import (
+    FILE,
+    NOT_NEGATIVE,
+    ascii_option,
+    drop_attributes_option,
+    format_option,
+    labels_named_option,
+    quiet_option,
+    threads_option,
+)
+from .outputs import Job, output_option, plan_jobs, to_option
+from .report import notes_on_attributes, notes_on_vertices
 
 __all__ = ["transfer_command"]
 
@@ -36,46 +46,25 @@ __all__ = ["transfer_command"]
     type=NOT_NEGATIVE,
     help="What is farther than this from IN, in its unit, gets the label -1.  [default: no limit]",
 )
-@click.option(
-    "-o",
-    "--output",
-    "outputs",
-    metavar="OUT",
-    type=click.Path(allow_dash=True),
-    multiple=True,
-    help="TARGET with its labels, or the labels alone, in any format that segment writes; may be"
+@output_option(
+    "TARGET with its labels, or the labels alone, in any format that segment writes; may be"
     " given several times. Or a folder (results/), or - for standard output."
-    "  [default: TARGET.superfacets.ply beside TARGET]",
+    "  [default: TARGET.superfacets.ply beside TARGET]"
 )
-@click.option(
-    "--to",
-    "formats",
-    type=click.Choice(OUTPUT_FORMATS),
-    multiple=True,
-    help="Format of what -o gives no file name for; may be given several times.  [default: ply;"
-    " vtu of tetrahedra]",
-)
-@click.option(
-    "--format", type=click.Choice(INPUT_FORMATS), help="Format of IN.  [default: by the ending]"
-)
-@click.option(
-    "--target-format",
-    type=click.Choice(INPUT_FORMATS),
-    help="Format of TARGET.  [default: by the ending]",
-)
-@click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
-@click.option(
-    "--drop-attributes",
-    is_flag=True,
-    help="Do not carry over what a .ply TARGET stores besides its mesh.",
-)
-@click.option("--threads", "n_threads", type=COUNT, help="Threads to use.  [default: one per core]")
+@to_option()
+@labels_named_option
+@format_option("IN")
+@format_option("TARGET", name="--target-format")
+@ascii_option
+@drop_attributes_option("TARGET")
+@threads_option
 @quiet_option
+@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
 def transfer_command(
     source: Path, labels: Path, target: Path, max_distance: float | None,
-    outputs: tuple[str, ...], formats: tuple[str, ...], format: str | None,
+    outputs: tuple[str, ...], formats: tuple[str, ...], labels_named: str, format: str | None,
     target_format: str | None, ascii: bool, drop_attributes: bool, n_threads: int | None,
-    is_quiet: bool,
+    is_quiet: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.
 
@@ -87,33 +76,48 @@ def transfer_command(
     (job,) = plan_jobs((str(target),), outputs, formats, ascii=ascii, also_read=read)
     check_outputs(job.files)
 
+    form = FormatOptions(ascii=ascii)
+
     def compute() -> tuple[AnyCells, MeshAttributes | None, npt.NDArray[np.int32]]:
         cells = load_cells(str(source), format)
-        given = read_labels(labels, n_cells_of(cells))
+        given = read_labels(labels, n_cells_of(cells), name=labels_named)
         keeps = job.holds_attributes and not drop_attributes
         goal, attributes = load_cells_and_attributes(str(target), target_format, keep=keeps)
+        check_fit(goal, None, job.endings, form)
         carried = transfer(cells, given, goal, max_distance=max_distance, n_threads=n_threads)
         return goal, attributes, carried
 
     goal, attributes, carried = run_in_background(compute)
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
-    form = FormatOptions(ascii=ascii)
-    write_outputs(job.files, goal, carried, streams=streams, attributes=attributes, options=form)
+    n_lost = write_outputs(
+        job.files, goal, carried, streams=streams, attributes=attributes, options=form
+    )
     if not is_quiet:
-        _report(job, goal, attributes, carried)
-
-
-def _report(
-    job: Job, goal: AnyCells, attributes: MeshAttributes | None, labels: npt.NDArray[np.int32]
-) -> None:
-    """Print notes, a line per file written, and one for the run."""
-    if attributes is not None:
-        for note in notes_on_attributes(attributes, of_points=isinstance(goal, PointCloud)):
+        for note in _notes(job, goal, attributes, n_lost):
             print_note(note)
-    lines = [f"wrote {path}" for path in job.files]
+    if as_json or not is_quiet:
+        _report(job, goal, carried, as_json=as_json)
+
+
+def _notes(job: Job, goal: AnyCells, attributes: MeshAttributes | None, n_lost: int) -> list[str]:
+    """Notes on what the outputs lack."""
+    notes = notes_on_vertices(n_lost, job.endings)
+    if attributes is not None:
+        notes += notes_on_attributes(attributes, of_points=isinstance(goal, PointCloud))
+    return notes
+
+
+def _report(job: Job, goal: AnyCells, labels: npt.NDArray[np.int32], *, as_json: bool) -> None:
+    """Print a line per file written, and one for the run; or the facts as an object."""
     n_without = int(np.count_nonzero(labels < 0))
-    without = f", {n_without} without" if n_without else ""
     n_labels = len(np.unique(labels[labels >= 0]))
+    if as_json:
+        counts = {f"n_{noun_of(goal)}s": len(labels), "n_labels": n_labels, "n_without": n_without}
+        printed = json.dumps({"file": job.input, **counts, "outputs": job.names})
+        click.echo(printed, err=job.stream is not None)
+        return
+    lines = [f"wrote {path}" for path in job.files]
+    without = f", {n_without} without" if n_without else ""
     name = Path(job.input).name
     facts = f"{counted(len(labels), noun_of(goal))}, {counted(n_labels, 'label')}{without}"
     click.echo("\n".join([*lines, f"{name}: {facts}"]), err=job.stream is not None)

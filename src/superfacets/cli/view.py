@@ -11,15 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from ..io.guards import known_ending, read_content
-from ..io.readers.labels import has_labels, npy_array, read_labels
+from ..io.guards import read_content
+from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
 from ..mesh.faces import n_cells_of
 from .failures import print_note
-from .options import FILE, Real
+from .inputs import labels_beside, read_values
+from .options import FILE, camera_options, labels_named_option
 
 if TYPE_CHECKING:
-    from ..view.camera import Up
+    from ..pictures.camera import Up
 
 __all__ = ["view_command"]
 
@@ -36,6 +37,7 @@ LEVELS_ENDING = ".npz"
     help="A .npy, .seg, .txt or labeled mesh, or the .npz of superfacets levels; those in IN, if it"
     " has any, otherwise.",
 )
+@labels_named_option
 @click.option("--gt", metavar="SEG", type=FILE, help="Ground truth: labels of another kind.")
 @click.option(
     "--feature",
@@ -47,31 +49,17 @@ LEVELS_ENDING = ".npz"
     " times if you like.",
 )
 @click.option("--title", metavar="TEXT", help="What the page is called.  [default: the name of IN]")
-@click.option(
-    "--up",
-    type=click.Choice(("auto", "x", "y", "z")),
-    default="auto",
-    show_default=True,
-    help="Axis that points up; a guess between y and z by default.",
-)
-@click.option("--azimuth", type=Real(), default=30.0, show_default=True, help="Degrees around.")
-@click.option(
-    "--elevation",
-    type=Real(-90, 90),
-    default=15.0,
-    show_default=True,
-    help="Degrees above the horizon.",
-)
+@camera_options
 def view_command(
-    mesh: Path, output: Path, labels: Path | None, gt: Path | None, features: tuple[Path, ...],
-    title: str | None, up: Up, azimuth: float, elevation: float,
+    mesh: Path, output: Path, labels: Path | None, labels_named: str, gt: Path | None,
+    features: tuple[Path, ...], title: str | None, up: Up, azimuth: float, elevation: float,
 ) -> None:  # fmt: skip
     """Write a page to look at the mesh or point cloud in the file IN.
 
     The page shows its regions. It is one file, which opens in any browser from disk, offline.
     """
-    from ..view.camera import View
-    from ..view.page.document import checked_page_path, view
+    from ..pictures.camera import View
+    from ..pictures.page.document import checked_page_path, view
 
     try:
         target = checked_page_path(output)
@@ -82,11 +70,11 @@ def view_command(
         raise click.UsageError("two features have the same name, that of their files")
     cells = read_cells(mesh)
     n_cells = n_cells_of(cells)
-    shown = _labels_of(mesh, labels, n_cells)
+    shown = _levels_of(mesh, labels, n_cells, labels_named)
     if shown is None:
         print_note(f"{mesh} holds no labels: --labels names a file of them")
-    truth = None if gt is None else read_labels(gt, n_cells)
-    values = {path.stem: _read_values(path) for path in features}
+    truth = None if gt is None else read_labels(gt, n_cells, name=labels_named)
+    values = {path.stem: read_values(path) for path in features}
     camera = View(azimuth=azimuth, elevation=elevation, up=up)
     name = mesh.name if title is None else title
     try:
@@ -99,13 +87,11 @@ def view_command(
     click.echo(f"wrote {output}")
 
 
-def _labels_of(mesh: Path, path: Path | None, n_cells: int) -> npt.NDArray[Any] | None:
+def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> npt.NDArray[Any] | None:
     """The labels of one level or several; None if there are none."""
-    if path is None:
-        return read_labels(mesh, n_cells) if has_labels(mesh) else None
-    if path.suffix.lower() == LEVELS_ENDING:
+    if path is not None and path.suffix.lower() == LEVELS_ENDING:
         return _read_levels(path)
-    return read_labels(path, n_cells)
+    return labels_beside(mesh, path, n_cells, name)
 
 
 def _read_levels(path: Path) -> npt.NDArray[Any]:
@@ -116,15 +102,3 @@ def _read_levels(path: Path) -> npt.NDArray[Any]:
             return np.asarray(arrays["labels"])
     except Exception:  # zipfile, zlib and numpy have errors of their own for damaged files
         raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None
-
-
-def _read_values(path: Path) -> npt.NDArray[Any]:
-    """The numbers in a file, one per cell or region."""
-    ending = known_ending(path, (".npy", ".txt"))
-    data = read_content(path)
-    try:
-        if ending == ".npy":
-            return npy_array(data, "values")
-        return np.array(bytes(data).split(), dtype=np.float64)
-    except ValueError as error:
-        raise MeshError(f"{path}: {error}") from None

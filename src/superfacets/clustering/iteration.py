@@ -20,6 +20,12 @@ __all__ = ["Iteration"]
 
 Centers = npt.NDArray[np.int32]
 
+RELOCATED_SHARES = (0.13, 0.0975, 0.065, 0.0325)
+"""The share of centers that may move in each round of relocation, one at least."""
+
+ITERATIONS_PER_ROUND = 8
+"""Iterations after each of these rounds, at most."""
+
 
 @dataclass
 class Iteration:
@@ -78,21 +84,62 @@ class Iteration:
         with timed(self.timings, "classify"):
             islands, n_threads = CORE_ISLANDS[self.options.islands], self.options.n_threads
             clustering = _core.Clustering(graph, centers, reach, n_threads, islands)
+        is_first = not self.levels
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
+        if is_first and self.options.relocate:
+            n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 
-    def _iterate(
-        self, graph: _core.OrderedGraph, clustering: _core.Clustering, *, must_stay: bool
+    def _relocate(
+        self,
+        graph: _core.OrderedGraph,
+        clustering: _core.Clustering,
+        n_iter: int,
+        reason: StopReason,
     ) -> tuple[int, StopReason]:
-        """Return the number of iterations, and which rule ended them."""
+        """Move centers to where they are needed, and iterate again, until none moves.
+
+        Takes and returns the number of iterations on this level, and which rule ended the last.
+        """
+        max_num_iter = min(self.options.max_num_iter, ITERATIONS_PER_ROUND)
+        for share in RELOCATED_SHARES:
+            if self.is_cancelled or max_num_iter == 0:
+                break
+            centers = clustering.centers()
+            with timed(self.timings, "update"):
+                moved_to = clustering.relocate(max(1, round(share * len(centers))))
+            if np.array_equal(moved_to, centers):
+                break
+            with timed(self.timings, "classify"):
+                clustering.classify(moved_to)
+            n_more, reason = self._iterate(
+                graph, clustering, max_num_iter=max_num_iter, n_before=n_iter
+            )
+            n_iter += n_more
+        return n_iter, reason
+
+    def _iterate(
+        self,
+        graph: _core.OrderedGraph,
+        clustering: _core.Clustering,
+        *,
+        must_stay: bool = False,
+        max_num_iter: int | None = None,
+        n_before: int = 0,
+    ) -> tuple[int, StopReason]:
+        """Return the number of iterations, and which rule ended them.
+
+        There were `n_before` before, on this level.
+        """
         if self.is_cancelled:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
-        max_num_iter = self.options.max_num_iter
+        if max_num_iter is None:
+            max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()
-        n_before = sum(level.n_iter for level in self.levels)
+        n_before += sum(level.n_iter for level in self.levels)
         for n_iter in range(1, max_num_iter + 1):
             centers = clustering.centers()
             with timed(self.timings, "update"):

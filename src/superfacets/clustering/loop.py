@@ -34,6 +34,7 @@ def segment_graph(
     radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
+    relocate: bool = False,
     islands: Islands = "keep",
     features: npt.ArrayLike | None = None,
     feature_weight: float = FEATURE_WEIGHT,
@@ -52,6 +53,8 @@ def segment_graph(
     n_segments, radius, init, radius_factor, max_num_iter, tol, islands, n_threads, progress
         As for `segment`; `radius` is a fraction of the diagonal of ``graph.bounds``. Where arcs
         lead one way, cells that no path from a center leads to are islands, too.
+    relocate : bool, default False
+        As for `segment`.
     mask, barriers
         As for `segment`; barriers are one number per cell, as cells of a graph have no edges.
     features, feature_weight, scale_features
@@ -84,7 +87,9 @@ def segment_graph(
     checked_graph(graph)
     given = graph
     options = SizeOptions.checked(n_segments, radius, init)
-    loop = LoopOptions.checked(max_num_iter, tol, radius_factor, islands, n_threads, progress)
+    loop = LoopOptions.checked(
+        max_num_iter, tol, radius_factor, islands, n_threads, progress, relocate=relocate
+    )
     feature_options = FeatureOptions.checked(features, feature_weight, scale_features)
     constraints = ConstraintOptions(mask, barriers)
     plan = Plan.of(graph, graph, (options, init), constraints, loop.n_threads, graph.dimension)

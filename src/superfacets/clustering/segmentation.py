@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
+from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..mesh.faces import AnyCells
-from ..regions.region_graph import RegionGraph, region_graph_of
 
 __all__ = ["Level", "Segmentation", "StopReason"]
 
@@ -65,7 +65,7 @@ class Segmentation:
     stop_reason : {"converged", "cycle", "max_num_iter", "cancelled"}
         Why the loop ended: the centers moved less than `tol`; a set of centers occurred again; the
         maximum number of iterations; `progress` returned False. With several levels, why it ended
-        on the finest coarse one.
+        on the finest coarse one. On a level with `relocate`, why the last round of it ended.
     n_unreached : int
         Islands that no center reached: components that got no seed and, with `radius_factor`, faces
         out of reach. With ``islands="keep"`` each made one more region, which K counts; with
@@ -144,12 +144,12 @@ class Segmentation:
 
     def _repr_html_(self) -> str:
         """Show a notebook a picture, where one can be drawn, counts, and the sizes of regions."""
-        from ..view.notebook import html_of
+        from ..pictures.notebook import html_of
 
         return html_of(self)
 
     def _repr_png_(self) -> bytes | None:
         """Show a notebook that takes no HTML the picture alone."""
-        from ..view.notebook import png_of
+        from ..pictures.notebook import png_of
 
         return png_of(self)

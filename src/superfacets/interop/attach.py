@@ -12,8 +12,8 @@ from ..adapters.convert import as_cells
 from ..adapters.results import NO_COLOR, Results, put_results
 from ..mesh.faces import AnyCells, n_cells_of
 from ..mesh.point_cloud import PointCloud
-from ..view.colors import face_colors
-from ..view.scene import checked_colors
+from ..pictures.colors import face_colors
+from ..pictures.scene import checked_colors
 
 __all__ = ["DEFAULT_NAME", "Location", "attach_labels"]
 

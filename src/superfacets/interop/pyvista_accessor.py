@@ -13,8 +13,8 @@ from ..adapters.convert import as_mesh
 from ..adapters.results import first_face
 from ..cells.face_graph import build_face_graph
 from ..clustering.segmentation import Segmentation
+from ..pictures.borders import border_edges
 from ..pipeline import segment
-from ..view.borders import border_edges
 from .attach import DEFAULT_NAME, attach_labels
 
 __all__ = ["SuperfacetsAccessor"]

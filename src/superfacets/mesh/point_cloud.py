@@ -22,9 +22,9 @@ class PointCloud:
     Parameters
     ----------
     points : array_like, shape (N, 3)
-        Positions, finite; kept as float64, read-only. N >= 2, and not all the same. An array that
-        is contiguous float64 already is not copied (a memory map is): leave it as it is while the
-        cloud is in use.
+        Positions, finite; kept as float64, read-only. N >= 1; `segment` needs different ones. An
+        array that is contiguous float64 already is not copied (a memory map is): leave it as it is
+        while the cloud is in use.
     normals : array_like, shape (N, 3), optional
         Vectors that point away from the surface, all to the same side of it: on the outside of a
         solid, upwards from the ground. Kept with length 1, as float64; a zero vector says that a
@@ -42,8 +42,7 @@ class PointCloud:
     Raises
     ------
     MeshError
-        If a shape, a type or a value is wrong (the first offender is named), or if all points are
-        at one position.
+        If a shape, a type or a value is wrong (the first offender is named).
 
     Examples
     --------

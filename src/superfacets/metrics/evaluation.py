@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_number, compact_complete
+from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.kinds import as_surface
 from ..cells.sums import positive_total
@@ -85,7 +86,7 @@ class GroundTruths:
 
 
 def evaluate(
-    mesh: MeshLike,
+    mesh: MeshLike | CloudLike,
     labels: npt.ArrayLike,
     ground_truths: GroundTruths | npt.NDArray[np.integer] | Sequence[npt.ArrayLike] = (),
     *,
@@ -97,10 +98,10 @@ def evaluate(
 
     Parameters
     ----------
-    mesh : Mesh or mesh-like
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, or what is like one
         As for `segment`.
     labels : array_like of integers, shape (F,)
-        Region of each face, 0 and up.
+        Region of each face, tetrahedron or point, 0 and up.
     ground_truths : array of integers, sequence of array_like of integers, or GroundTruths
         True segments of each face: one ground truth, or several. `GroundTruths` saves time if many
         labels of one mesh are compared with the same ones. It must have been made for the same
@@ -121,7 +122,8 @@ def evaluate(
         ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
         ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
         ``local_consistency_error``. All are weighted by area or length, and do not change when
-        labels are renamed or the mesh is scaled. Of a `TetMesh` those without normals and borders.
+        labels are renamed or the mesh is scaled. Of a `TetMesh` or a
+        `PointCloud` those without normals and borders.
 
     Raises
     ------

@@ -24,15 +24,20 @@ def superfacet_weights(
     alpha: float,
     eta_convex: float,
     crease_length: float | None = None,
+    ridges: float = 0.0,
     weld: bool = True,
 ) -> Floats:
-    """Weight of each arc, eq. 1-3 of the paper; `crease_length` stands for |e| in eq. 2."""
+    """Weight of each arc, eq. 1-3 of the paper; `crease_length` stands for |e| in eq. 2.
+
+    Ridges count `ridges` where that is more than `eta_convex`.
+    """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
     inside_out = _is_inside_out(mesh, arcs, diagonal, weld)
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms = []
+    concave = []
     for face, side, neighbor, same_turn in arcs:
         start = mesh.vertices[mesh.faces[face, side]]
         end = mesh.vertices[mesh.faces[face, (side + 1) % 3]]
@@ -45,14 +50,86 @@ def superfacet_weights(
             turn_j = face < neighbor if as_large else a_i > a_j
             n_i, n_j = (n_i, -n_j) if turn_j else (-n_i, n_j)
         rise = dot(n_i - n_j, centroids[neighbor] - centroids[face])
-        concave = rise < 0 if inside_out else rise > 0
-        eta = 1.0 if concave else eta_convex
+        concave.append(bool(rise < 0 if inside_out else rise > 0))
         length = norm(end - start) if crease_length is None else crease_length
-        terms.append((geodesic, alpha * eta * length, norm(cross(n_i, n_j)), dot(n_i, n_j)))
-    geodesics, prices, sines, cosines = np.array(terms).reshape(-1, 4).T
-    angular = prices * arctangent(sines, cosines) / math.pi  # eq. 2
+        terms.append((geodesic, length, norm(cross(n_i, n_j)), dot(n_i, n_j)))
+    geodesics, lengths, sines, cosines = np.array(terms).reshape(-1, 4).T
+    thetas = arctangent(sines, cosines)
+    of_convex = np.full(len(arcs), eta_convex)
+    is_ridge = _find_ridges(mesh, arcs, thetas, concave, weld=weld)
+    of_convex[is_ridge] = max(ridges, eta_convex)
+    eta = np.where(np.array(concave, dtype=bool), 1.0, of_convex)
+    angular = alpha * eta * lengths * thetas / math.pi  # eq. 2
     weights: Floats = (geodesics + angular) / diagonal  # eq. 3
     return weights
+
+
+def _find_ridges(
+    mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: list[bool], *, weld: bool
+) -> list[int]:
+    """Arcs across sharp convex edges between triangles that are flat beside them.
+
+    At both ends such an edge must meet another one, or a border of the surface.
+    """
+    sharp = math.pi * 2 / 9  # 40 degrees
+    of_face: dict[int, list[tuple[int, int]]] = {}  # neighbor and arc
+    for index, arc in enumerate(arcs):
+        of_face.setdefault(arc.face, []).append((arc.neighbor, index))
+
+    def is_flat(face: int, other: int, theta: float) -> bool:
+        bends = [float(thetas[i]) for neighbor, i in of_face[face] if neighbor != other]
+        bent = [bend for bend in bends if bend >= 0.3 * theta]
+        alike = [max(sharp, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
+        return len(bent) <= 1 and all(alike)
+
+    def is_only(face: int, other: int) -> bool:
+        return [neighbor for neighbor, _ in of_face[face]].count(other) == 1
+
+    def name(vertex: int) -> object:
+        return tuple(mesh.vertices[vertex].tolist()) if weld else vertex
+
+    found = {
+        index
+        for index, (arc, theta) in enumerate(zip(arcs, thetas.tolist(), strict=True))
+        if theta >= sharp
+        and not concave[index]
+        and is_only(arc.face, arc.neighbor)
+        and is_flat(arc.face, arc.neighbor, theta)
+        and is_flat(arc.neighbor, arc.face, theta)
+    }
+
+    def next_around(corner: object, before: int, here: int) -> tuple[int, int] | None:
+        names = [name(vertex) for vertex in mesh.faces[here]]
+        opposite = (names.index(corner) + 1) % 3
+        further = [
+            (neighbor, index)
+            for neighbor, index in of_face[here]
+            if arcs[index].side != opposite and neighbor != before
+        ]
+        return further[0] if len(further) == 1 else None
+
+    def leads_to_another(corner: object, before: int, here: int) -> bool:
+        start = before
+        for _ in range(64):
+            step = next_around(corner, before, here)
+            if step is None:
+                return True  # a border
+            if step[1] in found:
+                return True
+            before, here = here, step[0]
+            if here == start:
+                return False
+        return False
+
+    def continues(index: int) -> bool:
+        face, side, neighbor, _ = arcs[index]
+        ends = [name(mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
+        return all(
+            leads_to_another(end, face, neighbor) or leads_to_another(end, neighbor, face)
+            for end in ends
+        )
+
+    return [index for index in sorted(found) if continues(index)]
 
 
 def unit_normals(mesh: Mesh) -> Floats:

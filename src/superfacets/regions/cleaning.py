@@ -23,8 +23,12 @@ def clean(
     result: Segmentation,
     options: CleanupOptions,
     groups: npt.NDArray[np.int32] = NO_GROUPS,
+    max_distance: float = MAX_DISTANCE,
 ) -> Segmentation:
-    """Return the result with its regions cleaned up; those of different groups never join."""
+    """Return the result with its regions cleaned up; those of different groups never join.
+
+    Borders move by no more than the distance, in radii.
+    """
     if options.enforce_connectivity:
         edit = connect_regions(costs, result.labels, result.n_segments, result.centers)
         # Pieces that touch no other region are islands that had joined this one: so they stay.
@@ -42,6 +46,6 @@ def clean(
             n_islands=edit.n_islands,
         )
     if options.smooth:
-        labels = straighten(costs, result.labels, result.centers, MAX_DISTANCE)
+        labels = straighten(costs, result.labels, result.centers, max_distance)
         result = replace(result, labels=labels)
     return result

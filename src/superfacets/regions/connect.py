@@ -6,11 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_seeds
+from .._validate import checked_region_centers
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.sums import sums_by_label
-from .edit import BorderCosts, RegionEdit, read_regions
+from .edit import BorderCosts, LabeledPart, RegionEdit
 
 __all__ = ["connect_regions", "enforce_connectivity"]
 
@@ -38,7 +38,7 @@ def enforce_connectivity(
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once.
+        0..K-1, each at least once; cells labeled -1 are left alone: they are in no region.
     centers : array_like of int, shape (K,), optional
         A face of each region.
     weights : array_like, shape (M,), optional
@@ -56,8 +56,8 @@ def enforce_connectivity(
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If the labels are not integers, not one per face, negative or with gaps, a center is not in
-        its region, or another parameter is out of range or of the wrong type.
+        If the labels are not integers, not one per face, below -1, with gaps or all -1, a center is
+        not in its region, or another parameter is out of range or of the wrong type.
 
     Notes
     -----
@@ -71,14 +71,18 @@ def enforce_connectivity(
     >>> enforce_connectivity(strip, [0, 0, 0, 1, 1, 0]).labels
     array([0, 0, 0, 1, 1, 1], dtype=int32)
     """
-    costs, array, n_regions = read_regions(mesh, labels, weights, weld, n_threads)
-    return connect_regions(costs, array, n_regions, centers)
+    part = LabeledPart.read(mesh, labels, weights, weld, n_threads)
+    cells = None
+    if centers is not None:
+        cells = part.numbers_of(checked_region_centers(centers, part.whole, part.n_regions))
+    edit = connect_regions(part.costs, part.labels, part.n_regions, cells)
+    return edit._replace(labels=part.whole_labels(edit.labels))
 
 
 def connect_regions(
-    costs: BorderCosts, labels: Ints, n_regions: int, centers: npt.ArrayLike | None
+    costs: BorderCosts, labels: Ints, n_regions: int, centers: Ints | None
 ) -> RegionEdit:
-    """Join the pieces of regions to neighbors; see `enforce_connectivity`."""
+    """Join the pieces of checked regions to neighbors; see `enforce_connectivity`."""
     surface = costs.surface
     pieces, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     region_of_piece = np.empty(n_pieces, np.int32)
@@ -87,7 +91,7 @@ def connect_regions(
     if centers is None:
         kept = _largest_pieces(region_of_piece, areas, n_regions)
     else:
-        kept = pieces[_checked_centers(centers, labels, n_regions)]
+        kept = pieces[centers]
     stays = np.zeros(n_pieces, np.uint8)
     stays[kept] = 1
     roots = _core.join_regions(*costs.args, pieces, areas, stays, np.inf, surface.n_threads)
@@ -109,17 +113,3 @@ def _largest_pieces(region_of_piece: Ints, areas: npt.NDArray[np.float64], n_reg
     largest = np.empty(n_regions, np.int32)
     largest[region_of_piece[order]] = order  # the last one written is the largest
     return largest
-
-
-def _checked_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
-    """One cell of each region, in the order of the labels."""
-    cells = checked_seeds(centers, len(labels))
-    if len(cells) != n_regions:
-        raise ValueError(f"there are {len(cells)} centers for {n_regions} regions")
-    is_wrong = labels[cells] != np.arange(n_regions)
-    if is_wrong.any():
-        region = int(np.argmax(is_wrong))
-        raise ValueError(
-            f"centers[{region}] is face {cells[region]}, which has label {labels[cells[region]]}"
-        )
-    return cells

@@ -9,17 +9,24 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_labels, checked_partial_labels
+from .._validate import checked_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph, checked_weights
-from ..cells.constraints import Cut
+from ..cells.constraints import NO_GROUPS, Cut
 from ..cells.kinds import as_surface
 from ..cells.size import radius_of
 from ..cells.surface import Surface
 from ..cells.weights import creases_of
 
-__all__ = ["CREASE_SCALE", "BorderCosts", "RegionEdit", "read_partial_regions", "read_regions"]
+__all__ = [
+    "CREASE_SCALE",
+    "BorderCosts",
+    "LabeledPart",
+    "RegionEdit",
+    "read_partial_regions",
+    "read_regions",
+]
 
 CREASE_SCALE = 6.0
 """What crossing an edge must cost beyond distance, in r, for a border in it to count 1/e.
@@ -87,22 +94,64 @@ def read_regions(
     weld: bool,
     n_threads: int | None,
 ) -> tuple[BorderCosts, Ints, int]:
-    """Check cells, their labels and weights, and return costs of borders, labels and their number.
-
-    Where no weights are given, those of a graph are its own, and those of a mesh `crease_weights`.
-    """
+    """Check cells, their labels and weights, and return what `read_partial_regions` does."""
     surface = as_surface(source, weld=weld, n_threads=n_threads)
-    array, n_regions = checked_labels(labels, surface.n_cells)
-    return _costs_of(surface, surface.measures, weights, n_regions), array, n_regions
+    return read_partial_regions(surface, labels, weights)
 
 
-def read_partial_regions(surface: Surface, labels: npt.ArrayLike) -> tuple[BorderCosts, Ints, int]:
-    """Do the same for labels that may be -1, for cells that are left out, with default weights."""
+def read_partial_regions(
+    surface: Surface, labels: npt.ArrayLike, weights: npt.ArrayLike | None = None
+) -> tuple[BorderCosts, Ints, int]:
+    """Check labels and weights, and return costs of borders, labels and the number of regions.
+
+    Labels are -1 for cells that are left out. Where no weights are given, those of a graph are its
+    own, and those of a mesh `crease_weights`.
+    """
     array, n_regions = checked_partial_labels(labels, surface.n_cells)
     if n_regions == 0:
         raise ValueError("all labels are -1: there is no region")
     measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]
-    return _costs_of(surface, measures, None, n_regions), array, n_regions
+    return _costs_of(surface, measures, weights, n_regions), array, n_regions
+
+
+@dataclass(frozen=True, eq=False)
+class LabeledPart:
+    """Regions of the cells that have a label, as if there were no others."""
+
+    costs: BorderCosts
+    labels: Ints  # (n,), none of them -1
+    n_regions: int
+    whole: Ints  # (N,), as they were given
+    cut: Cut | None  # None: all cells have a label
+
+    @classmethod
+    def read(
+        cls,
+        source: MeshLike | CloudLike | CellGraph,
+        labels: npt.ArrayLike,
+        weights: npt.ArrayLike | None,
+        weld: bool,
+        n_threads: int | None,
+    ) -> LabeledPart:
+        """Check cells, their labels and weights; arguments as for `smooth_borders`."""
+        costs, array, n_regions = read_regions(source, labels, weights, weld, n_threads)
+        if array.min() >= 0:
+            return cls(costs, array, n_regions, array, None)
+        is_kept = array >= 0
+        sources = np.repeat(np.arange(len(array), dtype=np.int32), np.diff(costs.surface.offsets))
+        keeps_arc = is_kept[sources] & is_kept[costs.surface.neighbors]
+        cut = Cut.of(costs.surface, is_kept, keeps_arc, sources, NO_GROUPS)
+        return cls(costs.of_part(cut), array[is_kept], n_regions, array, cut)
+
+    def numbers_of(self, cells: Ints) -> Ints:
+        """Return the numbers here of cells of the whole; those without a label are left out."""
+        if self.cut is None:
+            return cells
+        return np.searchsorted(self.cut.cells, cells[self.whole[cells] >= 0]).astype(np.int32)
+
+    def whole_labels(self, labels: Ints) -> Ints:
+        """Return labels of all cells: -1 for those that had none."""
+        return labels if self.cut is None else self.cut.whole_labels(labels)
 
 
 def _costs_of(

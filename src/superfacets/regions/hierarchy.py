@@ -16,13 +16,13 @@ from .edit import BorderCosts
 
 __all__ = ["Hierarchy", "MergeTree", "checked_cut", "merge_neighbors"]
 
-CREASE_WEIGHT = 6.0
+MERGE_CREASE_WEIGHT = 6.0
 """What a border all in a crease adds to the distance of two regions, in their radius.
 
 50 regions merged from 500 have an undersegmentation error of 0.218 at 4, 0.214 at 8 and 0.206 at 16
 on a quarter of the benchmark models, and a compactness of 4.39, 4.48 and 4.61."""
 
-CREASE_SCALE = 1.6
+MERGE_CREASE_SCALE = 1.6
 """What crossing a border must cost beyond distance, in r, for 1/e of it to count as open.
 
 Creases are deeper here than for `smooth_borders`: with 3 the error is 0.222 at the same
@@ -196,7 +196,7 @@ def merge_neighbors(
         table = _means(kept, features[is_kept], shares, n_regions).ravel()
     places = _means(kept, positions, shares, n_regions)
     children, prices = _core.merge_tree(
-        areas, places, table, *borders, CREASE_WEIGHT, surface.dimension
+        areas, places, table, *borders, MERGE_CREASE_WEIGHT, surface.dimension
     )
     return MergeTree(n_regions, children.reshape(-1, 2), prices)
 
@@ -204,7 +204,7 @@ def merge_neighbors(
 def _borders_of(costs: BorderCosts, labels: Ints, n_regions: int) -> Borders:
     """The low and the high region of each border, its length, and what of it a crease leaves."""
     surface, lengths, unit, _ = costs.args
-    scale = CREASE_SCALE * costs.radius
+    scale = MERGE_CREASE_SCALE * costs.radius
     named = np.where(labels < 0, np.int32(n_regions), labels)  # what was left out is one more
     low, high, prices = _core.region_borders(
         surface, lengths, unit, scale, named, costs.surface.n_threads

@@ -17,7 +17,7 @@ from ..cells.cell_graph import CellGraph
 from ..cells.constraints import ANY_GROUP, NO_GROUPS
 from ..cells.sums import sums_by_label
 from ..cells.surface import Surface
-from .edit import BorderCosts, RegionEdit, read_regions
+from .edit import BorderCosts, LabeledPart, RegionEdit
 
 __all__ = ["merge_regions", "merge_small_regions"]
 
@@ -46,7 +46,7 @@ def merge_small_regions(
     mesh : Mesh or mesh-like, or CellGraph with ArcMeasures
         As for `segment`, or a graph of any cells.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once.
+        0..K-1, each at least once; cells labeled -1 are left alone: they are in no region.
     min_size : float
         The least area of a region, >= 0, as a fraction of the mean area of regions.
     islands : {"keep", "nearest"}
@@ -70,7 +70,7 @@ def merge_small_regions(
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If the labels are not integers, not one per face, negative or with gaps, or another
+        If the labels are not integers, not one per face, below -1, with gaps or all -1, or another
         parameter is out of range or of the wrong type.
 
     Notes
@@ -88,8 +88,9 @@ def merge_small_regions(
     """
     min_size = checked_number(min_size, "min_size", zero=True)
     checked_choice(islands, "islands", ISLANDS)
-    costs, array, n_regions = read_regions(mesh, labels, weights, weld, n_threads)
-    return merge_regions(costs, array, n_regions, min_size, islands)
+    part = LabeledPart.read(mesh, labels, weights, weld, n_threads)
+    edit = merge_regions(part.costs, part.labels, part.n_regions, min_size, islands)
+    return edit._replace(labels=part.whole_labels(edit.labels))
 
 
 def merge_regions(

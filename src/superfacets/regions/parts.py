@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_regions
+from .._validate import checked_regions, freeze, is_extent_valid
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..errors import MeshError
-from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.faces import AnyCells, AnyMesh, n_cells_of
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
@@ -64,7 +64,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     Raises
     ------
     MeshError
-        If the mesh is not valid, or if all of the region lies at one point, as a single point does.
+        If the mesh is not valid, or if all faces of the region lie at one point.
     ValueError, TypeError
         If the labels are not integers, not one per cell, below -1 or with gaps, or if there is no
         such region.
@@ -113,10 +113,69 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     array, n_regions = checked_regions(labels, n_cells_of(whole))
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
-    splitter = Splitter(whole)
-    return (
-        splitter.named_part(order[a:b], region) for region, (a, b) in enumerate(pairwise(starts))
+    if isinstance(whole, PointCloud):
+        splitter = Splitter(whole)
+        return (splitter.part(order[a:b]) for a, b in pairwise(starts))
+    return _all_parts(whole, order[starts[0] :], starts - starts[0])
+
+
+def _corners_of(whole: AnyMesh, cells: Ints) -> tuple[Ints, npt.NDArray[np.int64]]:
+    """Corners of cells in a row, and where those of each cell begin and end."""
+    if isinstance(whole, PolygonMesh):
+        sizes = whole.sizes[cells]
+        offsets = np.concatenate([[0], np.cumsum(sizes)])
+        firsts = np.repeat(whole.offsets[cells] - offsets[:-1], sizes)
+        return whole.indices[firsts + np.arange(offsets[-1])], offsets
+    corners = (whole.tets if isinstance(whole, TetMesh) else whole.faces)[cells]
+    return corners.ravel(), np.arange(len(cells) + 1) * corners.shape[1]
+
+
+def _all_parts(whole: AnyMesh, order: Ints, starts: npt.NDArray[np.int64]) -> Iterator[Submesh]:
+    """Yield all parts; what takes long, numbers of vertices and checks, is done for all at once.
+
+    Cells of part i are ``order[starts[i]:starts[i + 1]]``.
+    """
+    corners, offsets = _corners_of(whole, order)
+    part_of_corner = np.repeat(np.arange(len(starts) - 1), np.diff(offsets[starts]))
+    keys, numbers = np.unique(part_of_corner * whole.n_vertices + corners, return_inverse=True)
+    part_of_vertex, vertices = np.divmod(keys, whole.n_vertices)
+    firsts = np.searchsorted(part_of_vertex, np.arange(len(starts)))
+    numbers = (numbers - firsts[part_of_corner]).astype(np.int32)
+    vertices = vertices.astype(np.int32)
+    points = whole.vertices[vertices]
+    bounds = np.stack(
+        [operation.reduceat(points, firsts[:-1]) for operation in (np.minimum, np.maximum)], axis=1
     )
+    has_extent = is_extent_valid(bounds)
+    splitter = Splitter(whole)
+    for part, ((a, b), (low, high)) in enumerate(
+        zip(pairwise(starts.tolist()), pairwise(firsts.tolist()), strict=True)
+    ):
+        if not has_extent[part]:
+            yield splitter.named_part(order[a:b], part)  # which raises
+            continue
+        ends = offsets[a : b + 1]
+        arrays = (points[low:high].copy(), bounds[part].copy(), numbers[ends[0] : ends[-1]].copy())
+        mesh = _part_of_checked(whole, *arrays, ends - ends[0])
+        yield Submesh(mesh, order[a:b].copy(), vertices[low:high].copy())
+
+
+def _part_of_checked(
+    whole: AnyMesh,
+    points: npt.NDArray[np.float64],
+    bounds: npt.NDArray[np.float64],
+    corners: Ints,
+    offsets: npt.NDArray[np.int64],
+) -> AnyMesh:
+    """A mesh of arrays that need no check, as they are of one that was checked."""
+    mesh: AnyMesh = object.__new__(type(whole))
+    if isinstance(whole, PolygonMesh):
+        freeze(mesh, vertices=points, offsets=offsets, indices=corners, bounds=bounds)
+    elif isinstance(whole, TetMesh):
+        freeze(mesh, vertices=points, tets=corners.reshape(-1, 4), bounds=bounds)
+    else:
+        freeze(mesh, vertices=points, faces=corners.reshape(-1, 3), bounds=bounds)
+    return mesh
 
 
 class Splitter:
@@ -135,19 +194,13 @@ class Splitter:
             normals = None if whole.normals is None else whole.normals[cells]
             colors = None if whole.colors is None else whole.colors[cells]
             return Submesh(PointCloud(whole.points[cells], normals, colors), cells, cells)
-        if isinstance(whole, PolygonMesh):
-            sizes = whole.sizes[cells]
-            offsets = np.concatenate([[0], np.cumsum(sizes)])
-            firsts = np.repeat(whole.offsets[cells] - offsets[:-1], sizes)
-            corners = whole.indices[firsts + np.arange(offsets[-1])]
-        else:
-            corners = (whole.tets if isinstance(whole, TetMesh) else whole.faces)[cells]
+        corners, offsets = _corners_of(whole, cells)
         vertices = self._renumber(corners)
         points, numbers = whole.vertices[vertices], self._numbers[corners]
         if isinstance(whole, PolygonMesh):
             return Submesh(PolygonMesh(points, offsets, numbers), cells, vertices)
         kind = TetMesh if isinstance(whole, TetMesh) else Mesh
-        return Submesh(kind(points, numbers), cells, vertices)
+        return Submesh(kind(points, numbers.reshape(len(cells), -1)), cells, vertices)
 
     def named_part(self, cells: Ints, region: int) -> Submesh:
         """Return the mesh of the cells of a region, which an error names."""

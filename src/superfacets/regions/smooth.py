@@ -9,7 +9,7 @@ from .. import _core
 from .._validate import checked_number, checked_seeds
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
-from .edit import BorderCosts, read_regions
+from .edit import BorderCosts, LabeledPart
 
 __all__ = ["MAX_DISTANCE", "smooth_borders", "straighten"]
 
@@ -56,7 +56,7 @@ def smooth_borders(
         As for `segment`, or a graph of any cells. A cell of a graph moves only if its neighbors in
         its region are connected among themselves.
     labels : array_like of int, shape (N,)
-        0..K-1, each at least once.
+        0..K-1, each at least once; cells labeled -1 are left alone: they are in no region.
     weights : array_like, shape (M,), optional
         Arc weights of ``build_face_graph(mesh, weld=weld)`` in units of d; `crease_weights`
         for r = sqrt(A / (pi K)) if not given.
@@ -71,16 +71,16 @@ def smooth_borders(
     Returns
     -------
     ndarray of int32, shape (N,)
-        0..K-1, each at least once. Groups of neighboring regions move their faces in turn, those
-        far from each other at the same time. Of moves of a chain that win as much, the one of the
-        face with the lower index comes first.
+        0..K-1, each at least once, and -1 where it was. Groups of neighboring regions move their
+        faces in turn, those far from each other at the same time. Of moves of a chain that win as
+        much, the one of the face with the lower index comes first.
 
     Raises
     ------
     MeshError
         If the mesh is not a valid triangle mesh.
     ValueError, TypeError
-        If the labels are not integers, not one per face, negative or with gaps, or another
+        If the labels are not integers, not one per face, below -1, with gaps or all -1, or another
         parameter is out of range or of the wrong type.
 
     Notes
@@ -99,11 +99,11 @@ def smooth_borders(
     array([0, 0, 1, 1, 0, 0, 1, 1], dtype=int32)
     """
     max_distance = checked_number(max_distance, "max_distance", zero=True)
-    costs, array, _ = read_regions(mesh, labels, weights, weld, n_threads)
+    part = LabeledPart.read(mesh, labels, weights, weld, n_threads)
     fixed = np.empty(0, np.int32)
     if centers is not None:
-        fixed = checked_seeds(centers, len(array))
-    return straighten(costs, array, fixed, max_distance)
+        fixed = part.numbers_of(checked_seeds(centers, len(part.whole)))
+    return part.whole_labels(straighten(part.costs, part.labels, fixed, max_distance))
 
 
 def straighten(

@@ -14,13 +14,13 @@ import numpy.typing as npt
 
 from .._validate import checked_choice
 from ..batches.sources import MARK, output_names
+from ..cells.majority import weighted_majority
 from ..cells.sums import sums_by_label
 from ..io.atomic import atomic_outputs, checked_targets
 from ..io.writers.cells import CLASS_OUTPUTS
 from ..io.writers.scannet import NO_CLASS
 from ..io.writers.write import ENDING_OF_FORMAT, write_labels, write_mesh
-from ..regions.majority import weighted_majority
-from ..regions.vertex_labels import vertex_labels
+from ..regions.vertices import vertex_labels
 from .document import Document
 from .revisions import Revision
 

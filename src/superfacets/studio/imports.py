@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..cells.majority import weighted_majority
 from ..errors import MeshError
 from ..io.guards import known_ending
 from ..io.readers.labels import read_labels
 from ..io.writers.scannet import NO_CLASS
 from ..mesh.faces import AnyCells, n_cells_of
 from ..mesh.point_cloud import PointCloud
-from ..regions.majority import weighted_majority
-from ..regions.vertex_labels import corner_groups
+from ..regions.vertices import corner_groups
 from .classes import MAX_CLASS, ClassList, new_class
 
 __all__ = ["Imported", "read_import"]

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
-from ..regions.region_graph import RegionGraph, region_graph_of
 from .changes import Partition
 
 __all__ = ["GoneError", "Revision", "Revisions"]

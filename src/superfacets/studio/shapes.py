@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..mesh.tet_mesh import TetMesh
-from ..view.page.shape import Shape, shape_of
-from ..view.upright import guess_up
+from ..pictures.page.shape import Shape, shape_of
+from ..pictures.upright import guess_up
 from .coding import packet
 from .document import Document
 

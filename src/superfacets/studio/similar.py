@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_share
-from ..regions.region_graph import RegionGraph
+from ..cells.region_adjacency import RegionGraph
 
 __all__ = ["FEATURES", "features_of", "similar_regions"]
 

@@ -66,7 +66,7 @@ def _drawn(path: Path) -> bytes:
 def main() -> None:
     """Draw the file that the first argument names to that which the second names."""
     from ..io.readers.read import read_cells
-    from ..view.rendering import render
+    from ..pictures.rendering import render
 
     source, target = map(Path, sys.argv[1:3])
     try:

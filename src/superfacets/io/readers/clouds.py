@@ -15,7 +15,7 @@ from ..attributes import MeshAttributes
 from ..foreign import file_of
 from ..guards import Content, as_doubles
 from .e57 import read_e57
-from .labels import npy_array
+from .npy import npy_array
 from .ply_attributes import attributes_of
 from .ply_body import read_tables
 from .ply_header import parse_header

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-import io
-import math
 import os
 import reprlib
-import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from numpy.lib import format as npy
 
 from ..._validate import refuse_mask
 from ...errors import MeshError
 from ..guards import Content, counted, known_ending, read_content
+from .clouds import CLOUD_READERS
+from .npy import npy_array, npy_header
 from .ply import read_ply_labels
 from .ply_header import parse_header
 from .tets import TET_ENDINGS, has_tet_labels, read_tet_labels
 from .text import split_lines
 from .vtp import has_vtp_labels, read_vtp_labels
 
-__all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "npy_array", "read_labels"]
+__all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "read_labels"]
 
 MAX_LABEL = 2**31 - 1
 """Labels are int32."""
@@ -32,14 +31,10 @@ MAX_LABEL = 2**31 - 1
 NO_REGION = -1
 """The label of cells that are in no region."""
 
-MAX_NPY_HEADER = 10_000
-"""Bytes of text, numpy's own bound; labels need some 60. It is evaluated, so it must be short."""
 
-_NPY_FIXED = 12
-"""The bytes before that text: magic, version and the length of the text."""
-
-
-def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt.NDArray[np.int32]:
+def read_labels(
+    path: str | os.PathLike[str], n_faces: int | None = None, *, name: str = "label"
+) -> npt.NDArray[np.int32]:
     r"""Return the label of each face, in face order, that a file holds.
 
     Parameters
@@ -49,9 +44,13 @@ def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt
         ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
         ``label``; the faces may be polygons; where there are none, of the vertices), ``.vtp``,
         ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``; they need the extra
-        ``io``).
+        ``io``); of point clouds also ``.csv``, ``.xyz``, ``.las``, ``.laz`` and ``.e57`` (a column
+        or dimension ``label``).
     n_faces : int, optional
         Faces of the mesh that the labels are for; checked where given.
+    name : str, default "label"
+        What to read in files that hold more than labels, as meshes and clouds do, instead of
+        ``label``: ``"Label"``, ``"classification"``.
 
     Returns
     -------
@@ -81,14 +80,14 @@ def read_labels(path: str | os.PathLike[str], n_faces: int | None = None) -> npt
     data = read_content(path)
     try:
         if ending in TET_ENDINGS:
-            return checked_labels(read_tet_labels(data, ending), n_faces)
-        return checked_labels(_READERS[ending](data), n_faces)
+            return checked_labels(read_tet_labels(data, ending, name), n_faces)
+        return checked_labels(_READERS[ending](data, name), n_faces)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 
 
-def has_labels(path: str | os.PathLike[str]) -> bool:
-    """Whether a mesh file has labels of its faces: a property ``label`` of a PLY or VTP."""
+def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
+    """Whether the file of a mesh or cloud has labels, too, under this name."""
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in _LABEL_FINDERS and ending not in TET_ENDINGS:
@@ -96,18 +95,18 @@ def has_labels(path: str | os.PathLike[str]) -> bool:
     data = read_content(path)
     try:
         if ending in TET_ENDINGS:
-            return has_tet_labels(data, ending)
-        return _LABEL_FINDERS[ending](data)
+            return has_tet_labels(data, ending, name)
+        return _LABEL_FINDERS[ending](data, name)
     except MeshError as error:
         raise MeshError(f"{path}: {error}") from None
 
 
-def _has_ply_labels(data: Content) -> bool:
+def _has_ply_labels(data: Content, name: str) -> bool:
     header = parse_header(data)
     place = header.find("face")
     if place is None or not header.elements[place].n_rows:
         place = header.find("vertex")
-    return place is not None and header.elements[place].find("label") is not None
+    return place is not None and header.elements[place].find(name) is not None
 
 
 def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.int32]:
@@ -130,7 +129,7 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.in
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-def _read_text(data: Content) -> npt.NDArray[Any]:
+def _read_text(data: Content, name: str) -> npt.NDArray[Any]:
     lines = split_lines(data)
     crowded = np.flatnonzero(lines.counts != 1)
     if len(crowded):
@@ -140,8 +139,8 @@ def _read_text(data: Content) -> npt.NDArray[Any]:
     return lines.parse(np.int64)
 
 
-def _read_npy(data: Content) -> npt.NDArray[Any]:
-    shape, dtype, _, _ = _npy_header(data)
+def _read_npy(data: Content, name: str) -> npt.NDArray[Any]:
+    shape, dtype, _, _ = npy_header(data)
     if dtype.kind not in "iu":
         raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
     if len(shape) != 1:
@@ -149,51 +148,34 @@ def _read_npy(data: Content) -> npt.NDArray[Any]:
     return npy_array(data, "labels")
 
 
-def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
-    """The array of a .npy file.
-
-    numpy.load would take the memory that a damaged header claims, and would run what a pickle
-    holds: only the header is left to numpy, and compared with the size of the file.
-    """
-    shape, dtype, is_fortran, begin = _npy_header(data)
-    if dtype.hasobject:
-        raise MeshError(f"expected an array of numbers: the .npy header declares {dtype}")
-    n_bytes = math.prod(shape) * dtype.itemsize
-    if n_bytes != len(data) - begin:
-        raise MeshError(
-            f"the .npy header declares {n_bytes} bytes of {what} but"
-            f" {len(data) - begin} follow: is the file cut?"
-        )
-    order: Literal["F", "C"] = "F" if is_fortran else "C"
-    return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)
+def _read_column(data: Content, name: str, *, ending: str) -> npt.NDArray[Any]:
+    """What a cloud holds under that name."""
+    found = CLOUD_READERS[ending](data).attributes.vertex
+    if name not in found:
+        raise MeshError(f"the points have no column {name}")
+    return found[name]
 
 
-def _npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
-    """Shape, type and order that a .npy file declares, and where the numbers begin."""
-    start = io.BytesIO(data[: _NPY_FIXED + MAX_NPY_HEADER])
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of Python 2's integers, and of odd escapes in strings
-            version = npy.read_magic(start)
-            read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-            shape, is_fortran, dtype = read(start, max_header_size=MAX_NPY_HEADER)
-    except Exception as error:  # numpy evaluates the header: a damaged one may raise anything
-        reason = reprlib.repr(str(error))
-        raise MeshError(f"the header of the .npy file cannot be read: {reason}") from None
-    return shape, dtype, is_fortran, start.tell()
+def _has_column(data: Content, name: str, *, ending: str) -> bool:
+    return name in CLOUD_READERS[ending](data).attributes.vertex
 
 
-_READERS: dict[str, Callable[[Content], npt.NDArray[Any]]] = {
+_OF_CLOUDS = (".csv", ".e57", ".las", ".laz", ".xyz")
+"""Files of clouds; .npy and .txt are more often labels alone."""
+
+_READERS: dict[str, Callable[[Content, str], npt.NDArray[Any]]] = {
     ".npy": _read_npy,
     ".ply": read_ply_labels,
     ".seg": _read_text,
     ".txt": _read_text,
     ".vtp": read_vtp_labels,
+    **{ending: partial(_read_column, ending=ending) for ending in _OF_CLOUDS},
 }
 
-_LABEL_FINDERS: dict[str, Callable[[Content], bool]] = {
+_LABEL_FINDERS: dict[str, Callable[[Content, str], bool]] = {
     ".ply": _has_ply_labels,
     ".vtp": has_vtp_labels,
+    **{ending: partial(_has_column, ending=ending) for ending in _OF_CLOUDS},
 }
 
 LABEL_ENDINGS = (*_READERS, *TET_ENDINGS)

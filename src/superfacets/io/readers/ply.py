@@ -64,14 +64,14 @@ def _corners_in_a_row(indices: Column) -> npt.NDArray[Any]:
     return side_by_side(indices.values).ravel()
 
 
-def read_ply_labels(data: Content) -> npt.NDArray[Any]:
-    """The face property `label` of a PLY file; the faces may be polygons."""
+def read_ply_labels(data: Content, name: str = "label") -> npt.NDArray[Any]:
+    """The face property `label` of a PLY file, or what has that name; the faces may be polygons."""
     header = parse_header(data)
     face, faces = _find_labeled(header)
-    column = None if faces.name == STRIPS else faces.find("label")  # strips are not faces
+    column = None if faces.name == STRIPS else faces.find(name)  # strips are not faces
     if column is None or faces.properties[column].is_list:
         things = "faces" if faces.name in ("face", STRIPS) else "points"
-        raise MeshError(f"the PLY {things} have no property label")
+        raise MeshError(f"the PLY {things} have no property {name}")
     if not faces.properties[column].is_integer:
         raise MeshError("labels must be integers: the PLY file declares another type")
     return as_integers(_present(read_tables(header, data)[face][column].values), "labels")

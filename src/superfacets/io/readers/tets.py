@@ -39,12 +39,12 @@ def read_tets(data: Content, ending: str) -> TriangleArrays:
     return as_doubles(np.asarray(mesh.points)), np.concatenate(blocks)
 
 
-def read_tet_labels(data: Content, ending: str) -> npt.NDArray[Any]:
-    """The cell data `label` of tetrahedra."""
+def read_tet_labels(data: Content, ending: str, name: str = "label") -> npt.NDArray[Any]:
+    """The cell data `label` of tetrahedra, or what has that name."""
     mesh = _read(data, ending)
-    stored = mesh.cell_data.get("label")
+    stored = mesh.cell_data.get(name)
     if stored is None:
-        raise MeshError("the file has no cell data label")
+        raise MeshError(f"the file has no cell data {name}")
     parts = [part for block, part in zip(mesh.cells, stored, strict=True) if block.type in _TETS]
     labels = np.concatenate(parts) if parts else np.empty(0, dtype=np.int32)
     if labels.dtype.kind == "f" and np.array_equal(labels, np.floor(labels)):
@@ -54,9 +54,9 @@ def read_tet_labels(data: Content, ending: str) -> npt.NDArray[Any]:
     return labels
 
 
-def has_tet_labels(data: Content, ending: str) -> bool:
-    """Whether a file of tetrahedra has cell data `label`."""
-    return "label" in _read(data, ending).cell_data
+def has_tet_labels(data: Content, ending: str, name: str = "label") -> bool:
+    """Whether a file of tetrahedra has cell data of that name."""
+    return name in _read(data, ending).cell_data
 
 
 def _read(data: Content, ending: str) -> Any:

@@ -32,25 +32,25 @@ def read_vtp(data: Content) -> Arrays:
     return vertices, checked_faces(np.diff(offsets), indices)
 
 
-def read_vtp_labels(data: Content) -> npt.NDArray[Any]:
-    """The cell data `label` of a VTP file."""
+def read_vtp_labels(data: Content, name: str = "label") -> npt.NDArray[Any]:
+    """The cell data `label` of a VTP file, or what has that name."""
     _check_begin(data)
     with vtk_modules() as vtk:
         surface = _surface(vtk, data)
-        stored = surface.GetCellData().GetArray("label")
+        stored = surface.GetCellData().GetArray(name)
         if stored is None:
-            raise MeshError("the VTP file has no cell data label")
+            raise MeshError(f"the VTP file has no cell data {name}")
         labels = np.array(vtk.vtk_to_numpy(stored))
     if labels.dtype.kind not in "iu" or labels.ndim != 1:
         raise MeshError("labels must be integers: the VTP file holds something else")
     return labels
 
 
-def has_vtp_labels(data: Content) -> bool:
-    """Whether a VTP file has cell data `label`."""
+def has_vtp_labels(data: Content, name: str = "label") -> bool:
+    """Whether a VTP file has cell data of that name."""
     _check_begin(data)
     with vtk_modules() as vtk:
-        return _surface(vtk, data).GetCellData().GetArray("label") is not None
+        return _surface(vtk, data).GetCellData().GetArray(name) is not None
 
 
 def is_vtp(data: Content) -> bool:

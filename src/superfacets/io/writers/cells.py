@@ -161,7 +161,7 @@ class CellWriter:
         if ending == ".glb":
             keywords["classes"] = options.classes
         if ending == ".ply" and options.vertex_labels:
-            from ...regions.vertex_labels import vertex_labels
+            from ...regions.vertices import vertex_labels
 
             assert labels is not None
             keywords["vertex_labels"] = vertex_labels(cells, labels)
@@ -172,14 +172,14 @@ class CellWriter:
         """The colors as given, or those of the labels, or None where there are neither."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # checked
-        from ...view.colors import face_colors
+        from ...pictures.colors import face_colors
 
         return face_colors(self.cells, self.labels)
 
 
-def usual_ending(cells: AnyCells) -> str:
-    """The ending of files for such cells where none is asked for."""
-    return ".vtu" if isinstance(cells, TetMesh) else ".ply"
+def usual_ending(*, of_tets: bool) -> str:
+    """The ending of files with labels where none is asked for."""
+    return ".vtu" if of_tets else ".ply"
 
 
 def _has_faces(cells: AnyCells) -> bool:

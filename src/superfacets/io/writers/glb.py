@@ -16,9 +16,9 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._validate import checked_threads
+from ...cells.region_adjacency import region_graph
 from ...errors import MeshError
-from ...mesh.faces import FaceMesh, area_vectors, cut_into_triangles, measure_faces
+from ...mesh.faces import FaceMesh, cut_into_triangles
 from ..attributes import MeshAttributes
 from .text import fits_single
 
@@ -30,6 +30,9 @@ VERTICES, INDICES = 34962, 34963
 
 MAX_BYTES = 2**32 - 1
 """Of a file: its length is 32 bits wide."""
+
+MAX_IDS = 2**24
+"""Ids are float32 there, which holds all whole numbers below, and one id stands for no region."""
 
 ALIGNMENT = 8
 """Of all buffer views; tables of properties need it."""
@@ -62,6 +65,11 @@ def write_glb(
     if labels is not None:
         names, ids = np.unique(labels, return_inverse=True)
         n_regions = len(names) - int(names[0] < 0)
+        if len(names) > MAX_IDS:
+            raise MeshError(
+                f"GLB holds the ids of up to {MAX_IDS} regions, and there are {n_regions}: write"
+                " .ply or .npy"
+            )
         ids = np.where(labels < 0, n_regions, ids - int(names[0] < 0))
         ids_of_corners = ids[key_of_corner].astype("<f4")
         primitive["attributes"]["_FEATURE_ID_0"] = scene.accessor(
@@ -114,19 +122,12 @@ def _region_columns(
     names: npt.NDArray[np.int32],
     ids: npt.NDArray[np.int64],
 ) -> dict[str, npt.NDArray[Any]]:
-    """Label, area and mean normal of each region."""
-    threads = checked_threads(None)
-    kept = labels >= 0
-    _, areas = measure_faces(mesh, threads)
-    vectors = area_vectors(mesh, threads)
-    sums = [np.bincount(ids[kept], axis[kept], len(names)) for axis in (areas, *vectors.T)]
-    normals = np.stack(sums[1:], axis=1)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    np.divide(normals, lengths, out=normals, where=lengths > 0)
+    """Label, area and mean normal (0 where there is none) of each region."""
+    graph = region_graph(mesh, np.where(labels < 0, -1, ids))
     return {
         "label": names.astype("<i4"),
-        "area": sums[0].astype("<f4"),
-        "normal": normals.astype("<f4"),
+        "area": graph.areas.astype("<f4"),
+        "normal": np.nan_to_num(graph.normals).astype("<f4"),
     }
 
 

@@ -70,16 +70,22 @@ class IdWriter:
 
     def _write_graph(self, file: IO[bytes]) -> None:
         """Write the graph of the regions, in the order of their labels."""
-        from ...regions.region_graph import region_graph
+        from ...cells.region_adjacency import region_graph
 
         assert self.labels is not None
         ranks, _ = ranked_labels(self.labels)
         graph = region_graph(self.cells, ranks)
         write_arrays(file, graph.to_pyg())
 
+    @property
+    def n_lost(self) -> int:
+        """Number of regions that files of labels of vertices lack: no vertex could be spared."""
+        assert self.labels is not None
+        return len(np.setdiff1d(self.labels, self._vertex_ids))
+
     @cached_property
     def _vertex_ids(self) -> npt.NDArray[np.int64]:
-        from ...regions.vertex_labels import vertex_ids
+        from ...regions.vertices import vertex_ids
 
         assert self.labels is not None
         return vertex_ids(self.cells, self.labels)

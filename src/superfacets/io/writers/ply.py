@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import IO, Any
 
@@ -19,7 +19,7 @@ from .text import ROWS_AT_ONCE, fits_single, text_rows
 __all__ = ["names_replaced", "write_ply"]
 
 OWN_NAMES = {
-    "vertex": ("x", "y", "z"),
+    "vertex": ("x", "y", "z", "label"),
     "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),
 }
 """Names that attributes cannot have in a file with labels: the mesh's and the labels' own."""
@@ -60,7 +60,9 @@ def write_ply(
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0"]
     if attributes is not None:
         lines += attributes.comments
-        vertices += _further_columns(attributes.vertex, vertices)
+        is_old = not isinstance(mesh, PointCloud) and _has_other_labels(attributes, labels)
+        left_out = ("label",) if is_old else ()  # of vertices
+        vertices += _further_columns(attributes.vertex, vertices, left_out)
         faces += _further_columns(attributes.face, faces) if faces else []
     for name, columns, n_rows in zip(("vertex", "face"), (vertices, faces), counts, strict=True):
         if columns:
@@ -170,11 +172,16 @@ def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
     return list(pieces)
 
 
+def _has_other_labels(attributes: MeshAttributes, labels: npt.NDArray[np.int32] | None) -> bool:
+    """Whether labels that came with the attributes are not those of the faces now."""
+    return labels is not None and not np.array_equal(attributes.face.get("label", ()), labels)
+
+
 def _further_columns(
-    attributes: Mapping[str, npt.NDArray[Any]], own: list[_Column]
+    attributes: Mapping[str, npt.NDArray[Any]], own: list[_Column], left_out: Collection[str] = ()
 ) -> list[_Column]:
     """Columns of attributes but for those whose names the file's own columns have."""
-    taken = {column.name for column in own}
+    taken = {column.name for column in own} | {*left_out}
     if "vertex_indices" in taken:
         taken |= {*INDEX_NAMES}
     return [

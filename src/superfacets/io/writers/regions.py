@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ...adapters.convert import as_cells
 from ...errors import MeshError
 from ...mesh.faces import n_cells_of
+from ...mesh.tet_mesh import TetMesh
 from ...regions.parts import Splitter
 from ..atomic import StrPath, atomic_outputs, writable_folder
 from ..readers.labels import checked_labels
@@ -51,8 +52,8 @@ def write_regions(
     Raises
     ------
     ValueError
-        If the ending or a label is wrong, no cell is in a region, or all of a region lies at one
-        point, as a region of one point does.
+        If the ending or a label is wrong, no cell is in a region, or all faces of a region lie at
+        one point.
     OSError
         If a file cannot be written.
 
@@ -70,7 +71,7 @@ def write_regions(
     ['region_2.obj', 'region_4.obj']
     """
     cells = as_cells(mesh)
-    ending = usual_ending(cells) if ending is None else ending
+    ending = usual_ending(of_tets=isinstance(cells, TetMesh)) if ending is None else ending
     cell_labels = checked_labels(labels, n_cells_of(cells))
     order = np.argsort(cell_labels, kind="stable").astype(np.int32)
     order = order[np.searchsorted(cell_labels[order], 0) :]
@@ -86,10 +87,7 @@ def write_regions(
     splitter = Splitter(cells)
     with atomic_outputs(paths) as temporaries:
         for temporary, cells_of in zip(temporaries, members, strict=True):
-            try:
-                part = CellWriter(splitter.part(cells_of).mesh, None, None, None, options)
-            except MeshError as error:  # all of it lies at one point
-                raise MeshError(f"region {cell_labels[cells_of[0]]}: {error}") from None
+            part = splitter.named_part(cells_of, int(cell_labels[cells_of[0]]))
             with temporary.open("wb") as file:
-                part.write(file, ending)
+                CellWriter(part.mesh, None, None, None, options).write(file, ending)
     return paths

@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Any
 
+import numpy as np
 import numpy.typing as npt
 
 from ...adapters.convert import as_cells
-from ...mesh.faces import n_cells_of
+from ...mesh.faces import AnyCells, n_cells_of
 from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..attributes import MeshAttributes
 from ..guards import known_ending
 from ..readers.labels import checked_labels
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
-from .ids import ID_OUTPUTS, LABEL_OUTPUTS, IdWriter, write_given_labels
+from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
 
 __all__ = [
     "ENDING_OF_FORMAT",
     "OUTPUT_ENDINGS",
+    "check_fit",
     "check_outputs",
     "write_labels",
     "write_mesh",
     "write_outputs",
+    "writer_of",
 ]
 
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
@@ -190,7 +193,7 @@ def write_outputs(
     options: FormatOptions | None = None,
     listed: npt.ArrayLike | None = None,
     listed_mesh: Any = None,
-) -> None:
+) -> int:
     """Write several files, each by its ending, such that all appear, or none.
 
     Parameters
@@ -214,6 +217,11 @@ def write_outputs(
     listed_mesh : Mesh, PolygonMesh or mesh-like, optional
         That mesh.
 
+    Returns
+    -------
+    int
+        Number of regions that files of labels of vertices lack, as no vertex could be spared.
+
     Raises
     ------
     ValueError
@@ -229,11 +237,9 @@ def write_outputs(
     if listed is not None:
         of_labels = checked_labels(listed)
         of_cells = cells if listed_mesh is None else as_cells(listed_mesh)
-    writers = _writers(
-        {*endings, *streams},
-        IdWriter(of_cells, of_labels, options),
-        CellWriter(cells, cell_labels, None, attributes, options),
-    )
+    all_endings = {*endings, *streams}
+    ids = IdWriter(of_cells, of_labels, options)
+    writers = _writers(all_endings, ids, CellWriter(cells, cell_labels, None, attributes, options))
     with atomic_outputs(paths) as temporaries:
         for temporary, ending, path in zip(temporaries, endings, paths, strict=True):
             with temporary.open("wb") as file:
@@ -241,6 +247,7 @@ def write_outputs(
         for ending, stream in streams.items():
             writers[ending](stream, ending, None)
             stream.flush()
+    return 0 if all_endings.isdisjoint(VERTEX_OUTPUTS) else ids.n_lost
 
 
 def _writers(
@@ -267,3 +274,31 @@ def check_outputs(paths: Sequence[StrPath]) -> None:
     for path in paths:
         known_ending(Path(path), OUTPUT_ENDINGS)
     checked_targets(paths)
+
+
+def writer_of(
+    cells: AnyCells,
+    labels: npt.NDArray[np.int32],
+    ending: str,
+    form: FormatOptions,
+    attributes: MeshAttributes | None = None,
+) -> CellWriter | IdWriter:
+    """Return what writes files with this ending; an error if they cannot hold what is given."""
+    if ending in (*MESH_OUTPUTS, *CLOUD_OUTPUTS):
+        return CellWriter(cells, labels, None, attributes, form).checked([ending])
+    return IdWriter(cells, labels, form).checked([ending])
+
+
+def check_fit(
+    cells: AnyCells,
+    labels: npt.NDArray[np.int32] | None,
+    endings: Iterable[str],
+    form: FormatOptions,
+) -> None:
+    """Raise an error, before the long work, if files with these endings cannot hold such cells.
+
+    Labels are those given, which others will be made of; without any, each cell will have one.
+    """
+    likely = np.zeros(n_cells_of(cells), np.int32) if labels is None else labels
+    for ending in endings:
+        writer_of(cells, likely, ending, form)

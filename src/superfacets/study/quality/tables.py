@@ -9,7 +9,7 @@ import numpy as np
 
 from ..princeton import category_of
 from ..table_writer import markdown_table
-from .variants import DEFAULT, PLAIN, VARIANTS
+from .variants import BY_PARTS, DEFAULT, NO_RIDGES, PLAIN, RELOCATED, VARIANTS
 
 __all__ = ["Means", "Row", "dominators", "means", "render_quality"]
 
@@ -130,8 +130,8 @@ def _resolution(results: Mapping[str, Any]) -> str:
 
 
 def _categories(results: Mapping[str, Any]) -> str:
-    """Return plain and the default in each category, mean over k, the largest gain in UE first."""
-    names = (PLAIN, DEFAULT)
+    """Return some variants in each category, mean over k, the largest gain in UE first."""
+    names = (PLAIN, NO_RIDGES, DEFAULT, RELOCATED, BY_PARTS)
     rows = [
         row | {"variant": f"{row['variant']} {category_of(row['model'])}", "k": 0}
         for row in results["rows"]

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ...pipeline import PARTS
+
 __all__ = [
-    "DEFAULT", "KS", "OTHER_WEIGHTS", "PLAIN", "RESOLUTION_VARIANTS", "ROUGH", "VARIANTS",
+    "BY_PARTS", "DEFAULT", "KS", "NO_RIDGES", "OTHER_WEIGHTS", "PLAIN", "RELOCATED",
+    "RESOLUTION_VARIANTS", "ROUGH", "VARIANTS",
 ]  # fmt: skip
 
 KS = (50, 100, 150, 200, 300)
@@ -15,6 +18,9 @@ PLAIN = "plain"
 DEFAULT = "default"
 ROUGH = "default, not smooth"
 OTHER_WEIGHTS = "default, eq. 2"
+NO_RIDGES = "default, no ridges"
+RELOCATED = "default, relocate"
+BY_PARTS = "parts"
 
 _PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
 
@@ -29,6 +35,11 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
     DEFAULT: {},
     "creases, alpha 30": {"alpha": 30.0},
     "creases, alpha 40": {"alpha": 40.0},
+    NO_RIDGES: {"ridges": 0.0},
+    RELOCATED: {"relocate": True},
+    BY_PARTS: PARTS,
+    "parts, no ridges": {**PARTS, "ridges": 0.0},
+    "parts, not relocated": {"weights": "parts"},
     ROUGH: {"smooth": False},
     OTHER_WEIGHTS: {"weights": "superfacets", "eta_convex": 0.0},
     "default, eta 0.05": {"eta_convex": 0.05},
@@ -36,5 +47,5 @@ VARIANTS: Mapping[str, Mapping[str, Any]] = {
 }
 """Keywords of `superfacets.segment`, by name. `PLAIN` is the paper's method but for how it ends."""
 
-RESOLUTION_VARIANTS = (PLAIN, OTHER_WEIGHTS, ROUGH, DEFAULT)
+RESOLUTION_VARIANTS = (PLAIN, OTHER_WEIGHTS, ROUGH, NO_RIDGES, DEFAULT, RELOCATED, BY_PARTS)
 """What is compared on finer and coarser meshes."""

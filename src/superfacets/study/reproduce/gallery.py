@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from ...mesh.faces import FaceMesh
-from ...view.rendering import View
+from ...pictures.rendering import View
 from ..sources import Source
 from .methods import METHODS
 from .runs import Run

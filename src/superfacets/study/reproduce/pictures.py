@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...io.atomic import atomic_outputs
-from ...view.rendering import render
+from ...pictures.rendering import render
 from ..records import Key
 from ..sources import load
 from .gallery import Picture, view_of

@@ -12,7 +12,7 @@ from typing import Any
 from ...errors import MeshError, MissingExtraError
 from ...io.atomic import remove_leftovers
 from ...io.locks import locked
-from ...view.rendering import check_rendering
+from ...pictures.rendering import check_rendering
 from ..runner import Piece, free_memory, run_shown, run_tasks
 from ..sources import Sources, find_meshes, find_models
 from .gallery import GALLERY

@@ -1,0 +1,214 @@
+#include "cells/diffusion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "base/assert.hpp"
+#include "base/exponential.hpp"
+
+namespace superfacets {
+namespace {
+
+// Calls work(cell) for all cells, on any thread.
+template <typename Work>
+void for_each_cell(const Arcs& arcs, ThreadTeam& team, const Work& work) {
+  team.for_each_block(arcs.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) work(cell);
+  });
+}
+
+double product_of(std::span<const double> one, std::span<const double> other, ThreadTeam& team) {
+  const auto add_range = [&](std::int64_t begin, std::int64_t end) {
+    double sum = 0.0;
+    for (auto i = begin; i < end; ++i) sum += one[i] * other[i];
+    return sum;
+  };
+  return sum_of_blocks(std::ssize(one), add_range, team);
+}
+
+// M + T L.
+struct DiffusionMatrix {
+  const Arcs& arcs;
+  std::span<const double> conductances;
+  std::span<const double> masses;
+  double time;
+  ThreadTeam& team;
+
+  double diagonal(Cell cell) const {
+    double sum = 0.0;
+    for (const auto [arc, neighbor] : arcs.steps(cell)) sum += conductances[arc];
+    return masses[cell] + time * sum;
+  }
+
+  void apply(std::span<const double> x, std::span<double> result) const {
+    for_each_cell(arcs, team, [&](Cell cell) {
+      double sum = 0.0;
+      for (const auto [arc, neighbor] : arcs.steps(cell)) {
+        sum += conductances[arc] * (x[cell] - x[neighbor]);
+      }
+      result[cell] = masses[cell] * x[cell] + time * sum;
+    });
+  }
+};
+
+constexpr float kDamping = 0.75F;  // a full step lets neighbors swap their values
+
+// One row of a sweep. A width that the compiler knows makes it several times faster; 0 stands for
+// any.
+template <std::size_t kWidth>
+void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cell cell,
+               const float* from, float* to) {
+  const std::size_t width = kWidth > 0 ? kWidth : any_width;
+  const float* here = from + width * cell;
+  float* result = to + width * cell;
+  float kept = 1.0F;
+  std::fill(result, result + width, 0.0F);
+  for (const auto [arc, neighbor] : arcs.steps(cell)) {
+    const float* there = from + width * neighbor;
+    for (std::size_t i = 0; i < width; ++i) result[i] += shares[arc] * there[i];
+    kept -= shares[arc];
+  }
+  for (std::size_t i = 0; i < width; ++i) result[i] += kept * here[i];
+}
+
+double exponential_of(double x) {
+  return x > 0.0 ? 1.0 / exponential(-x) : exponential(x);
+}
+
+}  // namespace
+
+Conductances crease_conductances(const Surface& surface, std::span<const double> areas,
+                                 std::span<const double> weights, const ConductanceOptions& options,
+                                 ThreadTeam& team) {
+  const Arcs& arcs = surface.arcs();
+  Conductances found{Buffer<double>(arcs.n_arcs()), Buffer<double>(arcs.n_arcs())};
+  for_each_cell(arcs, team, [&](Cell cell) {
+    for (const auto [arc, neighbor] : arcs.steps(cell)) {
+      const double step = surface.step_length(cell, arc);
+      const double crease = weights.empty() ? 0.0 : weights[arc] * options.diagonal - step;
+      const double kappa = options.crease_unit > 0.0 ? crease / options.crease_unit : 0.0;
+      const double width = std::sqrt(areas[cell] + areas[neighbor]);
+      const double least = 1e-6 * width;  // between cells at one place
+      found.steps[arc] = step;
+      const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
+      found.conductances[arc] =
+          open * exponential(-options.steepness * std::max(0.0, kappa)) + kLeastConductance;
+    }
+  });
+  return found;
+}
+
+Buffer<double> hindered_conductances(const Arcs& arcs, std::span<const double> conductances,
+                                     std::span<const double> values, double steepness,
+                                     ThreadTeam& team) {
+  Buffer<double> hindered(arcs.n_arcs());
+  for_each_cell(arcs, team, [&](Cell cell) {
+    for (const auto [arc, neighbor] : arcs.steps(cell)) {
+      const double difference = std::abs(values[cell] - values[neighbor]);
+      hindered[arc] = conductances[arc] * exponential(-steepness * difference) + kLeastConductance;
+    }
+  });
+  return hindered;
+}
+
+Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductances,
+                           std::span<const double> steps, std::span<const Cell> coarse_of,
+                           const Arcs& coarse) {
+  Buffer<double> sums(coarse.n_arcs());
+  std::fill(sums.begin(), sums.end(), 0.0);
+  for (Cell cell = 0; cell < arcs.n_cells(); ++cell) {
+    const Cell from = coarse_of[cell];
+    const std::span<const Cell> targets = coarse.neighbors(from);
+    for (const auto [arc, neighbor] : arcs.steps(cell)) {
+      const Cell to = coarse_of[neighbor];
+      if (to == from) continue;
+      const auto at = std::lower_bound(targets.begin(), targets.end(), to) - targets.begin();
+      SUPERFACETS_ASSERT(at < std::ssize(targets) && targets[at] == to);
+      sums[coarse.offsets[from] + at] += conductances[arc] * steps[arc];
+    }
+  }
+  return sums;
+}
+
+void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
+           ThreadTeam& team, std::span<float> rows) {
+  SUPERFACETS_ASSERT(std::cmp_equal(rows.size(), width * arcs.n_cells()));
+  Buffer<float> shares(arcs.n_arcs());  // that the neighbor has in the new row
+  for_each_cell(arcs, team, [&](Cell cell) {
+    double total = 0.0;
+    for (const auto [arc, neighbor] : arcs.steps(cell)) total += conductances[arc];
+    const double factor = total > 0.0 ? kDamping / total : 0.0;
+    for (const auto [arc, neighbor] : arcs.steps(cell)) {
+      shares[arc] = static_cast<float>(factor * conductances[arc]);
+    }
+  });
+  Buffer<float> others(rows.size());
+  const std::span<float> other_rows = others.span();
+  for (int sweep = 0; sweep < n_sweeps; ++sweep) {
+    const std::span<float> from = sweep % 2 == 0 ? rows : other_rows;
+    const std::span<float> to = sweep % 2 == 0 ? other_rows : rows;
+    for_each_cell(arcs, team, [&](Cell cell) {
+      switch (width) {
+        case 1:
+          return relax_row<1>(arcs, shares.data(), width, cell, from.data(), to.data());
+        case 8:
+          return relax_row<8>(arcs, shares.data(), width, cell, from.data(), to.data());
+        default:
+          return relax_row<0>(arcs, shares.data(), width, cell, from.data(), to.data());
+      }
+    });
+  }
+  if (n_sweeps % 2 == 1) std::copy(other_rows.begin(), other_rows.end(), rows.begin());
+}
+
+std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductances,
+                            std::span<const double> masses, std::span<const double> values,
+                            double time, ThreadTeam& team) {
+  constexpr int kMaxSteps = 2'000;
+  constexpr double kTolerance = 1e-6;  // of the residual, in the norm of the preconditioner
+  const std::size_t n = masses.size();
+  const DiffusionMatrix matrix{arcs, conductances, masses, time, team};
+  std::vector<double> x(n, 0.0);
+  std::vector<double> residual(n);
+  std::vector<double> inverse(n);  // of the diagonal
+  for_each_cell(arcs, team, [&](Cell cell) {
+    const double diagonal = matrix.diagonal(cell);
+    inverse[cell] = diagonal > 0.0 ? 1.0 / diagonal : 0.0;
+    residual[cell] = masses[cell] * values[cell];
+  });
+  std::vector<double> scaled(n);
+  std::vector<double> direction(n, 0.0);
+  std::vector<double> image(n);
+  double last = 0.0;
+  double first = 0.0;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    for_each_cell(arcs, team, [&](Cell i) { scaled[i] = inverse[i] * residual[i]; });
+    const double error = product_of(residual, scaled, team);
+    if (step == 0) first = error;
+    if (!(error > kTolerance * kTolerance * first)) break;
+    const double keep = step == 0 ? 0.0 : error / last;
+    for_each_cell(arcs, team, [&](Cell i) { direction[i] = scaled[i] + keep * direction[i]; });
+    matrix.apply(direction, image);
+    const double length = error / product_of(direction, image, team);
+    for_each_cell(arcs, team, [&](Cell i) {
+      x[i] += length * direction[i];
+      residual[i] -= length * image[i];
+    });
+    last = error;
+  }
+  return x;
+}
+
+void scale_by_exponentials(const Arcs& arcs, std::span<const double> exponents, ThreadTeam& team,
+                           std::span<double> weights) {
+  std::vector<double> factors(exponents.size());
+  for_each_cell(arcs, team, [&](Cell cell) { factors[cell] = exponential_of(exponents[cell]); });
+  for_each_cell(arcs, team, [&](Cell cell) {
+    for (const auto [arc, neighbor] : arcs.steps(cell)) {
+      weights[arc] *= factors[cell] * factors[neighbor];
+    }
+  });
+}
+
+}  // namespace superfacets

@@ -1,0 +1,271 @@
+#include "cells/eigenvectors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+
+#include "base/assert.hpp"
+#include "cells/sparse_factor.hpp"
+
+namespace superfacets {
+namespace {
+
+// More vectors than are wanted: the error of the wanted ones shrinks in each iteration by the ratio
+// of the largest wanted eigenvalue to that of the first vector which is left out.
+constexpr std::size_t kMoreVectors = 10;
+constexpr int kMaxIterations = 40;
+constexpr double kTolerance = 1e-5;  // relative change of the eigenvalues
+
+// L is singular. This much of its diagonal is added, A times that, and taken from the eigenvalues.
+constexpr double kShift = 1e-9;
+
+// A small dense matrix, row by row.
+class Square {
+ public:
+  explicit Square(std::size_t size) : size_(size), values_(size * size, 0.0) {}
+  double& operator()(std::size_t row, std::size_t column) { return values_[row * size_ + column]; }
+  double operator()(std::size_t row, std::size_t column) const {
+    return values_[row * size_ + column];
+  }
+  std::size_t size() const { return size_; }
+
+ private:
+  std::size_t size_;
+  std::vector<double> values_;
+};
+
+Square product(const Square& a, const Square& b, bool is_transposed) {
+  const std::size_t n = a.size();
+  Square c(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      const double factor = is_transposed ? a(k, i) : a(i, k);
+      for (std::size_t j = 0; j < n; ++j) c(i, j) += factor * b(k, j);
+    }
+  }
+  return c;
+}
+
+// Turns two rows and columns of a symmetric matrix so that their common entry vanishes.
+void rotate(Square& matrix, Square& vectors, std::size_t p, std::size_t q) {
+  if (matrix(p, q) == 0.0) return;
+  const double ratio = (matrix(q, q) - matrix(p, p)) / (2.0 * matrix(p, q));
+  const double tangent =
+      (ratio < 0.0 ? -1.0 : 1.0) / (std::abs(ratio) + std::sqrt(1.0 + ratio * ratio));
+  const double cosine = 1.0 / std::sqrt(1.0 + tangent * tangent);
+  const double sine = tangent * cosine;
+  const auto turn = [&](double& one, double& other) {
+    const double before = one;
+    one = cosine * before - sine * other;
+    other = sine * before + cosine * other;
+  };
+  for (std::size_t i = 0; i < matrix.size(); ++i) turn(matrix(i, p), matrix(i, q));
+  for (std::size_t i = 0; i < matrix.size(); ++i) turn(matrix(p, i), matrix(q, i));
+  for (std::size_t i = 0; i < matrix.size(); ++i) turn(vectors(i, p), vectors(i, q));
+}
+
+// Jacobi's method: the matrix becomes diagonal, with the eigenvalues in no order; what comes back
+// has the eigenvectors in its columns.
+Square diagonalize(Square& matrix) {
+  constexpr int kMaxSweeps = 30;
+  constexpr double kNegligible = 1e-28;  // beside the squares of all entries
+  const std::size_t n = matrix.size();
+  Square vectors(n);
+  for (std::size_t i = 0; i < n; ++i) vectors(i, i) = 1.0;
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    double beside = 0.0;
+    double all = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = 0; j < n; ++j) {
+        all += matrix(i, j) * matrix(i, j);
+        if (i != j) beside += matrix(i, j) * matrix(i, j);
+      }
+    }
+    if (beside <= kNegligible * all) break;
+    for (std::size_t p = 0; p + 1 < n; ++p) {
+      for (std::size_t q = p + 1; q < n; ++q) rotate(matrix, vectors, p, q);
+    }
+  }
+  return vectors;
+}
+
+// Fixed numbers without a pattern, -1 to 1 (splitmix64).
+double noise(std::uint64_t index) {
+  std::uint64_t bits = (index + 1) * 0x9e3779b97f4a7c15U;
+  bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9U;
+  bits = (bits ^ (bits >> 27U)) * 0x94d049bb133111ebU;
+  bits ^= bits >> 31U;
+  return static_cast<double>(bits >> 11U) * 0x1p-52 - 1.0;
+}
+
+// Subspace iteration with the inverse of L + shift A, and a Rayleigh-Ritz step each time.
+class Subspace {
+ public:
+  Subspace(const Arcs& arcs, std::span<const double> conductances, std::span<const double> measures,
+           std::span<const Label> components, Label n_components, std::size_t width)
+      : measures_(measures),
+        components_(components),
+        n_components_(n_components),
+        width_(width),
+        shift_(shift_of(conductances, measures)),
+        factor_(arcs, conductances, shifted_diagonal(arcs, conductances)),
+        rows_(measures.size() * width),
+        values_(width, 0.0) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) rows_[i] = noise(i);
+    remove_constants();
+  }
+
+  // Returns by how much the first eigenvalues changed.
+  double iterate(std::size_t n_wanted) {
+    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
+      for (double& value : row(cell)) value *= measures_[cell];
+    }
+    const std::vector<double> before = rows_;
+    factor_.solve(rows_, width_);
+    remove_constants();
+    const std::vector<double> old = values_;
+    take_ritz_vectors(gram(rows_, true), gram(before, false));
+    double change = 0.0;
+    for (std::size_t i = 0; i < n_wanted; ++i) {
+      change = std::max(change, std::abs(values_[i] - old[i]) / values_[i]);
+    }
+    return change;
+  }
+
+  Eigenpairs first(std::size_t n_wanted) const {
+    Eigenpairs pairs;
+    for (std::size_t i = 0; i < n_wanted; ++i) {
+      pairs.values.push_back(std::max(values_[i] - shift_, std::numeric_limits<double>::min()));
+    }
+    const std::vector<double> signs = signs_of(n_wanted);
+    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
+      for (std::size_t i = 0; i < n_wanted; ++i) {
+        pairs.vectors.push_back(signs[i] * rows_[cell * width_ + i]);
+      }
+    }
+    return pairs;
+  }
+
+ private:
+  static double shift_of(std::span<const double> conductances, std::span<const double> measures) {
+    const double trace = std::accumulate(conductances.begin(), conductances.end(), 0.0);
+    return kShift * trace / std::accumulate(measures.begin(), measures.end(), 0.0);
+  }
+
+  std::vector<double> shifted_diagonal(const Arcs& arcs, std::span<const double> conductances) {
+    std::vector<double> diagonal;
+    for (Cell cell = 0; cell < arcs.n_cells(); ++cell) {
+      diagonal.push_back(shift_ * measures_[cell]);
+      for (const auto [arc, neighbor] : arcs.steps(cell)) diagonal.back() += conductances[arc];
+    }
+    return diagonal;
+  }
+
+  std::span<double> row(std::size_t cell) {
+    return std::span(rows_).subspan(cell * width_, width_);
+  }
+
+  // Makes the mean on each component 0.
+  void remove_constants() {
+    std::vector<double> means(n_components_ * width_, 0.0);
+    std::vector<double> totals(n_components_, 0.0);
+    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
+      double* mean = means.data() + width_ * components_[cell];
+      totals[components_[cell]] += measures_[cell];
+      for (std::size_t i = 0; i < width_; ++i) mean[i] += measures_[cell] * row(cell)[i];
+    }
+    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
+      const double* mean = means.data() + width_ * components_[cell];
+      const double total = totals[components_[cell]];
+      for (std::size_t i = 0; i < width_; ++i) row(cell)[i] -= mean[i] / total;
+    }
+  }
+
+  // Y^T X or Y^T A X, with Y the rows as they are.
+  Square gram(std::span<const double> others, bool is_weighted) const {
+    Square products(width_);
+    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
+      const double* here = rows_.data() + cell * width_;
+      const double* other = others.data() + cell * width_;
+      const double weight = is_weighted ? measures_[cell] : 1.0;
+      for (std::size_t i = 0; i < width_; ++i) {
+        const double factor = weight * here[i];
+        for (std::size_t j = 0; j < width_; ++j) products(i, j) += factor * other[j];
+      }
+    }
+    for (std::size_t i = 0; i < width_; ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        products(i, j) = products(j, i) = 0.5 * (products(i, j) + products(j, i));
+      }
+    }
+    return products;
+  }
+
+  // Rows become those combinations that are orthonormal by the masses and diagonalize the other
+  // matrix, in the order of their values.
+  void take_ritz_vectors(Square masses, Square energies) {
+    Square basis = diagonalize(masses);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < width_; ++i) largest = std::max(largest, masses(i, i));
+    for (std::size_t i = 0; i < width_; ++i) {
+      const double mass = std::max(masses(i, i), 1e-30 * largest);
+      for (std::size_t row = 0; row < width_; ++row) basis(row, i) /= std::sqrt(mass);
+    }
+    Square reduced = product(basis, product(energies, basis, false), true);
+    const Square turned = product(basis, diagonalize(reduced), false);
+    std::vector<std::size_t> order(width_);
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return reduced(a, a) < reduced(b, b); });
+    for (std::size_t i = 0; i < width_; ++i) values_[i] = reduced(order[i], order[i]);
+    std::vector<double> combined(width_);
+    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
+      std::fill(combined.begin(), combined.end(), 0.0);
+      for (std::size_t k = 0; k < width_; ++k) {
+        const double value = row(cell)[k];
+        for (std::size_t i = 0; i < width_; ++i) combined[i] += value * turned(k, order[i]);
+      }
+      std::copy(combined.begin(), combined.end(), row(cell).begin());
+    }
+  }
+
+  std::vector<double> signs_of(std::size_t n_wanted) const {
+    std::vector<double> largest(n_wanted, 0.0);
+    for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
+      for (std::size_t i = 0; i < n_wanted; ++i) {
+        const double value = rows_[cell * width_ + i];
+        if (std::abs(value) > std::abs(largest[i]) * (1.0 + 1e-6)) largest[i] = value;
+      }
+    }
+    for (double& value : largest) value = value < 0.0 ? -1.0 : 1.0;
+    return largest;
+  }
+
+  const std::span<const double> measures_;
+  const std::span<const Label> components_;
+  const std::size_t n_components_;
+  const std::size_t width_;
+  const double shift_;
+  const SparseFactor factor_;
+  std::vector<double> rows_;    // (n, width)
+  std::vector<double> values_;  // (width,) with the shift
+};
+
+}  // namespace
+
+Eigenpairs smallest_eigenpairs(const Arcs& arcs, std::span<const double> conductances,
+                               std::span<const double> measures, std::span<const Label> components,
+                               Label n_components, std::size_t n_wanted) {
+  const std::size_t n_there = measures.size() - static_cast<std::size_t>(n_components);
+  n_wanted = std::min(n_wanted, n_there);
+  if (n_wanted == 0) return {};
+  const std::size_t width = std::min(n_wanted + kMoreVectors, n_there);
+  Subspace subspace(arcs, conductances, measures, components, n_components, width);
+  for (int i = 0; i < kMaxIterations && subspace.iterate(n_wanted) > kTolerance; ++i) {
+  }
+  return subspace.first(n_wanted);
+}
+
+}  // namespace superfacets

@@ -1,0 +1,47 @@
+// The factors of a sparse symmetric matrix, for equations that are solved many times.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/types.hpp"
+#include "cells/arcs.hpp"
+
+namespace superfacets {
+
+// M = P^T F D F^T P for a symmetric, positive definite matrix M with the pattern of a graph of some
+// thousand cells, with one arc at most from each to each other: cells are eliminated in the order
+// of their degree, the lowest index first among equals. On graphs of surfaces the factors have
+// about n log n entries.
+class SparseFactor {
+ public:
+  // M has `diagonal` on its diagonal, and minus the conductance of each arc beside it. Arcs lead
+  // both ways, with the same conductance.
+  SparseFactor(const Arcs& arcs, std::span<const double> conductances,
+               std::span<const double> diagonal);
+
+  // Solves M X = B in place: n rows of `width` numbers.
+  void solve(std::span<double> rows, std::size_t width) const;
+
+ private:
+  struct Entry {
+    Cell cell;
+    double value;
+  };
+  using Row = std::vector<Entry>;  // ascending cells
+
+  struct Elimination {
+    Cell cell;
+    Cell neighbor;  // whose row is changed
+  };
+  static void subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
+                       Row& merged);
+
+  std::vector<Cell> order_;             // of elimination
+  std::vector<double> pivots_;          // in this order
+  std::vector<std::size_t> starts_{0};  // of the entries of each column, in this order
+  std::vector<Entry> entries_;          // of the columns of F, without its diagonal of ones
+};
+
+}  // namespace superfacets

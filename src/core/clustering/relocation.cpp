@@ -1,0 +1,100 @@
+#include "clustering/relocation.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+
+#include "base/assert.hpp"
+#include "paths/second_paths.hpp"
+
+namespace superfacets {
+namespace {
+
+// The share of a region's distortion that a second center is expected to take away.
+constexpr double kGain = 0.5;
+
+struct Need {
+  double removal_cost = 0.0;  // infinite where a place has no other center
+  double distortion = 0.0;
+  Place farthest = 0;
+};
+
+// Of a region of these places.
+Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
+             std::span<const Path> seconds, std::span<const Place> region) {
+  Need need;
+  need.farthest = region.front();
+  for (const Place place : region) {
+    const PathLength first = nearest[place].length;
+    const PathLength second = seconds[place].length;
+    const auto length = static_cast<double>(first);
+    const double measure = graph.measures[place];
+    need.distortion += measure * length * length;
+    if (second == kUnreached) {
+      need.removal_cost = std::numeric_limits<double>::infinity();
+    } else {
+      need.removal_cost +=
+          measure * static_cast<double>(second - first) * static_cast<double>(second + first);
+    }
+    const PathLength most = nearest[need.farthest].length;
+    const bool is_lower = graph.cells[place] < graph.cells[need.farthest];
+    if (first > most || (first == most && is_lower)) need.farthest = place;
+  }
+  return need;
+}
+
+// The labels with the lowest keys, in order; the lower label first among equals.
+template <typename Key>
+std::vector<Label> sorted_labels(std::size_t n_regions, const Key& key) {
+  std::vector<Label> labels(n_regions);
+  std::iota(labels.begin(), labels.end(), Label{0});
+  std::stable_sort(labels.begin(), labels.end(), [&](Label a, Label b) { return key(a) < key(b); });
+  return labels;
+}
+
+// What a region takes part in during one relocation.
+enum class Role : std::uint8_t { kNone, kStays, kLeaves, kReceives };
+
+}  // namespace
+
+std::vector<Place> relocate_centers(const OrderedGraph& graph, std::span<const Path> nearest,
+                                    std::span<const Place> centers, std::size_t n_moves,
+                                    ThreadTeam& team) {
+  SUPERFACETS_ASSERT(std::cmp_equal(nearest.size(), graph.n_cells()));
+  const Regions regions(nearest, static_cast<Label>(centers.size()));
+  const Buffer<Path> seconds = second_paths(graph, nearest, regions, team);
+  std::vector<Need> needs(centers.size());
+  team.for_each(std::ssize(needs), [&](std::int64_t label, int) {
+    needs[label] = need_of(graph, nearest, seconds.span(), regions.of(static_cast<Label>(label)));
+  });
+  std::vector<Label> leaving =
+      sorted_labels(needs.size(), [&](Label label) { return needs[label].removal_cost; });
+  leaving.resize(std::min(leaving.size(), n_moves));
+  const std::vector<Label> receiving =
+      sorted_labels(needs.size(), [&](Label label) { return -needs[label].distortion; });
+
+  std::vector<Place> moved(centers.begin(), centers.end());
+  std::vector<Role> roles(centers.size(), Role::kNone);
+  auto next = receiving.begin();
+  for (const Label label : leaving) {
+    if (roles[label] != Role::kNone) continue;
+    next = std::find_if(next, receiving.end(), [&](Label other) {
+      return other != label && roles[other] != Role::kLeaves;
+    });
+    if (next == receiving.end()) break;
+    const Need& most = needs[*next];
+    if (!(needs[label].removal_cost < kGain * most.distortion)) break;
+    moved[label] = most.farthest;
+    roles[label] = Role::kLeaves;
+    roles[*next] = Role::kReceives;
+    for (const Place place : regions.of(label)) {
+      Role& role = roles[seconds[place].label];
+      if (role == Role::kNone) role = Role::kStays;
+    }
+    ++next;
+  }
+  return moved;
+}
+
+}  // namespace superfacets

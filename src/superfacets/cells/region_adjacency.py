@@ -1,0 +1,447 @@
+"""Stage 5: the region graph. What regions are in space, and what lies between those that touch.
+
+It needs cells and labels alone; the result of the clustering offers it.
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_choice, checked_region_centers, checked_regions, freeze
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike
+from ..errors import MissingExtraError
+from .cell_graph import CellGraph
+from .kinds import as_surface
+from .surface import Surface
+
+__all__ = ["RegionGraph", "region_graph", "region_graph_of"]
+
+Floats = npt.NDArray[np.float64]
+Ints = npt.NDArray[np.int32]
+
+_ROUNDING = 1e-14
+"""Of the largest variance of a region, up to which another one is rounding error, as of a plane."""
+
+_NO_NORMAL = 1e-12
+"""Of the area of a region, up to which its area vectors cancel out: those of a closed surface."""
+
+
+@dataclass(frozen=True, eq=False)
+class RegionGraph:
+    """K regions, and the E arcs between those that touch, as arrays; made by `region_graph`.
+
+    Lengths, areas and volumes are in the unit of the positions. Regions of tetrahedra have volumes
+    where those of faces and points have areas, and surfaces where those have lengths of borders.
+
+    Attributes
+    ----------
+    labels : ndarray of int32, shape (N,)
+        Region of each cell, 0..K-1; -1 for a cell in no region.
+    measures : ndarray of float64, shape (K,)
+        Area of each region; volume of tetrahedra. >= 0.
+    centroids : ndarray of float64, shape (K, 3)
+        Mean position, weighted by area (by cells, where a region has no area).
+    normals : ndarray of float64, shape (K, 3)
+        Mean normal, weighted by area, of length 1, as the faces are oriented; of a cloud without
+        normals, those of `estimate_normals`. NaN where there is none: of tetrahedra, of a graph of
+        one's own, of faces without area, and of a closed surface, whose normals cancel out.
+    deviations : ndarray of float64, shape (K, 3)
+        Standard deviations of a region along its three principal axes, largest first. Exact for
+        triangles, polygons and tetrahedra, as if points were everywhere on them: how they are cut
+        does not matter. Points, and cells of a graph, are where they are.
+    bounds : ndarray of float64, shape (K, 2, 3)
+        Low and high corner of the box around the vertices of the cells.
+    perimeters : ndarray of float64, shape (K,)
+        Length of the border, also along the boundary of an open mesh. In a volume, the surface.
+    open_lengths : ndarray of float64, shape (K,)
+        What of the perimeter is boundary of an open mesh (side of one tetrahedron alone). Points
+        have none.
+    cell_counts : ndarray of int64, shape (K,)
+        Number of cells of each region, >= 1.
+    centers : ndarray of int32, shape (K,)
+        The cell that stands for each region: as given, or the one nearest to the centroid, the
+        lowest among equals.
+    edge_index : ndarray of int32, shape (2, E)
+        The two regions of each arc, the lower one first. Each pair that touches is there once,
+        sorted; `to_pyg` gives both directions.
+    border_lengths : ndarray of float64, shape (E,)
+        Length of the common border. In a volume, its area.
+    mean_angles : ndarray of float64, shape (E,)
+        Mean over the border of the angle between the normals, 0 (flat) to pi, weighted by length.
+    max_angles : ndarray of float64, shape (E,)
+        The sharpest angle, -pi to pi: positive where it is concave, negative where it is convex.
+    concavities : ndarray of float64, shape (E,)
+        Mean of the signed angle, -pi to pi, weighted by length: positive for a groove, negative for
+        a ridge, 0 where the surface is flat.
+    edge_counts : ndarray of int64, shape (E,)
+        Number of edges (triangles in a volume, pairs of near points) that the border has.
+    dimension : int
+        2, or 3 where measures are volumes.
+    """
+
+    labels: Ints
+    measures: Floats
+    centroids: Floats
+    normals: Floats
+    deviations: Floats
+    bounds: Floats
+    perimeters: Floats
+    open_lengths: Floats
+    cell_counts: npt.NDArray[np.int64]
+    centers: Ints
+    edge_index: Ints
+    border_lengths: Floats
+    mean_angles: Floats
+    max_angles: Floats
+    concavities: Floats
+    edge_counts: npt.NDArray[np.int64]
+    dimension: int = 2
+
+    ARC_VALUES: ClassVar[tuple[str, ...]] = (
+        "border_length", "mean_angle", "max_angle", "concavity", "edge_count",
+    )  # fmt: skip
+    """Names of what there is of an arc: the columns of ``edge_attr``, and choices of `to_scipy`."""
+
+    REGION_FEATURES: ClassVar[tuple[str, ...]] = (
+        "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity", "curvature",
+        "normal_x", "normal_y", "normal_z",
+    )  # fmt: skip
+    """The columns of ``x`` that `to_pyg` gives."""
+
+    @property
+    def n_regions(self) -> int:
+        """Number of regions, K."""
+        return len(self.measures)
+
+    @property
+    def n_arcs(self) -> int:
+        """Number of pairs of regions that touch, E."""
+        return len(self.border_lengths)
+
+    @property
+    def areas(self) -> Floats:
+        """Area of each region; a ValueError for tetrahedra, which have volumes."""
+        if self.dimension != 2:
+            raise ValueError("regions of tetrahedra have volumes, in `measures`, and no areas")
+        return self.measures
+
+    @property
+    def linearity(self) -> Floats:
+        """(s0 - s1) / s0 of the deviations s, shape (K,): 1 for a line; NaN for a point.
+
+        With `planarity` and `sphericity` it adds up to 1. Superpoint networks take standard
+        deviations too, not variances.
+        """
+        first, second, _ = self.deviations.T
+        return _ratio(first - second, first)
+
+    @property
+    def planarity(self) -> Floats:
+        """(s1 - s2) / s0, shape (K,): 1 for a disk or a square; NaN for a point."""
+        first, second, third = self.deviations.T
+        return _ratio(second - third, first)
+
+    @property
+    def sphericity(self) -> Floats:
+        """s2 / s0, shape (K,): 1 for a ball or a cube, 0 for what is flat; NaN for a point.
+
+        Also called scattering.
+        """
+        return _ratio(self.deviations[:, 2], self.deviations[:, 0])
+
+    @property
+    def curvature(self) -> Floats:
+        """s2 / (s0 + s1 + s2), shape (K,): 0 where it is flat, to 1/3; NaN for a point."""
+        return _ratio(self.deviations[:, 2], self.deviations.sum(axis=1))
+
+    @property
+    def compactness(self) -> Floats:
+        """Perimeter / sqrt(area), shape (K,), as `metrics.compactness`; NaN without area.
+
+        In a volume, surface / volume^(2/3).
+        """
+        return _ratio(self.perimeters, self.measures ** ((self.dimension - 1) / self.dimension))
+
+    @property
+    def neighbor_counts(self) -> npt.NDArray[np.int64]:
+        """Number of regions that each touches, shape (K,)."""
+        return np.bincount(self.edge_index.ravel(), minlength=self.n_regions)
+
+    @property
+    def is_open(self) -> npt.NDArray[np.bool_]:
+        """Whether each region touches the boundary of an open mesh, shape (K,)."""
+        return self.open_lengths > 0
+
+    def neighbors(self, region: int) -> Ints:
+        """Regions that touch this one, 0 to K - 1, ascending."""
+        if not 0 <= region < self.n_regions:
+            raise IndexError(f"there is no region {region}: there are {self.n_regions}")
+        offsets, targets, _ = self._both_ways
+        return targets[offsets[region] : offsets[region + 1]]
+
+    @cached_property
+    def _both_ways(self) -> tuple[npt.NDArray[np.int64], Ints, npt.NDArray[np.int64]]:
+        """Arcs in both directions in CSR form: offsets, regions they lead to, and which arc."""
+        sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
+        order = np.lexsort((targets, sources))
+        counts = np.bincount(sources, minlength=self.n_regions)
+        offsets = np.concatenate([[0], np.cumsum(counts)])
+        return offsets, targets[order], order % max(self.n_arcs, 1)
+
+    def arc_values(self, name: str) -> npt.NDArray[Any]:
+        """One of `ARC_VALUES` for each arc, shape (E,); a ValueError if there is no such name."""
+        checked_choice(name, "value", self.ARC_VALUES)
+        plural = "concavities" if name == "concavity" else f"{name}s"
+        values: npt.NDArray[Any] = getattr(self, plural)
+        return values
+
+    def table(self) -> dict[str, npt.NDArray[Any]]:
+        """Columns of numbers by name, K rows each, as `to_pandas` and the command show them.
+
+        ``area`` is named ``volume`` for tetrahedra.
+        """
+        columns: dict[str, npt.NDArray[Any]] = {
+            "region": np.arange(self.n_regions),
+            "cell_count": self.cell_counts,
+            "area" if self.dimension == 2 else "volume": self.measures,
+            "perimeter": self.perimeters,
+            "open_length": self.open_lengths,
+            "neighbor_count": self.neighbor_counts,
+            "center": self.centers,
+        }
+        columns |= _by_axis("centroid", self.centroids) | _by_axis("normal", self.normals)
+        columns |= {
+            name: getattr(self, name)
+            for name in ("linearity", "planarity", "sphericity", "curvature", "compactness")
+        }
+        low, high = self.bounds[:, 0], self.bounds[:, 1]
+        return columns | _by_axis("low", low) | _by_axis("high", high)
+
+    def to_pandas(self) -> Any:
+        """Return the `table` of regions as a DataFrame, indexed by region.
+
+        Raises
+        ------
+        MissingExtraError
+            If pandas is not installed.
+        """
+        pandas = _extra("pandas", "a table of regions")
+        return pandas.DataFrame(self.table()).set_index("region")
+
+    def to_networkx(self) -> Any:
+        """Return a ``networkx.Graph`` of regions, with what is known of them and of their borders.
+
+        Nodes are 0..K-1 with the columns of `table`, edges have `ARC_VALUES`; all are numbers of
+        Python.
+
+        Raises
+        ------
+        MissingExtraError
+            If networkx is not installed.
+        """
+        graph = _extra("networkx", "a graph of regions").Graph()
+        columns = self.table()
+        del columns["region"]
+        graph.add_nodes_from(enumerate(_rows(columns)))
+        arcs = _rows({name: self.arc_values(name) for name in self.ARC_VALUES})
+        graph.add_edges_from(zip(*self.edge_index.tolist(), arcs, strict=True))
+        return graph
+
+    def to_scipy(self, value: str = "border_length") -> Any:
+        """Return the symmetric adjacency matrix of regions, a sparse ``csr_array`` (K, K).
+
+        Parameters
+        ----------
+        value : str, default "border_length"
+            What the entry of two regions that touch is: one of `ARC_VALUES`. It is stored where it
+            is 0, too.
+
+        Raises
+        ------
+        ValueError
+            If there is no such value.
+        MissingExtraError
+            If SciPy is not installed.
+        """
+        values = self.arc_values(value)
+        sparse = _extra("scipy.sparse", "a sparse matrix of regions")
+        offsets, targets, arcs = self._both_ways
+        shape = (self.n_regions, self.n_regions)
+        return sparse.csr_array((values[arcs], targets, offsets), shape=shape)
+
+    def to_pyg(self) -> dict[str, npt.NDArray[Any]]:
+        """Return the arrays that a graph of PyTorch Geometric is made of.
+
+        ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` is
+        one, and ``np.savez(path, **graph.to_pyg())`` keeps them.
+
+        Returns
+        -------
+        dict of str to ndarray
+            ``edge_index`` (2, 2 E) int64, both directions, sorted; ``edge_attr`` (2 E, 5) float32,
+            the columns `ARC_VALUES`; ``pos`` (K, 3) float32, the centroids; ``x`` (K, 10) float32,
+            the columns `REGION_FEATURES`, 0 where there is none; ``super_index`` (N,) int64, the
+            region of each cell (-1: none). Numbers beyond float32 are infinite.
+        """
+        offsets, targets, arcs = self._both_ways
+        sources = np.repeat(np.arange(self.n_regions), np.diff(offsets))
+        edge_attr = np.stack([self.arc_values(name) for name in self.ARC_VALUES], axis=1)
+        columns = {"measure": self.measures} | self.table()
+        x = np.stack([columns[name] for name in self.REGION_FEATURES], axis=1)
+        return {
+            "edge_index": np.stack([sources, targets]).astype(np.int64),
+            "edge_attr": _float32(edge_attr[arcs]),
+            "pos": _float32(self.centroids),
+            "x": _float32(np.where(np.isnan(x), 0.0, x)),
+            "super_index": self.labels.astype(np.int64),
+        }
+
+    def __repr__(self) -> str:
+        return f"RegionGraph({self.n_regions} regions, {self.n_arcs} arcs)"
+
+
+def region_graph(
+    cells: MeshLike | CloudLike | CellGraph,
+    labels: npt.ArrayLike,
+    *,
+    centers: npt.ArrayLike | None = None,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> RegionGraph:
+    """Return which regions touch, what lies between them, and what each is in space.
+
+    ``segmentation.regions`` is the graph of a result of `segment`.
+
+    Parameters
+    ----------
+    cells : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph with ArcMeasures
+        As for `segment`, or a graph of any cells.
+    labels : array_like of int, shape (N,)
+        0..K-1, each at least once; -1 for cells in no region.
+    centers : array_like of int, shape (K,), optional
+        A cell of each region that stands for it. By default the one nearest to the centroid.
+    weld, n_threads
+        As for `segment`. The numbers do not depend on `n_threads`.
+
+    Returns
+    -------
+    RegionGraph
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If the labels are not integers, not one per cell, below -1 or with gaps, if centers are not
+        one cell of each region, or if a graph has no `ArcMeasures`.
+
+    Notes
+    -----
+    Time O(N + M), and O(B log B) for B arcs across borders. Border along cells in no region counts
+    for the perimeter, and is no arc. At an edge where three faces or more meet, the edge counts
+    once for each pair of regions there, with the mean of the angles between their faces.
+
+    Examples
+    --------
+    A square of two triangles, folded up by a right angle along the diagonal, seen from above:
+
+    >>> from superfacets import Mesh
+    >>> valley = Mesh([[0, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]], [[2, 1, 0], [3, 2, 0]])
+    >>> graph = region_graph(valley, [0, 1])
+    >>> graph, graph.areas.tolist(), graph.edge_index.tolist()
+    (RegionGraph(2 regions, 1 arcs), [0.5, 0.5], [[0], [1]])
+    >>> graph.border_lengths.tolist(), graph.concavities.round(3).tolist()
+    ([1.0], [1.571])
+    """
+    surface = as_surface(cells, weld=weld, n_threads=n_threads)
+    array, n_regions = checked_regions(labels, surface.n_cells)
+    given = None if centers is None else checked_region_centers(centers, array, n_regions)
+    return region_graph_of(surface, array, n_regions, given)
+
+
+def region_graph_of(
+    surface: Surface, labels: Ints, n_regions: int, centers: Ints | None = None
+) -> RegionGraph:
+    """Return the region graph of checked labels and centers, for a surface that is there."""
+    handle, n_threads = surface.handle, surface.n_threads
+    measures, centroids, squares, products, normal_sums, lows, highs, open_lengths, nearest = (
+        _core.measure_regions(handle, labels, n_regions, n_threads)
+    )
+    low, high, *arc_values = _core.region_arcs(handle, labels, n_threads)
+    border_lengths, mean_angles, concavities, max_angles, edge_counts = arc_values
+    arrays: dict[str, npt.NDArray[Any]] = {
+        "labels": labels,
+        "measures": measures,
+        "centroids": centroids,
+        "normals": _unit_normals(normal_sums, measures),
+        "deviations": _deviations(squares, products),
+        "bounds": np.stack([lows, highs], axis=1),
+        "perimeters": _core.region_perimeters(handle, labels, n_regions, n_threads),
+        "open_lengths": open_lengths,
+        "cell_counts": np.bincount(labels + np.int32(1), minlength=n_regions + 1)[1:],
+        "centers": nearest if centers is None else centers,
+        "edge_index": np.stack([low, high]),
+        "border_lengths": border_lengths,
+        "mean_angles": mean_angles,
+        "max_angles": max_angles,
+        "concavities": concavities,
+        "edge_counts": edge_counts,
+    }
+    graph = RegionGraph(**arrays, dimension=surface.dimension)
+    freeze(graph, **arrays)
+    return graph
+
+
+def _deviations(squares: Floats, products: Floats) -> Floats:
+    """Square roots of the eigenvalues of covariances, largest first, shape (K, 3)."""
+    xx, yy, zz = squares.T
+    xy, xz, yz = products.T
+    covariances = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(-1, 3, 3)
+    variances = np.linalg.eigvalsh(covariances)[:, ::-1]
+    return np.sqrt(np.where(variances > _ROUNDING * variances[:, :1], variances, 0.0))
+
+
+def _unit_normals(sums: Floats, measures: Floats) -> Floats:
+    """Sums of area vectors as unit vectors; NaN where they cancel out."""
+    lengths = np.sqrt(np.einsum("ij,ij->i", sums, sums))
+    lengths[lengths <= _NO_NORMAL * measures] = np.nan
+    normals: Floats = sums / lengths[:, np.newaxis]
+    return normals
+
+
+def _ratio(above: Floats, below: Floats) -> Floats:
+    """A quotient, NaN where the divisor is 0."""
+    quotients: Floats = np.full(len(below), np.nan)
+    np.divide(above, below, out=quotients, where=below > 0)
+    return quotients
+
+
+def _float32(values: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    with np.errstate(over="ignore"):
+        return values.astype(np.float32)
+
+
+def _by_axis(name: str, vectors: Floats) -> dict[str, npt.NDArray[Any]]:
+    return {f"{name}_{axis}": vectors[:, i] for i, axis in enumerate("xyz")}
+
+
+def _rows(columns: dict[str, npt.NDArray[Any]]) -> list[dict[str, Any]]:
+    """One dict of Python's numbers per row."""
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in values]
+
+
+def _extra(module: str, task: str) -> Any:
+    """Return a module of another library; a MissingExtraError if it is not installed."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError:
+        raise MissingExtraError(task, "graph") from None

@@ -1,0 +1,160 @@
+"""How thick a body is below its surface: the shape diameter function, by rays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_count, checked_number, checked_threads
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_cells
+from ..mesh.faces import FaceMesh, area_vectors, cut_into_triangles
+from ..mesh.point_cloud import PointCloud
+from ..mesh.tet_mesh import TetMesh
+from .face_graph import FaceGraph
+from .kinds import graph_and_surface
+from .surface import is_inside_out
+
+__all__ = ["N_RAYS", "rays_from", "shape_diameter", "smoothed"]
+
+N_RAYS = 30
+"""Rays of a face, as in the paper."""
+
+LEAST_DISTANCE = 1e-6
+"""Of the diagonal: hits that are nearer are of the same surface, or of its other side where a sheet
+is closed upon itself, which has no thickness."""
+
+Floats = npt.NDArray[np.float64]
+
+
+def shape_diameter(
+    mesh: MeshLike | CloudLike,
+    *,
+    smoothing: float = 0.01,
+    n_rays: int = N_RAYS,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> npt.NDArray[np.float64]:
+    r"""Return how thick the body is below each face: small at a finger, large at the palm.
+
+    Rays lead from the centroid of a face into the body, in a cone of half-angle 60 degrees about
+    the inward normal. Those count that leave the body where they meet its surface first: through a
+    face whose normal points along with them. Of their lengths, those within one standard deviation
+    of the median are averaged, with a weight of 1 / (angle + 0.2). The logarithm is then smoothed
+    along the surface: :math:`(A + t^2 L)\,x = A \log s`, with areas A and the Laplacian L of the
+    face graph, whose arcs conduct :math:`\sqrt{A_i + A_j} / g`.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh, or mesh-like
+        As for `segment`. Whether it is closed does not matter: a face is inside of something if at
+        least a quarter of its rays leave. The normals of a closed mesh may all point inwards.
+    smoothing : float, default 0.01
+        The length t, as a fraction of the diagonal of the bounding box, >= 0. With 0 nothing is
+        smoothed.
+    n_rays : int, default 30
+        Rays from each face, >= 1.
+    weld : bool, default True
+        As for `segment`; it decides along which faces values are smoothed.
+    n_threads : int, optional
+        As for `segment`. The result does not depend on it.
+
+    Returns
+    -------
+    ndarray of float64, shape (N,)
+        In the unit of the vertices, > 0. A face that is inside of nothing takes what its neighbors
+        have; it is NaN without smoothing, and where no face of its component has a thickness: that
+        is so for single sheets, for much of triangle soup and for all cells of point clouds and of
+        tetrahedra. About a microsecond for each ray.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    References
+    ----------
+    Shapira, Shamir and Cohen-Or, "Consistent mesh partitioning and skeletonisation using the shape
+    diameter function", 2008.
+
+    Examples
+    --------
+    A slab of thickness 1 that is 20 wide and 20 long, in the middle of its upper side:
+
+    >>> from superfacets import PolygonMesh
+    >>> corners = [[x, y, z] for z in (0, 1) for y in (-10, 10) for x in (-10, 10)]
+    >>> sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]]
+    >>> slab = PolygonMesh.of_faces(corners, sides)
+    >>> float(shape_diameter(slab, smoothing=0)[1].round(2))
+    1.26
+    """
+    t = checked_number(smoothing, "smoothing", zero=True)
+    n_rays = checked_count(n_rays, "n_rays")
+    threads = checked_threads(n_threads)
+    cells = as_cells(mesh)
+    graph, surface = graph_and_surface(cells, weld, threads)
+    if isinstance(cells, (PointCloud, TetMesh)):
+        return np.full(surface.n_cells, np.nan)
+    thickness = rays_from(cells, graph, np.arange(surface.n_cells), n_rays, threads)
+    if t == 0.0:
+        return thickness
+    _, conductances = _core.crease_conductances(
+        surface.handle, graph.measures, np.empty(0), graph.diagonal, 0.0, 0.0, threads
+    )
+    length = t * graph.diagonal
+    # In diagonals: the same numbers in every unit of length.
+    shares = thickness / graph.diagonal
+    logs = smoothed(surface.arcs, conductances, graph.measures, shares, length, threads)
+    return np.asarray(graph.diagonal * np.exp(logs))
+
+
+def rays_from(
+    mesh: FaceMesh,
+    graph: FaceGraph,
+    faces: npt.NDArray[np.integer[Any]],
+    n_rays: int,
+    n_threads: int,
+) -> Floats:
+    """Return the thickness below some of the faces; NaN where there is no inside."""
+    triangles, _ = cut_into_triangles(mesh)
+    outward = area_vectors(mesh, n_threads)[faces]
+    sizes = np.sqrt(np.einsum("ij,ij->i", outward, outward))
+    inward = -outward / np.where(sizes > 0, sizes, 1.0)[:, np.newaxis]
+    is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
+    return _core.ray_thickness(
+        mesh.vertices,
+        triangles,
+        np.ascontiguousarray(graph.positions[faces]),
+        -inward if is_turned else inward,
+        n_rays,
+        LEAST_DISTANCE * graph.diagonal,
+        is_turned,
+        n_threads,
+    )
+
+
+def smoothed(
+    arcs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]],
+    conductances: Floats,
+    measures: Floats,
+    thickness: Floats,
+    length: float,
+    n_threads: int,
+) -> Floats:
+    """Return the logarithms of thickness, smoothed over a length; NaN where components have none.
+
+    The result depends on no thread, and on no C library.
+    """
+    is_known = np.isfinite(thickness)
+    logs = _core.logarithms(np.where(is_known, thickness, 1.0))
+    if length > 0:
+        masses = np.where(is_known, measures, 0.0)
+        logs = _core.diffuse(*arcs, conductances, masses, logs, length * length, n_threads)
+    components, n_components = _core.find_components(*arcs, np.zeros(len(logs), np.int32))
+    n_known = np.bincount(components, weights=is_known, minlength=n_components)
+    return np.where(n_known[components] > 0, logs, np.nan)

@@ -1,0 +1,324 @@
+"""Parts of a shape in its slowest vibrations: eigenvectors on coarse cells, brought to all."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._options import WEIGHTS, WeightOptions
+from .._validate import checked_count, checked_threads
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_cells
+from ..cells.kinds import kind_of
+from ..cells.size import DEFAULT_N_SEGMENTS, radius_of
+from ..cells.surface import Surface
+from ..cells.thickness import rays_from, smoothed
+from ..mesh.faces import FaceMesh
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.triangle_mesh import Mesh
+
+__all__ = ["Embedding", "embed", "spectral_embedding"]
+
+N_COARSE = 1_500
+"""Coarse cells that eigenvectors are computed on, about."""
+
+MOST_COARSE = 8 * N_COARSE
+"""Where no more than this can be reached, as in soup, the mesh has no parts."""
+
+MOST_CELLS = 16
+"""Of a coarse cell, on each level."""
+
+CREASE_STEEPNESS = 20.0
+"""How much less a crease conducts: exp(-20 kappa), kappa = eta theta / pi."""
+
+THICKNESS_STEEPNESS = 10.0
+"""How much less arcs conduct where thickness changes: exp(-10 |log s_i - log s_j|)."""
+
+SMOOTHING = 0.3
+"""In radii: over which thickness is smoothed."""
+
+N_RAYS = 12
+"""From the center of each coarse cell. What smoothing makes of it is as good as with 30."""
+
+N_VECTORS = 8
+"""12 are worse on the benchmark models, 4 unstable."""
+
+N_COMPARED = 15
+"""The eigenvalue that tells which ones are negligible: the 16th, counted with that of constants."""
+
+LEAST_VALUE = 1e-3
+"""Of that eigenvalue: what is less belongs to pieces that hardly hang together with the rest. It
+counts as this much, or else the others would count for nothing."""
+
+EQUAL = 1e-3
+"""Relative difference up to which eigenvalues count as equal, so that all or none of their vectors
+are taken: any one of them has no meaning."""
+
+Floats = npt.NDArray[np.float64]
+Arcs = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
+
+
+class Embedding(NamedTuple):
+    """Numbers of all cells in which the parts of a shape lie apart."""
+
+    vectors: npt.NDArray[np.float64]
+    """psi, (N, Q): Q may be 0."""
+    logs: npt.NDArray[np.float64] | None
+    """Logarithm of the thickness of each cell, (N,), NaN where it has none; None if none has."""
+    steps: npt.NDArray[np.float64]
+    """Length of each arc, (M,), of eq. 1."""
+
+
+class _Level(NamedTuple):
+    """Cells of one size, and how well the arcs between them conduct."""
+
+    arcs: Arcs
+    steps: Floats
+    conductances: Floats
+    measures: Floats
+    positions: Floats
+    coarse_of: npt.NDArray[np.int32] | None = None  # the coarse cell of each on the level above
+
+
+def spectral_embedding(
+    mesh: MeshLike | CloudLike,
+    n_vectors: int = N_VECTORS,
+    *,
+    weld: bool = True,
+    n_threads: int | None = None,
+) -> npt.NDArray[np.float64]:
+    r"""Return coordinates of each face in which the parts of a shape lie apart.
+
+    They are the slowest vibrations of the surface: eigenvectors :math:`L \phi = \lambda A \phi`,
+    with areas A and the Laplacian L of the face graph. Its arcs conduct
+
+    .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa - 10 |\log s_i - \log s_j|)
+
+    (at least 1e-6), less across concave creases, kappa = theta / pi, and where the thickness s (see
+    `shape_diameter`) changes. So fingers, which hang at the hand by a narrow passage, get
+    coordinates of their own. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
+
+    Eigenvectors are those of a graph of about 1,500 coarse cells, around which values are then
+    relaxed on the faces. Vectors that are constant on each component are left out; eigenvalues of
+    less than a thousandth of the 15th count as that much.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh, PointCloud, TetMesh or mesh-like
+        As for `segment`. Without an inside, as of points and of single sheets, the thickness is the
+        same everywhere. Each component has vectors of its own.
+    n_vectors : int, default 8
+        How many, 1 to 15.
+    weld, n_threads
+        As for `segment`. The result does not depend on the number of threads.
+
+    Returns
+    -------
+    ndarray of float64, shape (N, n_vectors)
+        In no unit that matters. Of each vector, the entry of largest size among coarse cells is
+        positive. Where eigenvalues are equal, as on symmetric shapes, their vectors are some
+        basis: distances between faces have a meaning, single coordinates do not. Columns are 0
+        where there are not so many vectors: on meshes of fewer faces, and in soup of thousands of
+        components. Some 2 microseconds a face.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If a parameter is out of range or of the wrong type.
+
+    Examples
+    --------
+    >>> import superfacets
+    >>> bear = superfacets.sample_mesh(5_000)
+    >>> superfacets.spectral_embedding(bear).shape
+    (4892, 8)
+    """
+    n_vectors = checked_count(n_vectors, "n_vectors", N_COMPARED, "vectors that are computed")
+    threads = checked_threads(n_threads)
+    cells = as_cells(mesh)
+    kind = kind_of(cells)
+    graph, shapes = kind.build_graph(cells, weld, threads)
+    surface = kind.surface(cells, graph, threads)
+    n_regions = min(DEFAULT_N_SEGMENTS, surface.n_cells)
+    radius = radius_of(graph.measures, n_regions, threads, kind.dimension)
+    options = WeightOptions.checked("creases", None, None)
+    weights = np.asarray(kind.weights(surface, graph, shapes, radius, options))
+    crease_unit = WEIGHTS["creases"]["alpha"] * radius
+    embedding = embed(cells, graph, surface, weights, (radius, crease_unit), n_vectors)
+    table = np.zeros((surface.n_cells, n_vectors))
+    n_there = min(n_vectors, embedding.vectors.shape[1])
+    table[:, :n_there] = embedding.vectors[:, :n_there]
+    return table
+
+
+def embed(
+    cells: Any,
+    graph: Any,
+    surface: Surface,
+    weights: Floats,
+    units: tuple[float, float],
+    n_vectors: int = N_VECTORS,
+) -> Embedding:
+    """Return the embedding of cells with the weights of arcs, of which creases are a part.
+
+    `units` are the radius of regions and what a crease of kappa = 1 adds to the length of a step,
+    both in the unit of the positions.
+    """
+    n_threads = surface.n_threads
+    radius, crease_unit = units
+    areas = graph.measures if surface.dimension == 2 else np.cbrt(graph.measures) ** 2
+    steps, conductances = _core.crease_conductances(
+        surface.handle, areas, weights, graph.diagonal, crease_unit, CREASE_STEEPNESS, n_threads
+    )
+    finest = _Level(surface.arcs, steps, conductances, graph.measures, graph.positions)
+    levels, centers = _coarser(finest, weights, n_threads)
+    if len(levels[-1].measures) > MOST_COARSE:
+        return Embedding(np.zeros((surface.n_cells, 0)), None, steps)
+    logs = None
+    if isinstance(cells, (Mesh, PolygonMesh)):
+        coarse = _thickness(cells, graph, levels[-1], centers, SMOOTHING * radius, n_threads)
+        if coarse is not None:
+            logs = _prolonged(levels, coarse[:, np.newaxis], n_threads)[:, 0]
+            levels = _hindered(levels, logs, n_threads)
+    values = _eigenvectors(levels[-1], n_vectors)
+    return Embedding(_prolonged(levels, values, n_threads), logs, steps)
+
+
+def _coarser(
+    level: _Level, weights: Floats, n_threads: int
+) -> tuple[list[_Level], npt.NDArray[np.int32]]:
+    """Return levels of ever fewer cells, and the first level's cell in the middle of each last."""
+    lengths, _ = _core.quantize_weights(weights, n_threads)
+    placed = _core.PlacedCells(level.positions, level.measures, n_threads)
+    graph = _core.OrderedGraph(placed, *level.arcs, lengths, n_threads, True)
+    centers = np.arange(len(level.measures), dtype=np.int32)
+    levels: list[_Level] = []
+    coarse: list[_core.CoarseGraph] = []  # keeps what larger ones are made of
+    while len(centers) >= 2 * N_COARSE:
+        size = _cell_size(len(centers) / N_COARSE)
+        coarse.append(_core.CoarseGraph(graph, size, n_threads))
+        if 2 * coarse[-1].graph.n_cells > len(centers):
+            break  # nearly all cells are alone
+        levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
+        level = _above(levels[-1], coarse[-1])
+        graph, centers = coarse[-1].graph, centers[coarse[-1].centers()]
+    return [*levels, level], centers
+
+
+def _cell_size(ratio: float) -> int:
+    """Cells of a coarse cell, alike on all levels that are left to the ratio, > 1."""
+    n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
+    return round(math.pow(ratio, 1 / n_levels))
+
+
+def _above(level: _Level, coarse: _core.CoarseGraph) -> _Level:
+    """The next level: arcs conduct what all between two coarse cells do, over their distance."""
+    coarse_of = level.coarse_of
+    assert coarse_of is not None
+    offsets, neighbors, _ = coarse.arcs()
+    arcs = (offsets, neighbors)
+    n_cells = len(offsets) - 1
+    crossed = _crossed(level, arcs)
+
+    def sums(values: Floats) -> Floats:
+        return np.asarray(np.bincount(coarse_of, weights=values, minlength=n_cells))
+
+    measures, n_parts = sums(level.measures), sums(np.ones(len(level.measures)))
+    has_measure = measures > 0
+    positions = np.empty((n_cells, 3))
+    for axis in range(3):
+        along = level.positions[:, axis]
+        positions[:, axis] = np.where(
+            has_measure,
+            sums(level.measures * along) / np.where(has_measure, measures, 1.0),
+            sums(along) / n_parts,
+        )
+    sources = np.repeat(np.arange(n_cells), np.diff(offsets))
+    ways = positions[sources] - positions[neighbors]
+    steps = np.sqrt(np.einsum("ij,ij->i", ways, ways))
+    least = 0.2 * np.sqrt(measures[sources] + measures[neighbors])  # cells on both sides of a rim
+    steps = np.maximum(steps, least)
+    steps = np.where(steps > 0, steps, 1.0)
+    return _Level(arcs, steps, crossed / steps, measures, positions)
+
+
+def _thickness(
+    mesh: FaceMesh,
+    graph: Any,
+    level: _Level,
+    centers: npt.NDArray[np.int32],
+    length: float,
+    n_threads: int,
+) -> Floats | None:
+    """Logarithm of the thickness of coarse cells, by rays from their centers, smoothed."""
+    # In diagonals: the same numbers in every unit of length.
+    thickness = rays_from(mesh, graph, centers, N_RAYS, n_threads) / graph.diagonal
+    if not np.isfinite(thickness).any():
+        return None
+    return smoothed(level.arcs, level.conductances, level.measures, thickness, length, n_threads)
+
+
+def _hindered(levels: list[_Level], logs: Floats, n_threads: int) -> list[_Level]:
+    """The same levels with arcs that conduct less where the thickness of cells changes."""
+    hindered: list[_Level] = []
+    for level in levels:
+        if not hindered:
+            conductances = _core.hindered_conductances(
+                *level.arcs, level.conductances, np.nan_to_num(logs), THICKNESS_STEEPNESS, n_threads
+            )
+        else:
+            conductances = _crossed(hindered[-1], level.arcs) / level.steps
+        hindered.append(level._replace(conductances=conductances))
+    return hindered
+
+
+def _crossed(level: _Level, arcs: Arcs) -> Floats:
+    """Conductance times step, summed over what lies between the coarse cells of a level."""
+    assert level.coarse_of is not None
+    return _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
+
+
+def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
+    """Return psi on the coarse cells, (C, Q)."""
+    n_cells = len(level.measures)
+    mean = float(level.measures.mean()) or 1.0
+    measures = np.maximum(level.measures / mean, 1e-6)
+    components, n_components = _core.find_components(*level.arcs, np.zeros(n_cells, np.int32))
+    values, table = _core.smallest_eigenpairs(
+        *level.arcs, level.conductances, measures, components, n_components, N_COMPARED
+    )
+    if not len(values):
+        return np.zeros((n_cells, 0))
+    values = np.maximum(values, LEAST_VALUE * values[-1])
+    n_taken = _end_of_group(values, n_vectors)
+    scales = np.sqrt(values[0] / values[:n_taken])
+    return np.asarray(table.reshape(n_cells, -1)[:, :n_taken] * scales)
+
+
+def _end_of_group(values: Floats, n_vectors: int) -> int:
+    """How many vectors to take: about n_vectors, and of equal values all."""
+    wanted = min(n_vectors, len(values))
+
+    def is_end(last: int) -> bool:
+        return bool(values[last] > (1 + EQUAL) * values[last - 1])
+
+    return next((last for last in range(wanted, len(values)) if is_end(last)), wanted)
+
+
+def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Floats:
+    """Bring rows of the last level to the first, level by level: copied, then relaxed."""
+    rows = values.astype(np.float32)
+    for level in reversed(levels[:-1] if rows.size else ()):
+        n_sweeps = math.ceil(2.0 * math.sqrt(len(level.measures) / len(rows))) + 2
+        width = rows.shape[1]
+        copied = np.take(rows, level.coarse_of, axis=0)  # type: ignore[arg-type]  # not the last
+        relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)
+        rows = relaxed.reshape(-1, width)
+    n_cells = len(levels[0].measures)
+    return rows.astype(np.float64) if rows.size else np.zeros((n_cells, values.shape[1]))

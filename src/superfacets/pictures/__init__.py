@@ -1,0 +1,1 @@
+"""Stage 7: colors, pictures and pages."""

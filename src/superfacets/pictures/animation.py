@@ -1,0 +1,84 @@
+"""Pictures that move: files of a mesh that turns."""
+
+from __future__ import annotations
+
+import importlib
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .gl import RenderError
+from .needs import import_pillow
+from .scene import Picture
+
+__all__ = ["MOVING_ENDINGS", "check_video", "gif_of", "write_video"]
+
+MOVING_ENDINGS = (".gif", ".mp4")
+
+# Of one turn: slow enough to look at regions that pass by.
+_SECONDS = 4.8
+
+# Quality of H.264, 0 (lossless) to 51: flat colors and thin lines show what is lost.
+_CRF = 18
+
+_N_COLORS = 256
+
+
+def gif_of(frames: list[Picture]) -> bytes:
+    """The pictures as a GIF that repeats without end, with one palette for all of them."""
+    image = import_pillow("Image")
+    sample = np.concatenate(frames[:: max(1, len(frames) // 6)])
+    palette = image.fromarray(sample).quantize(_N_COLORS, dither=image.Dither.NONE)
+    reduced = [
+        image.fromarray(frame).quantize(palette=palette, dither=image.Dither.NONE)
+        for frame in frames
+    ]
+    file = io.BytesIO()
+    reduced[0].save(
+        file,
+        format="GIF",
+        save_all=True,
+        append_images=reduced[1:],
+        duration=_milliseconds(len(frames)),
+        loop=0,
+    )
+    return file.getvalue()
+
+
+def _milliseconds(n_frames: int) -> int:
+    """Of each picture; files count in steps of 10, and browsers show less than 20 slowly."""
+    return max(20, round(100 * _SECONDS / n_frames) * 10)
+
+
+def check_video() -> Any:
+    """Return the module that writes videos; a RenderError if it is not installed."""
+    try:
+        return importlib.import_module("imageio_ffmpeg")
+    except ModuleNotFoundError:
+        raise RenderError(
+            "an .mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg (a .gif does not)"
+        ) from None
+
+
+def write_video(frames: list[Picture], path: Path) -> None:
+    """Write the pictures as H.264; sides of odd length get one more row or column."""
+    height, width = frames[0].shape[:2]
+    margin = ((0, height % 2), (0, width % 2), (0, 0))
+    writer = check_video().write_frames(
+        str(path),
+        (width + width % 2, height + height % 2),
+        fps=1000 / _milliseconds(len(frames)),
+        codec="libx264",
+        quality=None,
+        macro_block_size=1,
+        ffmpeg_log_level="error",
+        output_params=["-crf", str(_CRF), "-f", "mp4", "-movflags", "+faststart"],
+    )
+    writer.send(None)
+    try:
+        for frame in frames:
+            writer.send(np.ascontiguousarray(np.pad(frame, margin, mode="edge")))
+    finally:
+        writer.close()

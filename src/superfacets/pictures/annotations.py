@@ -1,0 +1,99 @@
+"""Text around pictures: titles, and the scale that colors stand for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..adapters.results import NO_COLOR
+from .colors import scale_colors
+from .needs import import_pillow
+from .scene import Picture
+from .values import Scale
+
+__all__ = ["SCALE_SHARE", "TITLE_SHARE", "scale_strip", "title_strip"]
+
+TITLE_SHARE, SCALE_SHARE = 0.07, 0.12
+"""Heights of the strips of titles and of the scale, as shares of the picture's height."""
+
+# Of the strip of the scale: heights of the text and of the bar, and the bar's width in pictures.
+_TEXT, _BAR, _BAR_WIDTH = 0.26, 0.22, 0.5
+
+# At most so many ticks; their distances are 1, 2 or 5 times a power of ten.
+_MAX_TICKS = 6
+_STEPS = (1, 2, 5, 10)
+_TINY = 1e-290
+
+Color = tuple[int, int, int]
+
+
+def title_strip(titles: Sequence[str], width: int, height: int, background: Color) -> Picture:
+    """Titles side by side, each in the middle of as many pixels."""
+    image, pen = _canvas(width * len(titles), height, background)
+    for i, title in enumerate(titles):
+        font = _fitting_font(title, 0.55 * height, 0.96 * width)
+        middle = ((i + 0.5) * width, 0.55 * height)
+        pen.text(middle, title, fill=_ink(background), font=font, anchor="mm")
+    return np.asarray(image)
+
+
+def scale_strip(scale: Scale, width: int, height: int, background: Color) -> Picture:
+    """The scale's colors with ticks and its title, and the gray of missing values."""
+    image, pen = _canvas(width, height, background)
+    ink, font = _ink(background), _font(_TEXT * height)
+    left, right = round(width * (0.5 - _BAR_WIDTH / 2)), round(width * (0.5 + _BAR_WIDTH / 2))
+    top, bottom = round(0.36 * height), round((0.36 + _BAR) * height)
+    row = scale_colors(max(1, right - left))[np.newaxis]
+    bar = np.repeat(row, max(1, bottom - top), axis=0)
+    image.paste(import_pillow("Image").fromarray(bar), (left, top))
+    pen.text((width / 2, 0.17 * height), scale.title, fill=ink, font=font, anchor="mm")
+    ticks = _ticks(scale.low, scale.high)
+    for value, share in zip(ticks, scale.shares(np.array(ticks)), strict=True):
+        x = left + (right - left) * float(share)
+        pen.line([(x, bottom), (x, bottom + 0.07 * height)], fill=ink)
+        pen.text((x, 0.8 * height), f"{value:.6g}", fill=ink, font=font, anchor="mm")
+    if scale.has_missing:
+        side = bottom - top
+        box = right + 1.5 * side
+        pen.rectangle([box, top, box + side, bottom], fill=NO_COLOR)
+        middle = (box + 1.4 * side, (top + bottom) / 2)
+        pen.text(middle, "none", fill=ink, font=font, anchor="lm")
+    return np.asarray(image)
+
+
+def _canvas(width: int, height: int, background: Color) -> tuple[Any, Any]:
+    """An image, and the pen to draw on it."""
+    image = import_pillow("Image").new("RGB", (width, height), background)
+    return image, import_pillow("ImageDraw").Draw(image)
+
+
+def _ink(background: Color) -> Color:
+    """Black, or white on what is dark."""
+    is_dark = 0.299 * background[0] + 0.587 * background[1] + 0.114 * background[2] < 128
+    return (255, 255, 255) if is_dark else (28, 28, 32)
+
+
+def _font(size: float) -> Any:
+    """The font that comes with Pillow, in pixels."""
+    return import_pillow("ImageFont").load_default(max(1.0, size))
+
+
+def _fitting_font(text: str, size: float, width: float) -> Any:
+    """As `_font`, but smaller where the text would be wider."""
+    font = _font(size)
+    length = font.getlength(text)
+    return font if length <= width else _font(size * width / length)
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """Round numbers from low to high; both alone where their distance is no usual number."""
+    if not _TINY < high - low < math.inf:
+        return sorted({low, high})
+    least = (high - low) / _MAX_TICKS
+    power = 10.0 ** math.floor(math.log10(least))
+    step = next(factor * power for factor in _STEPS if factor * power >= least)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [i * step for i in range(first, last + 1)]

@@ -1,0 +1,194 @@
+"""Where a picture is taken from, and the camera there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_choice, checked_number
+
+__all__ = [
+    "UP_CHOICES",
+    "VIEW_NAMES",
+    "Camera",
+    "Up",
+    "View",
+    "place_camera",
+    "turned_cameras",
+    "view_axes",
+]
+
+FloatArray = npt.NDArray[np.float64]
+
+# Half of the angle that the picture's height spans, degrees: a long lens, little distortion.
+_HALF_VIEW_ANGLE = 10.0
+
+# Share of the height or width left free, so that outlines are not cut by the frame.
+_MARGIN = 0.03
+
+# For each axis that may point up: the directions right and toward the viewer at azimuth 0.
+_FRAMES = {
+    "x": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    "y": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "z": ((1.0, 0.0, 0.0), (0.0, -1.0, 0.0)),
+}
+
+Up = Literal["auto", "x", "y", "z"]
+UP_CHOICES: tuple[str, ...] = get_args(Up)
+"""The choices of `View.up`."""
+
+
+# Azimuth and elevation of views with a name. From "iso" the three sides of a box look alike.
+_NAMED_VIEWS = {
+    "front": (0.0, 0.0),
+    "back": (180.0, 0.0),
+    "left": (-90.0, 0.0),
+    "right": (90.0, 0.0),
+    "top": (0.0, 90.0),
+    "bottom": (0.0, -90.0),
+    "iso": (45.0, math.degrees(math.atan(math.sqrt(0.5)))),
+}
+VIEW_NAMES: tuple[str, ...] = tuple(_NAMED_VIEWS)
+"""The choices of `View.named`."""
+
+# Of the solid that a mesh sweeps when it turns: heights at which its radius is kept, and points
+# around it.
+_N_RINGS, _N_AROUND = 200, 90
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """Where a picture is taken from. The whole mesh fills the frame at zoom 1.
+
+    Parameters
+    ----------
+    azimuth : float, default 30.0
+        Degrees that the viewer walks around the mesh, to the viewer's right, from its front.
+    elevation : float, default 15.0
+        Degrees above the horizon, -90 (from below) to 90 (from above).
+    up : {"auto", "y", "z", "x"}
+        Axis that points up. The front is +z, but -y where z points up. By default a guess: z if the
+        mesh would stand much more firmly on its lowest points along z than along y, otherwise y.
+    zoom : float, default 1.0
+        Magnification about the middle of the picture, > 0.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a value is out of range or not a number.
+    """
+
+    azimuth: float = 30.0
+    elevation: float = 15.0
+    up: Up = "auto"
+    zoom: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not math.isfinite(self.azimuth):
+            raise ValueError(f"azimuth must be finite, got {self.azimuth}")
+        if not -90 <= self.elevation <= 90:
+            raise ValueError(f"elevation must be -90 to 90 degrees, got {self.elevation}")
+        checked_choice(self.up, "up", UP_CHOICES)
+        checked_number(self.zoom, "zoom", zero=False)
+
+    @staticmethod
+    def named(name: str, *, up: Up = "auto", zoom: float = 1.0) -> View:
+        """Return the view from one side: front, back, left, right, top, bottom or iso.
+
+        Left and right are those of someone who looks at the front. From ``"iso"`` front, right and
+        top are seen alike.
+
+        Raises
+        ------
+        ValueError
+            If there is no view of that name.
+        """
+        checked_choice(name, "view", VIEW_NAMES)
+        azimuth, elevation = _NAMED_VIEWS[name]
+        return View(azimuth=azimuth, elevation=elevation, up=up, zoom=zoom)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A perspective camera."""
+
+    position: FloatArray
+    target: FloatArray
+    up: FloatArray
+    half_slope: float  # half of the height seen, per distance
+
+
+def place_camera(points: FloatArray, view: View, aspect: float) -> Camera:
+    """Camera from which the points just fill the frame; the view's axis is not "auto"."""
+    right, toward, up = view_axes(view)
+    across, height, depth = points @ right, points @ up, points @ toward
+    across_middle, height_middle, depth_middle = map(_midrange, (across, height, depth))
+    slope = math.tan(math.radians(_HALF_VIEW_ANGLE))
+    distance = 0.0
+    # In perspective the middle of the box is not that of the picture, but the error falls more
+    # than fivefold each turn.
+    for _ in range(4):
+        x, y, z = across - across_middle, height - height_middle, depth - depth_middle
+        reach = np.maximum(np.abs(y), np.abs(x) / aspect) / (slope * (1 - _MARGIN))
+        distance = float((z + reach).max())
+        across_middle += distance * _midrange(x / (distance - z))
+        height_middle += distance * _midrange(y / (distance - z))
+    target = across_middle * right + height_middle * up + depth_middle * toward
+    return Camera(target + distance * toward, target, up, slope / view.zoom)
+
+
+def turned_cameras(points: FloatArray, view: View, aspect: float, n: int) -> list[Camera]:
+    """N cameras around the origin, from whose views the points just fill the frame in one of them.
+
+    They go around to the right, at the same height and distance; the first has the view's azimuth.
+    """
+    start = replace(view, azimuth=0.0)
+    camera = place_camera(_swept(points, start), start, aspect)
+    right, front, up = view_axes(replace(start, elevation=0.0))
+    cameras = []
+    for turn in range(n):
+        angle = math.radians(view.azimuth) + 2 * math.pi * turn / n
+        ahead = math.cos(angle) * front + math.sin(angle) * right
+        # What was measured along the axes of azimuth 0, along the turned ones.
+        turned = np.stack([np.cross(up, ahead), ahead, up]).T @ np.stack([right, front, up])
+        place, target = turned @ camera.position, turned @ camera.target
+        cameras.append(Camera(place, target, turned @ camera.up, camera.half_slope))
+    return cameras
+
+
+def _swept(points: FloatArray, view: View) -> FloatArray:
+    """Points around the solid that the points sweep when they turn around the vertical axis."""
+    right, front, up = view_axes(replace(view, elevation=0.0))
+    heights, radii = points @ up, np.hypot(points @ right, points @ front)
+    levels = np.linspace(heights.min(), heights.max(), _N_RINGS + 1)
+    ring = np.clip(np.searchsorted(levels, heights, side="right") - 1, 0, _N_RINGS - 1)
+    widest = np.full(_N_RINGS, -1.0)
+    np.maximum.at(widest, ring, radii)
+    is_met = widest >= 0
+    angles = np.arange(_N_AROUND) * (2 * math.pi / _N_AROUND)
+    circle = np.outer(np.cos(angles), front) + np.outer(np.sin(angles), right)
+    rings = widest[is_met, np.newaxis, np.newaxis] * circle
+    ends = [levels[:-1][is_met], levels[1:][is_met]]
+    return np.concatenate(
+        [rings + np.multiply.outer(end, up)[:, np.newaxis] for end in ends]
+    ).reshape(-1, 3)
+
+
+def _midrange(values: FloatArray) -> float:
+    """Mean of the least and the largest value."""
+    return float(values.min() + values.max()) / 2
+
+
+def view_axes(view: View) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Unit vectors to the right, toward the viewer and up, as the viewer sees them."""
+    right, front = (np.array(axis) for axis in _FRAMES[view.up])
+    azimuth, elevation = math.radians(view.azimuth), math.radians(view.elevation)
+    outward = math.cos(azimuth) * front + math.sin(azimuth) * right
+    right = math.cos(azimuth) * right - math.sin(azimuth) * front
+    pole = np.cross(outward, right)
+    toward = math.cos(elevation) * outward + math.sin(elevation) * pole
+    return right, toward, np.cross(toward, right)

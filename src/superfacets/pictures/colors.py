@@ -1,0 +1,308 @@
+"""Stage 7: colors for regions, clearly different where regions touch."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from .._validate import checked_partial_labels, checked_threads, compact_partial_labels
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_cells
+from ..adapters.results import NO_COLOR
+from ..cells.cell_graph import CellGraph
+from ..cells.face_graph import build_face_graph, find_arcs
+from ..cells.point_graph import find_point_graph
+from ..cells.tet_graph import build_tet_graph
+from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
+from .vision import color_distances, from_oklab, oklab
+
+__all__ = [
+    "MIN_COLOR_DISTANCE",
+    "PALETTE",
+    "colors_of_cells",
+    "face_colors",
+    "region_colors",
+    "scale_colors",
+]
+
+# Colors far from each other, and from the gray of cells in no region, in OKLab and in the worst of
+# `VISIONS`; found by farthest-point search with exchanges among those of lightness 0.65 to 0.95 (so
+# that shading darkens them without turning them black) and a chroma of at most 0.14 (so that none
+# glares). For normal eyes they were asked to be a third farther apart. With 12 colors the worst
+# vision would get less than 0.08; regions of a surface need 6, and those in a volume up to 10.
+PALETTE = np.array(
+    [
+        (245, 195, 170), (150, 180, 250), (110, 170, 120), (250, 140, 180), (250, 240, 130),
+        (175, 130, 210), (80, 230, 255), (195, 135, 0), (200, 250, 230), (190, 190, 80),
+    ],
+    dtype=np.uint8,
+)  # fmt: skip
+"""The colors of regions, sRGB, (10, 3)."""
+
+MIN_COLOR_DISTANCE = 0.09
+"""Least distance in OKLab between two colors of the palette, as normal eyes and those of people
+with protanopia, deuteranopia or tritanopia see them; 0.02 is just noticeable."""
+
+# If possible, neighbors get colors at least this far apart. A larger distance would leave too
+# little choice: from most of its colors, half of the palette or more is this far.
+_CLEAR_DISTANCE = 0.1
+
+# Every planar graph has a vertex of at most so many neighbors.
+_PLANAR_DEGREE = 5
+
+
+class _Arcs(Protocol):
+    """The part of a graph that `region_colors` uses: arcs in CSR form."""
+
+    @property
+    def offsets(self) -> npt.NDArray[np.int64]: ...
+    @property
+    def neighbors(self) -> npt.NDArray[np.int32]: ...
+
+
+def face_colors(
+    mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike
+) -> npt.NDArray[np.uint8]:
+    """Return a color for each face, by region, clearly different where regions share an edge.
+
+    Parameters
+    ----------
+    mesh : Mesh or mesh-like, PointCloud or cloud-like, or CellGraph
+        As for `segment`; or cells of one's own.
+    labels : array_like of integers, shape (F,)
+        Region of each face, any numbers; -1 where there is none, which is gray.
+
+    Returns
+    -------
+    ndarray of uint8, shape (F, 3)
+        Red, green and blue, 0 to 255, sRGB. Neighbors differ for color-blind people too: see
+        `region_colors`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If there is not one label per face, or they are not integers.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> face_colors(square, [0, 1])
+    array([[245, 195, 170],
+           [150, 180, 250]], dtype=uint8)
+    """
+    cells = mesh if isinstance(mesh, CellGraph) else as_cells(mesh)
+    n_cells = cells.n_cells if isinstance(cells, CellGraph) else n_cells_of(cells)
+    compact, _ = compact_partial_labels(labels, n_cells)
+    return colors_of_cells(_colors_of(cells, compact), compact)
+
+
+def colors_of_cells(
+    colors: npt.NDArray[np.uint8], labels: npt.NDArray[np.int32]
+) -> npt.NDArray[np.uint8]:
+    """Colors of cells, (N, 3), given those of their regions; gray for label -1."""
+    return np.concatenate([colors, np.array([NO_COLOR], dtype=np.uint8)])[labels]
+
+
+def _colors_of(cells: AnyCells | CellGraph, labels: npt.NDArray[np.int32]) -> npt.NDArray[np.uint8]:
+    """Color of each region of any kind of cells."""
+    if isinstance(cells, CellGraph):
+        return region_colors(cells, labels)
+    if isinstance(cells, TetMesh):
+        return region_colors(build_tet_graph(cells), labels)
+    if isinstance(cells, PointCloud):
+        return region_colors(find_point_graph(cells, checked_threads(None)), labels)
+    if isinstance(cells, PolygonMesh):
+        return region_colors(build_face_graph(cells), labels)
+    representative = _core.weld_vertices(cells.vertices, checked_threads(None))
+    at_border = _faces_at_borders(representative[cells.faces], labels, cells.n_vertices)
+    arcs = _arcs_between(cells.faces[at_border], representative)
+    n_regions = int(labels.max()) + 1
+    return _colors_of_adjacency(*_region_adjacency(arcs, labels[at_border], n_regions))
+
+
+def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+    """Return a color for each region, clearly different where regions touch.
+
+    Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, as seen by normal eyes and
+    in protanopia, deuteranopia and tritanopia, wherever `PALETTE` suffices, as it does for regions
+    of a surface: regions of few neighbors are put aside until none is left, and colored in the
+    opposite order, each with the least used color that is far from those its neighbors have. So a
+    region of a planar map has at most 5 neighbors with colors when its turn comes. Where neighbors
+    have taken the whole palette, which takes 10, the region gets the color, of a wider choice,
+    whose distance to the nearest of theirs is largest.
+
+    The same input gives the same colors. Time and memory are linear in arcs and in pairs of
+    neighboring regions.
+
+    Parameters
+    ----------
+    graph : FaceGraph, CellGraph, or anything with arcs in CSR form
+        ``offsets``, shape (N + 1,), and ``neighbors``, shape (M,), undirected: with both
+        directions of each arc.
+    labels : array_like of integers, shape (N,)
+        Region of each cell, 0 to K - 1, or -1 where there is none.
+
+    Returns
+    -------
+    ndarray of uint8, shape (K, 3)
+        Red, green and blue, 0 to 255, sRGB.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If there is not one label per cell, or a label of 0..K-1 is missing.
+    """
+    checked, n_regions = checked_partial_labels(labels, len(graph.offsets) - 1)
+    arcs = (graph.offsets, graph.neighbors)
+    return _colors_of_adjacency(*_region_adjacency(arcs, checked, n_regions))
+
+
+def _colors_of_adjacency(
+    starts: npt.NDArray[np.int64], touching: npt.NDArray[np.int64]
+) -> npt.NDArray[np.uint8]:
+    """Colors of regions, given those that touch each region, in CSR form."""
+    order = _peeled_order(starts, touching)
+    return _choices()[_color_greedily(order.tolist(), starts.tolist(), touching.tolist())]
+
+
+def _peeled_order(
+    starts: npt.NDArray[np.int64], touching: npt.NDArray[np.int64]
+) -> npt.NDArray[np.int64]:
+    """Regions in an order in which few neighbors of each come before it.
+
+    Regions with at most 5 neighbors left, or else with the fewest, are taken away together, again
+    and again; those taken away last come first. In planar graphs at most 5 come before any other.
+    """
+    n_left = np.diff(starts)  # neighbors of each region that are not yet taken away
+    left = np.arange(len(n_left))
+    rounds = [left[:0]]
+    while len(left):
+        bound = max(_PLANAR_DEGREE, int(n_left[left].min()))
+        is_taken = n_left[left] <= bound
+        taken, left = left[is_taken], left[~is_taken]
+        counts = starts[taken + 1] - starts[taken]
+        skipped = np.repeat(starts[taken] - (np.cumsum(counts) - counts), counts)
+        np.subtract.at(n_left, touching[np.arange(counts.sum()) + skipped], 1)
+        rounds.append(taken)
+    return np.concatenate(rounds[::-1])
+
+
+def _faces_at_borders(
+    corners: npt.NDArray[np.int32], labels: npt.NDArray[np.int32], n_vertices: int
+) -> npt.NDArray[np.int64]:
+    """Faces with two corners or more where regions meet: all that share an edge with another.
+
+    Few of a large mesh do, and the graph of these takes a fraction of the time of the whole one.
+    """
+    some_label = np.empty(n_vertices, dtype=np.int32)  # of any of the faces at each vertex
+    for vertices in corners.T:
+        some_label[vertices] = labels
+    is_shared = np.zeros(n_vertices, dtype=bool)
+    is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
+    first, second, third = is_shared[corners].T
+    return np.flatnonzero((first & second) | (second & third) | (third & first))
+
+
+def _arcs_between(
+    faces: npt.NDArray[np.int32], representative: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    """Arcs, in CSR form, between faces that share an edge."""
+    if not len(faces):
+        return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32)
+    offsets, neighbors, *_ = find_arcs(faces, representative, checked_threads(None))
+    return offsets, neighbors
+
+
+def _region_adjacency(
+    arcs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]],
+    labels: npt.NDArray[np.int32],
+    n_regions: int,
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Regions that touch each region, in CSR form: starts, (K + 1,), and regions."""
+    offsets, neighbors = arcs
+    sources = np.repeat(labels, np.diff(offsets))
+    targets = labels[neighbors]
+    crossing = (sources != targets) & (sources >= 0) & (targets >= 0)
+    # Not numpy.unique, which imports numpy.ma: that takes longer than all this on a small mesh.
+    pairs = np.sort(sources[crossing].astype(np.int64) * n_regions + targets[crossing])
+    pairs = pairs[np.diff(pairs, prepend=-1) > 0]
+    starts = np.searchsorted(pairs, np.arange(n_regions + 1) * n_regions)
+    return starts.astype(np.int64), pairs % max(1, n_regions)
+
+
+def _color_greedily(order: list[int], starts: list[int], touching: list[int]) -> list[int]:
+    """Index into `_choices` for each region. Sets of colors are the bits of an integer."""
+    near, whole_palette = _near_colors(), (1 << len(PALETTE)) - 1
+    colors = [-1] * len(order)  # -1: not yet colored
+    n_uses = [0] * len(PALETTE)
+    for region in order:
+        taken = {colors[other] for other in touching[starts[region] : starts[region + 1]]} - {-1}
+        close, same = 0, 0
+        for color in taken:
+            close |= near[color]
+            same |= 1 << color
+        free = (whole_palette & ~close) or (whole_palette & ~same)
+        if not free:
+            colors[region] = _farthest_color(sorted(taken))
+            continue
+        candidates = [color for color in range(len(PALETTE)) if free >> color & 1]
+        color = min(candidates, key=n_uses.__getitem__)
+        colors[region] = color
+        n_uses[color] += 1
+    return colors
+
+
+def _farthest_color(taken: list[int]) -> int:
+    """Index into `_choices` of the color farthest from the nearest of those taken."""
+    return int(_distances()[:, taken].min(axis=1).argmax())
+
+
+@cache
+def _choices() -> npt.NDArray[np.uint8]:
+    """Palette, then the wider choice, (C, 3): steps of 51 in each channel, nearly as light."""
+    steps = np.arange(0, 256, 51)
+    cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    lightness = oklab(cube)[:, 0]
+    from_gray = color_distances(cube, np.array([NO_COLOR]))[:, 0]
+    wider = cube[(lightness > 0.55) & (lightness < 0.94) & (from_gray > MIN_COLOR_DISTANCE)]
+    return np.concatenate([PALETTE, wider.astype(np.uint8)])
+
+
+@cache
+def _distances() -> npt.NDArray[np.float64]:
+    """Distances between all choices, in the worst vision."""
+    return color_distances(_choices(), _choices())
+
+
+@cache
+def _near_colors() -> list[int]:
+    """For each choice, the bits of the palette's colors that are not clearly different from it."""
+    near = _distances()[:, : len(PALETTE)] < _CLEAR_DISTANCE
+    return [sum(1 << int(color) for color in np.flatnonzero(row)) for row in near]
+
+
+def scale_colors(n: int = 256) -> npt.NDArray[np.uint8]:
+    """Return n colors for values from low to high, (n, 3), sRGB.
+
+    They run from blue over green to yellow, in steps of about the same length in OKLab. Lightness
+    rises evenly: the order is seen without colors too. Dark borders are seen on the darkest.
+    """
+    at = np.linspace(0, len(_SCALE) - 1, n)
+    places = np.stack([np.interp(at, range(len(_SCALE)), column) for column in _SCALE.T], axis=1)
+    return from_oklab(places)
+
+
+# In OKLab.
+_SCALE = np.array(
+    [
+        (0.40, 0.0, -0.18), (0.535, -0.05, -0.11), (0.67, -0.10, -0.015),
+        (0.805, -0.11, 0.08), (0.94, -0.04, 0.175),
+    ]
+)  # fmt: skip

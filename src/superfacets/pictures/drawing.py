@@ -1,0 +1,279 @@
+"""A scene drawn by VTK, without a display."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .camera import Camera
+from .gl import RenderError, quiet_vtk
+from .needs import import_pillow, import_vtk
+from .scene import Picture, Scene
+
+__all__ = ["MAX_SIDE", "draw"]
+
+MAX_SIDE = 8192
+"""Longest side of a picture: twice this, for anti-aliasing, is what graphics drivers allow."""
+
+# Each pixel is the mean of this many by this many: what smooths borders and outlines.
+_SAMPLES = 2
+
+# Edges sharper than this, in degrees, are shaded as edges: more than the facets of a coarse sphere
+# make (500 faces: 14), less than the creases of a machine part.
+_CREASE_ANGLE = 40.0
+
+# How far border lines are drawn before the surface, in widths of the line: enough for the whole
+# width to be seen on a surface that is tilted by 70 degrees (tan 70 / 2).
+_LINE_LIFT = 1.4
+
+# How far, as a fraction of the diagonal, the surface darkens what is near (ambient occlusion), and
+# by how much of that a surface must stand out to count: concave creases get darker.
+_SHADOW_REACH = 0.05
+_SHADOW_BIAS = 0.06
+
+# Points looked at per pixel for that: their noise is blurred away.
+_SHADOW_SAMPLES = 64
+
+# Longest side, in pixels, at which soft shadows are drawn, but at least two fifths of the picture's
+# and at most that of its samples. They vary slowly and are magnified smoothly; at the size of the
+# samples they take more time than all else.
+_SHADOW_SIDE = 480
+
+_LINE_COLOR = (28, 28, 32)
+
+# Direction toward each light (right, up, toward the viewer) and its strength: a key light from the
+# upper left, fills from the right, the eye and below. Together they just reach white.
+_LIGHTS = (
+    ((-0.5, 0.9, 1.0), 0.60),
+    ((0.9, 0.2, 0.7), 0.22),
+    ((0.0, 0.0, 1.0), 0.30),
+    ((0.0, -1.0, 0.3), 0.15),
+)
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """A window that is not shown, and what is in it."""
+
+    window: Any
+    renderer: Any
+    surface: Any  # actor
+    lines: _Lines | None  # None without border lines
+
+
+@dataclass(frozen=True)
+class _Lines:
+    """Border lines, which are lifted anew for each camera."""
+
+    actor: Any
+    places: Any  # the points of VTK
+    ends: npt.NDArray[np.float64]  # (P, 3), on the surface
+    lift: float  # per distance from the camera
+
+
+def draw(
+    scene: Scene,
+    cameras: Sequence[Camera],
+    frame: tuple[int, int],
+    line_width: float,
+    background: tuple[int, int, int],
+) -> list[Picture]:
+    """Return a picture, (height, width, 3), for each camera; the frame is (width, height).
+
+    Colors and lines are drawn at twice the size and averaged; soft shadows are drawn smaller.
+    """
+    vtk = import_vtk()
+    width, height = frame
+    pictures = []
+    with quiet_vtk():
+        stage = _set_stage(vtk, scene, cameras[0].half_slope, height, line_width)
+        try:
+            for camera in cameras:
+                _aim(vtk, stage, camera)
+                _show_colors(stage, background)
+                samples = _shoot(vtk, stage, width * _SAMPLES, height * _SAMPLES)
+                _show_shadows(stage)
+                shadows = _shoot(vtk, stage, *_shadow_frame(frame))
+                pictures.append(_combined(samples, shadows, background))
+        finally:
+            stage.window.Finalize()
+    return pictures
+
+
+def _set_stage(vtk: Any, scene: Scene, half_slope: float, height: int, line_width: float) -> _Stage:
+    """Put surface, lines and lights into a window."""
+    window, renderer = vtk.vtkRenderWindow(), vtk.vtkRenderer()
+    window.SetOffScreenRendering(True)
+    window.SetMultiSamples(0)
+    window.AddRenderer(renderer)
+    surface, lines = _surface(vtk, scene), None
+    renderer.AddActor(surface)
+    if line_width > 0 and len(scene.borders):
+        pixel = 2 * half_slope / height  # in units of the distance
+        lines = _border_lines(vtk, scene, line_width, _LINE_LIFT * line_width * pixel)
+        renderer.AddActor(lines.actor)
+    _light(vtk, renderer)
+    renderer.SetSSAORadius(_SHADOW_REACH)
+    renderer.SetSSAOBias(_SHADOW_BIAS * _SHADOW_REACH)
+    renderer.SetSSAOKernelSize(_SHADOW_SAMPLES)
+    renderer.SSAOBlurOn()
+    return _Stage(window, renderer, surface, lines)
+
+
+def _surface(vtk: Any, scene: Scene) -> Any:
+    """Actor of the faces, with normals that are shared but across creases."""
+    normals = vtk.vtkPolyDataNormals()
+    normals.SetInputData(_poly_data(vtk, scene.points, faces=scene.triangles))
+    normals.SplittingOn()
+    normals.SetFeatureAngle(_CREASE_ANGLE)
+    normals.ConsistencyOff()
+    normals.NonManifoldTraversalOff()
+    normals.Update()
+    faces = normals.GetOutput()
+    faces.GetCellData().SetScalars(vtk.numpy_to_vtk(scene.colors, deep=True))
+    actor = _actor(vtk, faces)
+    look = actor.GetProperty()
+    look.SetInterpolationToPhong()
+    look.SetColor(1, 1, 1)  # where it has no colors of its own
+    look.SetSpecularPower(20.0)
+    return actor
+
+
+def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Lines:
+    """Lines along the borders."""
+    ends, borders = np.unique(scene.borders, return_inverse=True)
+    data = _poly_data(vtk, scene.points[ends], lines=borders.reshape(-1, 2))
+    actor = _actor(vtk, data)
+    look = actor.GetProperty()
+    look.SetColor(*(channel / 255 for channel in _LINE_COLOR))
+    look.SetLineWidth(line_width * _SAMPLES)
+    look.LightingOff()
+    look.RenderLinesAsTubesOn()  # plain lines are thinner where they run diagonally
+    return _Lines(actor, data.GetPoints(), scene.points[ends], lift)
+
+
+def _poly_data(
+    vtk: Any,
+    points: npt.NDArray[np.float64],
+    *,
+    faces: npt.NDArray[np.int64] | None = None,
+    lines: npt.NDArray[np.int64] | None = None,
+) -> Any:
+    """Points, and the faces, (F, 3), or lines, (B, 2), between them."""
+    data, places = vtk.vtkPolyData(), vtk.vtkPoints()
+    places.SetData(vtk.numpy_to_vtk(points.astype(np.float32), deep=True))
+    data.SetPoints(places)
+    for corners, put in ((faces, data.SetPolys), (lines, data.SetLines)):
+        if corners is not None:
+            cells = vtk.vtkCellArray()
+            flat = corners.astype(np.int32).ravel()
+            cells.SetData(corners.shape[1], vtk.numpy_to_vtk(flat, deep=True))
+            put(cells)
+    return data
+
+
+def _actor(vtk: Any, data: Any) -> Any:
+    """Actor of the data, with the colors of its faces."""
+    mapper, actor = vtk.vtkPolyDataMapper(), vtk.vtkActor()
+    mapper.SetInputData(data)
+    mapper.SetScalarModeToUseCellData()
+    mapper.SetColorModeToDirectScalars()
+    actor.SetMapper(mapper)
+    return actor
+
+
+def _light(vtk: Any, renderer: Any) -> None:
+    """Add the lights, which move with the camera."""
+    renderer.AutomaticLightCreationOff()
+    for direction, strength in _LIGHTS:
+        light = vtk.vtkLight()
+        light.SetLightTypeToCameraLight()
+        light.SetPosition(*direction)
+        light.SetFocalPoint(0, 0, 0)
+        light.SetIntensity(strength)
+        light.PositionalOff()
+        renderer.AddLight(light)
+
+
+def _aim(vtk: Any, stage: _Stage, camera: Camera) -> None:
+    """Set the camera, and bring the lines a little nearer to it: the surface must not hide them.
+
+    Moving a point along its line of sight changes its depth but not its place in the picture.
+    """
+    if stage.lines is not None:
+        ends = stage.lines.ends
+        lifted = ends + stage.lines.lift * (camera.position - ends)
+        stage.lines.places.SetData(vtk.numpy_to_vtk(lifted.astype(np.float32), deep=True))
+    eye = stage.renderer.GetActiveCamera()
+    eye.SetPosition(*camera.position)
+    eye.SetFocalPoint(*camera.target)
+    eye.SetViewUp(*camera.up)
+    eye.SetViewAngle(2 * math.degrees(math.atan(camera.half_slope)))
+    stage.renderer.ResetCameraClippingRange()
+
+
+def _show_colors(stage: _Stage, background: tuple[int, int, int]) -> None:
+    """Show colors and lines in the light, without soft shadows."""
+    stage.renderer.SetBackground(*(channel / 255 for channel in background))
+    stage.renderer.SetUseSSAO(False)
+    stage.surface.GetMapper().ScalarVisibilityOn()
+    look = stage.surface.GetProperty()
+    look.SetAmbient(0.16)
+    look.SetDiffuse(0.95)
+    look.SetSpecular(0.08)
+    if stage.lines is not None:
+        stage.lines.actor.VisibilityOn()
+
+
+def _show_shadows(stage: _Stage) -> None:
+    """Make everything white except the shadows in creases."""
+    stage.renderer.SetBackground(1, 1, 1)
+    stage.renderer.SetUseSSAO(True)
+    stage.surface.GetMapper().ScalarVisibilityOff()
+    look = stage.surface.GetProperty()
+    look.SetAmbient(1)
+    look.SetDiffuse(0)
+    look.SetSpecular(0)
+    if stage.lines is not None:
+        stage.lines.actor.VisibilityOff()
+
+
+def _shadow_frame(frame: tuple[int, int]) -> tuple[int, int]:
+    """Width and height at which soft shadows are drawn."""
+    scale = min(max(_SHADOW_SIDE / max(frame), 0.4), _SAMPLES)
+    width, height = (math.ceil(scale * side) for side in frame)
+    return width, height
+
+
+def _shoot(vtk: Any, stage: _Stage, width: int, height: int) -> Picture:
+    """Pixels of the window, (height, width, 3), row 0 at the top."""
+    stage.window.SetSize(width, height)
+    stage.window.Render()
+    pixels = vtk.vtkUnsignedCharArray()
+    stage.window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
+    flat = vtk.vtk_to_numpy(pixels)
+    if flat.size != height * width * 3:
+        raise RenderError(f"the driver made {flat.size} samples, not {height * width * 3}")
+    return np.asarray(flat.reshape(height, width, 3)[::-1], dtype=np.uint8)
+
+
+def _combined(samples: Picture, shadows: Picture, background: tuple[int, int, int]) -> Picture:
+    """Means of blocks of samples times the shadows, which are gray and of another size.
+
+    Shadows do not spread to where there is nothing but background.
+    """
+    image, chops, blurs = (import_pillow(name) for name in ("Image", "ImageChops", "ImageFilter"))
+    lit = image.fromarray(np.ascontiguousarray(samples)).reduce(_SAMPLES)
+    gray = image.fromarray(np.ascontiguousarray(shadows[..., 0])).filter(blurs.BoxBlur(1))
+    factors = np.array(gray.resize(lit.size, image.Resampling.BILINEAR))
+    # Four bytes at a time: three would take most of the time of all this.
+    bare = np.frombuffer(bytes((*background, 255)), np.uint32)
+    packed = np.frombuffer(lit.convert("RGBA").tobytes(), np.uint32)
+    factors.ravel()[packed == bare] = 255
+    shade = image.fromarray(factors)
+    return np.asarray(chops.multiply(lit, image.merge("RGB", [shade] * 3)))

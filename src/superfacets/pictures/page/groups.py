@@ -1,0 +1,149 @@
+"""What cells of a page are colored by: regions of levels, ground truth, values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._validate import compact_partial_labels, refuse_mask
+from ..colors import region_colors
+from ..values import checked_values
+from .coding import Arrays
+from .shape import Shape
+
+__all__ = ["Feature", "Labeling", "checked_features", "checked_levels", "checked_truth"]
+
+NO_REGION = -1
+NO_VALUE = 65535
+"""What stands for NaN among values in 65534 steps."""
+
+Ints = npt.NDArray[np.int32]
+
+
+@runtime_checkable
+class Levels(Protocol):
+    """A `Hierarchy`, whose class is of a higher layer."""
+
+    @property
+    def levels(self) -> list[Ints]: ...
+
+
+LabelsLike = npt.ArrayLike | Levels | Sequence[npt.ArrayLike]
+
+
+@dataclass(frozen=True)
+class Labeling:
+    """Regions 0..K-1 of cells, and -1 where there is none."""
+
+    labels: Ints
+    ids: npt.NDArray[np.int64]  # (K,) what they were called
+
+    @property
+    def n_regions(self) -> int:
+        """Number of regions, K."""
+        return len(self.ids)
+
+    def facts(self, shape: Shape) -> dict[str, Any]:
+        """What a page says about it."""
+        is_numbered = np.array_equal(self.ids, np.arange(self.n_regions))
+        area = float(shape.areas.sum()) / shape.diagonal**2
+        return {
+            "ids": None if is_numbered else self.ids.tolist(),
+            "n_left_out": int(np.count_nonzero(self.labels == NO_REGION)),
+            "mean_area": area / max(1, self.n_regions),  # the box's diagonal is 1
+        }
+
+    def add_to(self, arrays: Arrays, name: str, shape: Shape, finer: Labeling | None) -> None:
+        """Add labels, and colors, numbers of cells and sizes of regions.
+
+        In the place of labels may stand which region each of the finer ones lies in.
+        """
+        parents = None if finer is None else self._parents(finer)
+        if parents is None:
+            arrays.add(f"{name}_labels", self.labels.view(np.uint32))
+        else:
+            arrays.add(f"{name}_parents", parents.view(np.uint32))
+        is_in = self.labels != NO_REGION
+        inside = self.labels[is_in]
+        counts = np.bincount(inside, minlength=self.n_regions)
+        sizes = np.bincount(inside, shape.measures[is_in], minlength=self.n_regions)
+        arrays.add(f"{name}_colors", region_colors(shape.graph, self.labels).ravel())
+        arrays.add(f"{name}_counts", counts.astype(np.uint32))
+        arrays.add(f"{name}_sizes", sizes.astype(np.float32).view(np.uint32))
+
+    def _parents(self, finer: Labeling) -> Ints | None:
+        """The region of each of the finer regions; None if one is in several, or cells differ."""
+        if not np.array_equal(self.labels == NO_REGION, finer.labels == NO_REGION):
+            return None
+        parents = np.empty(finer.n_regions + 1, np.int32)  # the last of no region
+        parents[finer.labels] = self.labels
+        if not np.array_equal(parents[finer.labels], self.labels):
+            return None
+        return parents[:-1]
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A value per cell, or per region of the first level."""
+
+    name: str
+    values: npt.NDArray[np.float64]  # NaN where there is none
+    of: str  # "cell" or "region"
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The lowest and the highest value; 0 and 0 where there are none."""
+        known = self.values[~np.isnan(self.values)]
+        return (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
+
+    def facts(self) -> dict[str, Any]:
+        """What a page says about it."""
+        low, high = self.range
+        n_missing = int(np.count_nonzero(np.isnan(self.values)))
+        return {
+            "name": self.name, "of": self.of, "low": low, "high": high, "n_missing": n_missing,
+        }  # fmt: skip
+
+    def steps(self) -> npt.NDArray[np.uint16]:
+        """Values in 65534 steps from the lowest to the highest."""
+        low, high = self.range
+        shares = (self.values - low) / (high - low) if high > low else self.values * 0 + 0.5
+        is_missing = np.isnan(shares)
+        steps = np.rint(np.where(is_missing, 0, shares) * (NO_VALUE - 1)).astype(np.uint16)
+        return np.where(is_missing, np.uint16(NO_VALUE), steps)
+
+
+def checked_levels(labels: LabelsLike | None, n_cells: int) -> list[Labeling]:
+    """The labelings of a page's levels; none for None."""
+    if labels is None:
+        return []
+    given: Any = labels.levels if isinstance(labels, Levels) else labels
+    refuse_mask(given, "labels")
+    if isinstance(given, (list, tuple)) and given and np.ndim(given[0]) == 1:
+        return [_checked_labeling(level, n_cells) for level in given]
+    array = np.asarray(given)
+    return [_checked_labeling(level, n_cells) for level in (array if array.ndim == 2 else [given])]
+
+
+def checked_truth(labels: npt.ArrayLike | None, n_cells: int) -> Labeling | None:
+    """The labeling of a ground truth; None for None."""
+    return None if labels is None else _checked_labeling(labels, n_cells)
+
+
+def _checked_labeling(labels: Any, n_cells: int) -> Labeling:
+    return Labeling(*compact_partial_labels(labels, n_cells))
+
+
+def checked_features(
+    features: Mapping[str, npt.ArrayLike] | None, n_cells: int, n_regions: int | None
+) -> list[Feature]:
+    """Values by name, one per cell or per region of the first level; a ValueError otherwise."""
+    found = []
+    for name, given in (features or {}).items():
+        values, of = checked_values(given, f"feature {name!r}", n_cells, n_regions)
+        found.append(Feature(str(name), values, of))
+    return found

@@ -1,0 +1,205 @@
+"""What a page draws: quantized positions, triangles or points, and edges that may be borders."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ... import _core
+from ..._validate import checked_threads
+from ...cells.face_graph import FaceGraph, build_face_graph
+from ...cells.point_graph import PointGraph, find_point_graph
+from ...cells.tet_graph import TetGraph, build_tet_graph
+from ...mesh.faces import AnyCells, FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
+from ...mesh.point_cloud import PointCloud
+from ...mesh.tet_mesh import TetMesh, signed_volumes
+from ..scene import Scene, hexagons_of
+from .coding import Arrays
+
+__all__ = ["Shape", "shape_of"]
+
+STEPS = 65535
+"""Steps from one side of the bounding box to the other: positions are right to half of one."""
+
+# Diameter of a point, in square roots of the area around it: gaps are closed, but for a few.
+_POINT_SIZE = 2.0
+
+Ints = npt.NDArray[np.int32]
+Floats = npt.NDArray[np.float64]
+
+
+class _Graph(Protocol):
+    @property
+    def offsets(self) -> npt.NDArray[np.int64]: ...
+    @property
+    def neighbors(self) -> Ints: ...
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The surface of cells as triangles, or points.
+
+    Vertices are in the order in which triangles first use them, no two at one place.
+    """
+
+    points: Floats  # (P, 3)
+    triangles: npt.NDArray[np.uint32] | None  # (T, 3); None: the points are the cells
+    sources: npt.NDArray[np.uint32] | None  # (T,) cell of each triangle; None: they are the cells
+    normals: Floats | None  # (P, 3) of points
+    measures: Floats  # (N,) area or volume of each cell
+    areas: Floats  # of what is drawn
+    graph: _Graph  # of all cells
+    outline: _Outline | None  # None: there are no borders to draw
+
+    @cached_property
+    def bounds(self) -> Floats:
+        """The lowest and the highest corner of the bounding box, (2, 3)."""
+        return np.array([self.points.min(axis=0), self.points.max(axis=0)])
+
+    @property
+    def diagonal(self) -> float:
+        """Of the bounding box; 1 where all points are one."""
+        low, high = self.bounds
+        return float(np.linalg.norm(high - low)) or 1.0
+
+    @property
+    def scene(self) -> Scene:
+        """The triangles, or some on points, in a box of diagonal 1; without colors."""
+        points, triangles = self.points, self.triangles
+        if isinstance(self.graph, PointGraph):
+            points = hexagons_of(self.graph)  # a triangle in each will do
+            triangles = np.arange(len(points), dtype=np.uint32).reshape(-1, 6)[:, ::2]
+        assert triangles is not None
+        points = (points - self.bounds.mean(axis=0)) / self.diagonal
+        none = np.empty((0, 3), np.uint8)
+        return Scene(points, triangles.astype(np.int64), none, np.empty((0, 2), np.int64), 1)
+
+    @property
+    def point_size(self) -> float:
+        """Diameter of a point of a cloud in diagonals; 0 for a mesh."""
+        if self.triangles is not None:
+            return 0.0
+        known = self.areas[self.areas > 0]
+        area = float(np.median(known)) if len(known) else 0.0
+        return _POINT_SIZE * float(np.sqrt(area)) / self.diagonal
+
+    def quantized(self) -> npt.NDArray[np.uint16]:
+        """Positions in `STEPS` of the bounding box, (P, 3)."""
+        low, high = self.bounds
+        extent = np.where(high > low, high - low, 1.0)
+        return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
+
+    def add_to(self, arrays: Arrays, labelings: Sequence[Ints]) -> None:
+        """Add what is drawn, and the edges at which one of the labelings has a border."""
+        arrays.add("positions", self.quantized(), "difference")
+        if self.triangles is not None:
+            arrays.add("triangles", self.triangles.ravel(), "newest")
+        if self.sources is not None:
+            arrays.add("sources", self.sources, "difference")
+        if self.normals is not None:
+            arrays.add("normals", _packed(self.normals))
+        if self.outline is not None and labelings:
+            arrays.add("edges", self.outline.edges(labelings), "difference")
+
+
+@dataclass(frozen=True)
+class _Outline:
+    """Where faces that are drawn meet."""
+
+    mesh: FaceMesh
+    graph: FaceGraph
+    cells: npt.NDArray[np.uint32] | None  # of each face; None: they are the cells
+    places: npt.NDArray[np.uint32]  # (V,) the drawn vertex of each vertex of the mesh
+
+    def edges(self, labelings: Sequence[Ints]) -> npt.NDArray[np.uint32]:
+        """Two drawn vertices and two cells of each edge that is between regions, (B, 4)."""
+        sources = np.repeat(
+            np.arange(self.mesh.n_faces, dtype=np.int32), np.diff(self.graph.offsets)
+        )
+        targets = self.graph.neighbors
+        is_border = np.zeros(len(targets), dtype=bool)
+        for labels in labelings:
+            of_face = labels if self.cells is None else labels[self.cells]
+            is_border |= of_face[sources] != of_face[targets]
+        kept = np.flatnonzero(is_border & (sources < targets))
+        faces, others = sources[kept], targets[kept]
+        ends = self.places[ends_of_sides(self.mesh, faces, self.graph.sides[kept])]
+        cells = np.stack([faces, others], axis=1).astype(np.uint32)
+        if self.cells is not None:
+            cells = self.cells[cells]
+        return np.concatenate([ends, cells], axis=1)
+
+
+def shape_of(cells: AnyCells) -> Shape:
+    """Return what is drawn of a mesh (the outside of tetrahedra) or of a cloud."""
+    if isinstance(cells, PointCloud):
+        return _cloud_shape(cells)
+    if isinstance(cells, TetMesh):
+        surface, tets = cells.boundary()
+        volumes = np.abs(signed_volumes(cells))
+        return _surface_shape(surface, tets.astype(np.uint32), volumes, build_tet_graph(cells))
+    return _surface_shape(cells, None, None, None)
+
+
+def _surface_shape(
+    mesh: FaceMesh,
+    cells: npt.NDArray[np.uint32] | None,
+    measures: Floats | None,
+    cell_graph: TetGraph | None,
+) -> Shape:
+    """The shape of faces, which are the cells, or lie on them."""
+    threads = checked_threads(None)
+    graph = build_face_graph(mesh)
+    areas = measure_faces(mesh, threads)[1]
+    drawn, sources = cut_into_triangles(mesh)
+    corners = _core.weld_vertices(mesh.vertices, threads)
+    used, triangles, places = _numbered_by_use(corners[drawn], mesh.n_vertices)
+    outline = _Outline(mesh, graph, cells, places[corners])
+    if sources is not None:
+        cells = sources.astype(np.uint32)
+    return Shape(
+        mesh.vertices[used], triangles, cells, None,
+        areas if measures is None else measures, areas, cell_graph or graph, outline,
+    )  # fmt: skip
+
+
+def _numbered_by_use(
+    corners: Ints, n_vertices: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+    """Vertices in the order of use, corners by their place there, and the places (0: unused)."""
+    flat = corners.ravel()
+    first = np.full(n_vertices, len(flat), dtype=np.int64)  # corner that uses each vertex first
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # of several, the last one is kept
+    is_first = np.zeros(len(flat), dtype=bool)
+    is_first[first[first < len(flat)]] = True
+    used = flat[is_first].astype(np.int64)
+    places = np.zeros(n_vertices, dtype=np.uint32)
+    places[used] = np.arange(len(used), dtype=np.uint32)
+    return used, places[corners], places
+
+
+def _cloud_shape(cloud: PointCloud) -> Shape:
+    graph: PointGraph = find_point_graph(cloud, checked_threads(None))
+    return Shape(
+        graph.positions, None, None, graph.normals, graph.measures, graph.measures, graph, None
+    )
+
+
+def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
+    """Directions in two bytes: their places on an octahedron that is folded flat."""
+    sums = np.abs(directions).sum(axis=1, keepdims=True)
+    folded = directions / np.where(sums > 0, sums, 1)
+    x, y = folded[:, 0], folded[:, 1]
+    signs = np.where(folded[:, :2] < 0, -1.0, 1.0)
+    is_below = folded[:, 2] < 0
+    x, y = (
+        np.where(is_below, (1 - np.abs(y)) * signs[:, 0], x),
+        np.where(is_below, (1 - np.abs(x)) * signs[:, 1], y),
+    )
+    low, high = (np.rint((part + 1) * 127).astype(np.uint16) for part in (x, y))
+    return np.asarray(low | (high << 8), np.uint16)

@@ -1,0 +1,320 @@
+"""Pictures with all that may stand around them: several labelings, a scale of values, turns."""
+
+from __future__ import annotations
+
+import base64
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._options import Clip
+from .._validate import checked_choice, checked_count, compact_partial_labels
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_cells
+from ..cells.region_adjacency import region_graph
+from ..io.atomic import atomic_outputs
+from ..mesh.faces import AnyCells, n_cells_of
+from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
+from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
+from .camera import View, place_camera, turned_cameras
+from .needs import import_vtk
+from .rendering import (
+    Style,
+    checked_picture_path,
+    checked_style,
+    draw_scene,
+    png_of_picture,
+    scene_of,
+    upright,
+)
+from .scene import Picture
+from .values import Floats, Scale, checked_values, scale_of
+
+__all__ = ["Plot", "plot"]
+
+_SIZE, _MOVING_SIZE = (1200, 900), (640, 480)
+
+_N_FRAMES = 60
+
+_ENDINGS = (".png", *MOVING_ENDINGS)
+
+
+@dataclass(frozen=True, eq=False)
+class Plot:
+    """One picture, or those of a turn: the result of `plot`.
+
+    In a notebook it shows itself, as the last line of a cell; ``numpy.asarray`` gives the first
+    picture.
+
+    Attributes
+    ----------
+    frames : list of ndarray of uint8, shape (height, width, 3)
+        One picture, or as many as the turn has; sRGB, row 0 at the top.
+    """
+
+    frames: list[Picture] = field(repr=False)
+
+    @property
+    def image(self) -> Picture:
+        """The first picture, (height, width, 3)."""
+        return self.frames[0]
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        """The first picture."""
+        return np.array(self.image, dtype=dtype, copy=copy is not False)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write a .png, or a .gif or .mp4 of a turn, and return its path.
+
+        The file is complete or not there: an existing one is replaced at the very end.
+
+        Raises
+        ------
+        ValueError
+            If the path has another ending, or that of a turn where there is one picture.
+        RenderError
+            If the path ends in .mp4 and imageio-ffmpeg is not installed.
+        OSError
+            If the file cannot be written.
+        """
+        target = _checked_target(path, len(self.frames))
+        with atomic_outputs([target]) as (partial,):
+            if target.suffix.lower() == ".mp4":
+                write_video(self.frames, partial)
+            else:
+                partial.write_bytes(self._content())
+        return target
+
+    def _content(self) -> bytes:
+        return png_of_picture(self.image) if len(self.frames) == 1 else gif_of(self.frames)
+
+    def _repr_png_(self) -> bytes | None:
+        """The picture; None of a turn, which HTML shows."""
+        return self._content() if len(self.frames) == 1 else None
+
+    def _repr_html_(self) -> str | None:
+        """The turn; None of one picture."""
+        if len(self.frames) == 1:
+            return None
+        data = base64.b64encode(self._content()).decode("ascii")
+        return f'<img alt="A mesh that turns" src="data:image/gif;base64,{data}">'
+
+
+def plot(
+    cells: MeshLike | CloudLike,
+    labels: npt.ArrayLike | None = None,
+    *,
+    output: str | os.PathLike[str] | None = None,
+    compare: Sequence[npt.ArrayLike] = (),
+    titles: Sequence[str] | None = None,
+    colors: npt.ArrayLike | None = None,
+    color_by: npt.ArrayLike | str | None = None,
+    scale_title: str | None = None,
+    size: tuple[int, int] | None = None,
+    view: View | str | None = None,
+    n_frames: int | None = None,
+    border_width: float | None = None,
+    background: str = "white",
+    clip: Clip | None = None,
+) -> Plot:
+    """Return a picture of cells and their regions: one or several labelings, still or turning.
+
+    It is what `render` draws, with more around it: labelings side by side, colors by value with
+    their scale, a turn around the axis that points up. Regions that touch have colors that
+    color-blind people tell apart, too. No display is needed. Time is linear in cells, in pixels,
+    and in pictures.
+
+    Parameters
+    ----------
+    cells : Mesh or mesh-like, PointCloud or cloud-like
+        As for `segment`. Points are drawn as small hexagons on the surface, without borders.
+    labels : array_like of integers, shape (N,), optional
+        Region of each cell, any numbers; -1 where there is none, which is gray. Without labels a
+        mesh is plain, and a cloud has its own colors, if it has any.
+    output : path, optional
+        Where to write the picture, as .png; or a turn, as .gif or .mp4.
+    compare : sequence of array_like of integers, shape (N,) each
+        More labelings of the same cells, drawn to the right from the same point of view.
+    titles : sequence of str, optional
+        One for each labeling, above it.
+    colors : array_like of uint8, shape (N, 3), optional
+        Color of each cell, sRGB; by default `face_colors`.
+    color_by : array_like of numbers, shape (N,) or (K,), or str, optional
+        What cells are colored by instead: a value per cell; a value per region, in the order of
+        their numbers, if there is one labeling; or a column of `RegionGraph.table` by name, such as
+        ``"area"``. Blue is lowest, yellow highest, and gray what is NaN or in no region. Below
+        stands the scale, which is the same for all labelings.
+    scale_title : str, optional
+        What stands above the scale; by default the name of the column.
+    size : (int, int), optional
+        Width and height of each labeling's picture in pixels, at most 8192 each, with title and
+        scale. By default (1200, 900), and (640, 480) of a turn.
+    view : View or str, optional
+        Where the cells are seen from, or the name of a view as for `View.named`: "front", "top",
+        "iso" ... By default from the right and a little above. A turn begins there.
+    n_frames : int, optional
+        Number of pictures of one turn, which takes about 5 seconds. By default 60 if `output` is a
+        .gif or .mp4, and otherwise 1, which does not turn.
+    border_width : float, optional
+        As for `render`: pixels, 0 for none, by default in proportion to the regions.
+    background : str, default "white"
+        Name that CSS knows, or "#rrggbb", of a color.
+    clip : {"x", "-x", "y", "-y", "z", "-z"}, optional
+        Which half of a `TetMesh` is shown, as for `render`. By default the outside of all.
+
+    Returns
+    -------
+    Plot
+        With ``image``, ``frames`` and ``save(path)``; it shows itself in a notebook.
+
+    Raises
+    ------
+    MeshError
+        If the cells are not valid.
+    ValueError, TypeError
+        If another argument is not as described.
+    MissingExtraError
+        If VTK or Pillow, which come with PyVista, are not installed.
+    RenderError
+        If VTK cannot be loaded, this machine has no OpenGL, or there is no imageio-ffmpeg for an
+        .mp4; the message says what to install.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> plot(square, [0, 1], view="front", size=(160, 120)).image.shape  # doctest: +SKIP
+    (120, 160, 3)
+    """
+    whole = as_cells(cells)
+    n = _n_frames(n_frames, output)
+    path = None if output is None else _checked_target(output, n)
+    series = [labels, *compare]
+    _check_titles(titles, len(series))
+    if color_by is not None and colors is not None:
+        raise ValueError("colors are given already: color_by makes others")
+    style = checked_style(
+        size or (_SIZE if n == 1 else _MOVING_SIZE), view, border_width, background
+    )
+    import_vtk()
+    shades, scale = [colors] * len(series), None
+    if color_by is not None:
+        shades, scale = _colors_by(whole, series, color_by, scale_title)
+    frames = _draw_side_by_side(_Panels(whole, series, shades, clip), style, n, titles, scale)
+    plotted = Plot(frames)
+    if path is not None:
+        plotted.save(path)
+    return plotted
+
+
+def _n_frames(given: int | None, output: str | os.PathLike[str] | None) -> int:
+    """Number of pictures: one, unless it turns."""
+    if given is not None:
+        return checked_count(given, "n_frames")
+    is_moving = output is not None and Path(output).suffix.lower() in MOVING_ENDINGS
+    return _N_FRAMES if is_moving else 1
+
+
+def _checked_target(output: str | os.PathLike[str], n_frames: int) -> Path:
+    """Path of a file for so many pictures, which this machine can write."""
+    path = checked_picture_path(output, _ENDINGS)
+    is_moving = path.suffix.lower() in MOVING_ENDINGS
+    if is_moving and n_frames == 1:
+        raise ValueError(f"{path.name!r} is for a turn, of n_frames 2 or more; got 1")
+    if n_frames > 1 and not is_moving:
+        raise ValueError(f"{path.name!r} holds one picture; a turn is written as .gif or .mp4")
+    if path.suffix.lower() == ".mp4":
+        check_video()
+    return path
+
+
+def _check_titles(titles: Sequence[str] | None, n: int) -> None:
+    if titles is not None and (isinstance(titles, str) or len(titles) != n):
+        raise ValueError(f"titles must be {n}, one for each labeling, got {titles!r}")
+
+
+def _colors_by(
+    cells: AnyCells, series: Sequence[Any], color_by: Any, title: str | None
+) -> tuple[list[Any], Scale]:
+    """Colors of cells for each labeling, and what they stand for."""
+    if isinstance(color_by, str) and title is None:
+        title = color_by.replace("_", " ")
+    values = [_values_of(cells, labels, color_by, len(series)) for labels in series]
+    scale = scale_of(values, title or "")
+    return [scale.colors(row) for row in values], scale
+
+
+def _values_of(cells: AnyCells, labels: Any, color_by: Any, n_series: int) -> Floats:
+    """A value for each cell; NaN where there is none, and where it is in no region."""
+    n_cells = n_cells_of(cells)
+    if labels is None:
+        if isinstance(color_by, str):
+            raise ValueError(f"color_by {color_by!r} is a column of regions: it needs labels")
+        return checked_values(color_by, "color_by", n_cells, None)[0]
+    compact, ids = compact_partial_labels(labels, n_cells)
+    if isinstance(color_by, str):
+        table = region_graph(cells, compact).table()
+        checked_choice(color_by, "color_by", tuple(table))
+        values = np.asarray(table[color_by], dtype=np.float64)
+    else:
+        n_regions = len(ids) if n_series == 1 else None
+        values, of = checked_values(color_by, "color_by", n_cells, n_regions)
+        if of == "cell":
+            return np.where(compact < 0, np.nan, values)
+    return np.append(values, np.nan)[compact]
+
+
+@dataclass(frozen=True)
+class _Panels:
+    """What is drawn side by side."""
+
+    cells: AnyCells
+    series: Sequence[Any]  # labels of each
+    colors: Sequence[Any]  # of cells; None for those of regions
+    clip: Clip | None
+
+
+def _draw_side_by_side(
+    panels: _Panels,
+    style: Style,
+    n_frames: int,
+    titles: Sequence[str] | None,
+    scale: Scale | None,
+) -> list[Picture]:
+    """The panels from each camera, between their titles and the scale."""
+    width, height = style.frame
+    count = len(panels.series)
+    above, below = [], []
+    if titles is not None:
+        strip_height = round(TITLE_SHARE * height)
+        above.append(title_strip(titles, width, strip_height, style.background))
+        height -= strip_height
+    if scale is not None:
+        strip_height = round(SCALE_SHARE * style.frame[1])
+        below.append(scale_strip(scale, width * count, strip_height, style.background))
+        height -= strip_height
+    inner = replace(style, frame=(width, height))
+    columns = _drawn(panels, inner, n_frames)
+    rows = [np.concatenate(row, axis=1) for row in zip(*columns, strict=True)]
+    return [np.concatenate([*above, row, *below]) for row in rows]
+
+
+def _drawn(panels: _Panels, style: Style, n_frames: int) -> list[list[Picture]]:
+    """The pictures of each panel, all from the same cameras."""
+    columns, cameras = [], None
+    for labels, colors in zip(panels.series, panels.colors, strict=True):
+        scene = scene_of(panels.cells, labels, colors, panels.clip)
+        if cameras is None:
+            view = upright(style.view, scene)
+            if n_frames == 1:
+                cameras = [place_camera(scene.points, view, style.aspect)]
+            else:
+                cameras = turned_cameras(scene.points, view, style.aspect, n_frames)
+        columns.append(draw_scene(scene, cameras, style))
+    return columns

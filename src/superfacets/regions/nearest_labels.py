@@ -1,0 +1,132 @@
+"""Stage 5: labels of one mesh or cloud, carried to another or to points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_classes, checked_threads
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_cells
+from ..cells.cell_graph import CellGraph
+from ..cells.majority import weighted_majority
+from ..cells.nearest import checked_distance, nearest_cells, query_points
+from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..mesh.samples import sample_faces
+from ..mesh.tet_mesh import TetMesh
+
+__all__ = ["transfer"]
+
+_ROUNDING = 8 * np.finfo(np.float64).eps
+"""Of the largest coordinate: how far centroids may lie beside the faces that they are of."""
+
+Ints = npt.NDArray[np.int32]
+
+
+def transfer(
+    mesh: MeshLike | CloudLike | CellGraph,
+    labels: npt.ArrayLike,
+    target: MeshLike | CloudLike | CellGraph,
+    *,
+    max_distance: float | None = None,
+    n_threads: int | None = None,
+) -> Ints:
+    """Return labels for points, or for the cells of another mesh, by what is nearest.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or mesh-like
+        Where the labels are, as for `segment`. What counts is the distance to the nearest point of
+        a face (not to its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the
+        position of a cell of a graph.
+    labels : array_like of int, shape (N,)
+        One per face, point or tetrahedron, of any meaning, 0 and up; -1 where there is none.
+    target : array_like, shape (M, 3), or mesh or cloud like `mesh`
+        Points, finite (there may be none); or another mesh of the same object, coarser or finer.
+        Points, tetrahedra (at their centroids) and the cells of a graph get the label of what is
+        nearest. A face gets the label that most of its area has: each of its triangles is sampled
+        at the centroids of up to 64 equal parts, more where it is large beside the faces of
+        `mesh`, and at its centroid where it is as small as those.
+    max_distance : float, optional
+        Beyond this distance (but for rounding errors) there is no label, >= 0, in the unit of the
+        meshes, which have to lie in the same place.
+    n_threads : int, optional
+        As for `segment`. The labels do not depend on it.
+
+    Returns
+    -------
+    ndarray of int32, shape (M,)
+        One label per point or cell of the target; -1 beyond `max_distance` and where the nearest
+        has none. Of equally near cells the lowest counts, of labels with equal area the lowest.
+
+    Raises
+    ------
+    MeshError
+        If a mesh is not valid, or points are not finite or not of shape (M, 3).
+    ValueError, TypeError
+        If the labels are not integers of -1 and up, one per cell, or another parameter is out of
+        range or of the wrong type.
+
+    See Also
+    --------
+    nearest_faces : the nearest faces themselves, with distances.
+    vertex_labels : labels of the vertices of the same mesh.
+
+    Notes
+    -----
+    O(N log N) for a tree of boxes, O(log N) for a point near the surface, and about
+    N + M + 2 sqrt(N M) points for a mesh of M faces.
+
+    Examples
+    --------
+    >>> from superfacets import Mesh
+    >>> square = Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> transfer(square, [7, 4], [[0.9, 0.1, 0.01], [0.1, 0.9, 0], [0, 5, 0]], max_distance=1)
+    array([ 7,  4, -1], dtype=int32)
+    """
+    threads = checked_threads(n_threads)
+    limit = checked_distance(max_distance)
+    source = mesh if isinstance(mesh, CellGraph) else as_cells(mesh)
+    n_cells = source.n_cells if isinstance(source, CellGraph) else n_cells_of(source)
+    given = checked_classes(labels, n_cells, "labels")
+
+    goal = _as_target(target)
+    limit += _ROUNDING * _largest_coordinate(source)
+
+    def labels_at(points: npt.NDArray[np.float64]) -> Ints:
+        nearest = nearest_cells(source, points, limit, threads).faces
+        return np.append(given, np.int32(-1))[nearest]  # -1 stays -1
+
+    if isinstance(goal, np.ndarray):
+        return labels_at(goal)
+    samples = sample_faces(goal, n_cells, threads)
+    found = labels_at(samples.points)
+    return weighted_majority(samples.faces, found, samples.areas, goal.n_faces)
+
+
+def _largest_coordinate(source: AnyCells | CellGraph) -> float:
+    return float(np.abs(source.bounds).max())
+
+
+def _as_target(target: Any) -> Any:
+    """A mesh of faces, or the points that stand for the cells of anything else, (M, 3)."""
+    if isinstance(target, CellGraph):
+        return query_points(target.positions)
+    if isinstance(target, np.ndarray) or _is_list_of_points(target):
+        return query_points(target)
+    cells: AnyCells = as_cells(target)
+    if isinstance(cells, PointCloud):
+        return query_points(cells.points)
+    if isinstance(cells, TetMesh):
+        return query_points(cells.vertices[cells.tets].mean(axis=1))
+    return cells
+
+
+def _is_list_of_points(target: Any) -> bool:
+    """Whether this is a list of points, not a pair of vertices and faces."""
+    if not isinstance(target, (list, tuple)):
+        return False
+    return len(target) != 2 or np.ndim(target[0]) == 1

@@ -1,0 +1,400 @@
+"""Stage 5: values of cells, pooled to regions and spread to cells again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import (
+    checked_choice,
+    checked_classes,
+    checked_nonnegative_array,
+    checked_partial_labels,
+    checked_threads,
+    refuse_mask,
+)
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_cells
+from ..cells.cell_graph import CellGraph
+from ..cells.majority import weighted_majority
+from ..cells.measures import measures_of
+from ..mesh.faces import AnyCells, n_cells_of
+from .vertices import corner_groups
+
+__all__ = ["Pooling", "pool", "snap", "unpool"]
+
+Ints = npt.NDArray[np.int32]
+Floats = npt.NDArray[np.float64]
+
+Pooling = Literal["mean", "sum", "max", "min", "majority"]
+_POOLINGS = ("mean", "sum", "max", "min", "majority")
+
+_ROWS_AT_ONCE = 1 << 14
+"""Rows gathered at a time, of whole regions: with 64 numbers each they fit in a cache of 8 MB."""
+
+
+def pool(
+    values: npt.ArrayLike,
+    labels: npt.ArrayLike,
+    *,
+    how: Pooling = "mean",
+    cells: MeshLike | CloudLike | CellGraph | None = None,
+    measures: npt.ArrayLike | None = None,
+) -> npt.NDArray[Any]:
+    """Return one value, or one row of values, per region.
+
+    Parameters
+    ----------
+    values : array_like of numbers or bools, shape (N,) or (N, F)
+        Per cell. With ``cells`` that have vertices, also per vertex, shape (V,) or (V, F): the
+        value of a vertex then counts once for each corner of a cell that it is, with an equal share
+        of the area of that cell. As many values as cells are values of cells.
+    labels : array_like of int, shape (N,)
+        Regions 0..K-1, each at least once. Cells labeled -1 are ignored.
+    how : {"mean", "sum", "max", "min", "majority"}
+        ``"mean"`` and ``"sum"`` weight each value by the area of its cell, or by 1 if there are
+        neither cells nor measures; the sum is then an integral over the region. ``"max"`` and
+        ``"min"`` do not depend on areas. ``"majority"``, of integers or bools alone, is the value
+        with the most area, the lowest of equals; -1 stands for an unknown value, and is the result
+        only where nothing else is known.
+    cells : Mesh or mesh-like, or CellGraph, optional
+        What the labels are of, as for `segment`: gives the areas (volumes of tetrahedra).
+    measures : array_like, shape (N,), optional
+        The areas themselves, >= 0, instead of ``cells``.
+
+    Returns
+    -------
+    ndarray, shape (K,) or (K, F)
+        float64 for means and sums; else of the type of `values`. The mean of a region whose cells
+        have no area counts them all alike. A NaN makes NaN of the mean, sum, maximum and minimum of
+        its region. The mean of equal numbers is that number exactly.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If values, labels or measures do not fit each other or are of a wrong type, `how` is
+        unknown, or both ``cells`` and ``measures`` are given.
+
+    See Also
+    --------
+    unpool : the way back.
+    snap : the majority of labels, as labels of cells.
+
+    Notes
+    -----
+    O(N log N) for an order of the labels and O(N F) for the values. Sums are in double precision
+    and in an order that does not change.
+
+    Examples
+    --------
+    >>> pool([1.0, 3.0, 5.0], [0, 0, 1])
+    array([2., 5.])
+    >>> pool([1.0, 3.0, 5.0], [0, 0, 1], measures=[3.0, 1.0, 1.0])
+    array([1.5, 5. ])
+    >>> pool([7, 2, 4], [0, 0, -1], how="max")
+    array([7])
+    """
+    checked_choice(how, "how", _POOLINGS)
+    table = _checked_values(values, how)
+    source = _checked_source(cells, measures)
+    array, n_regions = checked_partial_labels(labels, _count(labels, source))
+    needs_weights = how not in ("max", "min")
+    weights = _weights_of(source, measures, len(array)) if needs_weights else None
+    members = _members_of(table, array, n_regions, weights, source)
+    columns = table[:, np.newaxis] if table.ndim == 1 else table
+    if how == "majority":
+        pooled = [_majorities(column, members) for column in columns.T]
+        return np.stack(pooled, axis=-1).reshape(n_regions, *table.shape[1:])
+    reduce = {"mean": _means, "sum": _sums, "max": _highest, "min": _lowest}[how]
+    return reduce(columns, members).reshape(n_regions, *table.shape[1:])
+
+
+def unpool(
+    values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = None
+) -> npt.NDArray[Any]:
+    """Return the value, or row of values, of its region for each cell.
+
+    Parameters
+    ----------
+    values : array_like, shape (K,) or (K, F)
+        Per region; there may be regions that no cell is in.
+    labels : array_like of int, shape (N,)
+        Region of each cell, -1 to K - 1.
+    fill : number, optional
+        For cells labeled -1. If not given, NaN for floats and -1 for signed integers.
+
+    Returns
+    -------
+    ndarray, shape (N,) or (N, F)
+        Of the type of `values`.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If labels are not integers from -1 to K - 1, or there are cells labeled -1 and the type of
+        the values cannot hold `fill`.
+
+    Examples
+    --------
+    >>> unpool([1.5, 5.0], [0, 0, 1, -1])
+    array([1.5, 1.5, 5. , nan])
+    """
+    refuse_mask(values, "values")
+    table = np.asarray(values)
+    if table.ndim == 0:
+        raise ValueError("values must have one value or row per region, got a number")
+    array = checked_classes(labels, np.size(labels), "labels")
+    if array.max(initial=-1) >= len(table):
+        place = int(np.argmax(array))
+        raise ValueError(f"labels[{place}] is {array[place]} but there are {len(table)} values")
+    is_outside = array < 0
+    if not is_outside.any():
+        return table[array]
+    missing = _checked_fill(fill, table.dtype)
+    if not len(table):
+        return np.full((len(array), *table.shape[1:]), missing)
+    spread: npt.NDArray[Any] = table[array]
+    spread[is_outside] = missing
+    return spread
+
+
+def snap(
+    noisy_labels: npt.ArrayLike,
+    regions: npt.ArrayLike,
+    *,
+    cells: MeshLike | CloudLike | CellGraph | None = None,
+) -> Ints:
+    """Return labels of cells by vote of their regions: noise within a region disappears.
+
+    Parameters
+    ----------
+    noisy_labels : array_like of int, shape (N,)
+        Of any meaning, 0 and up, as a network predicts them; gaps are allowed. -1 where a label is
+        unknown: such cells do not vote, and get the label of their region.
+    regions : array_like of int, shape (N,)
+        Regions 0..K-1, each at least once, as `segment` gives them. Cells in region -1 belong to
+        none: they do not vote and keep their labels.
+    cells : Mesh or mesh-like, or CellGraph, optional
+        What the labels are of: each cell votes with its area (volume). Without, all count alike.
+
+    Returns
+    -------
+    ndarray of int32, shape (N,)
+        The label with the most area in the region of each cell, the lowest of equals; -1 in
+        regions where no cell has a label.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If labels are not integers of -1 and up, one per cell, or regions have gaps.
+
+    Examples
+    --------
+    >>> snap([4, 4, 9, -1, 9, 2], [0, 0, 0, 0, 1, -1])
+    array([4, 4, 4, 4, 9, 2], dtype=int32)
+    """
+    source = _checked_source(cells, None)
+    array, n_regions = checked_partial_labels(regions, _count(regions, source), "regions")
+    noisy = checked_classes(noisy_labels, len(array), "noisy_labels")
+    weights = _weights_of(source, None, len(array))
+    members = _members_of(noisy, array, n_regions, weights, None)
+    winners = _majorities(noisy, members)
+    is_inside = array >= 0
+    noisy[is_inside] = winners[array[is_inside]]
+    return noisy
+
+
+@dataclass(frozen=True, eq=False)
+class _Members:
+    """What belongs to regions, sorted by region."""
+
+    regions: npt.NDArray[np.integer]  # of each member
+    rows: npt.NDArray[np.integer]  # of the values of each member
+    weights: Floats | None  # of each member; None: all alike
+    starts: npt.NDArray[np.int64]  # (K + 1,); no region is empty
+
+    @property
+    def n_regions(self) -> int:
+        return len(self.starts) - 1
+
+    def blocks(self) -> Iterator[tuple[slice, slice, npt.NDArray[np.int64]]]:
+        """Regions, their members, and where each region begins among these."""
+        first = 0
+        while first < self.n_regions:
+            end = self.starts[first] + _ROWS_AT_ONCE
+            last = max(first + 1, int(np.searchsorted(self.starts, end, side="right")) - 1)
+            begin = self.starts[first]
+            yield (
+                slice(first, last),
+                slice(begin, self.starts[last]),
+                self.starts[first:last] - begin,
+            )
+            first = last
+
+
+def _members_of(
+    values: npt.NDArray[Any],
+    labels: Ints,
+    n_regions: int,
+    weights: Floats | None,
+    source: AnyCells | CellGraph | None,
+) -> _Members:
+    """Cells, or corners of cells where there is one value per vertex."""
+    rows: npt.NDArray[np.integer] | None = None
+    if len(values) != len(labels):
+        n_vertices = getattr(source, "n_vertices", None)
+        if len(values) != n_vertices:
+            also = "" if n_vertices is None else f" and {n_vertices} vertices"
+            raise ValueError(f"there are {len(values)} values for {len(labels)} cells{also}")
+        rows, sizes = corner_groups(source)  # type: ignore[arg-type]  # it has vertices
+        labels = np.repeat(labels, sizes)
+        weights = None if weights is None else np.repeat(weights / sizes, sizes)
+    order = np.argsort(labels, kind="stable")[np.count_nonzero(labels < 0) :]
+    sorted_labels = labels[order]
+    starts = np.concatenate([[0], np.cumsum(np.bincount(sorted_labels, minlength=n_regions))])
+    return _Members(
+        sorted_labels,
+        order if rows is None else rows[order],
+        None if weights is None else weights[order],
+        starts.astype(np.int64),
+    )
+
+
+def _means(table: npt.NDArray[Any], members: _Members) -> Floats:
+    means = np.empty((members.n_regions, table.shape[1]))
+    weights = _positive_weights(members)
+    with np.errstate(invalid="ignore", over="ignore"):  # of infinite values
+        for regions, inside, starts in members.blocks():
+            part = table[members.rows[inside]].astype(np.float64, copy=False)
+            # Differences from one of the values: equal values then have exactly that mean.
+            base = np.where(np.isfinite(part[starts]), part[starts], 0.0)
+            part -= np.repeat(base, np.diff(starts, append=len(part)), axis=0)
+            part *= weights[inside, np.newaxis]
+            totals = np.add.reduceat(weights[inside], starts)
+            means[regions] = base + np.add.reduceat(part, starts) / totals[:, np.newaxis]
+    return means
+
+
+def _positive_weights(members: _Members) -> Floats:
+    """Weights of the members, 1 in regions where all are 0."""
+    if members.weights is None:
+        return np.ones(len(members.rows))
+    highest = np.zeros(members.n_regions)
+    np.maximum.at(highest, members.regions, members.weights)
+    return np.where(highest[members.regions] > 0, members.weights, 1.0)
+
+
+def _sums(table: npt.NDArray[Any], members: _Members) -> Floats:
+    sums = np.empty((members.n_regions, table.shape[1]))
+    with np.errstate(invalid="ignore", over="ignore"):
+        for regions, inside, starts in members.blocks():
+            part = table[members.rows[inside]].astype(np.float64, copy=False)
+            if members.weights is not None:
+                part *= members.weights[inside, np.newaxis]
+            sums[regions] = np.add.reduceat(part, starts)
+    return sums
+
+
+def _highest(table: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]:
+    return _extremes(np.maximum, table, members)
+
+
+def _lowest(table: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]:
+    return _extremes(np.minimum, table, members)
+
+
+def _extremes(operation: np.ufunc, table: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]:
+    extremes = np.empty((members.n_regions, table.shape[1]), table.dtype)
+    for regions, inside, starts in members.blocks():
+        extremes[regions] = operation.reduceat(table[members.rows[inside]], starts)
+    return extremes
+
+
+def _majorities(column: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]:
+    """The value with the most weight in each region; -1 where none is known."""
+    votes, names = _codes(column[members.rows])
+    regions, weights = members.regions, members.weights
+    if weights is None:
+        weights = np.ones(len(votes))
+    is_known = votes >= 0
+    if not is_known.all():
+        regions, votes, weights = regions[is_known], votes[is_known], weights[is_known]
+    winners = weighted_majority(regions, votes, weights, members.n_regions)
+    return winners.astype(column.dtype) if names is None else names[winners]
+
+
+def _codes(values: npt.NDArray[Any]) -> tuple[Ints, npt.NDArray[Any] | None]:
+    """Integers as int32 in their order, with -1 for -1 alone, and what the others stand for.
+
+    They stand for themselves where None is returned.
+    """
+    low, high = (int(values.min()), int(values.max())) if len(values) else (0, 0)
+    if low >= -1 and high <= np.iinfo(np.int32).max:
+        return values.astype(np.int32), None
+    names, codes = np.unique(values, return_inverse=True)
+    if low < 0:
+        codes[values == -1] = -1
+        names = np.append(names, -1)  # the last one is what -1 stands for
+    return codes.astype(np.int32), names
+
+
+def _checked_values(values: npt.ArrayLike, how: str) -> npt.NDArray[Any]:
+    """Numbers or bools, one or a row of them per cell."""
+    refuse_mask(values, "values")
+    array = np.asarray(values)
+    if array.ndim not in (1, 2):
+        raise ValueError(f"values must have shape (N,) or (N, F), got {array.shape}")
+    if how == "majority":
+        if array.size and array.dtype.kind not in "biu":
+            raise TypeError(f"the majority is of integers or bools, got {array.dtype}")
+    elif array.dtype.kind not in "biuf":
+        raise TypeError(f"values must be numbers, got {array.dtype}")
+    return array
+
+
+def _checked_source(cells: Any, measures: Any) -> AnyCells | CellGraph | None:
+    if cells is not None and measures is not None:
+        raise ValueError("give cells or measures, not both: cells have measures of their own")
+    if cells is None or isinstance(cells, CellGraph):
+        return cells
+    return as_cells(cells)
+
+
+def _count(labels: npt.ArrayLike, source: AnyCells | CellGraph | None) -> int:
+    """The number of labels that there must be."""
+    if source is None:
+        return int(np.size(labels))
+    return source.n_cells if isinstance(source, CellGraph) else n_cells_of(source)
+
+
+def _weights_of(
+    source: AnyCells | CellGraph | None, measures: npt.ArrayLike | None, n_cells: int
+) -> Floats | None:
+    threads = checked_threads(None)
+    if measures is not None:
+        return checked_nonnegative_array(measures, n_cells, "measures", "cell", threads)
+    return None if source is None else measures_of(source, threads)
+
+
+def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+    """What stands for no value, in the type of the values; a ValueError if that cannot hold it."""
+    if fill is None:
+        fill = np.nan if dtype.kind == "f" else -1
+    given = np.asarray(fill)
+    with np.errstate(invalid="ignore", over="ignore"):
+        held = given.astype(dtype)
+    is_of_kind = dtype.kind in "iufc" or given.dtype.kind == dtype.kind
+    is_changed = dtype.kind not in "fc" and not np.array_equal(held, given)
+    if is_changed or not is_of_kind:
+        raise ValueError(
+            f"there are cells labeled -1, and {dtype} cannot hold {fill}: give a fill= that it can"
+        )
+    return held

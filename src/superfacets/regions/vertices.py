@@ -1,0 +1,117 @@
+"""Stage 5: labels of vertices from labels of cells."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._validate import checked_classes, checked_threads, ranked_labels
+from ..adapters.clouds import CloudLike
+from ..adapters.convert import MeshLike, as_cells
+from ..cells.majority import weighted_majority
+from ..cells.measures import measures_of
+from ..mesh.faces import AnyCells, AnyMesh, corners_in_a_row, face_sizes, n_cells_of
+from ..mesh.point_cloud import PointCloud
+from ..mesh.tet_mesh import TetMesh
+
+__all__ = ["corner_groups", "vertex_ids", "vertex_labels"]
+
+
+def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> npt.NDArray[np.int32]:
+    """Return one label per vertex: that of most of the area around it.
+
+    Parameters
+    ----------
+    mesh : Mesh, PolygonMesh, TetMesh or mesh-like
+        As for `segment`. The vertices of a point cloud are its cells: they keep their labels.
+    labels : array_like of int, shape (N,)
+        One per face or tetrahedron; -1 where a cell has none. Gaps are allowed.
+
+    Returns
+    -------
+    ndarray of int32, shape (V,)
+        For each vertex, the label with the largest sum of the areas (volumes of tetrahedra) of its
+        cells; the lowest of equals, also where all areas are 0. Cells labeled -1 do not count. -1
+        where no labeled cell has the vertex. Vertices are those of the mesh: two at one position
+        are two, and a polygon that passes through a vertex twice counts twice.
+
+    Raises
+    ------
+    MeshError
+        If the mesh is not valid.
+    ValueError, TypeError
+        If the labels are not integers of -1 and up, one per cell.
+
+    Notes
+    -----
+    Linear in the number of corners but for a sort of those at borders between labels.
+
+    Examples
+    --------
+    Two triangles of one square, and a vertex that no face has:
+
+    >>> from superfacets import Mesh
+    >>> corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [9, 9, 9]]
+    >>> vertex_labels(Mesh(corners, [[0, 1, 2], [0, 2, 3]]), [7, 4])
+    array([ 4,  7,  4,  4, -1], dtype=int32)
+    """
+    cells = as_cells(mesh)
+    array = checked_classes(labels, n_cells_of(cells), "labels")
+    if isinstance(cells, PointCloud):
+        return array
+    vertices, sizes = corner_groups(cells)
+    weights = np.repeat(measures_of(cells, checked_threads(None)), sizes)
+    of_corners = np.repeat(array, sizes)
+    if array.min() < 0:
+        kept = of_corners >= 0
+        vertices, of_corners, weights = vertices[kept], of_corners[kept], weights[kept]
+    return weighted_majority(vertices, of_corners, weights, cells.n_vertices)
+
+
+def vertex_ids(cells: AnyCells, labels: npt.NDArray[np.integer[Any]]) -> npt.NDArray[np.int64]:
+    """Return an id for each vertex: its label, by `vertex_labels`, but all regions have a vertex.
+
+    A region that has most of the area around no vertex gets the first of its corners of which the
+    region has others; none, if there is no such corner. A vertex that no cell has gets an id of its
+    own, behind the labels. Labels are 0 and up, gaps allowed.
+    """
+    if isinstance(cells, PointCloud):
+        return labels.astype(np.int64)
+    ranks, names = ranked_labels(labels)
+    of_vertices = vertex_labels(cells, ranks)
+    _give_vertices(of_vertices, cells, ranks, len(names))
+    ids = names.astype(np.int64)[of_vertices]
+    alone = np.flatnonzero(of_vertices < 0)
+    ids[alone] = int(names[-1]) + 1 + np.arange(len(alone))
+    return ids
+
+
+def _give_vertices(
+    of_vertices: npt.NDArray[np.int32], cells: AnyMesh, labels: npt.NDArray[np.int32], n: int
+) -> None:
+    """Give a vertex to each of the n regions that has none, where another has one to spare."""
+    counts = np.bincount(of_vertices[of_vertices >= 0], minlength=n)
+    lost = np.flatnonzero(counts == 0)
+    if not len(lost):
+        return
+    vertices, sizes = corner_groups(cells)
+    of_corners = np.repeat(labels, sizes)
+    places = np.flatnonzero(np.isin(of_corners, lost))
+    places = places[np.argsort(of_corners[places], kind="stable")]
+    starts = np.searchsorted(of_corners[places], lost)
+    for region, corners in zip(lost.tolist(), np.split(vertices[places], starts[1:]), strict=True):
+        own = np.unique(corners)
+        spare = own[counts[of_vertices[own]] > 1]
+        if len(spare):
+            counts[of_vertices[spare[0]]] -= 1
+            counts[region] = 1
+            of_vertices[spare[0]] = region
+
+
+def corner_groups(mesh: AnyMesh) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64] | int]:
+    """Vertices of the corners of all cells in a row, and the number of corners of each cell."""
+    if isinstance(mesh, TetMesh):
+        return mesh.tets.ravel(), 4
+    return corners_in_a_row(mesh), face_sizes(mesh)

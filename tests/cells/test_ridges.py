@@ -1,0 +1,212 @@
+"""Ridges: sharp convex edges between faces that are flat beside them."""
+
+import math
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets as sf
+from superfacets import Mesh, build_face_graph, crease_weights, reference
+from superfacets.mesh.quarters import split_in_four
+
+QUADS = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+
+
+def prices(mesh, **options):
+    """What creases add to each arc, in units where a concave turn by theta adds theta."""
+    graph = build_face_graph(mesh)
+    options = {"alpha": math.pi, **options}
+    priced = crease_weights(mesh, graph, graph.diagonal, **options)
+    return priced - crease_weights(mesh, graph, graph.diagonal, alpha=0.0)
+
+
+def is_ridge(mesh):
+    return prices(mesh) != prices(mesh, ridges=0.0)
+
+
+def subdivided(mesh, times=1):
+    arrays = (mesh.vertices, mesh.faces)
+    for _ in range(times):
+        arrays = split_in_four(*arrays)
+    return Mesh(*arrays)
+
+
+def ball(times):
+    """An octahedron whose faces were split `times` over, on the unit sphere: 8 * 4**times faces."""
+    corners = np.concatenate([np.eye(3), -np.eye(3)])
+    faces = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+    mesh = subdivided(Mesh(corners, faces), times)
+    return Mesh(mesh.vertices / np.linalg.norm(mesh.vertices, axis=1, keepdims=True), mesh.faces)
+
+
+def bent_strip(turns):
+    """A strip of squares in a row that turns down by so many degrees after each."""
+    heading, rails = 0.0, [np.zeros(3)]
+    for turn in [*turns, 0.0]:
+        rails.append(rails[-1] + [math.cos(heading), 0.0, math.sin(heading)])
+        heading -= math.radians(turn)
+    left = np.array(rails)
+    vertices = np.stack([left, left + [0.0, 1.0, 0.0]], axis=1).reshape(-1, 3)
+    quads = [[2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1] for i in range(len(left) - 1)]
+    return sf.PolygonMesh(vertices, 4 * np.arange(len(quads) + 1), np.ravel(quads))
+
+
+@pytest.mark.parametrize("times", [0, 1, 3])
+@pytest.mark.parametrize("shape", [shapes.cube, shapes.inside_out_cube])
+def test_all_edges_of_a_box_are_ridges_at_every_resolution(shape, times):
+    mesh = subdivided(shape(), times)
+    angles = sf.arc_measures(mesh, build_face_graph(mesh)).angles
+    is_edge = np.abs(angles) > 1
+    assert is_edge.sum() == 2 * 12 * 2**times
+    assert np.array_equal(is_ridge(mesh), is_edge)
+    assert prices(mesh)[is_edge] == pytest.approx(0.35 * math.pi / 2)
+
+
+def test_a_box_of_quads_has_the_ridges_of_one_of_triangles():
+    box = sf.PolygonMesh(shapes.cube().vertices, 4 * np.arange(7), np.ravel(QUADS))
+    assert prices(box) == pytest.approx(np.full(24, 0.35 * math.pi / 2))
+    assert not prices(box, ridges=0.0).any()
+
+
+@pytest.mark.parametrize("times", [0, 1, 2, 3])
+def test_a_ball_has_no_ridges_however_coarse(times):
+    assert not is_ridge(ball(times)).any()
+
+
+@pytest.mark.parametrize(
+    ("turns", "n_ridges"),
+    [
+        ([0, 90, 0], 1),
+        ([0, 41, 0], 1),
+        ([0, 39, 0], 0),  # not sharp
+        ([0, 90, 26, 0], 1),  # the next edge bends by less than 0.3 of that
+        ([0, 90, 28, 0], 0),
+        ([30, 30, 30], 0),  # a rounded edge
+        ([90, 90], 2),  # a bar
+        ([45, 45], 2),  # a chamfer
+        ([90, 60, 0], 0),  # sharp, but not alike
+        ([90, -90], 1),  # a step: the groove is none
+    ],
+)
+def test_what_is_a_ridge_depends_on_the_edges_beside_it(turns, n_ridges):
+    assert is_ridge(bent_strip(turns)).sum() == 2 * n_ridges
+    assert is_ridge(bent_strip(turns[::-1])).sum() == 2 * n_ridges
+
+
+def test_ridges_cost_a_share_of_what_valleys_cost():
+    ridge, valley = shapes.fold(-60), shapes.fold(60)
+    assert prices(valley, ridges=0.7) == pytest.approx([math.pi / 3] * 2)
+    assert prices(ridge, ridges=0.7) == pytest.approx([0.7 * math.pi / 3] * 2)
+    assert prices(ridge) == pytest.approx([0.35 * math.pi / 3] * 2)
+    assert prices(ridge, ridges=0) == pytest.approx([0, 0])
+    assert prices(shapes.fold(-30), ridges=0.7) == pytest.approx([0, 0])
+
+
+def test_ridges_count_no_less_than_other_convex_edges():
+    for eta_convex in (0.5, 0.8):
+        with_ridges = prices(shapes.fold(-60), eta_convex=eta_convex)
+        assert np.array_equal(
+            with_ridges, prices(shapes.fold(-60), eta_convex=eta_convex, ridges=0)
+        )
+
+
+def test_a_fin_is_a_ridge_of_no_face():
+    """Each of the faces around one edge has another that is not flat beside it."""
+    assert not is_ridge(subdivided(shapes.fins(5))).any()
+
+
+def test_a_face_without_a_normal_has_no_ridges():
+    assert not is_ridge(shapes.slivers()).any()
+
+
+@pytest.mark.parametrize("n_threads", [2, 8])
+def test_ridges_do_not_depend_on_the_number_of_threads(n_threads):
+    mesh = subdivided(shapes.gears(4), 1)
+    graph = build_face_graph(mesh)
+    one, other = (crease_weights(mesh, graph, 0.3, n_threads=n) for n in (1, n_threads))
+    assert np.array_equal(one, other)
+
+
+def noisy(mesh, seed, share=0.3):
+    vertices = mesh.vertices + np.random.default_rng(seed).normal(0, share, mesh.vertices.shape)
+    return Mesh(vertices, mesh.faces)
+
+
+MESHES = {
+    "cube": shapes.cube,
+    "inside out": shapes.inside_out_cube,
+    "gears": lambda: shapes.gears(2),
+    "block": lambda: shapes.drilled_block(12),
+    "fins": lambda: shapes.fins(12),
+    "slivers": shapes.slivers,
+    "moebius": shapes.moebius,
+    "double sheet": lambda: Mesh([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 1]]),
+    **{f"noise {seed}": lambda seed=seed: noisy(subdivided(shapes.cube(), 2), seed, 0.1)
+       for seed in range(6)},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("eta_convex", [0.0, 0.1])
+@pytest.mark.parametrize("name", MESHES)
+def test_weights_with_ridges_equal_their_twin(name, eta_convex):
+    mesh = MESHES[name]()
+    options = {"alpha": 20.0, "eta_convex": eta_convex, "ridges": 0.35}
+    weights = crease_weights(mesh, build_face_graph(mesh), 0.3, **options)
+    arcs = reference.build_face_graph(mesh)
+    expected = reference.superfacet_weights(mesh, arcs, crease_length=0.3, **options)
+    assert np.array_equal(weights, expected)
+
+
+def test_polygons_that_are_triangles_weigh_the_same():
+    for name in ("gears", "noise 1", "noise 2"):
+        mesh = MESHES[name]()
+        polygons = sf.PolygonMesh(
+            mesh.vertices, 3 * np.arange(mesh.n_faces + 1), mesh.faces.reshape(-1)
+        )
+        graphs = [build_face_graph(cells) for cells in (mesh, polygons)]
+        weights = [
+            crease_weights(cells, graph, 0.3)
+            for cells, graph in zip((mesh, polygons), graphs, strict=True)
+        ]
+        assert weights[0] == pytest.approx(weights[1], rel=1e-12)
+
+
+def test_ridges_keep_every_bit_under_scaling_by_powers_of_two():
+    mesh = noisy(subdivided(shapes.cube(), 2), 3, 0.1)
+    scaled = Mesh(8 * mesh.vertices, mesh.faces)
+    weights = [
+        crease_weights(m, build_face_graph(m), scale * 0.2) for m, scale in ((mesh, 1), (scaled, 8))
+    ]
+    assert np.array_equal(*weights)
+
+
+def test_regions_end_at_the_edges_of_a_box():
+    mesh = subdivided(shapes.cube(), 4)
+    side = np.arange(mesh.n_faces) // (2 * 4**4)
+    by_default = sf.segment(mesh, 12)
+    assert all(len(set(side[by_default.labels == label])) == 1 for label in range(12))
+    without = sf.segment(mesh, 12, ridges=0)
+    assert any(len(set(side[without.labels == label])) > 1 for label in range(12))
+    assert (by_default.params["ridges"], without.params["ridges"]) == (0.35, 0.0)
+
+
+@pytest.mark.parametrize("weights", ["superfacets", "stk02"])
+def test_other_weights_know_no_ridges(weights):
+    mesh = subdivided(shapes.cube(), 2)
+    one, other = (sf.segment(mesh, 9, weights=weights, ridges=ridges) for ridges in (None, 3.0))
+    assert np.array_equal(one.labels, other.labels)
+    assert "ridges" not in other.params
+
+
+def test_points_have_no_ridges():
+    points = np.random.default_rng(0).uniform(size=(600, 3)) * [1, 1, 0]
+    one, other = (sf.segment(points, 9, ridges=ridges) for ridges in (0, 3.0))
+    assert np.array_equal(one.labels, other.labels)
+
+
+def test_a_negative_weight_of_ridges_is_refused():
+    with pytest.raises(ValueError, match="ridges must be finite and not negative"):
+        prices(shapes.cube(), ridges=-0.1)
+    with pytest.raises(ValueError, match="ridges must be finite and not negative"):
+        sf.segment(shapes.cube(), 2, ridges=math.nan)

@@ -1,0 +1,140 @@
+"""Weights by parts: the embedding tells parts apart, and regions stay within them."""
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets as sf
+from superfacets import Mesh, segment, spectral_embedding
+from superfacets.clustering.embedding import embed
+from superfacets.clustering.parts import with_parts
+
+BEAR = sf.sample_mesh(5_000)
+
+
+def distances(embedding, one, other):
+    return np.linalg.norm(embedding[one] - embedding[other], axis=-1)
+
+
+def test_the_embedding_separates_two_balls():
+    mesh = shapes.dumbbell(61, 28)
+    embedding = spectral_embedding(mesh)
+    x = mesh.vertices[mesh.faces].mean(axis=1)[:, 0]
+    left, right = embedding[x < -0.3, 0], embedding[x > 0.3, 0]
+    assert np.sign(left.mean()) != np.sign(right.mean())
+    spread = max(left.std(), right.std())
+    assert abs(left.mean() - right.mean()) > 6 * spread
+
+
+def test_the_embedding_depends_on_no_thread():
+    one = spectral_embedding(BEAR, n_threads=1)
+    assert np.array_equal(one, spectral_embedding(BEAR, n_threads=3))
+
+
+def test_the_embedding_scales_and_moves_with_nothing():
+    moved = Mesh(100 * BEAR.vertices + [1, 2, 3], BEAR.faces)
+    one, other = spectral_embedding(BEAR), spectral_embedding(moved)
+    i, j = np.random.default_rng(0).integers(0, BEAR.n_faces, (2, 500))
+    before, after = distances(one, i, j), distances(other, i, j)
+    assert np.corrcoef(before, after)[0, 1] > 0.99
+
+
+def test_columns_that_do_not_exist_are_0():
+    embedding = spectral_embedding(shapes.strip(4), 6)
+    assert embedding.shape == (4, 6)
+    assert np.abs(embedding[:, :3]).sum(axis=0).min() > 0
+    assert not embedding[:, 3:].any()
+
+
+@pytest.mark.parametrize("n", [0, 16])
+def test_the_number_of_vectors_is_limited(n):
+    with pytest.raises(ValueError, match="n_vectors"):
+        spectral_embedding(BEAR, n)
+
+
+def test_regions_stay_within_parts():
+    """Fewer regions extend over both sides of the neck of two balls."""
+    mesh = shapes.dumbbell(121, 40)
+    x = mesh.vertices[mesh.faces].mean(axis=1)[:, 0]
+    result = segment(mesh, 2, weights="parts")
+    assert np.mean(result.labels[x > 0.1] != result.labels[np.argmax(x)]) < 0.02
+    assert result.n_segments == 2
+
+
+def test_labels_depend_on_no_thread():
+    one = segment(BEAR, 40, weights="parts", n_threads=1)
+    other = segment(BEAR, 40, weights="parts", n_threads=3)
+    assert np.array_equal(one.labels, other.labels)
+    assert one.n_segments == 40
+    assert one.params["weights"] == "parts"
+    assert one.params["alpha"] == 25.0
+
+
+def test_weights_are_the_same_both_ways():
+    graph = sf.build_face_graph(BEAR)
+    options = sf.pipeline.WeightOptions.checked("parts", None, None)
+    surface = sf.cells.surface.Surface.of_faces(BEAR, graph, 1)
+    base = sf.crease_weights(BEAR, graph, 0.1, alpha=25)
+    weights = with_parts(BEAR, graph, surface, base, 0.1, options)
+    sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
+    there = np.lexsort((graph.neighbors, sources))
+    back = np.lexsort((sources, graph.neighbors))
+    assert np.array_equal(weights[there], weights[back])
+    assert np.isfinite(weights).all()
+    assert (weights >= 0).all()
+
+
+def tets():
+    grid = np.stack(np.meshgrid(*[np.arange(4.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    corner = [i for i, p in enumerate(grid) if (p < 3).all()]
+    cut = [[0, 16, 20, 21], [0, 16, 17, 21], [0, 4, 20, 21], [0, 4, 5, 21], [0, 1, 17, 21],
+           [0, 1, 5, 21]]  # fmt: skip
+    return sf.TetMesh(grid, [[c + step for step in tet] for c in corner for tet in cut])
+
+
+SOURCES = {
+    "open": shapes.dumbbell,
+    "sheet": shapes.bumpy_sheet,
+    "soup": lambda: shapes.soup(shapes.dumbbell()),
+    "inside out": lambda: Mesh(BEAR.vertices, BEAR.faces[:, ::-1]),
+    "components": lambda: shapes.together([shapes.cube(), shapes.table()]),
+    "moebius": shapes.moebius,
+    "non-manifold": shapes.fins,
+    "slivers": shapes.slivers,
+    "points": lambda: np.random.default_rng(0).random((400, 3)),
+    "tets": tets,
+    "flat": lambda: Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2], [0, 1, 1]]),
+}
+
+
+@pytest.mark.parametrize("kind", SOURCES)
+@pytest.mark.filterwarnings("ignore::superfacets.SliverWarning")
+def test_what_has_no_inside_has_parts_all_the_same(kind):
+    source = SOURCES[kind]()
+    k = 2
+    result = segment(source, k, weights="parts", islands="nearest")
+    assert result.n_segments == k
+    assert np.array_equal(np.unique(result.labels), np.arange(k))
+    embedding = spectral_embedding(source)
+    assert np.isfinite(embedding).all()
+    assert len(embedding) == len(result.labels)
+
+
+def test_inside_out_meshes_have_the_same_parts():
+    turned = Mesh(BEAR.vertices, BEAR.faces[:, ::-1])
+    one, other = segment(BEAR, 30, weights="parts"), segment(turned, 30, weights="parts")
+    overlap = sf.metrics.area_overlap(one.labels, other.labels, np.ones(BEAR.n_faces))
+    assert sf.metrics.undersegmentation_error(overlap) < 0.2
+
+
+def test_thousands_of_islands_have_no_parts():
+    """There is nothing to be slow about."""
+    triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    n = 13_000
+    vertices = (triangle[None] + 3 * np.arange(n)[:, None, None]).reshape(-1, 3)
+    mesh = Mesh(vertices, np.arange(3 * n).reshape(-1, 3))
+    graph = sf.build_face_graph(mesh)
+    surface = sf.cells.surface.Surface.of_faces(mesh, graph, 1)
+    embedding = embed(mesh, graph, surface, np.zeros(0), (1.0, 20.0))
+    assert embedding.vectors.shape == (n, 0)
+    assert embedding.logs is None

@@ -1,0 +1,202 @@
+"""Centers that move between runs of the loop, and what never changes by it."""
+
+import math
+
+import numpy as np
+import pytest
+import shapes
+
+import superfacets as sf
+from superfacets import _core, reference
+from superfacets.clustering.iteration import ITERATIONS_PER_ROUND, RELOCATED_SHARES
+
+KEEP = _core.Islands.KEEP
+
+
+def relocated(graph, centers, n_moves, n_threads=1):
+    """The centers with those of orphans, before and after."""
+    cells = graph.ordered(n_threads)
+    clustering = _core.Clustering(cells, np.asarray(centers, np.int32), math.inf, n_threads, KEEP)
+    return clustering.centers().tolist(), clustering.relocate(n_moves).tolist()
+
+
+def random_case(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 150))
+    values = None if seed % 3 == 0 else [0.0, 1.0, 2.0][: 1 + seed % 3]
+    if seed % 5 == 4:
+        graph = shapes.random_one_way_graph(n, int(rng.integers(1, 4 * n)), seed)
+    else:
+        graph = shapes.random_graph(n, int(rng.integers(1, 4 * n)), seed, weight_values=values)
+    k = int(rng.integers(1, min(n, 30) + 1))
+    return graph, rng.permutation(n)[:k].tolist()
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_moves_on_random_graphs_equal_their_twin(seed):
+    graph, seeds = random_case(seed)
+    for n_moves in (1, 3, len(seeds)):
+        before, after = relocated(graph, seeds, n_moves)
+        expected = reference.relocate_centers(graph, graph.ordered(1).order(), before, n_moves)
+        assert after == expected
+        assert sum(a != b for a, b in zip(after, before, strict=True)) <= n_moves
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_no_cell_loses_its_way_and_no_two_centers_meet(seed):
+    graph, seeds = random_case(seed)
+    before, after = relocated(graph, seeds, len(seeds))
+    assert len(set(after)) == len(before)
+    labels, centers = reference.classify_exact(graph, after)
+    assert centers == after  # no orphans
+    assert set(labels) == set(range(len(after)))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_moves_do_not_depend_on_the_number_of_threads(seed):
+    mesh = shapes.bumpy_sheet(110, seed)
+    graph = sf.build_face_graph(mesh)
+    graph = graph.with_weights(sf.crease_weights(mesh, graph, 0.1))
+    seeds = np.random.default_rng(seed).permutation(graph.n_cells)[:80]
+    one, *others = (relocated(graph, seeds, 12, n_threads) for n_threads in (1, 2, 8))
+    assert one[0] != one[1]
+    assert all(other == one for other in others)
+
+
+def test_a_center_that_is_hardly_needed_divides_the_largest_region():
+    """Of eleven cells in a row, the first three have a center each, the fourth all others."""
+    line = shapes.line_graph([1.0] * 10)
+    assert relocated(line, [0, 1, 2, 3], 1) == ([0, 1, 2, 3], [10, 1, 2, 3])
+    # The next cheapest is 1, which the cell of 0 now needs; then 2.
+    assert relocated(line, [0, 1, 2, 3], 4) == ([0, 1, 2, 3], [10, 1, 2, 3])
+
+
+def test_nothing_moves_where_regions_are_alike():
+    line = shapes.line_graph([1.0] * 8)
+    assert relocated(line, [1, 4, 7], 3) == ([1, 4, 7], [1, 4, 7])
+
+
+def test_a_center_alone_in_its_component_stays():
+    """A pair of cells and a line, with no way between them."""
+    line = shapes.line_graph([1.0] * 20)
+    offsets = np.concatenate([line.offsets, line.offsets[-1] + [1, 2]])
+    graph = sf.CellGraph(
+        np.concatenate([line.positions, [[50, 0, 0], [51, 0, 0]]]),
+        np.concatenate([line.measures, [1, 1]]),
+        offsets,
+        np.concatenate([line.neighbors, [22, 21]]).astype(np.int32),
+        np.concatenate([line.weights, [1, 1]]),
+    )
+    before, after = relocated(graph, [0, 21], 2)
+    assert before == after == [0, 21]
+    before, after = relocated(graph, [0, 21, 22], 2)
+    assert after == [0, 20, 22]  # one of the two does
+
+
+def test_cells_without_an_area_move_nothing():
+    line = shapes.line_graph([1.0] * 10, np.zeros(11))
+    assert relocated(line, [0, 1, 2], 3) == ([0, 1, 2], [0, 1, 2])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_number_of_regions_stays(seed):
+    graph, seeds = random_case(seed)
+    for changed in ({}, {"tol": 0.0}, {"islands": "nearest"}, {"init": seeds}):
+        options = changed if "init" in changed else {"n_segments": len(seeds), **changed}
+        moved = sf.segment_graph(graph, relocate=True, **options)
+        if seed != 4:  # where arcs lead one way, any move of centers may leave orphans
+            assert moved.n_segments == sf.segment_graph(graph, **options).n_segments
+        assert moved.n_segments >= len(seeds)
+        assert set(moved.labels.tolist()) == set(range(moved.n_segments))
+        assert moved.labels[moved.centers].tolist() == list(range(moved.n_segments))
+
+
+def energy(mesh, result):
+    """The mean squared path length to the nearest center."""
+    graph = sf.build_face_graph(mesh)
+    radius = result.params["expected_radius"]
+    graph = graph.with_weights(sf.crease_weights(mesh, graph, radius))
+    clustering = _core.Clustering(graph.ordered(1), result.centers, math.inf, 1, KEEP)
+    lengths = clustering.lengths() * (graph.unit * graph.diagonal / radius)
+    return float(np.average(lengths**2, weights=graph.measures))
+
+
+@pytest.mark.parametrize("options", [{}, {"init": "farthest"}, {"init": "grid"}, {"tol": 0.0}])
+def test_regions_are_nearer_to_their_centers(options):
+    mesh = shapes.bumpy_sheet(60)
+    usual, moved = (sf.segment(mesh, 40, relocate=on, **options) for on in (False, True))
+    assert energy(mesh, moved) < energy(mesh, usual)
+    assert (usual.params["relocate"], moved.params["relocate"]) == (False, True)
+    n_most = usual.n_iter + len(RELOCATED_SHARES) * ITERATIONS_PER_ROUND
+    assert usual.n_iter <= moved.n_iter <= n_most + len(moved.levels) * 50
+
+
+@pytest.mark.parametrize("options", [{}, {"tol": 0.0}])
+def test_labels_do_not_depend_on_the_number_of_threads(options):
+    mesh = shapes.bumpy_sheet(130)
+    one, *others = (
+        sf.segment(mesh, 150, relocate=True, n_threads=n, **options).labels for n in (1, 2, 8)
+    )
+    assert all(np.array_equal(one, other) for other in others)
+    assert not np.array_equal(one, sf.segment(mesh, 150, **options).labels)
+
+
+def test_labels_keep_under_scaling_and_follow_the_order_of_faces():
+    mesh = shapes.bumpy_sheet(40)
+    options = {"relocate": True, "smooth": False}  # which goes by the order of faces
+    labels = sf.segment(mesh, 40, **options).labels
+    larger = sf.Mesh(4.0 * mesh.vertices, mesh.faces)
+    assert np.array_equal(sf.segment(larger, 40, **options).labels, labels)
+    order = np.random.default_rng(3).permutation(mesh.n_faces)
+    shuffled = sf.segment(sf.Mesh(mesh.vertices, mesh.faces[order]), 40, **options).labels
+    assert len(set(zip(shuffled.tolist(), labels[order].tolist(), strict=True))) == 40
+
+
+def test_all_kinds_of_cells_relocate():
+    mesh = shapes.bumpy_sheet(20)
+    polygons = sf.PolygonMesh(
+        mesh.vertices, 3 * np.arange(mesh.n_faces + 1), mesh.faces.reshape(-1)
+    )
+    points = np.random.default_rng(1).uniform(size=(900, 3)) * [1, 1, 0]
+    for cells in (mesh, polygons, points):
+        assert sf.segment(cells, 15, relocate=True).n_segments == 15
+
+
+def test_masks_and_barriers_hold():
+    mesh = shapes.bumpy_sheet(30)
+    centroids = mesh.vertices[mesh.faces].mean(axis=1)
+    half = (centroids[:, 0] > np.median(centroids[:, 0])).astype(int)
+    mask = centroids[:, 1] > np.quantile(centroids[:, 1], 0.3)
+    result = sf.segment(mesh, 24, relocate=True, mask=mask, barriers=half)
+    assert np.array_equal(result.labels >= 0, mask)
+    assert all(len(set(half[result.labels == label])) == 1 for label in range(24))
+    assert result.n_segments == 24
+
+
+def test_no_iterations_no_moves():
+    mesh = shapes.bumpy_sheet(30)
+    still = [sf.segment(mesh, 20, max_num_iter=0, relocate=on).labels for on in (False, True)]
+    assert np.array_equal(*still)
+
+
+def test_a_cancelled_run_does_not_relocate():
+    mesh = shapes.bumpy_sheet(30)
+    result = sf.segment(mesh, 20, relocate=True, progress=lambda *_: False)
+    assert (result.n_iter, result.stop_reason) == (1, "cancelled")
+
+
+def test_progress_counts_on():
+    counted = []
+    result = sf.segment(
+        shapes.bumpy_sheet(30), 20, tol=0.0, relocate=True,
+        progress=lambda n_iter, n_moved: counted.append(n_iter),
+    )  # fmt: skip
+    assert counted == list(range(1, result.n_iter + 1))
+
+
+def test_the_halted_mode_and_other_values_are_refused():
+    mesh = shapes.bumpy_sheet(8)
+    with pytest.raises(ValueError, match="relocate needs the shortest paths to all centers"):
+        sf.segment(mesh, 5, relocate=True, **sf.PAPER)
+    with pytest.raises(TypeError, match="relocate must be True or False, got 1"):
+        sf.segment(mesh, 5, relocate=1)

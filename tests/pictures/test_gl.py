@@ -1,0 +1,126 @@
+"""Whether there is anything to draw with, and what to install where there is not."""
+
+import ctypes
+import sys
+from unittest.mock import MagicMock
+
+import pytest
+
+from superfacets.pictures.gl import RenderError, ensure_gl
+
+
+def library_loader(libraries):
+    """A stand-in for `ctypes.CDLL` that knows these libraries only."""
+
+    def load(name):
+        if name not in libraries:
+            raise OSError(f"{name}: cannot open shared object file")
+        return libraries[name]
+
+    return load
+
+
+def egl_library(n_devices, n_startable):
+    """A stand-in for libEGL: the last of its devices can be started."""
+
+    def query(_, devices, count):
+        handles = ctypes.cast(devices, ctypes.POINTER(ctypes.c_void_p))
+        for device in range(n_devices):
+            handles[device] = 100 + device
+        ctypes.cast(count, ctypes.POINTER(ctypes.c_int))[0] = n_devices
+        return 1
+
+    pointer, integer = ctypes.c_void_p, ctypes.c_int
+    functions = {
+        b"eglQueryDevicesEXT": ctypes.CFUNCTYPE(integer, integer, pointer, pointer)(query),
+        b"eglGetPlatformDisplayEXT": ctypes.CFUNCTYPE(pointer, integer, pointer, pointer)(
+            lambda platform, device, _: device if platform == 0x313F else None
+        ),
+    }
+    library = MagicMock()
+    library.functions = functions  # keeps them alive
+    library.eglGetProcAddress = lambda name: ctypes.cast(functions[name], pointer).value
+    library.eglInitialize = lambda display, *_: display >= 100 + n_devices - n_startable
+    return library
+
+
+def x_library(display):
+    library = MagicMock()
+    library.XOpenDisplay.return_value = display
+    return library
+
+
+def glx_library(found):
+    library = MagicMock()
+    library.glXQueryExtension.return_value = found
+    return library
+
+
+def test_without_any_library_the_error_says_what_to_install(monkeypatch, no_display):
+    monkeypatch.setattr(ctypes, "CDLL", library_loader({}))
+    with pytest.raises(RenderError, match=r"apt install libegl1 libgl1-mesa-dri .*libosmesa6"):
+        ensure_gl()
+    with pytest.raises(RenderError) as caught:
+        ensure_gl()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("devices", [(0, 0), (1, 0), (3, 0)])
+def test_an_egl_without_a_device_that_starts_does_not_count(monkeypatch, no_display, devices):
+    monkeypatch.setattr(ctypes, "CDLL", library_loader({"libEGL.so.1": egl_library(*devices)}))
+    with pytest.raises(RenderError, match="no OpenGL was found"):
+        ensure_gl()
+
+
+@pytest.mark.parametrize("devices", [(1, 1), (3, 1)])
+def test_an_egl_with_a_device_that_starts_is_used(monkeypatch, no_display, devices):
+    monkeypatch.setattr(ctypes, "CDLL", library_loader({"libEGL.so.1": egl_library(*devices)}))
+    assert ensure_gl() == "vtkEGLRenderWindow"
+
+
+def test_an_egl_that_cannot_list_devices_does_not_count(monkeypatch, no_display):
+    library = MagicMock()
+    library.eglGetProcAddress = lambda name: None
+    monkeypatch.setattr(ctypes, "CDLL", library_loader({"libEGL.so.1": library}))
+    with pytest.raises(RenderError, match="no OpenGL was found"):
+        ensure_gl()
+
+
+@pytest.mark.parametrize("version", [6, 8])
+def test_osmesa_is_used_where_there_is_nothing_else(monkeypatch, no_display, version):
+    libraries = {f"libOSMesa.so.{version}": MagicMock()}
+    monkeypatch.setattr(ctypes, "CDLL", library_loader(libraries))
+    assert ensure_gl() == "vtkOSOpenGLRenderWindow"
+
+
+def test_with_a_working_display_the_choice_is_left_to_vtk(monkeypatch, no_display):
+    monkeypatch.setenv("DISPLAY", ":7")
+    libraries = {"libX11.so.6": x_library(123), "libGL.so.1": glx_library(1)}
+    monkeypatch.setattr(ctypes, "CDLL", library_loader(libraries))
+    assert ensure_gl() is None
+    libraries["libX11.so.6"].XCloseDisplay.assert_called_once_with(123)
+
+
+@pytest.mark.parametrize(("display", "glx"), [(None, 1), (123, 0)])
+def test_a_display_without_an_answer_or_opengl_does_not_count(
+    monkeypatch, no_display, display, glx
+):
+    monkeypatch.setenv("DISPLAY", ":7")
+    libraries = {"libX11.so.6": x_library(display), "libGL.so.1": glx_library(glx)}
+    monkeypatch.setattr(ctypes, "CDLL", library_loader(libraries))
+    with pytest.raises(RenderError, match="no OpenGL was found"):
+        ensure_gl()
+
+
+def test_a_window_that_the_user_has_set_is_not_replaced(monkeypatch, no_display):
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
+    monkeypatch.setattr(ctypes, "CDLL", library_loader({"libEGL.so.1": egl_library(1, 1)}))
+    with pytest.raises(RenderError, match="VTK_DEFAULT_OPENGL_WINDOW=vtkOSOpenGLRenderWindow"):
+        ensure_gl()
+
+
+@pytest.mark.parametrize("platform", ["darwin", "win32"])
+def test_other_systems_always_have_opengl(monkeypatch, no_display, platform):
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr(ctypes, "CDLL", library_loader({}))
+    assert ensure_gl() is None

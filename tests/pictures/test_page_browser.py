@@ -1,0 +1,172 @@
+"""Pages in a real browser: they open from disk without a network, and do what they are asked."""
+
+import base64
+
+import numpy as np
+import pytest
+
+import superfacets as sf
+from superfacets import PointCloud, hierarchy, sample_mesh
+from superfacets.pictures.colors import PALETTE
+
+SIZE = {"width": 700, "height": 500}
+MIDDLE = (250 + 450 / 2, 250)  # of the mesh, right of the panel
+
+
+@pytest.fixture
+def opened(browser, tmp_path):
+    """Opens a page from disk without a network; no script may fail meanwhile."""
+    context = browser.new_context(viewport=SIZE, offline=True)
+    errors = []
+
+    def open_page(page):
+        page.save(tmp_path / "page.html")
+        tab = context.new_page()
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.on("console", lambda message: errors.append(message.text))
+        tab.goto((tmp_path / "page.html").as_uri())
+        tab.wait_for_selector("html[data-state]", state="attached")
+        assert tab.locator("#failure").text_content() == ""
+        return tab
+
+    yield open_page
+    context.close()
+    assert errors == []
+
+
+def pixels(tab):
+    """What the canvas shows, (height, width, 4)."""
+    draw = """() => {
+        const { gl, canvas } = superfacets.drawing;
+        superfacets.drawing.draw();
+        const bytes = new Uint8Array(4 * canvas.width * canvas.height);
+        gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+        let text = "";
+        for (const byte of bytes) text += String.fromCharCode(byte);
+        return [canvas.height, canvas.width, btoa(text)];
+    }"""
+    height, width, text = tab.evaluate(draw)
+    flat = np.frombuffer(base64.b64decode(text), np.uint8).astype(int)
+    return flat.reshape(height, width, 4)[::-1]
+
+
+def hue_at(picture, x, y):
+    """The color at a pixel, whatever the light: its share of red, green and blue."""
+    color = picture[y, x, :3].astype(float)
+    return color / color.sum()
+
+
+@pytest.fixture(scope="module")
+def bear():
+    return sample_mesh(5_000)
+
+
+@pytest.fixture(scope="module")
+def levels(bear):
+    return hierarchy(bear, [40, 8])
+
+
+def tip(tab):
+    tab.mouse.move(*MIDDLE)
+    tab.mouse.move(MIDDLE[0] + 1, MIDDLE[1])
+    tab.wait_for_selector("#tip:not([hidden])")
+    return tab.locator("#tip").inner_text().split("\n")
+
+
+def test_pointer_colors_levels_and_values(opened, bear, levels):
+    truth = np.where(levels.levels[1] == 0, -1, 7)
+    heights = bear.vertices[bear.faces, 1].mean(axis=1)
+    tab = opened(
+        sf.view(bear, levels, ground_truth=truth, features={"height": heights}, title="A <b>bear")
+    )
+    assert tab.title() == tab.locator("h1").text_content() == "A <b>bear"
+    region, cells, area = tip(tab)
+    label = int(region.removeprefix("region "))
+    assert cells == f"{np.bincount(levels.levels[0])[label]:,} faces"
+    areas = np.bincount(levels.levels[0], sf.build_face_graph(bear).measures)
+    assert float(area.removeprefix("area ").replace(",", "")) == pytest.approx(
+        areas[label], rel=1e-3
+    )
+
+    tab.locator("#level").press("ArrowRight")
+    assert tab.locator("#level-text").text_content() == "8 regions"
+    coarse = int(tip(tab)[0].removeprefix("region "))
+    assert coarse == levels.parents[0][label]
+
+    tab.locator("#coloring").select_option("Ground truth")
+    assert "1 part" in tab.locator("#regions-text").text_content()
+    assert tip(tab)[0] in ("part 7", "no region")
+    tab.locator("#coloring").select_option("height")
+    assert tab.locator("#scale").is_visible()
+    value = float(tip(tab)[3].removeprefix("height ").replace(",", ""))
+    assert heights[levels.levels[0] == label].min() * 0.99 <= value
+    assert value <= heights[levels.levels[0] == label].max() * 1.01
+
+
+def test_regions_have_the_colors_of_pictures_and_one_texel_changes_one(opened, bear):
+    """A single region: all that is drawn has the first color, until that changes."""
+    tab = opened(sf.view(bear, np.zeros(bear.n_faces, int)))
+    before = pixels(tab)
+    assert 0.1 < (before[..., 3] > 0).mean() < 0.9
+    place = (225, 250)
+    np.testing.assert_allclose(
+        hue_at(before, *place), PALETTE[0] / PALETTE[0].astype(float).sum(), atol=0.02
+    )
+    tab.evaluate("superfacets.drawing.setColor(0, [0, 0, 255])")
+    after = pixels(tab)
+    np.testing.assert_allclose(hue_at(after, *place), [0, 0, 1], atol=0.02)
+    np.testing.assert_array_equal(before[..., 3] > 0, after[..., 3] > 0)
+
+
+def test_cells_left_out_are_gray_and_borders_can_be_hidden(opened, bear):
+    half = (bear.vertices[bear.faces, 0].mean(axis=1) > bear.vertices[:, 0].mean()).astype(int)
+    tab = opened(sf.view(bear, half - 1))
+    picture = pixels(tab)
+    shown = picture[..., 3] == 255
+    is_gray = shown & (np.ptp(picture[..., :3], axis=2) <= 2) & (picture[..., 0] > 50)
+    assert 0.2 < is_gray.sum() / shown.sum() < 0.8
+    dark = (shown & (picture[..., :3].max(axis=2) < 40)).sum()
+    tab.locator("#borders").uncheck()
+    hidden = pixels(tab)
+    assert dark > 50 + 2 * ((hidden[..., 3] == 255) & (hidden[..., :3].max(axis=2) < 40)).sum()
+    assert "in no region" in tab.locator("#gray-text").text_content()
+
+
+def test_drag_wheel_and_keys_move_the_mesh_and_0_brings_it_back(opened, bear, levels):
+    tab = opened(sf.view(bear, levels.levels[1]))
+    first = pixels(tab)
+
+    def changed():
+        return (np.abs(pixels(tab) - first).max(axis=2) > 30).mean()
+
+    canvas = tab.locator("#canvas")
+    tab.mouse.move(*MIDDLE)
+    tab.mouse.down()
+    tab.mouse.move(MIDDLE[0] + 80, MIDDLE[1] + 30)
+    tab.mouse.up()
+    assert changed() > 0.03
+    canvas.press("0")
+    assert changed() == 0
+    tab.mouse.wheel(0, 300)
+    tab.wait_for_function("() => superfacets.drawing.camera.zoom < 0.9")
+    assert (pixels(tab)[..., 3] > 0).sum() < 0.8 * (first[..., 3] > 0).sum()
+    canvas.press("0")
+    for key in ("ArrowLeft", "Shift+ArrowUp", "+"):
+        canvas.press(key)
+        assert changed() > 0.02, key
+        canvas.press("0")
+        assert changed() == 0, key
+    canvas.press("Enter")
+    assert tab.locator("#status").text_content().startswith("region ")
+
+
+def test_points_polygons_and_plain_meshes_are_shown(opened, bear):
+    cloud = PointCloud(bear.vertices)
+    labels = (cloud.points[:, 1] > cloud.points[:, 1].mean()).astype(int)
+    tab = opened(sf.view(cloud, labels))
+    assert (pixels(tab)[..., 3] > 0).mean() > 0.1
+    region, points, _ = tip(tab)
+    assert points == f"{np.bincount(labels)[int(region.removeprefix('region '))]:,} points"
+    plain = opened(sf.view(bear))
+    assert (pixels(plain)[..., 3] > 0).mean() > 0.1
+    assert tip(plain)[0].startswith("face ")

@@ -1,0 +1,272 @@
+"""Plots: several labelings, values with a scale, turns; in files, arrays and notebooks."""
+
+import io
+import sys
+import types
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shapes import bumpy_sheet, strip
+
+from superfacets import Plot, PointCloud, RenderError, TetMesh, View, plot, region_graph, render
+from superfacets.adapters.results import NO_COLOR
+from superfacets.pictures.annotations import _ticks, scale_strip, title_strip
+from superfacets.pictures.colors import scale_colors
+from superfacets.pictures.values import Scale, checked_values, scale_of
+
+SIZE = (160, 120)
+WHITE = (255, 255, 255)
+SHEET = bumpy_sheet(6)
+LABELS = np.arange(SHEET.n_faces) * 5 // SHEET.n_faces
+FRONT = View(azimuth=0, elevation=0, up="z")
+TWO = strip(2)
+TETS = TetMesh([*np.eye(3), [0, 0, 0], [1, 1, 1]], [[3, 0, 1, 2], [4, 2, 1, 0], [3, 0, 1, 2]])
+
+
+def read_image(source):
+    from PIL import Image
+
+    return Image.open(io.BytesIO(source if isinstance(source, bytes) else source.read_bytes()))
+
+
+def test_a_plot_of_labels_is_what_render_draws(gl, tmp_path):
+    path = tmp_path / "plot.png"
+    plotted = plot(SHEET, LABELS, size=SIZE, output=path)
+    expected = render(SHEET, LABELS, size=SIZE)
+    np.testing.assert_array_equal(plotted.image, expected)
+    np.testing.assert_array_equal(np.asarray(plotted), expected)
+    np.testing.assert_array_equal(np.asarray(read_image(path)), expected)
+    np.testing.assert_array_equal(np.asarray(read_image(plotted._repr_png_())), expected)
+    assert plotted._repr_html_() is None
+
+
+def test_a_plot_is_an_array_of_any_type():
+    plotted = Plot([np.full((2, 3, 3), 7, np.uint8)])
+    assert np.asarray(plotted, dtype=np.float64).dtype == np.float64
+    copied = np.array(plotted)
+    copied[:] = 0
+    assert (plotted.image == 7).all()
+
+
+def test_labelings_stand_side_by_side_from_the_same_camera(gl):
+    plain = plot(SHEET, LABELS, size=SIZE).image
+    coarse = LABELS // 3
+    both = plot(SHEET, LABELS, compare=[coarse], size=SIZE).image
+    assert both.shape == (120, 320, 3)
+    np.testing.assert_array_equal(both[:, :160], plain)
+    np.testing.assert_array_equal(both[:, 160:], plot(SHEET, coarse, size=SIZE).image)
+
+
+def test_titles_stand_above_and_take_of_the_height(gl):
+    titled = plot(SHEET, LABELS, compare=[LABELS], titles=["one", "two"], size=SIZE).image
+    assert titled.shape == (120, 320, 3)
+    assert (titled[:8, 60:100] < 200).any()
+    assert not np.array_equal(titled[:8, :160], titled[:8, 160:])
+    untitled = plot(SHEET, LABELS, compare=[LABELS], size=(160, 112)).image
+    np.testing.assert_array_equal(titled[8:], untitled)
+
+
+def test_long_titles_are_made_to_fit():
+    strip_of = title_strip(["a very long title " * 5, ""], 200, 20, WHITE)
+    assert strip_of.shape == (20, 400, 3)
+    assert (strip_of[:, :200] < 128).any()
+    assert (strip_of[:, 200:] == 255).all()
+
+
+def test_text_on_a_dark_background_is_light():
+    assert title_strip(["one"], 100, 20, (0, 0, 0)).max() > 200
+    assert scale_strip(Scale(0, 1, "", False), 300, 60, (0, 0, 90)).min() == 0
+
+
+def test_values_of_cells_and_regions_have_the_colors_of_the_scale(gl):
+    settings = {"size": SIZE, "border_width": 0}
+    by_region = np.array([3.0, 1.0, np.nan, 2.0, 5.0])
+    of_cells = by_region[LABELS]
+    one = plot(SHEET, LABELS, color_by=by_region, **settings).image
+    np.testing.assert_array_equal(one, plot(SHEET, LABELS, color_by=of_cells, **settings).image)
+    np.testing.assert_array_equal(one, plot(SHEET, color_by=of_cells, **settings).image)
+    colors = Scale(1, 5, "", True).colors(of_cells)
+    np.testing.assert_array_equal(
+        one[:106], render(SHEET, colors=colors, size=(160, 106), border_width=0)
+    )
+
+
+def test_a_column_of_the_table_of_regions_is_known_by_name(gl):
+    labels = LABELS.copy()
+    labels[labels == 2] = -1
+    labels *= 2  # numbers with gaps; cells in no region are still the only ones below 0
+    labels[labels < 0] = -1
+    compact = np.where(labels < 0, -1, np.unique(labels, return_inverse=True)[1] - 1)
+    perimeters = region_graph(SHEET, compact.astype(np.int32)).perimeters
+    named = plot(SHEET, labels, color_by="perimeter", size=SIZE).image
+    given = plot(SHEET, labels, color_by=perimeters, scale_title="perimeter", size=SIZE).image
+    np.testing.assert_array_equal(named, given)
+    assert (named == NO_COLOR).all(axis=2).any()  # the patch beside the scale
+
+
+def test_labelings_share_a_scale(gl):
+    values = np.linspace(0, 1, SHEET.n_faces)
+    both = plot(SHEET, LABELS, compare=[LABELS // 2], color_by=values, size=SIZE).image
+    alone = plot(SHEET, LABELS, color_by=values, size=SIZE).image
+    np.testing.assert_array_equal(both[:106, :160], alone[:106])
+    row = both[112]
+    found = np.flatnonzero((row == scale_colors()[0]).all(axis=1))
+    assert 80 <= found.min() < 90
+
+
+@pytest.mark.parametrize("cells", [PointCloud(SHEET.vertices), TETS], ids=["points", "tets"])
+def test_points_and_tetrahedra_are_colored_by_value(gl, cells):
+    n = cells.n_points if isinstance(cells, PointCloud) else cells.n_tets
+    labels = np.arange(n) % 3
+    image = plot(cells, labels, color_by=np.arange(n), size=SIZE).image
+    assert (image[:100] < 250).any()
+    name = "area" if isinstance(cells, PointCloud) else "volume"
+    assert plot(cells, labels, color_by=name, size=SIZE).image.shape == (120, 160, 3)
+
+
+def test_colors_of_values():
+    scale = scale_of([np.array([2.0, np.nan]), np.array([4.0, 3.0])], "title")
+    assert (scale.low, scale.high, scale.title, scale.has_missing) == (2, 4, "title", True)
+    colors = scale.colors(np.array([2.0, 4.0, np.nan]))
+    np.testing.assert_array_equal(colors, [*scale_colors()[[0, 255]], NO_COLOR])
+
+
+@pytest.mark.parametrize(
+    "values", [[np.nan] * 3, [2.0] * 3, [-1.7e308, 0, 1.7e308], [0, 5e-324, 0]]
+)
+def test_odd_values_have_colors_and_a_scale(values):
+    values = np.array(values)
+    scale = scale_of([values], "")
+    assert scale.colors(values).shape == (3, 3)
+    assert scale_strip(scale, 300, 40, WHITE).shape == (40, 300, 3)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [
+        (0, 1, [0, 0.2, 0.4, 0.6, 0.8, 1]),
+        (0.13, 0.9, [0.2, 0.4, 0.6, 0.8]),
+        (-3, 12, [0, 5, 10]),
+        (1e-9, 6e-9, [1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9]),
+        (5, 5, [5]),
+    ],
+)
+def test_ticks_are_round_numbers(low, high, expected):
+    np.testing.assert_allclose(_ticks(low, high), expected)
+
+
+def test_a_turn_goes_around_and_shows_itself(gl, tmp_path):
+    plotted = plot(SHEET, LABELS, n_frames=4, size=(64, 48))
+    assert len(plotted.frames) == 4
+    assert not np.array_equal(plotted.frames[0], plotted.frames[1])
+    path = plotted.save(tmp_path / "turn.gif")
+    image = read_image(path)
+    assert (image.n_frames, image.size, image.info["loop"]) == (4, (64, 48), 0)
+    assert image.info["duration"] == 1200
+    shown = np.asarray(image.convert("RGB")).astype(int)
+    assert np.abs(shown - plotted.frames[0]).mean() < 4
+    assert plotted._repr_html_().startswith("<img alt=")
+    assert plotted._repr_png_() is None
+
+
+def test_the_ending_asks_for_a_turn(gl, tmp_path, monkeypatch):
+    monkeypatch.setattr("superfacets.pictures.plotting._N_FRAMES", 3)
+    monkeypatch.setattr("superfacets.pictures.plotting._MOVING_SIZE", (32, 24))
+    plotted = plot(SHEET, LABELS, output=tmp_path / "turn.gif")
+    assert [frame.shape for frame in plotted.frames] == [(24, 32, 3)] * 3
+
+
+@pytest.fixture
+def ffmpeg(monkeypatch):
+    """A stand-in for imageio-ffmpeg that writes sizes instead of a video."""
+    calls = []
+
+    def write_frames(path, size, **options):
+        calls.append((size, options["fps"]))
+        sizes = []
+        try:
+            while True:
+                sizes.append((yield).nbytes)
+        finally:
+            Path(path).write_text(repr(sizes))
+
+    module = types.SimpleNamespace(write_frames=write_frames)
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", module)
+    return calls
+
+
+def test_videos_have_sides_of_even_length(tmp_path, ffmpeg):
+    frames = [np.full((5, 7, 3), 9, np.uint8)] * 30
+    path = Plot(frames).save(tmp_path / "turn.mp4")
+    assert ffmpeg == [((8, 6), pytest.approx(6.25))]
+    assert path.read_text() == repr([8 * 6 * 3] * 30)
+
+
+def test_a_video_can_be_played(tmp_path):
+    reader = pytest.importorskip("imageio_ffmpeg", reason="imageio-ffmpeg is not installed")
+    frames = [np.full((33, 65, 3), shade, np.uint8) for shade in range(0, 250, 10)]
+    path = Plot(frames).save(tmp_path / "turn.mp4")
+    assert reader.count_frames_and_secs(str(path))[0] == 25
+
+
+def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(RenderError, match=r"an \.mp4 needs imageio-ffmpeg: pip install"):
+        plot(SHEET, output=tmp_path / "turn.mp4")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"output": "a.jpg"}, ValueError, "output must end in .png or .gif or .mp4, got 'a.jpg'"),
+        ({"output": "a.gif", "n_frames": 1}, ValueError, "'a.gif' is for a turn, of n_frames 2"),
+        ({"output": "a.png", "n_frames": 2}, ValueError, "'a.png' holds one picture; a turn is"),
+        ({"n_frames": 0}, ValueError, "n_frames must be at least 1"),
+        ({"titles": ["a", "b"]}, ValueError, "titles must be 1, one for each labeling"),
+        ({"titles": "a"}, ValueError, "titles must be 1, one for each labeling, got 'a'"),
+        ({"color_by": [1, 2], "colors": [[0] * 3] * 2}, ValueError, "colors are given already"),
+        ({"color_by": "area"}, ValueError, "'area' is a column of regions: it needs labels"),
+        (
+            {"color_by": "size", "labels": [0, 1]},
+            ValueError,
+            "color_by must be one of region, cell",
+        ),
+        ({"color_by": [1, 2, 3]}, ValueError, r"color_by must have a value per cell, 2, got shape"),
+        ({"view": "above"}, ValueError, "view must be one of front"),
+        ({"compare": [[0, 1, 2]]}, ValueError, "3 labels for 2 faces"),
+    ],
+)
+def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, message):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(error, match=message):
+        plot(TWO, size=SIZE, **arguments)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "message"),
+    [
+        (["a", "b"], TypeError, "given must be numbers, got <U1"),
+        ([1, np.inf], ValueError, "given has infinite values; NaN stands for none"),
+        ([1, 2, 3], ValueError, r"per cell, 2 or per region, 4, got shape \(3,\)"),
+        (np.ma.array([1, 2], mask=[0, 1]), ValueError, "given"),
+    ],
+)
+def test_what_is_no_value_per_cell_or_region_is_refused(values, error, message):
+    with pytest.raises(error, match=message):
+        checked_values(values, "given", 2, 4)
+
+
+def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch):
+    path = tmp_path / "turn.gif"
+    path.write_bytes(b"old")
+    monkeypatch.setattr(
+        "superfacets.pictures.plotting.gif_of",
+        lambda _: (_ for _ in ()).throw(OSError(28, "No space left on device")),
+    )
+    with pytest.raises(OSError, match="No space"):
+        Plot([np.zeros((2, 2, 3), np.uint8)] * 2).save(path)
+    assert path.read_bytes() == b"old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["turn.gif"]

@@ -1,0 +1,501 @@
+"""Pictures: framed, shaded, outlined; whole files or none; and clear words where there is no GL."""
+
+import ctypes
+import os
+import subprocess
+import sys
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+from models import read_off
+from shapes import bumpy_sheet, cube, fins, moebius, slivers, soup, strip, table
+from tools.sample_bear import parts_of
+
+from superfacets import Mesh, MissingExtraError, PointCloud, render, sample_mesh
+from superfacets.pictures import drawing, rendering
+from superfacets.pictures.colors import face_colors
+from superfacets.pictures.gl import RenderError
+from superfacets.pictures.rendering import View
+
+SIZE = (160, 120)
+FRONT = View(azimuth=0, elevation=0, up="y")
+
+
+@pytest.fixture(scope="module")
+def bear():
+    return sample_mesh(5_000)
+
+
+def square():
+    """The unit square, which faces +z, cut along the diagonal from the lower left."""
+    return Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+
+
+def covered(picture, background=(255, 255, 255)):
+    """Share of the pixels that are not background."""
+    return (np.abs(picture.astype(int) - background).max(axis=2) > 8).mean()
+
+
+def dark(picture):
+    """Which pixels are as dark as border lines."""
+    return picture.max(axis=2) < 70
+
+
+def difference(one, other):
+    """Mean absolute difference per channel, 0 to 255."""
+    return np.abs(one.astype(int) - other.astype(int)).mean()
+
+
+def test_a_picture_has_the_size_asked_for(gl):
+    for size in [(160, 120), (51, 103), (1, 1)]:
+        picture = render(square(), size=size)
+        assert picture.shape == (size[1], size[0], 3)
+        assert picture.dtype == np.uint8
+
+
+@pytest.mark.parametrize("side", [1.0, 1e-40, 1e40])
+def test_a_square_fills_the_height_but_for_the_margin(gl, side):
+    mesh = Mesh(square().vertices * side, square().faces)
+    picture = render(mesh, size=SIZE, view=FRONT)
+    rows = np.flatnonzero((picture < 250).any(axis=(1, 2)))
+    columns = np.flatnonzero((picture < 250).any(axis=(0, 2)))
+    margin = 0.015 * 120
+    assert rows[[0, -1]] == pytest.approx([margin, 119 - margin], abs=1.5)
+    assert columns[[0, -1]] == pytest.approx([20 + margin, 139 - margin], abs=1.5)
+
+
+@pytest.mark.parametrize("elevation", [-90, 0, 45, 90])
+@pytest.mark.parametrize("azimuth", [0, 100])
+def test_the_whole_mesh_touches_the_frame_but_never_leaves_it(gl, bear, azimuth, elevation):
+    picture = render(bear, size=SIZE, view=View(azimuth=azimuth, elevation=elevation, up="y"))
+    shown = (picture < 250).any(axis=2)
+    assert not shown[[0, -1]].any()
+    assert not shown[:, [0, -1]].any()
+    for axis, side in enumerate(SIZE[::-1]):
+        first, last = np.flatnonzero(shown.any(axis=1 - axis))[[0, -1]]
+        assert first == pytest.approx(side - 1 - last, abs=2.5)  # in the middle
+    rows, columns = shown.any(axis=1).sum() / 120, shown.any(axis=0).sum() / 160
+    assert max(rows, columns) > 0.94
+
+
+def test_zoom_magnifies_about_the_middle(gl):
+    wide, near = (
+        render(square(), size=SIZE, view=View(azimuth=0, elevation=0, up="y", zoom=zoom))
+        for zoom in (0.4, 0.8)
+    )
+    assert covered(near) == pytest.approx(4 * covered(wide), rel=0.05)
+    shown = np.argwhere((wide < 250).any(axis=2))
+    np.testing.assert_allclose(shown.mean(axis=0), [59.5, 79.5], atol=1)
+
+
+def test_azimuth_walks_to_the_right_and_elevation_upward(gl):
+    """The front of a box is red, its right side blue, its top green."""
+    colors = np.full((12, 3), 128, dtype=np.uint8)
+    colors[2:4], colors[10:12], colors[6:8] = [255, 0, 0], [0, 0, 255], [0, 255, 0]
+
+    def shares(azimuth, elevation):
+        view = View(azimuth=azimuth, elevation=elevation, up="y")
+        picture = render(cube(), colors=colors, size=SIZE, view=view, border_width=0).astype(int)
+        return [
+            (picture[..., c] - np.delete(picture, c, axis=2).max(axis=2) > 40) for c in range(3)
+        ]
+
+    red, green, blue = shares(20, 20)
+    assert red.sum() > 1.5 * blue.sum() > 0
+    assert np.argwhere(red)[:, 1].mean() < np.argwhere(blue)[:, 1].mean()
+    assert np.argwhere(green)[:, 0].max() < np.argwhere(red)[:, 0].mean()
+    red, green, blue = shares(70, 45)
+    assert blue.sum() > 1.5 * red.sum() > 0
+    assert green.sum() > 1.5 * red.sum()
+    assert not shares(20, -20)[1].any()
+
+
+@pytest.mark.parametrize("up", ["x", "z"])
+def test_any_axis_may_point_up(gl, bear, up):
+    """Turning the mesh and the up axis together gives the same picture."""
+    x, y, z = bear.vertices.T
+    turned = {"x": np.stack([y, -x, z], axis=1), "z": np.stack([x, -z, y], axis=1)}[up]
+    upright = render(bear, size=SIZE, view=View(up="y"))
+    assert difference(render((turned, bear.faces), size=SIZE, view=View(up=up)), upright) < 0.1
+    assert difference(render((turned, bear.faces), size=SIZE, view=View(up="y")), upright) > 5
+
+
+def test_by_default_what_stands_on_z_has_z_up(gl):
+    picture = render(table(), size=SIZE)
+    np.testing.assert_array_equal(picture, render(table(), size=SIZE, view=View(up="z")))
+    assert difference(picture, render(table(), size=SIZE, view=View(up="y"))) > 5
+
+
+def test_place_and_scale_do_not_matter(gl, bear):
+    moved = Mesh(bear.vertices * 1e-3 + [1e3, -2e3, 5], bear.faces)
+    assert difference(render(moved, size=SIZE), render(bear, size=SIZE)) < 0.1
+
+
+def test_the_background_has_its_color(gl):
+    picture = render(square(), size=SIZE, background="#204060")
+    np.testing.assert_array_equal(picture[0, 0], [0x20, 0x40, 0x60])
+    np.testing.assert_array_equal(render(square(), size=SIZE)[-1, -1], [255, 255, 255])
+
+
+def test_a_plain_mesh_is_shaded_in_one_color(gl, bear):
+    picture = render(bear, size=SIZE).astype(int)
+    shown = picture[(picture < 250).any(axis=2)]
+    assert shown.mean(axis=1).std() > 8
+    assert np.abs(shown[:, 0] - shown[:, 2]).max() < 40
+
+
+def test_edges_of_a_box_are_sharp(gl):
+    """Each side has one brightness, but for the soft shadow; smooth shading would round the box."""
+    picture = render(cube(), size=SIZE, view=View(azimuth=45, elevation=0, up="y")).astype(int)
+    left, right = picture[60, 40:70, 0], picture[60, 90:120, 0]
+    assert np.ptp(left) < 4
+    assert np.ptp(right) < 4
+    assert abs(left.mean() - right.mean()) > 12
+
+
+def test_creases_between_smooth_parts_are_darker(gl):
+    """Two walls that meet in a valley shade each other near it."""
+    valley = Mesh(
+        [[-1, 0, 1], [-1, 1, 1], [0, 1, 0], [0, 0, 0], [1, 1, 1], [1, 0, 1]],
+        [[0, 3, 2], [0, 2, 1], [3, 5, 4], [3, 4, 2]],
+    )
+    row = render(valley, size=SIZE, view=FRONT)[60].astype(int).sum(axis=1)
+    assert row[77:83].min() < row[50] - 15
+    assert row[77:83].min() < row[110] - 15
+
+
+def test_regions_are_outlined_in_dark(gl):
+    picture = render(square(), [0, 1], size=SIZE, view=FRONT, border_width=3)
+    assert dark(picture)[59:61, 79:81].all()  # the diagonal, through the middle
+    assert dark(picture)[89:91, 49:51].all()
+    assert not dark(picture)[30, 50]
+    assert not dark(picture)[90, 110]
+
+
+def test_outlines_are_as_wide_as_asked_for(gl):
+    shares = [
+        dark(render(square(), [0, 1], size=SIZE, view=FRONT, border_width=width)).sum()
+        for width in (0, 2, 4, 8)
+    ]
+    assert shares[0] == 0
+    length = 116.4 * np.sqrt(2)
+    # half a pixel on either side is blended with the surface
+    assert shares[2] == pytest.approx(3.5 * length, rel=0.1)
+    assert shares[3] == pytest.approx(7.5 * length, rel=0.1)
+
+
+def test_outlines_keep_their_width_where_the_surface_is_tilted(gl):
+    for azimuth in (50, 70):
+        view = View(azimuth=azimuth, elevation=0, up="y")
+        picture = render(strip(4), [0, 0, 1, 1], size=SIZE, view=view, border_width=8)
+        widths = dark(picture)[20:100].sum(axis=1)
+        assert widths.min() >= 7
+
+
+def test_no_line_is_drawn_within_a_region_or_at_its_boundary(gl):
+    assert not dark(render(square(), [0, 0], size=SIZE, view=FRONT, border_width=6)).any()
+
+
+def test_soft_shadows_are_drawn_at_a_size_of_their_own():
+    sizes = [(1200, 900), (160, 120), (600, 300), (3000, 1500), (5, 960), (1, 1)]
+    frames = [drawing._shadow_frame(size) for size in sizes]
+    assert frames == [(480, 360), (320, 240), (480, 240), (1200, 600), (3, 480), (2, 2)]
+
+
+def test_many_regions_do_not_drown_in_outlines(gl):
+    """On 450 regions of 8 pixels, lines of two pixels would cover half of the picture."""
+    sheet = bumpy_sheet(30)
+    quads = np.arange(sheet.n_faces) // 2
+    labels = quads // 60 * 15 + quads % 30 // 2
+    plain, fine, bold = (
+        render(sheet, labels, size=SIZE, view=FRONT, border_width=width) for width in (0, None, 2)
+    )
+    assert 0 < plain.mean() - fine.mean() < 0.5 * (plain.mean() - bold.mean())
+
+
+def test_lines_on_the_far_side_are_hidden(gl, bear):
+    behind = bear.vertices[bear.faces].mean(axis=1)[:, 2] < -0.3
+    labels = (behind & (np.arange(bear.n_faces) % 2 == 0)).astype(int)
+    assert dark(render(bear, labels, size=SIZE, view=View(azimuth=180, up="y"))).sum() > 150
+    assert dark(render(bear, labels, size=SIZE, view=FRONT)).sum() < 8
+
+
+def test_regions_have_their_colors(gl):
+    picture = render(square(), [0, 1], size=SIZE, view=FRONT, border_width=0).astype(int)
+    for face, (row, column) in enumerate([(90, 110), (30, 50)]):
+        expected = face_colors(square(), [0, 1])[face] / 255
+        shown = picture[row, column] / 255
+        np.testing.assert_allclose(shown / shown.max(), expected / expected.max(), atol=0.1)
+
+
+def test_given_colors_are_used_with_and_without_labels(gl):
+    red_and_blue = np.array([[200, 0, 0], [0, 0, 200]], dtype=np.uint8)
+    for labels in (None, [0, 1]):
+        picture = render(square(), labels, colors=red_and_blue, size=SIZE, view=FRONT)
+        assert picture[90, 110, 0] > 120 > picture[90, 110, 2]
+        assert picture[30, 50, 2] > 120 > picture[30, 50, 0]
+
+
+def test_a_soup_looks_like_the_connected_mesh(gl, bear):
+    parts = parts_of(bear.vertices, bear.faces)
+    labels = np.unique(parts, return_inverse=True)[1]
+    assert difference(render(bear, labels, size=SIZE), render(soup(bear), labels, size=SIZE)) < 0.01
+
+
+def test_unused_vertices_are_not_framed(gl):
+    far = Mesh([*square().vertices, [1e9, 0, 0]], square().faces)
+    np.testing.assert_array_equal(render(far, size=SIZE), render(square(), size=SIZE))
+
+
+@pytest.mark.parametrize("make", [fins, moebius, slivers, bumpy_sheet])
+def test_any_mesh_can_be_drawn(gl, make):
+    mesh = make()
+    picture = render(mesh, np.arange(mesh.n_faces), size=SIZE)
+    assert covered(picture) > 0.01
+
+
+def test_a_mesh_without_any_area_is_no_error(gl):
+    needle = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
+    assert render(needle, [0], size=SIZE).shape == (120, 160, 3)
+
+
+def test_the_same_input_gives_the_same_picture(gl):
+    sheet = bumpy_sheet()
+    labels = np.arange(sheet.n_faces) // 100
+    np.testing.assert_array_equal(
+        render(sheet, labels, size=SIZE), render(sheet, labels, size=SIZE)
+    )
+
+
+def test_arguments_are_left_as_they_are(gl):
+    labels, colors = np.array([0, 1]), np.full((2, 3), 99, dtype=np.uint8)
+    for array in (labels, colors):
+        array.setflags(write=False)
+    mesh = square()
+    render(mesh, labels, colors=colors, size=SIZE)
+    np.testing.assert_array_equal(mesh.vertices, square().vertices)
+    np.testing.assert_array_equal(mesh.faces, square().faces)
+
+
+def test_real_models_fill_their_pictures(gl, benchmark_paths):
+    for path in benchmark_paths[:3]:
+        mesh = read_off(path)
+        picture = render(mesh, np.arange(mesh.n_faces) * 50 // mesh.n_faces, size=SIZE)
+        assert 0.03 < covered(picture) < 0.9
+        assert dark(picture).sum() > 50
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def read_png(path):
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return np.asarray(image.convert("RGB"))
+
+
+def test_the_file_holds_the_picture_returned(gl, tmp_path):
+    path = tmp_path / "picture.png"
+    picture = render(square(), [0, 1], size=SIZE, output=path)
+    np.testing.assert_array_equal(read_png(path), picture)
+    assert names_in(tmp_path) == ["picture.png"]
+
+
+def test_an_existing_file_is_replaced(gl, tmp_path):
+    path = tmp_path / "picture.PNG"
+    path.write_bytes(b"old")
+    picture = render(square(), size=SIZE, output=str(path))
+    np.testing.assert_array_equal(read_png(path), picture)
+
+
+@pytest.mark.parametrize("failing", ["draw", "build_scene", "place_camera"])
+def test_a_failed_picture_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch, failing):
+    path = tmp_path / "picture.png"
+    path.write_bytes(b"old")
+    monkeypatch.setattr(rendering, failing, MagicMock(side_effect=RenderError("no")))
+    with pytest.raises(RenderError, match="no"):
+        render(square(), output=path)
+    assert path.read_bytes() == b"old"
+    assert names_in(tmp_path) == ["picture.png"]
+
+
+def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypatch):
+    def write_half(self, content):
+        with self.open("wb") as file:
+            file.write(content[: len(content) // 2])
+        raise OSError(28, "No space left on device")
+
+    path = tmp_path / "picture.png"
+    path.write_bytes(b"old")
+    monkeypatch.setattr(type(path), "write_bytes", write_half)
+    with pytest.raises(OSError, match="No space"):
+        render(square(), size=SIZE, output=path)
+    assert path.read_bytes() == b"old"
+    assert names_in(tmp_path) == ["picture.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"labels": [0, 1, 2]}, ValueError, "3 labels for 2 faces"),
+        ({"labels": [0.5, 1.0]}, TypeError, "labels must be integers"),
+        ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),
+        ({"colors": np.zeros((2, 3))}, TypeError, "colors must be uint8"),
+        ({"size": 900}, ValueError, "size must be"),
+        ({"size": (9, 9, 9)}, ValueError, "size must be"),
+        ({"size": (0, 9)}, ValueError, "size must be at least 1"),
+        ({"size": (9, 8193)}, ValueError, "at most 8192"),
+        ({"size": (9.5, 9)}, TypeError, "size must be an integer"),
+        ({"border_width": -1}, ValueError, "border_width"),
+        ({"view": "xy"}, ValueError, "view must be one of front, back, left, .*'xy'"),
+        ({"view": 7}, TypeError, "view must be a superfacets.View or the name of one, got 7"),
+        ({"border_width": "thin"}, TypeError, "border_width"),
+        ({"background": "no color"}, ValueError, "background must be .*'no color'"),
+        ({"background": None, "labels": [0]}, ValueError, "labels|background"),
+    ],
+)
+def test_wrong_arguments_are_named_and_leave_no_file(gl, tmp_path, arguments, error, message):
+    arguments = {"output": tmp_path / "picture.png", **arguments}
+    with pytest.raises(error, match=message):
+        render(square(), **arguments)
+    assert not names_in(tmp_path)
+
+
+def test_the_background_stays_clean_beside_soft_shadows(gl):
+    """A wall behind a post: the shadow on the wall ends where the wall does."""
+    picture = render(table(), size=SIZE, background="#204060")
+    on_surface = np.abs(picture.astype(int) - [0x20, 0x40, 0x60]).max(axis=2) > 30
+    near = on_surface.copy()
+    for axis, shift in ((0, 1), (0, -1), (1, 1), (1, -1)):
+        near |= np.roll(on_surface, shift, axis=axis)
+    np.testing.assert_array_equal(np.unique(picture[~near], axis=0), [[0x20, 0x40, 0x60]])
+
+
+def test_points_have_no_inside_to_clip():
+    with pytest.raises(ValueError, match="clip is for tetrahedra: points have nothing inside"):
+        render(PointCloud(np.eye(3)), clip="x")
+
+
+def test_cells_in_no_region_are_gray(gl):
+    picture = render(square(), [0, -1], size=SIZE, view=FRONT, border_width=0).astype(int)
+    assert np.ptp(picture[30, 50]) < 4
+    assert np.ptp(picture[90, 110]) > 30
+
+
+def test_a_path_that_cannot_hold_a_picture_is_refused_before_it_is_made(tmp_path):
+    with pytest.raises(ValueError, match=r"output must end in \.png, got 'picture.jpg'"):
+        render(square(), output=tmp_path / "picture.jpg")
+    with pytest.raises(FileNotFoundError, match="does not exist"):
+        render(square(), output=tmp_path / "nowhere" / "picture.png")
+
+
+@pytest.mark.parametrize(
+    ("members", "error", "message"),
+    [
+        ({"azimuth": float("nan")}, ValueError, "azimuth must be finite"),
+        ({"elevation": 91}, ValueError, "elevation must be -90 to 90"),
+        ({"elevation": float("nan")}, ValueError, "elevation must be -90 to 90"),
+        ({"up": "w"}, ValueError, "up must be one of auto, x, y, z"),
+        ({"zoom": 0}, ValueError, "zoom must be finite and positive"),
+        ({"zoom": "big"}, TypeError, "zoom must be a number"),
+    ],
+)
+def test_wrong_views_are_refused(members, error, message):
+    with pytest.raises(error, match=message):
+        View(**members)
+
+
+def test_what_is_no_mesh_is_refused():
+    with pytest.raises(TypeError, match="does not look like a mesh"):
+        render(7)
+
+
+@pytest.mark.parametrize("missing", ["vtkmodules", "PIL.ImageColor"])
+def test_without_vtk_or_pillow_the_extra_is_named(gl, monkeypatch, missing):
+    for name in [missing, *(name for name in sys.modules if name.startswith(missing + "."))]:
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(MissingExtraError, match=r"rendering needs .*superfacets\[viz\]"):
+        render(square())
+
+
+def test_a_vtk_that_cannot_be_loaded_is_no_missing_extra(monkeypatch, tmp_path):
+    (tmp_path / "vtkmodules").mkdir()
+    (tmp_path / "vtkmodules" / "__init__.py").write_text('raise ImportError("libXYZ.so.1: none")')
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in [name for name in sys.modules if name.split(".")[0] == "vtkmodules"]:
+        monkeypatch.delitem(sys.modules, name)
+    with pytest.raises(RenderError, match=r"cannot be loaded: libXYZ.so.1"):
+        render(square())
+
+
+def test_a_driver_that_makes_too_few_pixels_is_an_error_and_no_file(gl, monkeypatch, tmp_path):
+    vtk = drawing.import_vtk()
+    vtk.vtk_to_numpy = lambda _: np.zeros(12, dtype=np.uint8)
+    monkeypatch.setattr(drawing, "import_vtk", lambda: vtk)
+    with pytest.raises(RenderError, match=r"made 12 samples, not 1152$"):
+        render(square(), size=(16, 6), output=tmp_path / "picture.png")
+    assert not names_in(tmp_path)
+
+
+def test_a_picture_without_opengl_is_an_error_and_no_file(gl, monkeypatch, no_display, tmp_path):
+    monkeypatch.setattr(ctypes, "CDLL", MagicMock(side_effect=OSError("no such library")))
+    with pytest.raises(RenderError, match="apt install"):
+        render(square(), output=tmp_path / "picture.png")
+    assert not names_in(tmp_path)
+
+
+def test_warnings_of_vtk_are_off_while_drawing_only(gl, monkeypatch):
+    from vtkmodules.vtkCommonCore import vtkObject
+
+    seen = []
+    aim = drawing._aim
+    monkeypatch.setattr(
+        drawing, "_aim", lambda *a: seen.append(vtkObject.GetGlobalWarningDisplay()) or aim(*a)
+    )
+    for state in (1, 0, 1):
+        vtkObject.SetGlobalWarningDisplay(state)
+        render(square(), size=(8, 6))
+        assert vtkObject.GetGlobalWarningDisplay() == state
+    assert seen == [0, 0, 0]
+
+
+DRAW_IN_NEW_PROCESS = """
+import os, sys
+from superfacets import render
+before = dict(os.environ)
+try:
+    render(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), [0], size=(32, 24))
+finally:
+    assert dict(os.environ) == before
+assert "pyvista" not in sys.modules  # takes longer than the picture
+"""
+
+
+def run_python(code, **environment):
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-c", code],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, **environment},
+    )
+
+
+def test_drawing_prints_nothing_and_leaves_the_environment_as_it_was(gl):
+    done = run_python(DRAW_IN_NEW_PROCESS)
+    assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux may lack OpenGL")
+def test_a_machine_without_drivers_gets_an_error_and_no_crash(gl):
+    """Asks for EGL, and hides its vendors from it."""
+    done = run_python(
+        DRAW_IN_NEW_PROCESS,
+        VTK_DEFAULT_OPENGL_WINDOW="vtkEGLRenderWindow",
+        __EGL_VENDOR_LIBRARY_FILENAMES="/none",
+    )
+    assert done.returncode == 1
+    assert done.stderr.rstrip().splitlines()[-1].endswith("(or libosmesa6)")

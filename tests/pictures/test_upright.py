@@ -1,0 +1,89 @@
+"""The guess at the axis that points up: z where the mesh stands much more firmly on it."""
+
+import numpy as np
+import pytest
+from models import read_off
+from shapes import bumpy_sheet, cube, soup, table
+
+from superfacets import Mesh, sample_mesh
+from superfacets.pictures.scene import build_scene
+from superfacets.pictures.upright import guess_up
+
+# Number of a benchmark model, and the axis that points up in it.
+UP_OF_MODELS = {5: "y", 89: "z", 101: "y", 105: "z", 145: "y", 153: "z", 381: "y", 389: "z"}
+
+
+def guess(mesh):
+    return guess_up(build_scene(mesh, None, None))
+
+
+def turned(mesh, steps):
+    """The same, with x, y and z moved on by this many places."""
+    return Mesh(np.roll(mesh.vertices, steps, axis=1), mesh.faces)
+
+
+def room():
+    """Floor and four walls, 5 x 4 and 2.5 high, z up, and open above."""
+    mesh = cube()
+    is_ceiling = (mesh.vertices[mesh.faces][:, :, 2] == 1).all(axis=1)
+    return Mesh(mesh.vertices * [5, 4, 2.5], mesh.faces[~is_ceiling])
+
+
+def hill():
+    """A hill on a plain, z up."""
+    mesh = bumpy_sheet()
+    across = mesh.vertices[:, :2]
+    distance = np.linalg.norm(across - across.mean(axis=0), axis=1) / np.ptp(across[:, 0])
+    return Mesh(np.column_stack([across, np.maximum(0, 0.3 - distance)]), mesh.faces)
+
+
+def test_a_table_stands_on_its_legs():
+    assert guess(table()) == "z"
+    assert guess(turned(table(), 2)) == "y"  # z has become y
+
+
+def test_a_table_upside_down_is_no_reason_for_another_axis():
+    assert guess(turned(Mesh(-table().vertices, table().faces), 2)) == "y"
+
+
+def test_rooms_and_terrain_with_z_up_are_found():
+    assert guess(room()) == "z"
+    assert guess(hill()) == "z"
+    assert guess(turned(hill(), 2)) == "y"
+
+
+def test_what_stands_either_way_has_y_up():
+    assert guess(cube()) == "y"
+    assert guess(Mesh(cube().vertices * [1, 3, 1], cube().faces)) == "y"
+
+
+def test_what_would_tip_over_has_y_up():
+    """A triangle on its tip, leaning toward y: it stands on neither axis."""
+    assert guess(Mesh([[0, 0, 0], [1, 2, 1], [-1, 2, 1]], [[0, 1, 2]])) == "y"
+
+
+def test_the_sample_has_y_up():
+    assert guess(sample_mesh(3_000)) == "y"
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
+def test_place_scale_and_order_do_not_matter(scale):
+    mesh = table()
+    order = np.random.default_rng(0).permutation(mesh.n_faces)
+    moved = Mesh(mesh.vertices * scale + scale * np.array([7, -5, 3]), mesh.faces[order])
+    assert guess(moved) == "z"
+    assert guess(soup(mesh)) == "z"
+
+
+def test_meshes_without_area_have_y_up():
+    assert guess(Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])) == "y"
+
+
+def test_models_of_the_benchmark(benchmark_paths):
+    paths = {int(path.stem): path for path in benchmark_paths}
+    models = UP_OF_MODELS.keys() & paths.keys()
+    if not models:
+        pytest.skip("none of these models is there")
+    assert {model: guess(read_off(paths[model])) for model in models} == {
+        model: UP_OF_MODELS[model] for model in models
+    }

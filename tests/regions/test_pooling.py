@@ -1,0 +1,263 @@
+"""Values of cells pooled to regions, spread to cells again, and labels snapped to regions."""
+
+import numpy as np
+import pytest
+import shapes
+from numpy.testing import assert_allclose, assert_array_equal
+
+import superfacets as sf
+from superfacets.cells.measures import measures_of
+
+HOWS = ("mean", "sum", "max", "min", "majority")
+
+
+def naive_pool(values, labels, how, measures):
+    """The rule, one region at a time."""
+    pooled = []
+    for region in range(labels.max() + 1):
+        inside = labels == region
+        value, weight = values[inside], measures[inside]
+        if how == "majority":
+            sums = {v: weight[value == v].sum() for v in value.tolist() if v != -1}
+            pooled.append(min(sums, key=lambda v: (-sums[v], v), default=-1))
+        elif how == "mean":
+            pooled.append(np.average(value, weights=weight if weight.any() else None))
+        else:
+            pooled.append(
+                {"sum": (value * weight).sum(), "max": value.max(), "min": value.min()}[how]
+            )
+    return np.array(pooled)
+
+
+def random_regions(rng, n, n_regions):
+    """Labels -1..K-1 of n cells, each of 0..K-1 at least once."""
+    labels = rng.integers(-1, n_regions, n)
+    labels[rng.permutation(n)[:n_regions]] = range(n_regions)
+    return labels
+
+
+def test_values_of_two_regions_by_hand():
+    values, labels, measures = [1, 3, 5, 7], [0, 0, 1, -1], [1, 3, 2, 9]
+    by_area = {how: sf.pool(values, labels, how=how, measures=measures).tolist() for how in HOWS}
+    assert by_area == {
+        "mean": [2.5, 5.0], "sum": [10.0, 10.0], "max": [3, 5], "min": [1, 5], "majority": [3, 5],
+    }  # fmt: skip
+    alike = {how: sf.pool(values, labels, how=how).tolist() for how in HOWS}
+    assert alike == {
+        "mean": [2.0, 5.0], "sum": [4.0, 5.0], "max": [3, 5], "min": [1, 5], "majority": [1, 5],
+    }  # fmt: skip
+
+
+def test_integers_stay_integers_but_for_means_and_sums():
+    for dtype in (np.uint8, np.int16, np.int64, np.float32, bool):
+        values = np.array([1, 0, 1], dtype)
+        for how in ("max", "min", "majority")[: 2 if dtype == np.float32 else 3]:
+            assert sf.pool(values, [0, 0, 1], how=how).dtype == dtype
+        for how in ("mean", "sum"):
+            assert sf.pool(values, [0, 0, 1], how=how).dtype == np.float64
+    large = np.array([2**63 - 1, -(2**62), 2**63 - 1])
+    assert sf.pool(large, [0, 0, 1], how="max").tolist() == [2**63 - 1] * 2
+    assert sf.pool(large, [0, 0, 1], how="majority").tolist() == [-(2**62), 2**63 - 1]
+
+
+@pytest.mark.parametrize("how", HOWS)
+@pytest.mark.parametrize("seed", range(3))
+def test_it_is_the_rule_on_random_values(how, seed):
+    rng = np.random.default_rng(seed)
+    n, n_regions = 400, [1, 7, 200][seed]
+    labels = random_regions(rng, n, n_regions)
+    measures = rng.choice([0.0, 0.5, 1.0], n)
+    values = rng.integers(-1, 4, (n, 3))
+    found = sf.pool(values, labels, how=how, measures=measures)
+    for column in range(3):
+        expected = naive_pool(values[:, column], labels, how, measures)
+        assert_allclose(found[:, column], expected, rtol=1e-12, atol=1e-12)
+        assert_array_equal(
+            sf.pool(values[:, column], labels, how=how, measures=measures), found[:, column]
+        )
+
+
+@pytest.mark.parametrize("n_features", [None, 1, 5])
+def test_a_field_that_is_constant_per_region_comes_back(n_features):
+    rng = np.random.default_rng(4)
+    mesh = shapes.bumpy_sheet(20)
+    labels = random_regions(rng, mesh.n_faces, 60)
+    field = rng.normal(1e6, 1, (60, n_features) if n_features else 60)
+    of_faces = sf.unpool(field, labels)
+    for how in ("mean", "max", "min"):
+        assert_array_equal(sf.pool(of_faces, labels, how=how, cells=mesh), field)
+    assert_array_equal(of_faces[labels < 0], np.nan)
+    names = rng.integers(0, 9, 60)
+    majority = sf.pool(sf.unpool(names, labels), labels, how="majority", cells=mesh)
+    assert_array_equal(majority, names)
+
+
+def test_means_keep_their_digits_far_from_zero():
+    values = 1e12 + np.array([0.0, 0.5, 1.0, 0.5])
+    assert sf.pool(values, [0, 0, 0, 0], measures=[0.1, 0.2, 0.1, 0.3]).tolist() == [1e12 + 0.5]
+
+
+def test_cells_give_their_areas():
+    house = sf.PolygonMesh.of_faces(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]]
+    )
+    assert sf.pool([3.0, 6.0], [0, 0], cells=house).tolist() == [4.0]
+    assert sf.pool([3.0, 6.0], [0, 0], how="sum", cells=house).tolist() == [6.0]
+    tets = sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2]],
+                      [[0, 1, 2, 3], [0, 1, 2, 4]])  # fmt: skip
+    assert_allclose(sf.pool([0.0, 3.0], [0, 0], cells=tets), [2.0])
+    graph = sf.CellGraph([[0, 0, 0], [1, 0, 0]], [1, 3], [0, 1, 2], [1, 0], [1, 1])
+    assert sf.pool([0.0, 4.0], [0, 0], cells=graph).tolist() == [3.0]
+    cloud = sf.PointCloud(np.random.default_rng(0).random((50, 3)))
+    areas = measures_of(cloud, 1)
+    assert_allclose(sf.pool(areas > areas.mean(), np.zeros(50, int), how="sum", cells=cloud),
+                    [areas[areas > areas.mean()].sum()])  # fmt: skip
+
+
+def test_values_of_vertices_count_by_corners():
+    mesh = sf.Mesh([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    values = np.array([0.0, 3.0, 6.0, 9.0])
+    assert_allclose(sf.pool(values, [0, 1], cells=mesh), [3.0, 5.0])
+    assert_allclose(sf.pool(values, [0, 1], how="sum", cells=mesh), [1.5, 2.5])
+    assert sf.pool(values, [0, 0], how="max", cells=mesh).tolist() == [9.0]
+    assert sf.pool(values.astype(int), [1, 0], how="min", cells=mesh).tolist() == [0, 0]
+    # Vertices 0 and 2 have two corners each, and so twice the area.
+    assert sf.pool([5, 1, 7, 1], [0, 0], how="majority", cells=mesh).tolist() == [1]
+    assert sf.pool([5, 1, 7, 2], [0, 0], how="majority", cells=mesh).tolist() == [5]
+    tets = sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1]],
+                      [[0, 1, 2, 3], [0, 1, 2, 4]])  # fmt: skip
+    assert_allclose(sf.pool([0.0, 0, 0, 4, 8], [0, 1], cells=tets), [1.0, 2.0])
+
+
+def test_a_linear_field_of_vertices_has_the_mean_of_the_centroids():
+    mesh = shapes.bumpy_sheet(12)
+    labels = random_regions(np.random.default_rng(0), mesh.n_faces, 20)
+    of_vertices = sf.pool(mesh.vertices, labels, cells=mesh)
+    of_faces = sf.pool(mesh.vertices[mesh.faces].mean(axis=1), labels, cells=mesh)
+    assert_allclose(of_vertices, of_faces, atol=1e-12)
+
+
+def test_nan_makes_nan_of_its_region_alone():
+    values = np.array([1.0, np.nan, 3.0, np.inf])
+    for how in ("mean", "sum", "max", "min"):
+        pooled = sf.pool(values, [0, 0, 1, 2], how=how)
+        assert_array_equal(pooled, [np.nan, 3.0, np.inf])
+    assert_array_equal(sf.pool(values, [-1, -1, 0, 0]), [np.inf])
+
+
+def test_regions_without_an_area_count_their_cells_alike():
+    assert sf.pool([1.0, 2.0, 9.0], [0, 0, 1], measures=[0, 0, 1]).tolist() == [1.5, 9.0]
+    assert sf.pool([1.0, 2.0, 9.0], [0, 0, 1], how="sum", measures=[0, 0, 1]).tolist() == [0, 9]
+    assert sf.pool([3, 2, 9], [0, 0, 1], how="majority", measures=[0, 0, 1]).tolist() == [2, 9]
+
+
+def test_there_may_be_no_region_at_all():
+    for how in HOWS:
+        assert sf.pool([1, 2], [-1, -1], how=how).shape == (0,)
+        assert sf.pool(np.empty(0, int), [], how=how).shape == (0,)
+        assert sf.pool([[1, 2], [3, 4]], [-1, -1], how=how).shape == (0, 2)
+    assert (
+        sf.unpool(np.empty((0, 2)), [-1, -1]).tolist()
+        == [[pytest.approx(np.nan, nan_ok=True)] * 2] * 2
+    )
+
+
+def test_large_regions_and_many_small_ones_are_pooled_in_blocks(monkeypatch):
+    rng = np.random.default_rng(0)
+    labels = random_regions(rng, 500, 90)
+    labels[::2] = 11  # longer than a block
+    labels[rng.permutation(500)[:90]] = range(90)
+    values = rng.random((500, 2))
+    expected = {how: sf.pool(values, labels, how=how) for how in ("mean", "sum", "max")}
+    monkeypatch.setattr("superfacets.regions.pooling._ROWS_AT_ONCE", 16)
+    for how, pooled in expected.items():
+        assert_array_equal(sf.pool(values, labels, how=how), pooled)
+
+
+def test_unpool_fills_what_is_in_no_region():
+    assert_array_equal(sf.unpool([1.5, 2.5], [1, -1, 0]), [2.5, np.nan, 1.5])
+    assert sf.unpool([7, 8], [1, -1, 0]).tolist() == [8, -1, 7]
+    assert sf.unpool([7, 8], [1, -1, 0], fill=0).tolist() == [8, 0, 7]
+    assert sf.unpool([True, False], [1, -1], fill=True).tolist() == [False, True]
+    assert sf.unpool(np.array([1, 2], np.uint8), [1, 0]).dtype == np.uint8
+    assert sf.unpool(np.float32([1, 2]), [0, -1], fill=0.1).dtype == np.float32
+    assert sf.unpool(["a", "b"], [1, -1], fill="").tolist() == ["b", ""]
+    assert sf.unpool([7, 8, 9], [1, 1]).tolist() == [8, 8]  # region 0 and 2 are elsewhere
+    for values, fill in [([1, 2], np.nan), ([1, 2], 0.5), (np.uint8([1, 2]), None),
+                         ([True, False], None), (np.int8([1, 2]), 300), (["wood", "a"], "other"),
+                         (["a", "b"], None), (np.array([1, 2], "M8[D]"), None)]:  # fmt: skip
+        with pytest.raises(ValueError, match=r"there are cells labeled -1, and \S+ cannot hold"):
+            sf.unpool(values, [0, -1], fill)
+
+
+def test_snapping_takes_the_majority_by_area():
+    strip = shapes.strip(4)  # all of one area
+    assert sf.snap([3, 3, 1, 2], [0, 0, 0, 1], cells=strip).tolist() == [3, 3, 3, 2]
+    assert sf.snap([3, 1, 1, 3], [0, 0, 0, 0], cells=strip).tolist() == [1] * 4  # a tie
+    house = sf.PolygonMesh.of_faces(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]]
+    )
+    assert sf.snap([8, 2], [0, 0], cells=house).tolist() == [8, 8]
+    assert sf.snap([8, 2], [0, 0]).tolist() == [2, 2]
+
+
+def test_unknown_labels_do_not_vote_and_cells_in_no_region_keep_theirs():
+    noisy = [-1, -1, 5, -1, -1, 7, -1]
+    regions = [0, 0, 0, 1, 1, -1, -1]
+    assert sf.snap(noisy, regions).tolist() == [5, 5, 5, -1, -1, 7, -1]
+    assert noisy == [-1, -1, 5, -1, -1, 7, -1]
+    assert sf.snap(noisy, regions).dtype == np.int32
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_snapping_is_pooling_and_spreading(seed):
+    rng = np.random.default_rng(seed)
+    mesh = shapes.bumpy_sheet(10)
+    regions = random_regions(rng, mesh.n_faces, 30)
+    noisy = rng.integers(-1, 4, mesh.n_faces)
+    snapped = sf.snap(noisy, regions, cells=mesh)
+    majority = sf.pool(noisy, regions, how="majority", cells=mesh)
+    assert_array_equal(snapped, np.where(regions < 0, noisy, sf.unpool(majority, regions)))
+    assert_array_equal(sf.snap(snapped, regions, cells=mesh), snapped)
+
+
+def test_a_segmentation_stands_for_its_labels():
+    mesh = shapes.bumpy_sheet(8)
+    result = sf.segment(mesh, 5)
+    areas = sf.pool(np.ones(mesh.n_faces), result, how="sum", cells=mesh)
+    assert_allclose(areas.sum(), sf.build_face_graph(mesh).measures.sum())
+    assert_array_equal(sf.unpool(areas, result), areas[result.labels])
+    assert_array_equal(sf.snap(result, result), result.labels)
+
+
+def test_what_does_not_fit_is_refused():
+    mesh = shapes.strip(3)
+    cases = [
+        (lambda: sf.pool([1, 2, 3], [0, 0, 0], how="median"), "how must be one of mean, sum"),
+        (lambda: sf.pool([1, 2], [0, 0, 0]), r"^there are 2 values for 3 cells$"),
+        (lambda: sf.pool([1, 2], [0, 0, 0], cells=mesh), "2 values for 3 cells and 5 vertices"),
+        (lambda: sf.pool([[[1]]], [0]), r"values must have shape \(N,\) or \(N, F\), got"),
+        (lambda: sf.pool([1, 2, 3], [0, 2, 0]), "no cell has label 1"),
+        (lambda: sf.pool([1, 2, 3], [0, 3, 0]), r"labels\[1\] is 3; labels are -1..K-1, K <= 3"),
+        (lambda: sf.pool([1, 2, 3], [0, -2, 0]), r"labels\[1\] is -2; labels are -1..K-1"),
+        (lambda: sf.pool([1, 2, 3], [0, 0], cells=mesh), r"there are 2 labels for \d+ cells"),
+        (lambda: sf.pool([1, 2], [0, 0], measures=[1]), "measures must have one value per cell"),
+        (lambda: sf.pool([1, 2], [0, 0], measures=[1, -1]), r"measures\[1\] is -1"),
+        (lambda: sf.pool([1, 2, 3], [0, 0, 0], cells=mesh, measures=[1, 1, 1]), "not both"),
+        (lambda: sf.pool(np.ma.masked_less([1, 2], 2), [0, 0]), "values has masked entries"),
+        (lambda: sf.unpool(3, [0, 0]), "values must have one value or row per region"),
+        (lambda: sf.unpool([1, 2], [0, 2]), r"labels\[1\] is 2 but there are 2 values"),
+        (lambda: sf.unpool([1, 2], [0, -2]), r"labels\[1\] is -2"),
+        (lambda: sf.snap([1, 2], [0, 2]), r"regions\[1\] is 2; labels are -1..K-1"),
+        (lambda: sf.snap([1], [0, 0]), "there are 1 noisy_labels for 2 cells"),
+        (lambda: sf.snap([1, -2], [0, 0]), r"noisy_labels\[1\] is -2"),
+    ]  # fmt: skip
+    for call, message in cases:
+        with pytest.raises(ValueError, match=message):
+            call()
+    with pytest.raises(TypeError, match="the majority is of integers or bools, got float64"):
+        sf.pool([1.0, 2.0], [0, 0], how="majority")
+    with pytest.raises(TypeError, match="values must be numbers, got <U1"):
+        sf.pool(["a", "b"], [0, 0])
+    with pytest.raises(TypeError, match="labels must be integers"):
+        sf.pool([1, 2], [0.0, 0.0])

@@ -1,0 +1,132 @@
+"""Labels of vertices: the rule by hand, and one vertex at a time."""
+
+import numpy as np
+import pytest
+import shapes
+from numpy.testing import assert_array_equal
+
+import superfacets as sf
+from superfacets.cells.majority import weighted_majority
+from superfacets.mesh.tet_mesh import signed_volumes
+from superfacets.regions.vertices import vertex_ids
+
+SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+
+
+def naive_vertex_labels(n_vertices, cells, measures, labels):
+    """The rule, one vertex at a time."""
+    found = []
+    for vertex in range(n_vertices):
+        weights = {}
+        for cell, measure, label in zip(cells, measures, labels, strict=True):
+            if vertex in cell and label >= 0:
+                weights[label] = weights.get(label, 0.0) + measure
+        found.append(min(weights, key=lambda x: (-weights[x], x), default=-1))
+    return found
+
+
+def test_the_label_with_the_larger_area_wins_and_the_lower_of_equals():
+    #  3---2      4
+    #  | / |  \
+    #  0---1----- 5 (far to the right): the face 1 5 2 is larger than both others
+    mesh = sf.Mesh([*SQUARE, [9, 9, 9], [3, 0, 0]], [[0, 1, 2], [0, 2, 3], [1, 5, 2]])
+    assert sf.vertex_labels(mesh, [7, 4, 9]).tolist() == [4, 9, 9, 4, -1, 9]
+    # Together the two halves of the square are as large as the third face: a tie at vertex 2.
+    assert sf.vertex_labels(mesh, [7, 7, 9]).tolist() == [7, 9, 7, 7, -1, 9]
+
+
+def test_faces_without_a_label_do_not_count():
+    mesh = sf.Mesh([*SQUARE, [3, 0, 0]], [[0, 1, 2], [0, 2, 3], [1, 4, 2]])
+    assert sf.vertex_labels(mesh, [7, -1, -1]).tolist() == [7, 7, 7, -1, -1]
+
+
+def test_faces_without_an_area_count_where_there_are_no_others():
+    mesh = sf.Mesh([*SQUARE, [2, 0, 0]], [[0, 1, 2], [0, 2, 3], [1, 4, 4], [4, 1, 4]])
+    assert sf.vertex_labels(mesh, [7, 7, 5, 3]).tolist() == [7, 7, 7, 7, 3]
+
+
+def test_vertices_at_one_position_are_two():
+    soup = shapes.soup(shapes.strip(4))
+    assert sf.vertex_labels(soup, [3, 2, 1, 0]).tolist() == [3] * 3 + [2] * 3 + [1] * 3 + [0] * 3
+
+
+def test_polygons_and_tetrahedra_vote_by_area_and_volume():
+    house = sf.PolygonMesh.of_faces([*SQUARE, [0.5, 2, 0]], [[0, 1, 2, 3], [3, 2, 4]])
+    assert sf.vertex_labels(house, [5, 2]).tolist() == [5, 5, 5, 5, 2]
+    tets = sf.TetMesh(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -2], [5, 5, 5]],
+        [[0, 1, 2, 3], [0, 1, 2, 4]],  # volumes 1/6, and 1/3 turned inside out
+    )
+    assert sf.vertex_labels(tets, [1, 2]).tolist() == [2, 2, 2, 1, 2, -1]
+
+
+def test_points_keep_their_labels():
+    assert sf.vertex_labels(np.array(SQUARE, float), [3, -1, 3, 0]).tolist() == [3, -1, 3, 0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_is_the_rule_on_random_labels(seed):
+    rng = np.random.default_rng(seed)
+    sheet = shapes.bumpy_sheet(8, seed)
+    areas = sf.build_face_graph(sheet).measures
+    labels = rng.integers(-1, 4, sheet.n_faces)
+    expected = naive_vertex_labels(sheet.n_vertices, sheet.faces.tolist(), areas, labels)
+    assert sf.vertex_labels(sheet, labels).tolist() == expected
+    tets = sf.TetMesh(
+        rng.normal(size=(12, 3)), rng.permuted(np.tile(range(12), (30, 1)), axis=1)[:, :4]
+    )
+    labels = rng.integers(-1, 3, 30)
+    volumes = np.abs(signed_volumes(tets))
+    expected = naive_vertex_labels(12, tets.tets.tolist(), volumes, labels)
+    assert sf.vertex_labels(tets, labels).tolist() == expected
+
+
+def test_each_region_has_an_id_while_there_are_vertices():
+    sheet = shapes.bumpy_sheet(6)
+    labels = np.full(sheet.n_faces, 2**31 - 1)
+    labels[[10, 40]] = 5, 9  # most of the area around no vertex
+    ids = vertex_ids(sheet, labels.astype(np.int32))
+    assert [*np.unique(ids)] == [5, 9, 2**31 - 1]
+    assert [np.count_nonzero(ids == region) for region in (5, 9)] == [1, 1]
+    assert np.flatnonzero(ids == 5)[0] in sheet.faces[10]
+    assert np.flatnonzero(ids == 9)[0] in sheet.faces[40]
+
+
+def test_ids_of_polygons_tetrahedra_and_points_are_alike():
+    quads = sf.PolygonMesh.of_faces(*grid_of_quads(4))
+    labels = np.zeros(quads.n_faces, np.int32)
+    labels[5] = 1
+    assert 1 not in sf.vertex_labels(quads, labels)
+    assert np.count_nonzero(vertex_ids(quads, labels) == 1) == 1
+    tets = sf.TetMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [3, 3, 3]],
+                      [[1, 2, 3, 4], [0, 1, 2, 3]])  # fmt: skip
+    assert {*vertex_ids(tets, np.array([3, 8], np.int32)).tolist()} == {3, 8}
+    cloud = sf.PointCloud(quads.vertices)
+    assert_array_equal(vertex_ids(cloud, np.arange(25, dtype=np.int32)), np.arange(25))
+
+
+def grid_of_quads(n):
+    """Vertices and faces of n x n unit squares."""
+    x, y = np.meshgrid(np.arange(n + 1), np.arange(n + 1))
+    first = (np.arange(n)[:, np.newaxis] * (n + 1) + np.arange(n)).ravel()
+    faces = first[:, np.newaxis] + [0, 1, n + 2, n + 1]
+    return np.stack([x, y, 0 * x], axis=2).reshape(-1, 3), faces
+
+
+def test_labels_are_checked():
+    mesh = shapes.strip(3)
+    with pytest.raises(ValueError, match=r"there are 2 labels for 3 cells"):
+        sf.vertex_labels(mesh, [0, 1])
+    with pytest.raises(ValueError, match=r"labels\[1\] is -2; it must be -1 to 2147483647"):
+        sf.vertex_labels(mesh, [0, -2, 1])
+    with pytest.raises(ValueError, match=r"labels\[2\] is 4294967296; it must be -1"):
+        sf.vertex_labels(mesh, [0, 1, 2**32])
+    with pytest.raises(TypeError, match="labels must be integers, got float64"):
+        sf.vertex_labels(mesh, [0.0, 1.0, 2.0])
+
+
+def test_a_majority_takes_labels_up_to_the_largest():
+    groups, labels = np.array([0, 0, 1, 1, 1]), np.array([2**31 - 1, -1, 5, 2**31 - 1, 5])
+    weights = np.array([2.0, 1.0, 1.0, 1.5, 1.0])
+    found = weighted_majority(groups, labels.astype(np.int32), weights, 2)
+    assert found.tolist() == [2**31 - 1, 5]
