@@ -99,7 +99,8 @@ def label_folder(page: Page) -> None:
     page.keyboard.press("Escape")
     page.keyboard.press("Home")
     page.mouse.move(300, 760)
-    page.wait_for_timeout(8000)  # for the small pictures
+    small = "[...document.querySelectorAll('#files img')].every(one => one.naturalWidth)"
+    page.wait_for_function(f"() => {small}", timeout=120_000)
 
 
 def main() -> None:

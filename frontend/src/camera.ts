@@ -13,7 +13,7 @@ export class Camera {
   private azimuth = 0;
   private elevation = 0;
   private axes: Vector3[] = [];
-  private size = 1;
+  size = 1; // of the mesh: its reach from the middle
   private flight = 0; // number of the latest one
   private bounds: { positions: Float32Array } | null = null;
 
@@ -42,7 +42,7 @@ export class Camera {
 
   /** Go so far away that all positions are in the picture. */
   private fit(positions: Float32Array): void {
-    const [right, up, toward] = this.rows();
+    const [right, up, toward] = this.directions();
     const step = 3 * Math.max(1, Math.floor(positions.length / 3 / FIT_POINTS));
     const reach = 1 / (Math.tan((FIELD * Math.PI) / 360) * 0.88);
     const at = new Vector3();
@@ -60,7 +60,7 @@ export class Camera {
   }
 
   /** Right, up and toward the viewer. */
-  private rows(): [Vector3, Vector3, Vector3] {
+  directions(): [Vector3, Vector3, Vector3] {
     const [right, up, front] = this.axes;
     const [s, c] = [Math.sin(this.azimuth), Math.cos(this.azimuth)];
     const [t, d] = [Math.sin(this.elevation), Math.cos(this.elevation)];
@@ -71,7 +71,7 @@ export class Camera {
 
   private update(): void {
     if (!this.axes.length) return;
-    const [right, up, toward] = this.rows();
+    const [right, up, toward] = this.directions();
     this.lens.position.copy(this.target).addScaledVector(toward, this.distance);
     this.lens.quaternion.setFromRotationMatrix(new Matrix4().makeBasis(right, up, toward));
     const reach = this.size + this.target.length();
@@ -92,7 +92,7 @@ export class Camera {
   /** Move what is seen by a share of the picture's height. */
   pan(x: number, y: number): void {
     this.flight++;
-    const [right, up] = this.rows();
+    const [right, up] = this.directions();
     const height = 2 * Math.tan((FIELD * Math.PI) / 360) * this.distance;
     this.target.addScaledVector(right, -x * height).addScaledVector(up, y * height);
     this.update();
@@ -105,11 +105,11 @@ export class Camera {
     this.pan(x, y);
   }
 
-  /** Fly in front of a place with a normal, near enough for something of a radius. */
-  fly(place: Vector3, normal: Vector3, radius: number): void {
+  /** Fly in front of a place with a normal, to a distance at most if that is not nearer already. */
+  fly(place: Vector3, normal: Vector3, distance: number): void {
     const from = [this.azimuth, this.elevation, this.distance, ...this.target.toArray()];
     const to = [...this.anglesToward(normal), this.distance, ...place.toArray()];
-    to[2] = Math.min(this.distance, Math.max(12 * radius, 0.3 * this.size));
+    to[2] = Math.min(this.distance, Math.max(distance, 1e-3 * this.size));
     to[0] = from[0] + Math.atan2(Math.sin(to[0] - from[0]), Math.cos(to[0] - from[0]));
     const number = ++this.flight;
     const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;

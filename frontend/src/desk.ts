@@ -129,13 +129,12 @@ export class Desk {
   }
 
   moveCursor(steps: number): void {
-    const hidden = (region: number): boolean => this.isHidden(region);
-    const count = this.order.length;
+        const count = this.order.length;
     if (!count) return;
     let at = this.cursor < 0 ? (steps > 0 ? -1 : 0) : this.order.indexOf(this.cursor);
     for (let i = 0; i < count; i++) {
       at = (at + steps + count) % count;
-      if (!hidden(this.order[at])) break;
+      if (!this.isRegionHidden(this.order[at])) break;
     }
     this.setCursor(this.order[at]);
   }
@@ -167,7 +166,8 @@ export class Desk {
     place.divideScalar(count);
     let reach = 0;
     for (const cell of cells) if (mesh.middleOf(cell, at)) reach = Math.max(reach, at.distanceTo(place));
-    this.drawing.camera.fly(place, normal, reach);
+    const { camera } = this.drawing;
+    camera.fly(place, normal, Math.max(12 * reach, 0.3 * camera.size));
   }
 
   /** Paint what is selected, or the region under pointer or cursor. */
@@ -189,7 +189,7 @@ export class Desk {
     let best = -1;
     let most = 0;
     for (let region = 0; region < regions.count; region++) {
-      if (regions.areas[region] <= most || this.isHidden(region)) continue;
+      if (regions.areas[region] <= most || this.isRegionHidden(region)) continue;
       const bare = classes.bareArea(regions.cellsOf(region));
       if (2 * bare < regions.areas[region] || bare <= most) continue;
       [best, most] = [region, bare];
@@ -236,8 +236,11 @@ export class Desk {
     this.say(`${bare.length + 1} similar regions: ${this.className(this.currentClass)}.`);
   }
 
-  private isHidden(region: number): boolean {
-    const [cell] = this.session.regions.cellsOf(region);
+  private isRegionHidden(region: number): boolean {
+    return this.isHidden(this.session.regions.cellsOf(region)[0]);
+  }
+
+  isHidden(cell: number): boolean {
     return (this.drawing.cells.marksOf(cell) & MARK_HIDDEN) !== 0;
   }
 

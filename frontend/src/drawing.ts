@@ -39,6 +39,7 @@ export class Drawing {
   private isStale = false; // the first pass is out of date
   private scheduled = 0;
   private refining = 0;
+  afterDraw: () => void = () => undefined;
   private viewMs = 0; // that a view of this mesh takes; 0: not measured yet
 
   constructor(
@@ -223,6 +224,7 @@ export class Drawing {
     this.renderer.setRenderTarget(null);
     this.renderer.render(this.imageScene, this.imageLens);
     this.cells.sent();
+    this.afterDraw();
   }
 
   private drawCells(): void {

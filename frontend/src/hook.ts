@@ -1,6 +1,7 @@
 // `window.studio`, for tests and for the curious.
 
 import type { Desk } from "./desk";
+import type { Modes } from "./modes";
 import type { Place } from "./picking";
 
 export interface Hook {
@@ -8,6 +9,7 @@ export interface Hook {
   readonly revision: number;
   readonly nRegions: number;
   readonly nWaiting: number;
+  readonly isIdle: boolean; // nothing is under way
   labels(): number[];
   classOf(cell: number): number;
   screenOf(cell: number): Place | null;
@@ -16,11 +18,12 @@ export interface Hook {
   pixelAt(x: number, y: number): [number, number, number];
   fps(): number;
   cursor(): number;
+  cellCursor(): number;
   readonly desk: Desk; // for measurements and pictures
 }
 
 /** Places are in pixels of the page, from the canvas's upper left corner. */
-export function makeHook(desk: Desk, isLoaded: () => boolean): Hook {
+export function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean): Hook {
   const { session, drawing } = desk;
   return {
     get ready() {
@@ -35,6 +38,9 @@ export function makeHook(desk: Desk, isLoaded: () => boolean): Hook {
     get nWaiting() {
       return session.nWaiting;
     },
+    get isIdle() {
+      return session.online && session.isIdle;
+    },
     labels: () => [...session.regions.labels],
     classOf: (cell) => session.classes.of[cell],
     screenOf: (cell) => desk.picker.placeOf(cell),
@@ -46,6 +52,7 @@ export function makeHook(desk: Desk, isLoaded: () => boolean): Hook {
     },
     fps: () => drawing.framesPerSecond(),
     cursor: () => desk.cursor,
+    cellCursor: () => modes.cellCursor.cell,
     desk,
   };
 }

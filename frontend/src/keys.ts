@@ -55,7 +55,7 @@ export class Keys {
       ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
       { names: ["0"], what: "no class: strokes erase", run: () => desk.choose(0) },
       { names: ["Enter"], onCanvas: true, what: "paint the chosen region; in split mode: cut", run: () => this.confirm() },
-      { names: ["Delete", "Backspace"], shown: "Delete", what: "remove its class", run: () => desk.paintActive(0) },
+      { names: ["Delete", "Backspace"], shown: "Delete", what: "remove its class", run: () => this.erase() },
       { names: ["f"], what: "paint similar regions too", run: () => void desk.fillSimilar() },
       { names: ["Ctrl+z"], what: "undo", run: () => void desk.session.undo() },
       { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void desk.session.redo() },
@@ -95,6 +95,7 @@ export class Keys {
     return [
       { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions, none chosen", run: () => this.leave() },
       { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
+      { names: [], shown: "B, then arrows", what: "from cell to cell; Enter paints it, Delete removes its class", run: () => undefined },
       { names: ["l"], what: "lasso; again: of single cells", run: () => modes.nextLasso() },
       { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
       { names: ["?"], what: "this help", run: () => this.help.showModal() },
@@ -104,8 +105,8 @@ export class Keys {
   private view(): Key[] {
     const { camera } = this.desk.drawing;
     const arrow = (name: string, x: number, y: number): Key => ({
-      names: [`Arrow${name}`], shown: name === "Left" ? "Arrows" : "", what: "turn", onCanvas: true,
-      run: () => camera.orbit(TURN * x, TURN * y),
+      names: [`Arrow${name}`], shown: name === "Left" ? "Arrows" : "", what: "turn; with the brush: next cell", onCanvas: true,
+      run: () => this.arrow(x, y),
     });
     const shifted = (name: string, x: number, y: number): Key => ({
       names: [`Shift+Arrow${name}`], shown: name === "Left" ? "Shift+Arrows" : "", what: "move",
@@ -136,6 +137,18 @@ export class Keys {
     const { tool } = this.modes;
     if (tool.confirm) tool.confirm();
     else this.desk.paintActive(this.desk.currentClass);
+  }
+
+  private erase(): void {
+    const { tool } = this.modes;
+    if (tool.erase) tool.erase();
+    else this.desk.paintActive(0);
+  }
+
+  private arrow(x: number, y: number): void {
+    const { tool } = this.modes;
+    if (tool.arrow) tool.arrow(x, -y);
+    else this.desk.drawing.camera.orbit(TURN * x, TURN * y);
   }
 
   private resize(factor: number, otherwise: () => void): void {

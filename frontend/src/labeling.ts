@@ -1,13 +1,14 @@
 // Which region each cell is in, and which class it has.
 
+import { Groups } from "./groups";
+
 export const NO_REGION = -1;
 
 /** Cells of each region, one after the other. */
 export class Regions {
   readonly count: number;
   readonly areas: Float64Array;
-  private readonly starts: Uint32Array;
-  private readonly members: Uint32Array;
+  private readonly groups: Groups;
 
   constructor(
     readonly labels: Int32Array,
@@ -18,20 +19,12 @@ export class Regions {
     for (const label of labels) if (label > highest) highest = label;
     this.count = highest + 1;
     this.areas = new Float64Array(this.count);
-    this.starts = new Uint32Array(this.count + 1);
-    for (let i = 0; i < labels.length; i++) {
-      if (labels[i] < 0) continue;
-      this.starts[labels[i] + 1]++;
-      this.areas[labels[i]] += areas[i];
-    }
-    for (let k = 0; k < this.count; k++) this.starts[k + 1] += this.starts[k];
-    this.members = new Uint32Array(this.starts[this.count]);
-    const next = this.starts.slice();
-    for (let i = 0; i < labels.length; i++) if (labels[i] >= 0) this.members[next[labels[i]]++] = i;
+    for (let i = 0; i < labels.length; i++) if (labels[i] >= 0) this.areas[labels[i]] += areas[i];
+    this.groups = new Groups(labels, this.count);
   }
 
   cellsOf(region: number): Uint32Array {
-    return this.members.subarray(this.starts[region], this.starts[region + 1]);
+    return this.groups.of(region);
   }
 
   /** Cells of several regions in rising order. */

@@ -37,7 +37,7 @@ async function start(): Promise<void> {
     new ParametersPanel(session);
     new ExchangePanel(session);
     watchTools(desk);
-    window.studio = makeHook(desk, () => part("loading").hidden === true);
+    window.studio = makeHook(desk, modes, () => part("loading").hidden === true);
     await session.loadFiles();
     await session.open(session.files[0].id);
   } catch (error) {

@@ -19,11 +19,12 @@ const AXES = {
   z: [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
 };
 
-const CELL_NAMES: Record<Kind, string> = {
-  triangles: "triangles",
-  polygons: "faces",
-  points: "points",
-  tets: "tetrahedra",
+// One, and several.
+const CELL_NAMES: Record<Kind, [string, string]> = {
+  triangles: ["triangle", "triangles"],
+  polygons: ["face", "faces"],
+  points: ["point", "points"],
+  tets: ["tetrahedron", "tetrahedra"],
 };
 
 export class Mesh {
@@ -37,7 +38,8 @@ export class Mesh {
   readonly measure: "area" | "volume";
   readonly normals: Float32Array | null; // (V, 3), of points only
   readonly pointSize: number;
-  readonly cellName: string;
+  readonly oneCell: string; // what a cell is called
+  readonly cellName: string; // and several
   private readonly firstTriangle: Int32Array | null; // of each cell; -1 where none is outside
 
   constructor(buffer: ArrayBuffer) {
@@ -53,7 +55,7 @@ export class Mesh {
     const isCloud = header.kind === "points";
     this.triangles = isCloud ? null : (arrays.triangles as Uint32Array);
     this.triangleCells = (arrays.triangle_cells as Uint32Array | undefined) ?? null;
-    this.cellName = CELL_NAMES[header.kind];
+    [this.oneCell, this.cellName] = CELL_NAMES[header.kind];
     this.firstTriangle = this.triangleCells && firstPlaces(this.triangleCells, this.nCells);
   }
 

@@ -1,5 +1,6 @@
 // Which tool has the left button; the bar says so at all times.
 
+import { CellCursor } from "./cellcursor";
 import type { Desk } from "./desk";
 import { make, part } from "./page";
 import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
@@ -14,15 +15,17 @@ const BUTTONS: [ModeName, string, string][] = [
 ];
 
 export class Modes {
+  readonly cellCursor: CellCursor;
   private readonly tools: Record<ModeName, Tool>;
   private readonly buttons = new Map<ModeName, HTMLButtonElement>();
   current: ModeName = "paint";
 
   constructor(private readonly desk: Desk) {
     const line = part<SVGPolygonElement>("lasso-line");
+    this.cellCursor = new CellCursor(desk, part<SVGCircleElement>("cell-ring"));
     this.tools = {
       paint: new RegionBrush(desk),
-      brush: new CellBrush(desk, part<SVGCircleElement>("brush-circle")),
+      brush: new CellBrush(desk, part<SVGCircleElement>("brush-circle"), this.cellCursor),
       lasso: new Lasso(desk, line, false),
       "lasso-cells": new Lasso(desk, line, true),
       split: new Splitter(desk),

@@ -25,6 +25,7 @@ const MAX_KEPT = 4_000_000;
 export class Saver {
   private waiting: Stroke[] = [];
   private running: Promise<void> | null = null;
+  private isHeld = false;
 
   constructor(
     private readonly api: Api,
@@ -57,7 +58,7 @@ export class Saver {
   }
 
   private async send(): Promise<void> {
-    while (this.waiting.length) {
+    while (this.waiting.length && !this.isHeld) {
       const count = this.joinable();
       const parts = this.waiting.slice(0, count);
       try {
@@ -76,7 +77,17 @@ export class Saver {
         this.listener.refused(error as ServerError);
       }
     }
-    this.forget();
+    if (!this.waiting.length) this.forget();
+  }
+
+  /** Strokes wait while something else is under way that they must not overtake. */
+  hold(): void {
+    this.isHeld = true;
+  }
+
+  release(): void {
+    this.isHeld = false;
+    void this.flush();
   }
 
   /** How many of the first that wait are parts of one stroke. */

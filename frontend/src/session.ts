@@ -56,8 +56,11 @@ export class Session {
   online = true;
   private saver!: Saver;
   private segmentation: AbortController | null = null;
+  private segmenting: Promise<void> = Promise.resolve();
   private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
   private lastSeconds = 0;
+  private steps: Promise<unknown> = Promise.resolve(); // see `alone`
+  private nSteps = 0; // that are under way
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
@@ -71,15 +74,55 @@ export class Session {
     return this.saver?.count ?? 0;
   }
 
+  /** Nothing is under way: what is shown is what the server has. */
+  get isIdle(): boolean {
+    return !this.nSteps && !this.nWaiting && !this.wanted && !this.segmentation;
+  }
+
+  /**
+   * Do what reads or writes the whole state: one after the other, with strokes either before or
+   * behind it. Answers that overtake each other would leave wrong classes on the page.
+   */
+  private alone<T>(work: () => Promise<T>): Promise<T> {
+    this.nSteps++;
+    const done = this.steps.then(async () => {
+      const { saver } = this; // the work may put another one there
+      await saver?.flush();
+      saver?.hold();
+      try {
+        return await work();
+      } finally {
+        this.nSteps--;
+        saver?.release();
+      }
+    });
+    this.steps = done.catch(() => undefined);
+    return done;
+  }
+
+  /** The same with errors shown; false if there was one. */
+  private async attempt(work: () => Promise<void>): Promise<boolean> {
+    try {
+      await this.alone(work);
+      return true;
+    } catch (error) {
+      this.report(error);
+      return false;
+    }
+  }
+
   async loadFiles(): Promise<void> {
     this.files = await this.api.get<FileEntry[]>("/api/files");
     this.events.emit("files", this.files);
   }
 
-  async open(fileId: number): Promise<void> {
-    if (this.saver) await this.saver.flush();
-    if (this.nWaiting) throw new ServerGone();
+  open(fileId: number): Promise<void> {
     this.cancelSegmentation();
+    return this.segmenting.then(() => this.alone(() => this.openNow(fileId)));
+  }
+
+  private async openNow(fileId: number): Promise<void> {
+    if (this.nWaiting) throw new ServerGone();
     const path = `/api/files/${fileId}`;
     const [mesh, state] = await Promise.all([
       this.api.buffer(`${path}/mesh`).then((buffer) => new Mesh(buffer)),
@@ -104,7 +147,7 @@ export class Session {
     this.events.emit("cells", null);
     this.events.emit("regions", this.regions);
     this.take({});
-    await this.saver.flush();
+    void this.saver.flush();
   }
 
   private takeClasses(ids: ArrayBuffer): void {
@@ -133,8 +176,9 @@ export class Session {
     this.events.emit("regions", this.regions);
   }
 
+  /** News that are older than what is known are not taken. */
   private take(news: Partial<State>): void {
-    Object.assign(this.state, news);
+    if (news.seq === undefined || news.seq >= this.state.seq) Object.assign(this.state, news);
     this.events.emit("state", this.state);
   }
 
@@ -161,10 +205,12 @@ export class Session {
   }
 
   private async step(what: "undo" | "redo", nothing: string): Promise<void> {
-    await this.saver.flush();
     try {
-      const reply = await this.post<UndoReply>(what);
-      await this.takeUndo(reply);
+      const reply = await this.alone(async () => {
+        const found = await this.post<UndoReply>(what);
+        await this.takeUndo(found);
+        return found;
+      });
       this.events.emit("message", `${what === "undo" ? "Undone" : "Done again"}: ${reply.kind}.`);
     } catch (error) {
       if (error instanceof ServerError && error.status === 409) this.events.emit("message", nothing);
@@ -178,6 +224,10 @@ export class Session {
     const ids = uint16FromBase64(reply.classes);
     cells.forEach((cell, i) => this.classes.set(cell, ids[i]));
     this.events.emit("cells", cells);
+    for (const stroke of this.saver.strokes) {
+      this.show(stroke.cells, stroke.class);
+      this.events.emit("cells", stroke.cells);
+    }
     if (reply.kind !== "paint") await this.reload();
     this.take({ seq, progress, can_undo, can_redo, parameters });
   }
@@ -194,7 +244,7 @@ export class Session {
   /** Segment with these parameters. Of several previews only the newest is made. */
   segment(parameters: Partial<Parameters>, preview: boolean): void {
     this.wanted = { parameters, preview };
-    if (!this.segmentation) void this.segmentWanted();
+    if (!this.segmentation) this.segmenting = this.segmentWanted();
     else if (this.lastSeconds > SHORT_SECONDS) this.segmentation.abort();
   }
 
@@ -233,49 +283,41 @@ export class Session {
       if (line.revision !== this.regions.revision) await this.loadRegions(line.revision);
     }
     this.lastSeconds = (performance.now() - started) / 1000;
-    if (!preview) this.take(await this.api.get<State>(`${this.path}/state`));
+    if (!preview) this.take(await this.alone(() => this.api.get<State>(`${this.path}/state`)));
   }
 
-  async split(region: number, red: number[], blue: number[]): Promise<boolean> {
-    try {
-      const revision = this.regions.revision;
+  split(region: number, red: number[], blue: number[]): Promise<boolean> {
+    const { revision } = this.regions;
+    return this.attempt(async () => {
       const reply = await this.post<SplitReply>("split", { region, revision, red, blue });
       await this.loadRegions(reply.revision);
       this.take(await this.api.get<State>(`${this.path}/state`));
-      return true;
-    } catch (error) {
-      this.report(error);
-      return false;
-    }
+    });
   }
 
   /** Regions like this one; none if the server is gone. */
   async similar(region: number, tolerance: number): Promise<number[]> {
-    try {
-      const body = { region, revision: this.regions.revision, tolerance };
-      return (await this.post<{ regions: number[] }>("similar", body)).regions;
-    } catch (error) {
-      this.report(error);
-      return [];
-    }
+    const { revision } = this.regions;
+    let regions: number[] = [];
+    await this.attempt(async () => {
+      const body = { region, revision, tolerance };
+      ({ regions } = await this.post<{ regions: number[] }>("similar", body));
+    });
+    return regions;
   }
 
   async setClasses(classes: ClassEntry[]): Promise<void> {
-    try {
-      await this.saver.flush();
+    const isDone = await this.attempt(async () => {
       await this.post<unknown>("classes", { classes });
       await this.reload();
-    } catch (error) {
-      this.events.emit("classes", this.state.classes);
-      this.report(error);
-    }
+    });
+    if (!isDone) this.events.emit("classes", this.state.classes);
   }
 
   /** Write a file beside the input; one that may be somebody else's is replaced only if told. */
   async exportTo(format: string, what: string, replace = false): Promise<void> {
     try {
-      await this.saver.flush();
-      const { path } = await this.post<{ path: string }>("export", { format, what, replace });
+      const { path } = await this.alone(() => this.post<{ path: string }>("export", { format, what, replace }));
       this.events.emit("message", `Written: ${path}`);
     } catch (error) {
       const isThere = error instanceof ServerError && error.status === 409 && !replace;
@@ -293,16 +335,16 @@ export class Session {
   }
 
   async importFrom(files: { name: string; data: string }[]): Promise<void> {
-    try {
-      await this.saver.flush();
+    const isDone = await this.attempt(async () => {
       await this.post<PaintReply>("import", { files });
-      await this.reload();
-      await this.loadClasses();
-      this.take({});
-      this.events.emit("message", "Read and painted.");
-    } catch (error) {
-      this.report(error);
-    }
+      await this.readAnew();
+    });
+    if (isDone) this.events.emit("message", "Read and painted.");
+  }
+
+  private async readAnew(): Promise<void> {
+    await this.loadClasses();
+    await this.reload();
   }
 
   private post<T>(what: string, body: unknown = {}): Promise<T> {
@@ -320,12 +362,7 @@ export class Session {
   /** A stroke was refused: show again what the server has. */
   private async refused(error: ServerError): Promise<void> {
     this.report(error);
-    try {
-      await this.loadClasses();
-      await this.reload();
-    } catch (second) {
-      this.report(second);
-    }
+    await this.attempt(() => this.readAnew());
   }
 
   private lose(): void {
@@ -338,12 +375,13 @@ export class Session {
     try {
       const state = await this.api.get<State>(`${this.path}/state`);
       if (state.input.n_cells !== this.mesh.nCells) throw new Error("another file is served now");
-      await this.saver.flush();
-      if (this.nWaiting) throw new ServerGone();
-      await this.loadClasses();
-      await this.loadRegions((await this.api.get<State>(`${this.path}/state`)).revision);
+      await this.alone(async () => {
+        if (this.nWaiting) throw new ServerGone();
+        await this.loadClasses();
+        await this.loadRegions((await this.api.get<State>(`${this.path}/state`)).revision);
+        await this.reload();
+      });
       this.online = true;
-      await this.reload();
       this.events.emit("online", true);
     } catch (error) {
       this.online = false;
@@ -354,15 +392,14 @@ export class Session {
 
   /** See from time to time whether the server is there and nobody else has painted. */
   private async beat(): Promise<void> {
-    if (!this.online || !this.state || this.nWaiting || this.segmentation || document.hidden) return;
+    if (!this.online || !this.state || !this.isIdle || document.hidden) return;
     try {
-      const { seq } = await this.api.get<Progress>(`${this.path}/state`);
-      if (seq === this.state.seq || this.nWaiting) return;
-      await this.loadClasses();
-      await this.reload();
+      await this.alone(async () => {
+        const { seq } = await this.api.get<Progress>(`${this.path}/state`);
+        if (seq !== this.state.seq) await this.readAnew();
+      });
     } catch (error) {
       if (error instanceof ServerGone) this.lose();
     }
   }
 }
-

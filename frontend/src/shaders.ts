@@ -146,6 +146,7 @@ vec3 shade(ivec2 p, ivec2 limit) {
   vec3 result = min(base * light, 1.0);
   bool is_marked = (state.b & 3u) != 0u;
   if (is_active && !is_marked) result = mix(result, vec3(1.0), region == hovered ? 0.3 : 0.16);
+  if ((state.b & 8u) != 0u) result = mix(result, accent, 0.6);
   if (!has_borders && !is_active) return result;
   bool is_border = false;
   bool is_edge = false;

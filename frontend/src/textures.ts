@@ -51,6 +51,7 @@ export function numberTexture(values: Uint32Array | Int32Array): DataTexture {
 export const MARK_RED = 1; // strokes of split mode
 export const MARK_BLUE = 2;
 export const MARK_HIDDEN = 4;
+export const MARK_CURSOR = 8; // the keyboard's, on one cell
 
 /** Per cell: its class in two bytes, and marks. */
 export class CellTexture {

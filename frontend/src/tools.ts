@@ -1,6 +1,7 @@
 // The modes. One of them gets what the left button does on the canvas.
 
 import { Vector3 } from "three";
+import type { CellCursor } from "./cellcursor";
 import type { Desk } from "./desk";
 import { NOT_SEEN } from "./drawing";
 import { type Place, placesBetween } from "./picking";
@@ -17,6 +18,8 @@ export interface Tool {
   enter?(): void;
   leave?(): void;
   confirm?(): void; // Enter
+  erase?(): void; // Delete
+  arrow?(x: number, y: number): void; // to the right and up
   resize?(factor: number): void;
 }
 
@@ -69,7 +72,8 @@ export class RegionBrush implements Tool {
 /** Paints single cells within a circle. */
 export class CellBrush implements Tool {
   readonly name = "Brush single cells";
-  readonly hint = "Drag paints · Shift removes · [ and ] change the radius · Esc leaves";
+  readonly hint =
+    "Drag paints · Shift removes · [ and ] change the radius · Arrows go from cell to cell, Enter paints · Esc leaves";
   radius = 16;
   private last: Place = { x: 0, y: 0 };
   private id = 0;
@@ -79,6 +83,7 @@ export class CellBrush implements Tool {
   constructor(
     private readonly desk: Desk,
     private readonly circle: SVGCircleElement,
+    private readonly cursor: CellCursor,
   ) {}
 
   enter(): void {
@@ -88,6 +93,24 @@ export class CellBrush implements Tool {
 
   leave(): void {
     this.circle.setAttribute("hidden", "");
+    this.cursor.clear();
+  }
+
+  arrow(x: number, y: number): void {
+    this.cursor.move(x, y);
+  }
+
+  confirm(): void {
+    this.paintChosen(this.desk.currentClass);
+  }
+
+  erase(): void {
+    this.paintChosen(0);
+  }
+
+  private paintChosen(id: number): void {
+    if (this.cursor.cell >= 0) this.cursor.paint(id);
+    else this.desk.paintActive(id);
   }
 
   resize(factor: number): void {

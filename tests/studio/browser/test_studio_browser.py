@@ -85,6 +85,7 @@ def test_drag_shift_and_ctrl_paint_erase_and_pick(studio):
     assert set(tab.classes()[labels == third]) == {2}
     tab.press("Control+z", "Control+z", "Control+z")
     tab.until("document.querySelector('#undo').disabled")
+    assert not tab.classes().any()
     assert not server.classes().any()
 
 
@@ -183,8 +184,8 @@ def test_lasso_and_brush_paint_what_is_seen(studio):
     region, x, y = tab.spots(1)[0]
     box = tab.locator("#canvas").bounding_box()
     tab.press("l", "1")
-    corners = [(2, 2), (box["width"] - 2, 2), (box["width"] - 2, box["height"] - 2), (2, box["height"] - 2)]
-    tab.drag(*corners)
+    right, bottom = box["width"] - 2, box["height"] - 2
+    tab.drag((2, 2), (right, 2), (right, bottom), (2, bottom))
     tab.wait_for_status("regions: ")
     painted = set(tab.labels()[tab.classes() == 1])
     assert region in painted
