@@ -53,7 +53,7 @@ def benchmark_paths(data_dir: Path) -> list[Path]:
 _BROWSER_OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # other modules run loops of events of their own
 def browser():
     """Chromium, driven by Playwright; the test is skipped where one is missing."""
     sync_api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
