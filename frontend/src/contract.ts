@@ -3,7 +3,7 @@
 export interface Parameters {
   n_segments: number;
   alpha: number;
-  eta_convex: number;
+  ridges: number;
   smooth: boolean;
   level: number | null;
 }

@@ -89,10 +89,19 @@ def test_a_groove_is_merged_across_last():
     assert nested.costs == pytest.approx([0.5, 2 / 3 * apart], rel=1e-6)
 
 
-def test_a_ridge_counts_as_smooth():
+def test_a_ridge_between_flat_faces_is_merged_across_last():
     nested = hierarchy(row(-90, 0), [2], labels=range(3))
+    assert nested.children.tolist() == [[1, 2], [0, 3]]
+    # As in the groove, with 0.35 of what a turn costs there.
+    apart = np.hypot(0.5, 1.0) + 6 * np.sqrt(3 / np.pi) * (1 - np.exp(-3.5 / 1.6))
+    assert nested.costs == pytest.approx([0.5, 2 / 3 * apart], rel=1e-6)
+
+
+def test_a_blunt_ridge_counts_as_smooth():
+    nested = hierarchy(row(-30, 0), [2], labels=range(3))
     assert nested.children[0].tolist() == [0, 1]  # nearer in space
-    assert nested.costs[0] == pytest.approx(0.5 * np.hypot(0.5, 0.5))
+    apart = np.hypot(0.5 + 0.5 * np.cos(np.pi / 6), 0.5 * np.sin(np.pi / 6))
+    assert nested.costs[0] == pytest.approx(0.5 * apart)
 
 
 def test_features_decide_what_merges():

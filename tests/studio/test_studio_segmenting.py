@@ -23,7 +23,7 @@ def segmenter():
 
 def test_regions_are_those_of_segment(segmenter):
     usual = default_parameters(1152)
-    for change in ({"n_segments": 30}, {"alpha": 2.0}, {"eta_convex": 0.5}, {"smooth": False}):
+    for change in ({"n_segments": 30}, {"alpha": 2.0}, {"ridges": 0.5}, {"smooth": False}):
         parameters = {**usual, **change}
         base = segmenter.run(parameters)
         del parameters["level"]

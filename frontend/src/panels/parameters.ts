@@ -4,7 +4,7 @@ import type { Parameters, Range, SegmentLine } from "../contract";
 import { make, part } from "../page";
 import type { Session } from "../session";
 
-type Name = "n_segments" | "alpha" | "eta_convex";
+type Name = "n_segments" | "alpha" | "ridges";
 
 interface Slider {
   name: Name;
@@ -28,7 +28,7 @@ const SLIDERS: Slider[] = [
     share: (value, [min, max]) => Math.sqrt((value - min) / (max - min)),
   },
   {
-    name: "eta_convex",
+    name: "ridges",
     text: "Weight of ridges",
     value: (share, [min, max]) => Number((min + (max - min) * share).toPrecision(3)),
     share: (value, [min, max]) => (value - min) / (max - min),

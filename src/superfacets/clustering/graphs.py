@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._core import OrderedGraph
 
 __all__ = [
     "AnyGraph", "CoarseCells", "LargeGraph", "Regions", "coarsened", "in_memory",
@@ -37,7 +38,7 @@ class CoarseCells(Protocol):
     """What `_core.CoarseGraph` is: the coarse cells of a graph."""
 
     @property
-    def graph(self) -> _core.OrderedGraph:
+    def graph(self) -> OrderedGraph:
         """The graph of coarse cells."""
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
@@ -69,33 +70,33 @@ class LargeGraph(Protocol):
     def seeds(self, n_segments: int, init: str, islands: str) -> Ints | None:
         """Seeds among all cells; None where they can be placed in memory only."""
 
-    def gathered(self, n_threads: int) -> _core.OrderedGraph:
+    def gathered(self, n_threads: int) -> OrderedGraph:
         """The graph in memory."""
 
     def positions_of(self, cells: Ints) -> npt.NDArray[np.float64]:
         """Positions of some cells, shape (n, 3)."""
 
 
-AnyGraph: TypeAlias = _core.OrderedGraph | LargeGraph
+AnyGraph: TypeAlias = OrderedGraph | LargeGraph
 
 
 def coarsened(graph: AnyGraph, cell_size: int, n_threads: int) -> CoarseCells:
     """Coarse cells of about so many cells."""
-    if isinstance(graph, _core.OrderedGraph):
+    if isinstance(graph, OrderedGraph):
         return _core.CoarseGraph(graph, cell_size, n_threads)
     return graph.coarsened(cell_size, n_threads)
 
 
-def in_memory(graph: AnyGraph, n_threads: int) -> _core.OrderedGraph:
+def in_memory(graph: AnyGraph, n_threads: int) -> OrderedGraph:
     """Return the graph with all cells in memory."""
-    return graph if isinstance(graph, _core.OrderedGraph) else graph.gathered(n_threads)
+    return graph if isinstance(graph, OrderedGraph) else graph.gathered(n_threads)
 
 
 def regions_of(
     graph: AnyGraph, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
 ) -> Regions:
     """Regions around centers."""
-    if isinstance(graph, _core.OrderedGraph):
+    if isinstance(graph, OrderedGraph):
         return _core.Clustering(graph, centers, reach, n_threads, islands)
     return graph.regions(centers, reach, n_threads, islands)
 
@@ -104,6 +105,6 @@ def join_islands(
     graph: AnyGraph, labels: Ints, groups: Ints, n_threads: int
 ) -> tuple[Ints, int, Ints]:
     """Labels of all cells, where islands join the nearest region."""
-    if isinstance(graph, _core.OrderedGraph):
+    if isinstance(graph, OrderedGraph):
         return _core.join_islands(graph, labels, groups, n_threads)
     return graph.join_islands(labels, groups, n_threads)

@@ -14,7 +14,7 @@ __all__ = ["checked_parameters", "default_parameters", "ranges"]
 MAX_REGIONS = 20_000
 """To which the slider goes; painting by hundreds of thousands of regions is no help."""
 
-MAX_ALPHA, MAX_ETA = 100.0, 1.0
+MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
 
 Parameters = dict[str, Any]
 
@@ -22,7 +22,8 @@ Parameters = dict[str, Any]
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
     """Those that `segment` has, with a number of regions if one is asked for."""
     n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
-    return {"n_segments": min(n, n_cells), **WEIGHTS["creases"], "smooth": True, "level": None}
+    weights = {name: WEIGHTS["creases"][name] for name in ("alpha", "ridges")}
+    return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
 
 
 def ranges(n_cells: int) -> dict[str, list[float]]:
@@ -30,7 +31,7 @@ def ranges(n_cells: int) -> dict[str, list[float]]:
     return {
         "n_segments": [1, min(n_cells, MAX_REGIONS)],
         "alpha": [0.0, MAX_ALPHA],
-        "eta_convex": [0.0, MAX_ETA],
+        "ridges": [0.0, MAX_RIDGES],
     }
 
 
@@ -57,7 +58,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
     return {
         "n_segments": n_segments,
         "alpha": checked_number(merged["alpha"], "alpha", zero=True),
-        "eta_convex": checked_number(merged["eta_convex"], "eta_convex", zero=True),
+        "ridges": checked_number(merged["ridges"], "ridges", zero=True),
         "smooth": checked_flag(merged["smooth"], "smooth"),
         "level": None if level == n_segments else level,
     }
