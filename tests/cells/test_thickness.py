@@ -176,12 +176,24 @@ def test_a_double_sheet_has_no_thickness():
     assert np.isnan(shape_diameter(both)).all()
 
 
+@pytest.mark.parametrize("far", [1e9, 1e30])
+def test_vertices_of_no_face_change_nothing(far):
+    mesh = shapes.cube()
+    more = Mesh([*mesh.vertices.tolist(), [far] * 3], mesh.faces)
+    faces = np.arange(mesh.n_faces)
+    one, other = (rays_from(m, sf.build_face_graph(m), faces, 30, 1) for m in (mesh, more))
+    assert np.array_equal(one, other)
+    assert np.isfinite(one).all()
+
+
 @pytest.mark.parametrize(
     ("options", "error", "match"),
     [
         ({"smoothing": -1}, ValueError, "smoothing"),
         ({"n_rays": 0}, ValueError, "n_rays"),
         ({"n_rays": 1.5}, TypeError, "n_rays"),
+        ({"n_rays": 10_001}, ValueError, "only 10000 that are allowed"),
+        ({"n_rays": 10**12}, ValueError, "n_rays"),
         ({"n_threads": 0}, ValueError, "n_threads"),
     ],
 )

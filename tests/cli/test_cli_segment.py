@@ -233,6 +233,7 @@ def test_ascii_writes_text(run, sheet):
         (["--smoother"], "No such option"),
         (["--paper", "--weights", "stk02"], "--paper has weights of its own: leave --weights out"),
         (["--paper", "--parts"], "--paper and --parts are two methods: give one of them"),
+        (["--paper", "--relocate"], "leave --relocate out"),
         (
             ["--parts", "--weights", "creases"],
             "--parts has weights of its own: leave --weights out",

@@ -118,12 +118,9 @@ struct Target {
 // The triangles of a mesh, and a tree of boxes over them.
 class RayTree {
  public:
-  RayTree(std::span<const Point> vertices, std::span<const Triangle> triangles, const Box& bounds,
-          ThreadTeam& team)
-      : targets_(triangles.size()), middle_(0.5 * (bounds.low + bounds.high)) {
-    const Point size = bounds.high - bounds.low;
-    scale_ = 0.5 * std::max({size.x, size.y, size.z});
-    if (!(scale_ > 0.0)) scale_ = 1.0;
+  RayTree(std::span<const Point> vertices, std::span<const Triangle> triangles, ThreadTeam& team)
+      : targets_(triangles.size()) {
+    set_unit(vertices, triangles);
     const auto corner = [&](Vertex vertex) { return local(vertices[vertex]); };
     const auto box_of = [&](std::int64_t face) {
       Box box;
@@ -174,6 +171,19 @@ class RayTree {
   }
 
  private:
+  // Vertices of no triangle may be far away, and do not count.
+  void set_unit(std::span<const Point> vertices, std::span<const Triangle> triangles) {
+    Box bounds;
+    for (const Triangle& triangle : triangles) {
+      for (const Vertex vertex : triangle.corners) bounds.include(vertices[vertex]);
+    }
+    if (triangles.empty()) return;
+    middle_ = 0.5 * (bounds.low + bounds.high);
+    const Point size = bounds.high - bounds.low;
+    const double half = 0.5 * std::max({size.x, size.y, size.z});
+    if (half > 0.0) scale_ = half;
+  }
+
   struct Open {
     float enter;
     std::uint32_t level;
@@ -216,8 +226,8 @@ class RayTree {
   }
 
   Buffer<Target> targets_;  // by place on the curve
-  Point middle_;
-  double scale_;  // half the longest side
+  Point middle_{0.0, 0.0, 0.0};
+  double scale_ = 1.0;  // half the longest side
   BoxTree tree_;
   std::vector<std::vector<Boxes>> boxes_;  // by level: those below each node
 };
@@ -298,7 +308,7 @@ Buffer<double> ray_thickness(std::span<const Point> vertices, std::span<const Tr
                              std::span<const Point> starts, std::span<const Point> axes,
                              const RayOptions& options, ThreadTeam& team) {
   SUPERFACETS_ASSERT(axes.size() == starts.size() && options.n_rays >= 1);
-  const RayTree tree(vertices, triangles, bounds_of(vertices, team), team);
+  const RayTree tree(vertices, triangles, team);
   const double least = options.least_distance / tree.scale();
   const std::vector<Spoke> spokes = make_spokes(options.n_rays);
   const auto n_enough = static_cast<std::size_t>(std::ceil(kLeastShare * options.n_rays));

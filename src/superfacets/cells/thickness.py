@@ -23,6 +23,9 @@ __all__ = ["N_RAYS", "rays_from", "shape_diameter", "smoothed"]
 N_RAYS = 30
 """Rays of a face, as in the paper."""
 
+MOST_RAYS = 10_000
+"""They take some ten milliseconds a face: more must be a mistake."""
+
 LEAST_DISTANCE = 1e-6
 """Of the diagonal: hits that are nearer are of the same surface, or of its other side where a sheet
 is closed upon itself, which has no thickness."""
@@ -56,7 +59,7 @@ def shape_diameter(
         The length t, as a fraction of the diagonal of the bounding box, >= 0. With 0 nothing is
         smoothed.
     n_rays : int, default 30
-        Rays from each face, >= 1.
+        Rays from each face, 1 to 10,000.
     weld : bool, default True
         As for `segment`; it decides along which faces values are smoothed.
     n_threads : int, optional
@@ -94,7 +97,7 @@ def shape_diameter(
     1.26
     """
     t = checked_number(smoothing, "smoothing", zero=True)
-    n_rays = checked_count(n_rays, "n_rays")
+    n_rays = checked_count(n_rays, "n_rays", MOST_RAYS, "that are allowed")
     threads = checked_threads(n_threads)
     cells = as_cells(mesh)
     graph, surface = graph_and_surface(cells, weld, threads)

@@ -49,7 +49,7 @@ _OF_SEGMENT = (
         "--ridges",
         type=NOT_NEGATIVE,
         help="The same for sharp edges between flat faces, as on machine parts; 0 turns it off."
-        "  [default: 0.35 with --weights creases]",
+        "  [default: 0.35 with --weights creases and parts]",
     ),
     click.option(
         "--weights",
@@ -183,6 +183,8 @@ def options_of(
     keywords = {name: value for name, value in given.items() if value is not None}
     if paper and parts:
         raise click.UsageError("--paper and --parts are two methods: give one of them")
+    if paper and given.get("relocate"):
+        raise click.UsageError("--paper moves centers in its own way: leave --relocate out")
     for is_given, option, preset in ((paper, "--paper", PAPER), (parts, "--parts", PARTS)):
         for name in ("weights", "init") if is_given else ():
             if name in preset and keywords.get(name, preset[name]) != preset[name]:
