@@ -331,7 +331,9 @@ export class Splitter implements Tool {
   private takeEnds(region: number): void {
     if (region < 0) return;
     const cells = this.desk.session.regions.cellsOf(region);
-    const one = this.farthestFrom(cells, cells[0]);
+    const [seen] = cells.filter((cell) => this.desk.session.mesh.middleOf(cell, new Vector3()));
+    if (seen === undefined) return;
+    const one = this.farthestFrom(cells, seen);
     const other = this.farthestFrom(cells, one);
     if (one === other) return;
     this.region = region;
