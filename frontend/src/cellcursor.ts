@@ -132,10 +132,15 @@ export class CellCursor {
     const { clientWidth, clientHeight } = drawing.canvas;
     const [x, y] = [place.x / clientWidth, place.y / clientHeight];
     if (Math.min(x, y, 1 - x, 1 - y) < MARGIN) return false;
-    const normal = this.mesh.normalOf(cell, new Vector3()).normalize();
-    return normal.lengthSq() === 0 || normal.dot(drawing.camera.directions()[2]) > LEAST_FACING;
+    return this.isFacing(cell) && picker.cellAt(place) === cell;
   }
 
+  private isFacing(cell: number): boolean {
+    const normal = this.mesh.normalOf(cell, new Vector3()).normalize();
+    return normal.lengthSq() === 0 || normal.dot(this.desk.drawing.camera.directions()[2]) > LEAST_FACING;
+  }
+
+  /** Nearer, from where one looks now if the cell is seen from there. */
   private fly(cell: number): void {
     const { mesh } = this;
     const [middle, corner] = [new Vector3(), new Vector3()];
@@ -144,7 +149,11 @@ export class CellCursor {
     const radius = triangle < 0
       ? mesh.pointSize
       : mesh.corner(mesh.triangles![3 * triangle], corner).distanceTo(middle);
-    this.desk.drawing.camera.fly(middle, mesh.normalOf(cell, new Vector3()), STAND_OFF * radius);
+    const { drawing, picker } = this.desk;
+    const place = picker.placeOf(cell);
+    const isShown = place !== null && this.isFacing(cell) && picker.cellAt(place) === cell;
+    const normal = isShown ? new Vector3() : mesh.normalOf(cell, new Vector3());
+    drawing.camera.fly(middle, normal, STAND_OFF * radius);
   }
 
   private showRing(): void {

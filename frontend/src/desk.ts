@@ -144,14 +144,15 @@ export class Desk {
     this.hover(-1);
     this.select([region], false);
     this.drawing.mark({ cursor: region });
-    this.fly(region);
+    const where = this.fly(region) ? "" : " (inside the body)";
     const { regions, classes, mesh } = this.session;
     const share = (100 * regions.areas[region]) / classes.totalArea;
     const id = classes.mainClass(regions.cellsOf(region));
-    this.say(`Region ${region}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${this.className(id)}.`);
+    this.say(`Region ${region}${where}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${this.className(id)}.`);
   }
 
-  private fly(region: number): void {
+  /** False where none of the region is on the outside. */
+  private fly(region: number): boolean {
     const { mesh, regions } = this.session;
     const [place, normal, at] = [new Vector3(), new Vector3(), new Vector3()];
     let count = 0;
@@ -162,12 +163,13 @@ export class Desk {
       normal.add(mesh.normalOf(cell, at));
       count++;
     }
-    if (!count) return;
+    if (!count) return false;
     place.divideScalar(count);
     let reach = 0;
     for (const cell of cells) if (mesh.middleOf(cell, at)) reach = Math.max(reach, at.distanceTo(place));
     const { camera } = this.drawing;
     camera.fly(place, normal, Math.max(12 * reach, 0.3 * camera.size));
+    return true;
   }
 
   /** Paint what is selected, or the region under pointer or cursor. */

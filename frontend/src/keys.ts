@@ -71,7 +71,7 @@ export class Keys {
         const entry = this.desk.session.state.classes.find((one) => one.key === key);
         if (!entry) return this.desk.say(`No class has the key ${key}.`);
         this.desk.choose(entry.id);
-        this.desk.say(`Class ${entry.name}.`);
+        this.desk.say(`${entry.name} is chosen.`);
       },
     };
   }

@@ -39,7 +39,7 @@ async function start(): Promise<void> {
     watchTools(desk);
     window.studio = makeHook(desk, modes, () => part("loading").hidden === true);
     await session.loadFiles();
-    await session.open(session.files[0].id);
+    await files.openFirst();
   } catch (error) {
     session.report(error);
   }

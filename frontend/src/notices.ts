@@ -28,7 +28,7 @@ export function showNotices(session: Session): void {
   events.on("file", (mesh) => {
     part("file-name").textContent = session.state.input.name;
     document.title = `${session.state.input.name} – Superfacets studio`;
-    part("file-facts").textContent = `${mesh.nCells.toLocaleString("en")} ${mesh.cellName}`;
+    part("file-facts").textContent = `${mesh.nCells.toLocaleString("en")} ${mesh.nCells === 1 ? mesh.oneCell : mesh.cellName}`;
     if (session.state.notes.length) events.emit("message", session.state.notes.join(" "));
   });
   window.addEventListener("beforeunload", (event) => {

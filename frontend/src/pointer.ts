@@ -62,7 +62,7 @@ export class Pointer {
     if (cell < 0) return;
     const id = desk.session.classes.of[cell];
     desk.choose(id);
-    desk.say(id ? `Class ${desk.className(id)} is chosen.` : "No class is there: strokes erase.");
+    desk.say(id ? `${desk.className(id)} is chosen.` : "No class is there: strokes erase.");
   }
 
   /** Events come faster than pictures: the latest one of each picture counts. */

@@ -64,6 +64,7 @@ export class Session {
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
+    window.addEventListener("focus", () => void this.beat()); // back from another tab, maybe
   }
 
   get path(): string {

@@ -331,8 +331,10 @@ export class Splitter implements Tool {
   private takeEnds(region: number): void {
     if (region < 0) return;
     const cells = this.desk.session.regions.cellsOf(region);
-    const one = this.farthestFrom(cells, cells[0]);
-    const other = this.farthestFrom(cells, one);
+    const seen = cells.filter((cell) => this.desk.session.mesh.middleOf(cell, new Vector3()));
+    const isInside = seen.length < 2; // where nobody sees which two are taken
+    const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
+    const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
     if (one === other) return;
     this.region = region;
     this.red.add(one);

@@ -178,6 +178,8 @@ def test_a_cell_gets_what_most_of_its_corners_have():
         ({}, "an import is one file of labels"),
         ({"a.npy": b"", "b.npy": b""}, "an import is one file of labels"),
         ({"a.aggregation.json": b"{}"}, "an import is one file of labels"),
+        ({"a.sstk.json": b"[[["}, "it is not JSON"),
+        ({"a.segs.json": b"\xff"}, "it is not JSON"),
         ({"a.exe": b""}, "expected the ending .sstk.json"),
         ({"a.seg": b"0\n1\n2\n"}, r"a\.seg: .*3 labels"),
         ({"a.seg": b"0\n70000\n"}, "label 70000 is no class"),

@@ -1,10 +1,12 @@
 // The files of a folder: pictures, progress, next and previous.
 
+import { ServerError } from "../api";
 import type { FileEntry } from "../contract";
 import { make, part, percent } from "../page";
 import type { Session } from "../session";
 
 export class FilesPanel {
+  private asked = -1; // the file that was asked for last; damaged ones are gone past, too
   private readonly rows = new Map<number, { button: HTMLButtonElement; bar: HTMLProgressElement }>();
 
   constructor(private readonly session: Session) {
@@ -47,8 +49,8 @@ export class FilesPanel {
 
   /** To the file that many places on in the list. */
   go(steps: number): void {
-    const { files, fileId } = this.session;
-    const at = files.findIndex(({ id }) => id === fileId) + steps;
+    const { files } = this.session;
+    const at = files.findIndex(({ id }) => id === this.asked) + steps;
     if (at < 0 || at >= files.length) {
       this.session.events.emit("message", steps > 0 ? "This is the last file." : "This is the first file.");
       return;
@@ -56,7 +58,25 @@ export class FilesPanel {
     this.open(files[at].id);
   }
 
+  /** The first file that can be read; an error if none can. */
+  async openFirst(): Promise<void> {
+    const damaged: string[] = [];
+    for (const { id } of this.session.files) {
+      this.asked = id;
+      try {
+        await this.session.open(id);
+        if (damaged.length) this.session.report(new Error(damaged.join(" ")));
+        return;
+      } catch (error) {
+        if (!(error instanceof ServerError)) throw error;
+        damaged.push(error.message);
+      }
+    }
+    throw new Error(damaged.join(" "));
+  }
+
   private open(id: number): void {
+    this.asked = id;
     part("loading").hidden = false;
     this.session.open(id).catch((error: unknown) => this.session.report(error))
       .finally(() => (part("loading").hidden = true));

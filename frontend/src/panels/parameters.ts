@@ -76,10 +76,12 @@ export class ParametersPanel {
     return value(Number(this.fields.get(name)!.value) / STEPS, this.ranges[name]);
   }
 
-  private setValue({ name, share }: Slider, value: number): void {
-    const at = Math.round(STEPS * share(value, this.ranges[name]));
-    this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
+  private setValue(slider: Slider, value: number): void {
+    const { name } = slider;
     this.showValue(name, value);
+    if (this.valueOf(slider) === value) return; // several places are the same number: stay there
+    const at = Math.round(STEPS * slider.share(value, this.ranges[name]));
+    this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
   }
 
   private showValue(name: Name, value: number): void {
@@ -106,7 +108,7 @@ export class ParametersPanel {
     }
     this.smooth.checked = parameters.smooth;
     const count = this.session.regions?.count ?? n_regions;
-    part("level").textContent = `${count.toLocaleString("en")} regions`;
+    part("level").textContent = regionsText(count);
     const at = this.levelIndex();
     part<HTMLButtonElement>("finer").disabled = at <= 0;
     part<HTMLButtonElement>("coarser").disabled = at >= levels.length - 1;
@@ -131,9 +133,12 @@ export class ParametersPanel {
   }
 }
 
+const regionsText = (count: number): string =>
+  `${count.toLocaleString("en")} ${count === 1 ? "region" : "regions"}`;
+
 function stageText(line: SegmentLine | null, count: number): string {
-  if (line === null) return `${count.toLocaleString("en")} regions`;
+  if (line === null) return regionsText(count);
   if (line.iteration !== undefined) return `Step ${line.iteration} …`;
   if (line.stage !== undefined) return `${line.stage[0].toUpperCase()}${line.stage.slice(1)} …`;
-  return `${line.n_regions ?? count} regions in ${line.seconds?.toFixed(2) ?? "?"} s`;
+  return `${regionsText(line.n_regions ?? count)} in ${line.seconds?.toFixed(2) ?? "?"} s`;
 }

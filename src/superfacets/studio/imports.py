@@ -91,6 +91,8 @@ def read_import(files: Mapping[str, bytes], cells: AnyCells, known: ClassList) -
 
 
 def _told(error: Exception) -> str:
+    if isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)):
+        return "it is not JSON: is the file cut?"
     return f"it has no {error}" if isinstance(error, KeyError) else str(error)
 
 

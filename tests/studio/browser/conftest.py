@@ -7,9 +7,54 @@ from superfacets import sample_mesh, write_mesh
 pytest.importorskip("starlette", reason="Starlette is not installed")
 pytest.importorskip("uvicorn", reason="uvicorn is not installed")
 
-from studio_page import Command, Server, Tab
+from studio_page import WAIT_MS, Command, Server, Tab
 
 SIZE = {"width": 700, "height": 460}
+
+
+@pytest.fixture(scope="module")
+def context(browser):
+    """What pages of one module share."""
+    opened = browser.new_context(viewport=SIZE, reduced_motion="reduce")
+    opened.set_default_timeout(WAIT_MS)
+    yield opened
+    opened.close()
+
+
+@pytest.fixture(scope="module")
+def shared(context, tmp_path_factory):
+    """A server and a page that tests take from each other: to open one takes a while."""
+    path = tmp_path_factory.mktemp("shared") / "bear.ply"
+    write_mesh(path, sample_mesh(5_000))
+    server = Server(path, 40)
+    page = context.new_page()
+    yield server, Tab(page)
+    page.close()
+    server.stop()
+
+
+@pytest.fixture
+def errors(context):
+    """Errors of scripts: none is allowed."""
+    found = []
+
+    def note(error):
+        found.append(str(error))
+
+    context.on("weberror", note)
+    yield found
+    context.remove_listener("weberror", note)
+    assert found == []
+
+
+@pytest.fixture
+def studio(shared, errors):
+    """The server and its page, as if both had just been started."""
+    server, tab = shared
+    if tab.page.url == "about:blank":
+        tab.page.goto(server.address)
+    tab.ready().begin_anew()
+    return server, tab
 
 
 @pytest.fixture
@@ -27,20 +72,18 @@ def serve():
 
 
 @pytest.fixture
-def open_tab(browser):
-    """Opens an address; no script may fail meanwhile."""
-    context = browser.new_context(viewport=SIZE, reduced_motion="reduce")
-    errors = []
+def open_tab(context, errors):
+    """Opens an address."""
+    pages = []
 
     def open_page(address):
-        page = context.new_page()
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.goto(address)
-        return Tab(page).ready()
+        pages.append(context.new_page())
+        pages[-1].goto(address)
+        return Tab(pages[-1]).ready()
 
     yield open_page
-    context.close()
-    assert errors == []
+    for page in pages:
+        page.close()
 
 
 @pytest.fixture
@@ -51,14 +94,7 @@ def bear(tmp_path):
 
 
 @pytest.fixture
-def studio(serve, open_tab, bear):
-    """A server and the page that it shows."""
-    server = serve(bear, 40)
-    return server, open_tab(server.address)
-
-
-@pytest.fixture
 def command(serve, open_tab, bear):
-    """The same with a server that can be killed."""
+    """A server that can be killed, and its page."""
     server = serve(bear, 40, Command)
     return server, open_tab(server.address)

@@ -13,6 +13,11 @@ from superfacets.studio.folder import Files
 from superfacets.studio.server import open_again, serve
 
 START_SECONDS = 60
+WAIT_MS = 60_000
+"""Other work may be running: a wait ends as soon as what it is for is there."""
+
+READY = """window.studio && studio.ready && studio.isIdle
+    && document.querySelector("#canvas").width === document.querySelector("#view").clientWidth"""
 
 
 class Server:
@@ -36,7 +41,7 @@ class Server:
         origin, token = self.address.split("/?token=")
         headers = {"X-Token": token, "Content-Type": "application/json"}
         request = urllib.request.Request(f"{origin}/api/{path}", headers=headers, **options)
-        with urllib.request.urlopen(request, timeout=10) as answer:
+        with urllib.request.urlopen(request, timeout=START_SECONDS) as answer:
             return answer.read()
 
     def classes(self):
@@ -47,7 +52,7 @@ class Server:
 
     def stop(self):
         self.request("quit", data=b"{}")
-        self.thread.join(timeout=10)
+        self.thread.join(timeout=START_SECONDS)
 
 
 class Command(Server):
@@ -89,19 +94,37 @@ class Tab:
 
     def until(self, condition):
         """Wait for an expression of JavaScript to be true."""
-        self.page.wait_for_function(f"() => {condition}", timeout=20_000)
+        self.page.wait_for_function(f"() => {condition}", timeout=WAIT_MS)
 
     def ready(self):
-        self.until("window.studio && studio.ready")
+        self.until(READY)
         return self
+
+    def settled(self):
+        """Wait until nothing is under way: the page shows what the server has."""
+        self.until("studio.isIdle")
+
+    def begin_anew(self):
+        """Take all work back, and look at the mesh as at first."""
+        self.page.emulate_media(color_scheme="light")
+        self.evaluate("""async () => {
+            const { desk } = studio;
+            document.activeElement.blur();
+            while (desk.session.state.can_undo) await desk.session.undo();
+            desk.hover(-1);
+            desk.clearSelection();
+            desk.showAll();
+            desk.drawing.camera.home();
+            desk.choose(1);
+        }""")
+        self.press("Escape")
+        self.away()
+        self.settled()
+        self.evaluate("document.querySelector('#status').textContent = ''")
 
     def press(self, *keys):
         for key in keys:
             self.page.keyboard.press(key)
-
-    def saved(self):
-        """Wait until the server has every stroke."""
-        self.until("studio.nWaiting === 0")
 
     @property
     def status(self):
@@ -109,8 +132,11 @@ class Tab:
 
     def wait_for_status(self, words):
         self.page.wait_for_function(
-            "words => document.querySelector('#status').textContent.includes(words)", arg=words
+            "words => document.querySelector('#status').textContent.includes(words)",
+            arg=words,
+            timeout=WAIT_MS,
         )
+        self.settled()
 
     def labels(self):
         return np.array(self.evaluate("studio.labels()"))
@@ -164,8 +190,9 @@ class Tab:
 
     def away(self):
         """The pointer to where nothing is, so that nothing is highlighted."""
+        self.page.mouse.move(*self._on_page(3, 3))
         self.page.mouse.move(*self._on_page(2, 2))
-        self.evaluate("new Promise(done => setTimeout(done, 50))")
+        self.until("studio.desk.hoveredCell === -1")
 
     def hue_at(self, x, y):
         """The color at a place, whatever the light: its share of red, green and blue."""

@@ -1,10 +1,11 @@
 """The studio in a real browser: what one does is seen, saved, and survives what happens."""
 
 import numpy as np
+from scipy import spatial
 from studio_page import hue
 
 import superfacets as sf
-from superfacets import PolygonMesh, sample_mesh, write_mesh
+from superfacets import Mesh, PolygonMesh, TetMesh, sample_mesh, write_mesh
 
 
 def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
@@ -13,23 +14,24 @@ def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
     assert before.max() + 1 == tab.evaluate("studio.nRegions") == 40
     slider = tab.locator("#n_segments")
     slider.focus()
-    tab.press(*["ArrowRight"] * 5)
+    for _ in range(5):  # the regions of each are there before the next
+        tab.press("ArrowRight")
+        tab.settled()
     wanted = int(tab.locator("output[for=n_segments]").text_content())
     assert wanted > 40
-    tab.until(f"studio.nRegions === {wanted}")
-    tab.until("document.querySelector('#cancel').hidden")
+    assert tab.evaluate("studio.nRegions") == wanted
     assert server.state()["parameters"]["n_segments"] == wanted
     assert not np.array_equal(tab.labels(), before)
 
     tab.locator("#coarser").click()
-    tab.until(f"studio.nRegions < {wanted}")
-    tab.until("document.querySelector('#cancel').hidden")
+    tab.settled()
+    assert tab.evaluate("studio.nRegions") < wanted
     for _ in range(6):
-        tab.locator("#undo").click()
-        tab.until("document.querySelector('#status').textContent.startsWith('Undone')")
-        tab.evaluate("document.querySelector('#status').textContent = ''")
-        if tab.evaluate("studio.nRegions") == 40:
+        if tab.locator("#undo").is_disabled():
             break
+        tab.locator("#undo").click()
+        tab.settled()
+    assert tab.status == "Undone: segment."
     np.testing.assert_array_equal(tab.labels(), before)
 
 
@@ -46,7 +48,7 @@ def test_painted_regions_have_the_color_of_their_class_through_undo_and_reload(s
         np.testing.assert_allclose(tab.hue_at(x, y), hue(colors[number - 1]), atol=0.03)
         assert set(tab.classes()[tab.labels() == region]) == {number}
     assert tab.locator("#progress-text").text_content() != "0.0 %"
-    tab.saved()
+    tab.settled()
     np.testing.assert_array_equal(server.classes(), tab.classes())
 
     tab.press("Control+z")
@@ -84,7 +86,8 @@ def test_drag_shift_and_ctrl_paint_erase_and_pick(studio):
     tab.click(*c)
     assert set(tab.classes()[labels == third]) == {2}
     tab.press("Control+z", "Control+z", "Control+z")
-    tab.until("document.querySelector('#undo').disabled")
+    tab.settled()
+    assert tab.locator("#undo").is_disabled()
     assert not tab.classes().any()
     assert not server.classes().any()
 
@@ -104,12 +107,13 @@ def test_a_region_is_split_between_red_and_blue(studio):
     tab.away()
     np.testing.assert_allclose(tab.hue_at(x - 14, y), hue("#d91220"), atol=0.06)
     tab.press("Enter")
-    tab.until("studio.nRegions === 41")
+    tab.settled()
     after = tab.labels()
     assert after[red] != after[blue]
     np.testing.assert_array_equal(before != region, (after != after[red]) & (after != after[blue]))
     tab.press("Escape", "Control+z")
-    tab.until("studio.nRegions === 40")
+    tab.settled()
+    assert tab.evaluate("studio.nRegions") == 40
     np.testing.assert_array_equal(tab.labels(), before)
 
 
@@ -118,18 +122,18 @@ def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(command):
     (first, *a), (second, *b), (third, *c) = tab.spots(3)
     tab.press("3")
     tab.click(*a)
-    tab.saved()
+    tab.settled()
     server.kill()
     tab.press("2")
     tab.click(*b)
-    tab.page.wait_for_selector("#banner:not([hidden])")
-    assert "1 stroke waits" in tab.locator("#banner").text_content()
+    tab.until("document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')")
     tab.click(*c)
     tab.locator("#undo").click()
     tab.page.wait_for_selector("#error:not([hidden])")
     assert tab.evaluate("studio.nWaiting") == 2
     server.start()
-    tab.page.wait_for_selector("#banner", state="hidden")
+    tab.settled()
+    assert tab.locator("#banner").is_hidden()
     labels, classes = tab.labels(), server.classes()
     assert set(classes[labels == first]) == {3}
     assert set(classes[labels == second]) == set(classes[labels == third]) == {2}
@@ -142,13 +146,13 @@ def test_strokes_that_wait_survive_the_page_too(command):
     region, x, y = tab.spots(1)[0]
     server.kill()
     tab.click(x, y)
-    tab.page.wait_for_selector("#banner:not([hidden])")
+    tab.until("document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')")
     tab.page.on("dialog", lambda dialog: dialog.accept())
     tab.page.goto("about:blank")
     server.start()
     tab.page.goto(server.address)
     tab.ready()
-    tab.saved()
+    tab.settled()
     assert set(server.classes()[tab.labels() == region]) == {1}
 
 
@@ -170,12 +174,13 @@ def test_all_is_done_without_a_mouse(studio):
     tab.press("+", "1", "Enter")
     assert len(set(tab.labels()[tab.classes() == 1])) > 2
     tab.press("s", "Delete", "x", "Enter")
-    tab.until("studio.nRegions === 41")
+    tab.settled()
+    assert tab.evaluate("studio.nRegions") == 41
     tab.press("?")
     assert tab.locator("#help").is_visible()
     tab.press("Escape")
     assert not tab.locator("#help").is_visible()
-    tab.saved()
+    tab.settled()
     np.testing.assert_array_equal(server.classes(), tab.classes())
 
 
@@ -218,7 +223,7 @@ def test_an_export_is_what_was_painted_and_is_read_back(studio):
     for number, (_, x, y) in enumerate(spots, start=1):
         tab.press(str(number))
         tab.click(x, y)
-    tab.saved()
+    tab.settled()
     tab.locator("#export-what").select_option("cells")
     tab.locator("#export-format").select_option("npy")
     tab.locator("#export").click()
@@ -229,7 +234,8 @@ def test_an_export_is_what_was_painted_and_is_read_back(studio):
         tab.locator("#download").click()
     np.testing.assert_array_equal(np.load(download.value.path()), written)
     tab.press("Control+z", "Control+z")
-    tab.until("document.querySelector('#undo').disabled")
+    tab.settled()
+    assert tab.locator("#undo").is_disabled()
     assert not tab.classes().any()
     tab.locator("#import").set_input_files(
         {"name": "back.npy", "mimeType": "", "buffer": download.value.path().read_bytes()}
@@ -243,44 +249,131 @@ def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab,
     folder.mkdir()
     for name in ("a.ply", "b.ply"):
         write_mesh(folder / name, sample_mesh(5_000))
+    (folder / "aa.ply").write_text("ply")
+    (folder / "0.ply").write_text("ply")
     server = serve(folder, 30)
     tab = open_tab(server.address)
-    assert tab.locator("#files button").count() == 2
+    assert tab.locator("#files button").count() == 4
+    assert "0.ply" in tab.locator("#error span").text_content()
     tab.locator("input[aria-label^='Name of']").first.fill("head")
     tab.press("Enter")
     tab.until("document.querySelector('#brush-class').textContent.includes('head')")
     _, x, y = tab.spots(1)[0]
     tab.click(x, y)
-    done = tab.locator("#files progress").first
+    done = tab.locator("#files progress").nth(1)
     assert float(done.evaluate("bar => bar.value")) > 0
     tab.press("PageDown")
-    tab.until("document.querySelector('#file-name').textContent === 'b.ply' && studio.ready")
+    tab.until("document.querySelector('#error span').textContent.includes('aa.ply')")
+    tab.press("PageDown")
+    tab.until("document.querySelector('#file-name').textContent === 'b.ply' && studio.ready && studio.isIdle")
     assert not tab.classes().any()
     assert tab.locator("input[aria-label^='Name of']").first.input_value() == "head"
-    tab.locator("#previous-file").click()
-    tab.until("document.querySelector('#file-name').textContent === 'a.ply' && studio.ready")
+    tab.locator("#files button").nth(1).click()
+    tab.until("document.querySelector('#file-name').textContent === 'a.ply' && studio.ready && studio.isIdle")
     assert tab.classes().any()
 
 
-def test_points_and_polygons_are_painted_too(serve, open_tab, tmp_path):
+def _cells_of_all_kinds(folder):
+    """A file of each kind of cells, and how many these are."""
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    corners += [[x, y, 1] for x, y, _ in corners]
+    quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
     bear = sample_mesh(5_000)
-    quads = PolygonMesh.of_faces(
-        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]],
-        [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
-    )
-    write_mesh(tmp_path / "cube.obj", quads)
-    np.savetxt(tmp_path / "cloud.xyz", bear.vertices)
-    for name, count in (("cube.obj", 6), ("cloud.xyz", len(bear.vertices))):
-        server = serve(tmp_path / name, 6)
-        tab = open_tab(server.address)
+    np.savetxt(folder / "cloud.xyz", bear.vertices)
+    write_mesh(folder / "cube.obj", PolygonMesh.of_faces(corners, quads))
+    write_mesh(folder / "one.ply", Mesh(corners[:3], [[0, 1, 2]]))
+    points = np.random.default_rng(3).normal(size=(90, 3))
+    tets = spatial.Delaunay(points).simplices
+    write_mesh(folder / "tets.vtu", TetMesh(points, tets))
+    return {"cloud.xyz": len(bear.vertices), "cube.obj": 6, "one.ply": 1, "tets.vtu": len(tets)}
+
+
+def test_all_kinds_of_cells_are_painted(serve, open_tab, tmp_path):
+    kinds = _cells_of_all_kinds(tmp_path)
+    server = serve(tmp_path, 6)
+    colors = [entry["color"] for entry in server.state()["classes"]]
+    tab = open_tab(server.address)
+    for name, count in kinds.items():
+        tab.until(f"document.querySelector('#file-name').textContent === '{name}'")
+        tab.ready()
         assert len(tab.labels()) == count
-        colors = [entry["color"] for entry in server.state()["classes"]]
         region, x, y = tab.spots(1)[0]
         tab.press("3")
         tab.click(x, y)
         tab.away()
         assert set(tab.classes()[tab.labels() == region]) == {3}
         np.testing.assert_allclose(tab.hue_at(x, y), hue(colors[2]), atol=0.04)
+
+        tab.press("b", "1", "ArrowRight", "Enter")
+        cell = tab.evaluate("studio.cellCursor()")
+        assert (tab.classes() == 1).nonzero()[0].tolist() == [cell]
+        tab.press("Escape", "PageDown")
+
+
+def test_tetrahedra_are_cut_by_keys(serve, open_tab, tmp_path):
+    _cells_of_all_kinds(tmp_path)
+    tab = open_tab(serve(tmp_path / "tets.vtu", 3).address)
+    for n_regions in (4, 5):
+        tab.press("s", "x", "Enter")
+        tab.settled()
+        assert tab.evaluate("studio.nRegions") == n_regions
+        assert tab.status.endswith("is cut in two.")
+
+
+def test_a_single_face_has_no_neighbor_to_go_to(serve, open_tab, tmp_path):
+    _cells_of_all_kinds(tmp_path)
+    tab = open_tab(serve(tmp_path / "one.ply", 6).address)
+    tab.press("b", "ArrowUp", "ArrowUp")
+    assert tab.status == "No triangle lies that way."
+    tab.press("h", "Escape", "h")
+    assert "No region" in tab.status
+    tab.press("b", "n", "h", "ArrowUp")
+    assert tab.status == "Nothing is seen."
+
+
+def test_arrow_keys_go_from_face_to_face_where_one_looks(studio):
+    server, tab = studio
+    tab.locator("#canvas").focus()
+    tab.press("b", "ArrowRight", "2", "Enter")
+    first = tab.evaluate("studio.cellCursor()")
+    assert tab.classes().nonzero()[0].tolist() == [first]
+    assert tab.status.startswith(f"Triangle {first}: ")
+    faces = sample_mesh(5_000).faces
+    last, walked = first, {first}
+    for key, axis, sign in [("ArrowRight", "x", 1)] * 8 + [("ArrowUp", "y", -1)] * 8:
+        before = tab.evaluate("studio.screenOf(studio.cellCursor())")
+        tab.press(key)
+        cell = tab.evaluate("studio.cellCursor()")
+        assert set(faces[cell]) & set(faces[last])
+        after = tab.evaluate("studio.screenOf(studio.cellCursor())")
+        assert sign * (after[axis] - before[axis]) > 0 or tab.evaluate(
+            "Math.hypot(studio.screenOf(studio.cellCursor()).x - canvas.clientWidth / 2) < 2"
+        )
+        tab.press("Enter")
+        last = cell
+        walked.add(cell)
+    assert len(walked) > 12
+    assert set(tab.classes().nonzero()[0]) == walked
+    tab.press("Delete")
+    tab.settled()
+    assert set(server.classes().nonzero()[0]) == walked - {last}
+
+
+def test_two_tabs_show_the_same(studio, open_tab):
+    server, tab = studio
+    other = open_tab(server.address)
+    region, x, y = tab.spots(1)[0]
+    tab.click(x, y)
+    tab.settled()
+    other.evaluate("dispatchEvent(new Event('focus'))")  # as if one went there
+    other.until("studio.desk.session.state.can_undo && studio.isIdle")
+    np.testing.assert_array_equal(other.classes(), tab.classes())
+    other.press("2", "n", "Enter", "Control+z", "Control+z")
+    other.settled()
+    assert not server.classes().any()
+    tab.evaluate("dispatchEvent(new Event('focus'))")
+    tab.until("!studio.desk.session.state.can_undo && studio.isIdle")
+    assert not tab.classes().any()
 
 
 def test_errors_are_one_line_and_the_page_goes_on(studio):
@@ -294,7 +387,7 @@ def test_errors_are_one_line_and_the_page_goes_on(studio):
     assert "\n" not in line
     tab.locator("#error button").click()
     tab.press("n", "1", "Enter")
-    tab.saved()
+    tab.settled()
     assert server.classes().any()
 
 
