@@ -126,7 +126,9 @@ def test_nothing_is_lost_when_the_server_is_killed_while_one_paints(command):
     server.kill()
     tab.press("2")
     tab.click(*b)
-    tab.until("document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')")
+    tab.until(
+        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')"
+    )
     tab.click(*c)
     tab.locator("#undo").click()
     tab.page.wait_for_selector("#error:not([hidden])")
@@ -146,7 +148,9 @@ def test_strokes_that_wait_survive_the_page_too(command):
     region, x, y = tab.spots(1)[0]
     server.kill()
     tab.click(x, y)
-    tab.until("document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')")
+    tab.until(
+        "document.querySelector('#banner:not([hidden])')?.textContent.includes('1 stroke waits')"
+    )
     tab.page.on("dialog", lambda dialog: dialog.accept())
     tab.page.goto("about:blank")
     server.start()
@@ -265,11 +269,13 @@ def test_a_folder_is_labeled_file_by_file_with_the_same_classes(serve, open_tab,
     tab.press("PageDown")
     tab.until("document.querySelector('#error span').textContent.includes('aa.ply')")
     tab.press("PageDown")
-    tab.until("document.querySelector('#file-name').textContent === 'b.ply' && studio.ready && studio.isIdle")
+    tab.until("document.querySelector('#file-name').textContent === 'b.ply'")
+    tab.until("studio.ready && studio.isIdle")
     assert not tab.classes().any()
     assert tab.locator("input[aria-label^='Name of']").first.input_value() == "head"
     tab.locator("#files button").nth(1).click()
-    tab.until("document.querySelector('#file-name').textContent === 'a.ply' && studio.ready && studio.isIdle")
+    tab.until("document.querySelector('#file-name').textContent === 'a.ply'")
+    tab.until("studio.ready && studio.isIdle")
     assert tab.classes().any()
 
 
@@ -362,7 +368,7 @@ def test_arrow_keys_go_from_face_to_face_where_one_looks(studio):
 def test_two_tabs_show_the_same(studio, open_tab):
     server, tab = studio
     other = open_tab(server.address)
-    region, x, y = tab.spots(1)[0]
+    _, x, y = tab.spots(1)[0]
     tab.click(x, y)
     tab.settled()
     other.evaluate("dispatchEvent(new Event('focus'))")  # as if one went there
