@@ -73,7 +73,7 @@ class _Part:
     """The cells of a region by their places in it, and the arcs between them."""
 
     areas: Floats
-    sources: npt.NDArray[np.int64]
+    sources: npt.NDArray[np.int32]  # flows of old SciPy take indices of 32 bits alone
     targets: npt.NDArray[np.int32]
     costs: Floats  # of cutting each arc: the length of the border that counts
     lengths: Floats  # of the steps
@@ -104,7 +104,7 @@ def _part_of(surface: Surface, cells: Cells) -> _Part:
     counts = surface.offsets[cells.astype(np.int64) + 1] - starts
     ends = np.cumsum(counts)
     arcs = np.arange(int(ends[-1])) + np.repeat(starts - ends + counts, counts)
-    sources = np.repeat(np.arange(len(cells)), counts)
+    sources = np.repeat(np.arange(len(cells), dtype=np.int32), counts)
     neighbors = surface.neighbors[arcs].astype(np.uint32)
     targets = np.minimum(np.searchsorted(cells, neighbors), len(cells) - 1).astype(np.int32)
     kept = cells[targets] == neighbors
@@ -128,8 +128,9 @@ def _cut(part: _Part, red: Any, blue: Any) -> npt.NDArray[np.bool_]:
     to_red, to_blue = (np.maximum(sign * pulls, 0.0) / total * CAPACITY for sign in (1, -1))
     to_red[red] = to_blue[blue] = UNCUT
     to_red[blue] = to_blue[red] = 0
-    n, all_cells = part.n, np.arange(part.n)
-    source, sink = np.full(n, n), np.full(n, n + 1)
+    n = part.n
+    all_cells = np.arange(n, dtype=np.int32)
+    source, sink = np.full_like(all_cells, n), np.full_like(all_cells, n + 1)
     values = np.concatenate([part.costs / total * CAPACITY, to_red, to_blue]).astype(np.int32)
     rows = np.concatenate([part.sources, source, all_cells])
     columns = np.concatenate([part.targets, all_cells, sink])
