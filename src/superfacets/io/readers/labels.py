@@ -121,7 +121,8 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.in
         raise MeshError(f"labels must be integers, got {array.dtype}")
     if n_faces is not None and len(array) != n_faces:
         raise MeshError(
-            f"there are {counted(len(array), 'label')} but the mesh has {counted(n_faces, 'face')}"
+            f"expected {counted(n_faces, 'label')}, one per face, point or tetrahedron,"
+            f" got {len(array)}"
         )
     if array.min() < NO_REGION or array.max() > MAX_LABEL:
         first = int(np.argmax((array < NO_REGION) | (array > MAX_LABEL)))
