@@ -1,11 +1,13 @@
 """Batches on a cluster that is there: found by its address, and checked."""
 
+import gc
 import signal
 import socket
 
 import pytest
 from batch_folders import results_in
 from dask_cluster import started
+from distributed import Client
 
 import superfacets as sf
 from superfacets.batches import cluster
@@ -81,6 +83,18 @@ def test_a_scheduler_that_is_not_there_is_one_line(scans, tmp_path, monkeypatch,
         address = address.format(port=free.getsockname()[1])
     with pytest.raises(ConnectionError, match=f"no scheduler at {address}: "):
         sf.batch(scans, tmp_path / "out", scheduler=address, **OPTIONS)
+
+
+def test_a_client_that_failed_does_not_wait_for_the_garbage_collector(monkeypatch):
+    # It closes itself when it is collected: in the middle of the start of another one, for ever.
+    monkeypatch.setattr(cluster, "CONNECT_TIMEOUT", 0.3)
+    gc.disable()
+    try:
+        with pytest.raises(ConnectionError), cluster.remote_team("tcp://127.0.0.1:1", "."):
+            pass
+        assert not [one for one in gc.get_objects() if isinstance(one, Client)]
+    finally:
+        gc.enable()
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import logging
 import math
@@ -224,11 +225,7 @@ def remote_team(address: str, folder: str) -> Iterator[Team]:
     _, distributed = _import_dask()
     with contextlib.ExitStack() as stack:
         stack.enter_context(_silenced())
-        try:
-            client = distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
-        except (OSError, ValueError) as error:
-            raise ConnectionError(f"no scheduler at {address}: {reason_of(error)}") from None
-        stack.enter_context(client)
+        client = stack.enter_context(_connected(distributed, address))
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
@@ -236,6 +233,17 @@ def remote_team(address: str, folder: str) -> Iterator[Team]:
         _check_versions(client)
         _check_sees(client, folder)
         yield Team(client, _workers_of(client))
+
+
+def _connected(distributed: Any, address: str) -> Any:
+    try:
+        return distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        reason = reason_of(error)
+    # The client that failed closes itself when it is collected. While another one is being started,
+    # both would wait for each other.
+    gc.collect()
+    raise ConnectionError(f"no scheduler at {address}: {reason}")
 
 
 def _check_versions(client: Any) -> None:
