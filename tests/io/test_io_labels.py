@@ -110,8 +110,8 @@ def test_ply_of_any_integer_type_and_with_polygons(read, form, kind):
 
 @pytest.mark.parametrize(("name", "data"), [("a.npy", npy(LABELS)), ("a.seg", b"1\n2\n3\n")])
 def test_another_number_of_faces_is_refused(refuse, name, data):
-    refuse(name, data, "expected 1 label, one per face, point or tetrahedron, got 3", n_faces=1)
-    refuse(name, data, "expected 4 labels, one per face, point or tetrahedron, got 3", n_faces=4)
+    refuse(name, data, "there are 3 labels for 1 cell", n_faces=1)
+    refuse(name, data, "there are 3 labels for 4 cells", n_faces=4)
 
 
 @pytest.mark.parametrize(

@@ -120,10 +120,7 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.in
     if array.dtype.kind not in "iu":
         raise MeshError(f"labels must be integers, got {array.dtype}")
     if n_faces is not None and len(array) != n_faces:
-        raise MeshError(
-            f"expected {counted(n_faces, 'label')}, one per face, point or tetrahedron,"
-            f" got {len(array)}"
-        )
+        raise MeshError(f"there are {counted(len(array), 'label')} for {counted(n_faces, 'cell')}")
     if array.min() < NO_REGION or array.max() > MAX_LABEL:
         first = int(np.argmax((array < NO_REGION) | (array > MAX_LABEL)))
         raise MeshError(f"labels[{first}] is {array[first]}; it must be {NO_REGION} to {MAX_LABEL}")
