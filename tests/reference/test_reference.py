@@ -139,9 +139,9 @@ def test_loops_on_random_graphs_with_ties_equal_their_twins(seed):
     )
 
 
-@pytest.mark.parametrize("place", range(N_MODELS))
+@pytest.mark.parametrize("place", [*range(6), *range(6, N_MODELS, 3)])
 def test_real_models_equal_the_twins_through_all_iterations(benchmark_paths, place):
-    """The smallest models, since the twins are slow."""
+    """Of the smallest models, since the twins are slow."""
     graph = check_mesh_stages(read_off(benchmark_paths[place]))
     farthest = place_seeds(graph, 150, init="farthest").tolist()
     assert farthest == reference.farthest_seeds(graph, 150)
