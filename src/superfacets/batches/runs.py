@@ -15,12 +15,14 @@ from .._validate import checked_callable, checked_count, checked_threads
 from ..io.atomic import StrPath, remove_leftovers
 from ..io.locks import locked
 from ..io.writers.write import ENDING_OF_FORMAT
-from .cluster import Killed, Team, local_team, remote_team
+from .cluster import remote_team
 from .files import FileOptions
 from .jobs import BatchJob, Record, hash_of, run_job
 from .manifest import Manifest
 from .memory import cells_of, memory_of
+from .processes import local_team
 from .sources import Source, check_outputs_differ, find_sources, output_names, result_ending
+from .teams import Killed, Team
 
 __all__ = ["MANIFEST", "BatchProgress", "BatchResult", "batch"]
 
