@@ -8,11 +8,12 @@ import time
 
 import numpy as np
 import pytest
-from dask_cluster import started, worker_processes
+from dask_cluster import started
+from local_workers import worker_processes
 from tiled_meshes import as_ply
 
 import superfacets as sf
-from superfacets.batches import cluster
+from superfacets.batches import cluster, teams
 from superfacets.tiles import scratch
 from superfacets.tiles.mapping import open_run, run_all
 from superfacets.tiles.segmenting import segment_tiled
@@ -124,7 +125,7 @@ def full_disk(store, piece):
 
 
 def test_a_tile_that_kills_workers_and_a_full_disk_are_one_line(tmp_path, monkeypatch):
-    monkeypatch.setitem(cluster._LOCAL_SETTINGS, "distributed.scheduler.allowed-failures", 0)
+    monkeypatch.setattr(teams, "ALLOWED_KILLS", 0)
     with open_run(2, None, tmp_path) as run:
         message = r"1 worker ended with piece 0 at work \(out of memory\?\): take smaller tiles"
         with pytest.raises(ConnectionError, match=message):

@@ -28,8 +28,8 @@ Task = tuple[int, bytes]
 def copy_on_demand(descriptor: int) -> None:
     """Import what work takes, and let a copy of this process serve each connection that is sent.
 
-    Ends when nobody is there any more to send one, and all copies have ended. This process has one thread, and so each copy
-    of it can do whatever a new process could.
+    Ends when nobody is there any more to send one, and all copies have ended. This process has one
+    thread, and so each copy of it can do whatever a new process could.
 
     Parameters
     ----------

@@ -60,9 +60,9 @@ class Template:
         from multiprocessing.connection import Connection
 
         ours, theirs = socket.socketpair()
-        with theirs:
+        with ours, theirs:
             socket.send_fds(self._requests, [str(n_threads).encode()], [theirs.fileno()])
-        return Connection(ours.detach())
+            return Connection(ours.detach())
 
     def close(self) -> None:
         """Return when all copies have ended, and the process too: that is not made to happen."""
