@@ -56,7 +56,7 @@ def test_a_call_that_kills_workers_is_given_up_and_costs_the_others_nothing(eith
     assert found == [Killed(2) if n == 3 else Done(n) for n in range(8)]
 
 
-class Odd(Exception):
+class OddError(Exception):
     """Cannot be made again from its arguments."""
 
     def __init__(self, one, two):
@@ -70,7 +70,7 @@ class Unreadable:
 
 def fail(text):
     if text == "odd":
-        raise Odd(1, 2)
+        raise OddError(1, 2)
     if text == "unreadable":
         return Unreadable()
     if text == "function":
@@ -84,7 +84,7 @@ def test_errors_come_back_and_so_does_that_a_result_cannot():
     assert all(isinstance(ending, Failed) for ending in found)
     wrong, odd, unreadable, function = (ending.error for ending in found)
     assert (type(wrong), str(wrong)) == (ValueError, "wrong")
-    assert (type(odd), str(odd)) == (RuntimeError, "Odd: 1 and 2")
+    assert (type(odd), str(odd)) == (RuntimeError, "OddError: 1 and 2")
     assert (type(unreadable), str(unreadable)) == (ValueError, "not to be read")
     assert "pickle" in str(function)
 

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
 from . import teams, template
-from .memory import used_by, usable_memory
+from .memory import usable_memory, used_by
 from .serving import result_of, serve
 from .teams import Call, Done, Ending, Failed, Killed, Team, Worker
 

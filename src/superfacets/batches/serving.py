@@ -25,7 +25,7 @@ Task = tuple[int, bytes]
 """A number, and a pickled `Call`."""
 
 
-def copy_on_demand(descriptor: int) -> None:
+def copy_on_demand(descriptor: int) -> NoReturn:
     """Import what work takes, and let a copy of this process serve each connection that is sent.
 
     Ends when nobody is there any more to send one, and all copies have ended. This process has one
@@ -52,6 +52,7 @@ def copy_on_demand(descriptor: int) -> None:
             os.close(connections[0])
             _reap(os.WNOHANG)
     _reap(0)
+    os._exit(0)  # at once: there is nothing to be tidied
 
 
 def _is_copy() -> bool:
