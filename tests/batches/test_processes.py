@@ -184,6 +184,9 @@ def test_the_prepared_template_is_used_once(monkeypatch):
     with local_team(1) as team:
         run(team, double, 1)
         assert templates() == [prepared]
+    template.prepare()
+    template._discard_prepared()
+    assert templates() == []
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0})
     template.prepare()
     assert templates() == []

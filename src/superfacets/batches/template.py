@@ -6,6 +6,7 @@ needs itself, and a second core does both at a time.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import os
 import signal
@@ -79,6 +80,13 @@ def prepare() -> None:
     """Start a template for whoever asks first, where another core can run it."""
     if CAN_COPY and len(os.sched_getaffinity(0)) > 1:
         _prepared.append(Template())
+        atexit.register(_discard_prepared)
+
+
+def _discard_prepared() -> None:
+    """End what nobody has asked for: it holds our standard error."""
+    while _prepared:
+        _prepared.pop().kill()
 
 
 def take_prepared() -> Template:
