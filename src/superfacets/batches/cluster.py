@@ -171,7 +171,9 @@ def _ending_of(future: Any) -> Ending | None:
 
 
 def _scheduler_lost() -> ConnectionError:
-    return ConnectionError("the scheduler is gone; a second start does what is missing")
+    return ConnectionError(
+        "the scheduler is gone: start it and its workers, and then this command, again"
+    )
 
 
 class _Presence:
@@ -203,13 +205,18 @@ class _Presence:
 @contextlib.contextmanager
 def _silenced() -> Iterator[None]:
     """Let Dask not log what is told in one line here."""
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL + 1)
+    names = [
+        name for name in logging.root.manager.loggerDict if name.split(".")[0] == "distributed"
+    ]
+    loggers = [logging.getLogger(name) for name in names]  # Dask gives some a level of their own
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        logger.setLevel(level)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _import_dask() -> Any:
