@@ -13,6 +13,7 @@ import numpy as np
 import superfacets as sf
 
 from . import report, runs
+from .batch import measure_batch, table
 from .checks import (
     EXPECTED,
     WrongLabelsError,
@@ -145,6 +146,16 @@ def timings(repeats: int) -> None:
         cases = [runs.Case(mesh, k, "defaults", usable_cores()) for k in (150, 2_000)]
         rows += runs.measure(build(mesh, None), cases, repeats, load_expected())
     click.echo(report.readme_table(rows))
+
+
+@commands.command()
+@click.argument("folder", type=FOLDER)
+@click.option("--workers", default="1,2", show_default=True, help="Numbers, separated by commas.")
+@click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True)
+def batch(folder: Path, workers: str, repeats: int) -> None:
+    """Time `superfacets batch` on the meshes in FOLDER, on several numbers of workers in turns."""
+    counts = [int(count) for count in workers.split(",")]
+    click.echo(table(measure_batch(folder, counts, repeats)))
 
 
 @commands.command("report")

@@ -54,14 +54,3 @@ def started(folder):
         yield there
     finally:
         there.kill(2, 1, 0)
-
-
-def worker_processes():
-    """Processes that we started and that run workers of Dask."""
-    psutil = pytest.importorskip("psutil")
-    found = []
-    for child in psutil.Process().children(recursive=True):
-        with contextlib.suppress(psutil.NoSuchProcess):  # one that was killed a moment ago
-            if "spawn_main" in " ".join(child.cmdline()):
-                found.append(child)
-    return found

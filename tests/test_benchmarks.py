@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks import (
+    batch,
     checks,
     clock,
     machine,
@@ -405,3 +406,26 @@ def test_the_table_of_the_readme_is_printed(monkeypatch):
     assert done.exit_code == 0, done.output
     assert re.search(r"\| +faces \| +regions \| +iterations \| +seconds \|", done.output)
     assert re.search(r"\| +4,892 \| +2,000 \|", done.output)
+
+
+def test_batches_on_several_workers_write_the_same(tmp_path):
+    for name in ("a/one.ply", "two.ply"):
+        path = tmp_path / name
+        path.parent.mkdir(exist_ok=True)
+        sf.write_mesh(path, sf.sample_mesh(3_000))
+    ran = CliRunner().invoke(commands, ["batch", str(tmp_path), "--repeats", "1"])
+    rows = [line.split("|")[1:-1] for line in ran.output.splitlines()]
+    assert [[cell.strip() for cell in row[:2]] for row in rows[2:]] == [["1", "2"], ["2", "2"]]
+    assert float(rows[2][5]) == 1.0
+    assert all(float(row[4]) > 0 for row in rows[2:])
+
+
+def test_batches_that_write_something_else_are_given_no_times(tmp_path, monkeypatch):
+    def run(folder, output, n_workers):
+        output.mkdir()
+        (output / "one.npy").write_bytes(bytes([n_workers]))
+        return 1.0
+
+    monkeypatch.setattr(batch, "_run", run)
+    with pytest.raises(checks.WrongLabelsError, match="2 workers write other results"):
+        batch.measure_batch(tmp_path, [1, 2], 1)

@@ -3,40 +3,30 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .cells.cell_graph import ArcMeasures, CellGraph
-from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
-from .cells.point_graph import build_point_graph, estimate_normals
-from .cells.subdivision import Subdivision, subdivide
-from .cells.surface import arc_measures
-from .cells.tet_graph import TetGraph, TriangleCounts, build_tet_graph
-from .cells.weights import crease_weights, stk02_weights, superfacet_weights
-from .clustering.classification import Classification, classify
-from .clustering.loop import segment_graph
-from .clustering.seeding import place_seeds
-from .clustering.segmentation import Level, Segmentation
-from .clustering.update import update_centers
-from .errors import IslandWarning, MeshError, MissingExtraError, RenderError, SliverWarning
-from .mesh.point_cloud import PointCloud
-from .mesh.polygon_mesh import PolygonMesh, Triangulation
-from .mesh.tet_mesh import TetBoundary, TetMesh
-from .mesh.triangle_mesh import Mesh
-from .pipeline import PAPER, PARTS, segment
-from .regions.connect import enforce_connectivity
-from .regions.edit import RegionEdit
-from .regions.merge import merge_small_regions
-from .regions.smooth import smooth_borders
-
 if TYPE_CHECKING:
     from . import metrics as metrics
     from . import reference as reference
     from . import segmentator as segmentator
     from .batches.runs import BatchProgress, BatchResult, batch
+    from .cells.cell_graph import ArcMeasures, CellGraph
     from .cells.cloud_facts import CloudInfo, cloud_info
+    from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .cells.nearest import NearestFaces, nearest_faces
+    from .cells.point_graph import build_point_graph, estimate_normals
     from .cells.region_adjacency import RegionGraph, region_graph
+    from .cells.subdivision import Subdivision, subdivide
+    from .cells.surface import arc_measures
+    from .cells.tet_graph import TetGraph, TriangleCounts, build_tet_graph
     from .cells.thickness import shape_diameter
+    from .cells.weights import crease_weights, stk02_weights, superfacet_weights
+    from .clustering.classification import Classification, classify
     from .clustering.embedding import spectral_embedding
+    from .clustering.loop import segment_graph
+    from .clustering.seeding import place_seeds
+    from .clustering.segmentation import Level, Segmentation
+    from .clustering.update import update_centers
+    from .errors import IslandWarning, MeshError, MissingExtraError, RenderError, SliverWarning
     from .interop.attach import attach_labels
     from .io.attributes import MeshAttributes
     from .io.readers.labels import read_labels
@@ -45,16 +35,25 @@ if TYPE_CHECKING:
     from .io.writers.regions import write_regions
     from .io.writers.write import write_labels, write_mesh
     from .levels import hierarchy
+    from .mesh.point_cloud import PointCloud
+    from .mesh.polygon_mesh import PolygonMesh, Triangulation
+    from .mesh.tet_mesh import TetBoundary, TetMesh
+    from .mesh.triangle_mesh import Mesh
     from .pictures.camera import View
     from .pictures.colors import face_colors
     from .pictures.page.document import Page, view
     from .pictures.plotting import Plot, plot
     from .pictures.rendering import render
+    from .pipeline import PAPER, PARTS, segment
+    from .regions.connect import enforce_connectivity
+    from .regions.edit import RegionEdit
     from .regions.hierarchy import Hierarchy
     from .regions.lines import BorderLines, border_lines, find_boundaries
+    from .regions.merge import merge_small_regions
     from .regions.nearest_labels import transfer
     from .regions.parts import Submesh, split_regions, submesh
     from .regions.pooling import pool, snap, unpool
+    from .regions.smooth import smooth_borders
     from .regions.vertices import vertex_labels
     from .sample import sample_mesh
     from .study import baselines as baselines
@@ -153,8 +152,49 @@ __all__ = [
     "write_regions",
 ]
 
-# Files, colors and pictures take as long to import as the rest: they are loaded when first used.
+# All is loaded when it is first used: a command begins at once, and a program pays for its part.
 _LAZY_NAMES = {
+    "ArcMeasures": "cells.cell_graph",
+    "CellGraph": "cells.cell_graph",
+    "EdgeCounts": "cells.face_graph",
+    "FaceGraph": "cells.face_graph",
+    "build_face_graph": "cells.face_graph",
+    "build_point_graph": "cells.point_graph",
+    "estimate_normals": "cells.point_graph",
+    "Subdivision": "cells.subdivision",
+    "subdivide": "cells.subdivision",
+    "arc_measures": "cells.surface",
+    "TetGraph": "cells.tet_graph",
+    "TriangleCounts": "cells.tet_graph",
+    "build_tet_graph": "cells.tet_graph",
+    "crease_weights": "cells.weights",
+    "stk02_weights": "cells.weights",
+    "superfacet_weights": "cells.weights",
+    "Classification": "clustering.classification",
+    "classify": "clustering.classification",
+    "segment_graph": "clustering.loop",
+    "place_seeds": "clustering.seeding",
+    "Level": "clustering.segmentation",
+    "Segmentation": "clustering.segmentation",
+    "update_centers": "clustering.update",
+    "IslandWarning": "errors",
+    "MeshError": "errors",
+    "MissingExtraError": "errors",
+    "RenderError": "errors",
+    "SliverWarning": "errors",
+    "PointCloud": "mesh.point_cloud",
+    "PolygonMesh": "mesh.polygon_mesh",
+    "Triangulation": "mesh.polygon_mesh",
+    "TetBoundary": "mesh.tet_mesh",
+    "TetMesh": "mesh.tet_mesh",
+    "Mesh": "mesh.triangle_mesh",
+    "PAPER": "pipeline",
+    "PARTS": "pipeline",
+    "segment": "pipeline",
+    "enforce_connectivity": "regions.connect",
+    "RegionEdit": "regions.edit",
+    "merge_small_regions": "regions.merge",
+    "smooth_borders": "regions.smooth",
     "attach_labels": "interop.attach",
     "BatchProgress": "batches.runs",
     "BatchResult": "batches.runs",

@@ -14,6 +14,7 @@ import numbers
 import operator
 import os
 import reprlib
+import sys
 from collections.abc import Sequence
 from typing import Any
 
@@ -79,6 +80,8 @@ def owned_indices(array: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
     """Raise an error if entries are masked: numpy would use the values under the mask."""
+    if "numpy.ma" not in sys.modules:  # it takes long to import, and no array has a mask without
+        return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise error(f"{name} has masked entries: fill them, or leave them out")
 

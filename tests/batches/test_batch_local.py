@@ -5,15 +5,14 @@ import signal
 import subprocess
 import sys
 import time
-from types import SimpleNamespace
 
 import pytest
 from batch_folders import records_of, results_in
-from dask_cluster import worker_processes
+from local_workers import worker_processes
 
 import superfacets as sf
 from superfacets._validate import checked_threads
-from superfacets.batches import cluster, runs
+from superfacets.batches import memory, processes, runs, teams, template
 from superfacets.batches.jobs import run_job
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
@@ -48,53 +47,14 @@ def test_a_worker_that_is_killed_loses_nothing(scans, alone, tmp_path):
     killed = []
 
     def kill(_):
-        if len(killed) < 3:
-            while not (processes := worker_processes()):
-                time.sleep(0.1)
-            process = processes[0]
-            process.kill()
-            killed.append(process.pid)
+        if len(killed) < 3 and (processes := worker_processes()):  # or all were killed just now
+            processes[0].kill()
+            killed.append(processes[0].pid)
 
     result = sf.batch(scans, tmp_path / "out", workers=2, progress=kill, **OPTIONS)
     assert len(killed) == 3
     assert (result.n_done, result.n_failed) == (4, 1)
     assert results_in(tmp_path / "out") == results_in(alone)
-
-
-class Nanny:
-    """A keeper of a worker, as Dask has them, in some state."""
-
-    def __init__(self, status, of_process="running"):
-        self.status = SimpleNamespace(name=status)
-        self.process = of_process and SimpleNamespace(status=SimpleNamespace(name=of_process))
-
-    def close(self):
-        self.status.name = "closed"
-
-
-class FakeCluster:
-    def __init__(self, *nannies):
-        self.workers = dict(enumerate(nannies))
-        self.worker_spec = dict.fromkeys(self.workers)
-        self.loop = SimpleNamespace(add_callback=lambda call: call())
-        self.scaled = []
-
-    def scale(self, n_workers):
-        self.scaled.append(n_workers)
-
-
-def test_workers_that_dask_has_given_up_are_replaced_when_they_were_ended_twice():
-    alive = [Nanny("running"), Nanny("running", "starting"), Nanny("init", None)]
-    ended = [Nanny("running", "stopped"), Nanny("running", "failed"), Nanny("failed", None)]
-    there = FakeCluster(*alive, *ended, Nanny("closing"))
-    restore = cluster._restorer(there, 7)
-    restore()
-    assert len(there.workers) == 7
-    ended[0].process.status.name = "starting"  # Dask has started it anew meanwhile
-    restore()
-    assert list(there.workers) == list(there.worker_spec) == [0, 1, 2, 3]
-    assert ended[1].status.name == "closed"
-    assert there.scaled == [7, 7]
 
 
 class Unreadable:
@@ -112,8 +72,8 @@ def deadly_job(job):
 def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
     scans, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(cluster, "run_job", deadly_job)
-    monkeypatch.setitem(cluster._LOCAL_SETTINGS, "distributed.scheduler.allowed-failures", 0)
+    monkeypatch.setattr(teams, "run_job", deadly_job)
+    monkeypatch.setattr(teams, "ALLOWED_KILLS", 0)
     result = sf.batch(scans, tmp_path / "out", workers=2, **OPTIONS)
     assert (result.n_done, result.n_failed) == (2, 3)
     nonsense, killed = result.records[1:3]
@@ -127,14 +87,13 @@ def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
 
 
 def test_a_worker_of_one_thread_also_reads_on_one():
-    with cluster.local_team(1) as team:
-        found = team.client.run(checked_threads, None)
-        assert list(found.values()) == [1]
+    with processes.local_team(1) as team:
+        assert list(team.run([(checked_threads, (None,))], None)) == [(0, teams.Done(1))]
 
 
 def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_path, monkeypatch):
     def need(path):
-        return cluster.local_memory() / 2 if path.endswith("one.ply") else 0
+        return memory.usable_memory() / 2 if path.endswith("one.ply") else 0
 
     asked = []
     monkeypatch.setattr(runs, "memory_of", need)
@@ -154,7 +113,7 @@ def full_disk_job(job):
 
 
 def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(scans, alone, tmp_path, monkeypatch):
-    monkeypatch.setattr(cluster, "run_job", full_disk_job)
+    monkeypatch.setattr(teams, "run_job", full_disk_job)
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS)
     done = list(records_of(tmp_path / "out"))
@@ -223,21 +182,45 @@ def test_a_batch_that_is_ended_goes_on_where_it_was(many, alone, tmp_path, how, 
     assert results_in(out) == wanted
 
 
-def test_workers_that_cannot_be_started_are_one_line(scans, tmp_path):
+UNGUARDED = """
+import superfacets
+from superfacets.batches import template
+template.CAN_COPY = {can_copy}
+print(superfacets.batch({scans!r}, {out!r}, workers=1, n_segments=20).n_done)
+"""
+
+
+def run_unguarded(scans, tmp_path, *, can_copy):
+    """A script that starts a batch where it is imported, too."""
     script = tmp_path / "script.py"
     script.write_text(
-        "import superfacets\n"
-        f"superfacets.batch({str(scans)!r}, {str(tmp_path / 'out')!r}, workers=1)\n"
+        UNGUARDED.format(scans=str(scans), out=str(tmp_path / "out"), can_copy=can_copy)
     )
     command = [sys.executable, str(script)]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+def test_workers_that_cannot_be_started_are_one_line(scans, tmp_path):
+    ended = run_unguarded(scans, tmp_path, can_copy=False)
     assert ended.returncode == 1
     assert "ConnectionError: the workers cannot be started" in ended.stderr
     assert "below if __name__ == '__main__':" in ended.stderr
 
 
-def test_dask_is_needed_for_more_than_one_file_alone(scans, scan, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "distributed", None)
+@pytest.mark.skipif(not template.CAN_COPY, reason="processes are not copied here")
+def test_copies_import_no_script(scans, tmp_path):
+    assert run_unguarded(scans, tmp_path, can_copy=True).stdout == "4\n"
+
+
+def test_psutil_is_needed_for_more_than_one_file_alone(scans, scan, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "psutil", None)
     assert sf.batch(scan, tmp_path / "out").n_done == 1
     with pytest.raises(sf.MissingExtraError, match=r"superfacets\[batch\]"):
         sf.batch(scans, tmp_path / "out")
+
+
+def test_dask_is_needed_for_a_scheduler_alone(scans, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert sf.batch(scans, tmp_path / "out", workers=2, **OPTIONS).n_done == 4
+    with pytest.raises(sf.MissingExtraError, match=r"a Dask scheduler needs .*\[batch\]"):
+        sf.batch(scans, tmp_path / "other", scheduler="tcp://127.0.0.1:1", **OPTIONS)

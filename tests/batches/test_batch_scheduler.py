@@ -1,6 +1,7 @@
 """Batches on a cluster that is there: found by its address, and checked."""
 
 import gc
+import logging
 import signal
 import socket
 
@@ -139,3 +140,12 @@ def test_a_scheduler_that_ends_ends_the_batch(many, tmp_path):
     with started(tmp_path) as own, pytest.raises(ConnectionError, match="the scheduler is gone"):
         sf.batch(many, tmp_path / "out", scheduler=own.address, progress=kill, **OPTIONS)
     assert len((tmp_path / "out" / "manifest.jsonl").read_text().splitlines()) == len(seen)
+
+
+def test_dask_logs_nothing_that_is_told_in_one_line():
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
+    levels = [logger.level for logger in loggers]
+    with cluster._silenced():
+        assert not any(logger.isEnabledFor(logging.CRITICAL) for logger in loggers)
+    assert [logger.level for logger in loggers] == levels
+    assert all(logger.isEnabledFor(logging.ERROR) for logger in loggers)

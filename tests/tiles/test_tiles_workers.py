@@ -4,15 +4,15 @@ import errno
 import os
 import signal
 import socket
-import time
 
 import numpy as np
 import pytest
-from dask_cluster import started, worker_processes
+from dask_cluster import started
+from local_workers import worker_processes
 from tiled_meshes import as_ply
 
 import superfacets as sf
-from superfacets.batches import cluster
+from superfacets.batches import cluster, teams
 from superfacets.tiles import scratch
 from superfacets.tiles.mapping import open_run, run_all
 from superfacets.tiles.segmenting import segment_tiled
@@ -62,9 +62,7 @@ def test_a_killed_worker_loses_nothing(mesh, labels, tmp_path):
     killed = []
 
     def kill(*_):
-        if len(killed) < 4:
-            while not (processes := worker_processes()):
-                time.sleep(0.05)
+        if len(killed) < 4 and (processes := worker_processes()):  # or all were killed just now
             processes[0].kill()
             killed.append(processes[0].pid)
 
@@ -97,6 +95,7 @@ def test_what_does_not_fit_is_named(there, mesh, tmp_path, monkeypatch):
     with pytest.raises(ConnectionError, match=r"has superfacets .*, and this is superfacets 9\.9"):
         run(scheduler=there.address)
     monkeypatch.setattr(cluster, "_check_versions", lambda client: None)  # it came later
+    monkeypatch.setattr(teams, "__version__", "9.9")
     with pytest.raises(ConnectionError, match=r"a worker on .* has superfacets"):
         run(scheduler=there.address)
     assert left_in(tmp_path) == []
@@ -124,7 +123,7 @@ def full_disk(store, piece):
 
 
 def test_a_tile_that_kills_workers_and_a_full_disk_are_one_line(tmp_path, monkeypatch):
-    monkeypatch.setitem(cluster._LOCAL_SETTINGS, "distributed.scheduler.allowed-failures", 0)
+    monkeypatch.setattr(teams, "ALLOWED_KILLS", 0)
     with open_run(2, None, tmp_path) as run:
         message = r"1 worker ended with piece 0 at work \(out of memory\?\): take smaller tiles"
         with pytest.raises(ConnectionError, match=message):

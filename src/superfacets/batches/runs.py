@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,12 +14,13 @@ from .._validate import checked_callable, checked_count, checked_threads
 from ..io.atomic import StrPath, remove_leftovers
 from ..io.locks import locked
 from ..io.writers.write import ENDING_OF_FORMAT
-from .cluster import Killed, Team, local_team, remote_team
 from .files import FileOptions
 from .jobs import BatchJob, Record, hash_of, run_job
 from .manifest import Manifest
 from .memory import cells_of, memory_of
+from .processes import local_team
 from .sources import Source, check_outputs_differ, find_sources, output_names, result_ending
+from .teams import Killed, Team
 
 __all__ = ["MANIFEST", "BatchProgress", "BatchResult", "batch"]
 
@@ -261,6 +261,9 @@ def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
     """The jobs that have no valid record; files are read for their hashes, several at a time."""
+    if not manifest.records:
+        return list(jobs)
+    from concurrent.futures import ThreadPoolExecutor
 
     def is_done(job: BatchJob) -> bool:
         record = manifest.records.get(job.name)
@@ -288,6 +291,8 @@ def _do(
     if not jobs:
         return
     if scheduler is not None:
+        from .cluster import remote_team
+
         yield from _do_in_teams(
             jobs, lambda: remote_team(scheduler, folder), lambda: remote_team(scheduler, folder)
         )

@@ -11,6 +11,7 @@ from typing import NoReturn
 import click
 
 from .. import __version__
+from ..batches.template import prepare
 from . import background
 from .failures import EXIT_DATA, EXIT_INTERRUPTED, EXIT_USAGE, FAILURES, message_of, print_error
 
@@ -34,10 +35,15 @@ COMMANDS = {
 }
 """What each command does, in one line: the list of commands imports none of them."""
 
+_NO_WORKERS = {"-h", "--help", "--scheduler"}
+"""With these, no workers are started on this machine."""
+
 
 def main() -> NoReturn:
     """Run the command. Wrong input gives one line on stderr and an exit status."""
     signal.signal(signal.SIGTERM, _terminate)
+    if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(sys.argv):
+        prepare()  # they import what they need while the command does
     try:
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:

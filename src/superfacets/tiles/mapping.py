@@ -7,7 +7,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..batches.cluster import Team, local_team, remote_team
+from ..batches.cluster import remote_team
+from ..batches.processes import local_team
+from ..batches.teams import Team
 from .store import Job, Run
 
 __all__ = ["OnDone", "on_team", "open_run", "run_all"]
@@ -70,6 +72,7 @@ def open_run(
     MissingExtraError
         If Dask is needed and not installed.
     """
+    team: contextlib.AbstractContextManager[Team]
     if scheduler is not None:
         team = remote_team(scheduler, str(folder))
     elif workers > 1:
