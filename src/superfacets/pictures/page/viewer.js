@@ -18,6 +18,7 @@ const GRAY = [150, 150, 150];
 const HALF_ANGLE = (10 * Math.PI) / 180; // of what the height of the page shows
 const SLOW_MS = 40; // between frames: a view that moves so slowly is drawn coarsely
 const COARSE = 0.5; // pixels of such a view, to one of the screen, along each side
+const SAMPLES = 4; // of each pixel of a fine view: coarse ones have one
 const REST_MS = 150; // without a change: the view is drawn finely again
 
 function bytesOfBase64(text) {
@@ -410,7 +411,7 @@ const UNIT = { positions: 0, sources: 1, groups: 2, regions: 3, colors: 4 };
 /** Draws the mesh or cloud in the colors of groups, with borders; tells what is at a pixel. */
 class Drawing {
   constructor(canvas, facts, arrays) {
-    const gl = canvas.getContext("webgl2", { antialias: true, powerPreference: "high-performance" });
+    const gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance" });
     if (!gl) throw new Error("this browser has no WebGL 2");
     Object.assign(this, { gl, canvas, facts, arrays, marked: NO_GROUP, borders: true });
     this.camera = new Camera(facts.axes, facts.view);
@@ -608,30 +609,48 @@ class Drawing {
     if (camera.fitted === null) {
       camera.fit(arrays.positions, facts.low, facts.step, frame.width / frame.height);
     }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.isCoarse ? null : this.fineFrame(frame));
     gl.viewport(0, 0, frame.width, frame.height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.drawSurface(this.surface, frame);
     if (this.borders && this.n_edges) this.drawBorders(frame);
+    if (!this.isCoarse) this.showFine(frame);
     this.stats.frames++;
     this.stats.scriptMs += performance.now() - start;
   }
 
-  /** A frame for the number of the cell at each pixel. */
-  makePickFrame({ width, height }) {
+  /** A frame with several samples of each pixel. */
+  fineFrame(frame) {
     const { gl } = this;
-    this.pickFrame ??= gl.createFramebuffer();
-    this.pickBuffers ??= [gl.createRenderbuffer(), gl.createRenderbuffer()];
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.pickFrame);
-    [
-      [gl.COLOR_ATTACHMENT0, gl.R32UI],
-      [gl.DEPTH_ATTACHMENT, gl.DEPTH_COMPONENT24],
-    ].forEach(([place, format], i) => {
-      const buffer = this.pickBuffers[i];
-      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
-      gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
-      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
+    const samples = Math.min(SAMPLES, gl.getParameter(gl.MAX_SAMPLES));
+    this.fine = this.sizedFrame(this.fine, frame, gl.RGBA8, samples);
+    return this.fine.target;
+  }
+
+  /** The mean of the samples of each pixel goes to the canvas. */
+  showFine({ width, height }) {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.fine.target);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
+    const all = [0, 0, width, height];
+    gl.blitFramebuffer(...all, ...all, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  /** A frame of a format beside the canvas: the one there is, if it has the right size. */
+  sizedFrame(made, { width, height }, format, samples) {
+    const { gl } = this;
+    if (made?.width === width && made.height === height) return made;
+    const target = made?.target ?? gl.createFramebuffer();
+    const buffers = made?.buffers ?? [gl.createRenderbuffer(), gl.createRenderbuffer()];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    const places = [gl.COLOR_ATTACHMENT0, gl.DEPTH_ATTACHMENT];
+    [format, gl.DEPTH_COMPONENT24].forEach((inner, i) => {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffers[i]);
+      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, inner, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, places[i], gl.RENDERBUFFER, buffers[i]);
     });
+    return { target, buffers, width, height };
   }
 
   /** Draw which cell is at each pixel, unless it is known for this view. */
@@ -639,8 +658,9 @@ class Drawing {
     const { gl, camera } = this;
     const { width, height } = frame;
     const view = [width, height, camera.distance, ...camera.target, ...camera.rows.flat()].join();
-    if (view === this.pickedView) return gl.bindFramebuffer(gl.FRAMEBUFFER, this.pickFrame);
-    this.makePickFrame(frame);
+    this.picked = this.sizedFrame(this.picked, frame, gl.R32UI, 0);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.picked.target);
+    if (view === this.pickedView) return;
     gl.viewport(0, 0, width, height);
     gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
     gl.clear(gl.DEPTH_BUFFER_BIT);
