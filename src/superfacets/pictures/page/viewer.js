@@ -154,11 +154,14 @@ void main() { found = cell + 1u; }`;
 
 // A border is a rectangle on the screen. Where both sides are of one region it is none at all.
 const BORDER = `${SHARED}${POSITIONS}
-in uvec4 edge;  // two vertices, and the cells on either side
+uniform usampler2D edges;  // two vertices, and the cells on either side
 uniform usampler2D regions;
 uniform vec2 frame;  // pixels
 uniform float line_width;  // pixels
 void main() {
+  uvec4 edge = texelFetch(edges, place(uint(gl_VertexID / 6)), 0);
+  int corner = gl_VertexID % 6;  // of two triangles: 0 1 2, 2 1 3
+  corner = corner < 3 ? corner : corner == 3 ? 2 : corner == 4 ? 1 : 3;
   uint left = texelFetch(regions, place(edge.z), 0).r;
   uint right = texelFetch(regions, place(edge.w), 0).r;
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -173,8 +176,8 @@ void main() {
   if (from.w <= 0.0 || to.w <= 0.0) return;
   vec2 along = (to.xy / to.w - from.xy / from.w) * frame;
   along = length(along) > 0.0 ? normalize(along) : vec2(1.0, 0.0);
-  float end = (gl_VertexID & 1) == 0 ? -1.0 : 1.0;
-  float side = (gl_VertexID & 2) == 0 ? -1.0 : 1.0;
+  float end = (corner & 1) == 0 ? -1.0 : 1.0;
+  float side = (corner & 2) == 0 ? -1.0 : 1.0;
   vec4 place_ = end < 0.0 ? from : to;
   vec2 shift = line_width * (0.35 * end * along + side * vec2(-along.y, along.x));
   gl_Position = place_ + vec4(shift / frame * place_.w, 0.0, 0.0);
@@ -197,7 +200,7 @@ function compile(gl, vertex, fragment) {
     }
     gl.attachShader(program, shader);
   }
-  gl.bindAttribLocation(program, 0, vertex === BORDER ? "edge" : "vertex");
+  gl.bindAttribLocation(program, 0, "vertex");
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
     throw new Error(gl.getProgramInfoLog(program));
@@ -211,6 +214,7 @@ function compile(gl, vertex, fragment) {
 function fillTexture(gl, unit, format, values) {
   const formats = {
     r32: [gl.R32UI, gl.RED_INTEGER, gl.UNSIGNED_INT, 1, Uint32Array],
+    rgba32: [gl.RGBA32UI, gl.RGBA_INTEGER, gl.UNSIGNED_INT, 4, Uint32Array],
     rgba16: [gl.RGBA16UI, gl.RGBA_INTEGER, gl.UNSIGNED_SHORT, 4, Uint16Array],
     rgba8: [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, 4, Uint8Array],
   };
@@ -406,7 +410,7 @@ class Camera {
 
 // ------------------------------------------------------------------------------- what is drawn
 
-const UNIT = { positions: 0, sources: 1, groups: 2, regions: 3, colors: 4 };
+const UNIT = { positions: 0, sources: 1, groups: 2, regions: 3, colors: 4, edges: 5 };
 
 /** Draws the mesh or cloud in the colors of groups, with borders; tells what is at a pixel. */
 class Drawing {
@@ -443,7 +447,8 @@ class Drawing {
     for (let i = 0; i < this.n_edges; i++) {
       for (let k = 0; k < 4; k++) rows[4 * i + k] = edges[k * this.n_edges + i];
     }
-    this.edges = this.attribute(rows, 4, 1);
+    this.fill(UNIT.edges, "rgba32", rows);
+    this.nothing = this.gl.createVertexArray(); // edges come by their numbers
   }
 
   uploadCorners(triangles, nVertices) {
@@ -452,7 +457,7 @@ class Drawing {
       const all = new Uint32Array(2 * nVertices);
       for (let i = 0; i < nVertices; i++) all[2 * i] = i;
       this.n_corners = nVertices;
-      this.corners = this.attribute(all, 2, 0);
+      this.corners = this.attribute(all, 2);
       return;
     }
     const { corners, vertices } = sharedCorners(triangles, nVertices);
@@ -462,13 +467,13 @@ class Drawing {
       }
     }
     this.n_corners = corners.length;
-    this.corners = this.attribute(vertices, 2, 0);
+    this.corners = this.attribute(vertices, 2);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.STATIC_DRAW);
     this.bufferBytes += corners.byteLength;
   }
 
-  attribute(values, size, divisor) {
+  attribute(values, size) {
     const { gl } = this;
     const state = gl.createVertexArray();
     gl.bindVertexArray(state);
@@ -477,7 +482,6 @@ class Drawing {
     this.bufferBytes += values.byteLength;
     gl.enableVertexAttribArray(0);
     gl.vertexAttribIPointer(0, size, gl.UNSIGNED_INT, 0, 0);
-    gl.vertexAttribDivisor(0, divisor);
     return state;
   }
 
@@ -597,9 +601,10 @@ class Drawing {
     const pixels = frame.height / (2 * Math.tan(HALF_ANGLE) * this.camera.distance);
     const width = this.lineWidth(pixels / frame.ratio, frame.height / frame.ratio);
     gl.uniform1f(border.uniform("line_width"), width * frame.ratio);
-    gl.bindVertexArray(this.edges);
+    gl.uniform1i(border.uniform("edges"), UNIT.edges);
+    gl.bindVertexArray(this.nothing);
     this.stats.calls++;
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.n_edges);
+    gl.drawArrays(gl.TRIANGLES, 0, 6 * this.n_edges);
   }
 
   draw() {
