@@ -55,6 +55,7 @@ ORBIT = """async ([frames, isFine]) => {
     };
     drawing.isCoarse = false;
     drawing.draw();
+    drawn();
     return found;
 }"""
 
@@ -151,7 +152,7 @@ def page_table(found: dict[str, Any]) -> str:
     """Return the results as lines of a table in Markdown."""
     megabytes = {
         "size of the file": "page_bytes", "buffers and textures": "gpu_bytes",
-        "JavaScript heap": "heap_bytes", "arrays, beside it": "array_bytes",
+        "JavaScript heap": "heap_bytes", "of it, arrays": "array_bytes",
     }  # fmt: skip
     rows = [("faces; regions", f"{found['faces']:,}; {found['regions']:,}")]
     rows += [(name, f"{found[key] / 1e6:.1f} MB") for name, key in megabytes.items()]

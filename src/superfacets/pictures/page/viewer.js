@@ -210,7 +210,7 @@ function compile(gl, vertex, fragment) {
   return { program, uniform };
 }
 
-/** Fill a texture, WIDTH texels wide, with one or four numbers per texel; returns its bytes. */
+/** Fill a texture, WIDTH texels wide, with one or four numbers a texel; returns its bytes. */
 function fillTexture(gl, unit, format, values) {
   const formats = {
     r32: [gl.R32UI, gl.RED_INTEGER, gl.UNSIGNED_INT, 1, Uint32Array],
@@ -449,6 +449,7 @@ class Drawing {
     }
     this.fill(UNIT.edges, "rgba32", rows);
     this.nothing = this.gl.createVertexArray(); // edges come by their numbers
+    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // they are sent
   }
 
   uploadCorners(triangles, nVertices) {
