@@ -26,7 +26,8 @@ from .checks import (
     save_expected,
 )
 from .machine import usable_cores
-from .meshes import Arrays, build
+from .meshes import Arrays, build, find_data
+from .pages import knobby_torus, measure_page, page_table
 from .plan import make_plan
 from .sections import measure
 
@@ -156,6 +157,29 @@ def batch(folder: Path, workers: str, repeats: int) -> None:
     """Time `superfacets batch` on the meshes in FOLDER, on several numbers of workers in turns."""
     counts = [int(count) for count in workers.split(",")]
     click.echo(table(measure_batch(folder, counts, repeats)))
+
+
+@commands.command()
+@click.argument("mesh")
+@click.option("--segments", type=click.IntRange(min=1), default=2_000, show_default=True)
+@click.option("--frames", type=click.IntRange(min=1), default=20, show_default=True)
+@click.option("--data", type=FOLDER, help="Folder with `meshes`.  [SUPERFACETS_DATA]")
+@click.option("--json", "output", type=FILE, help="Write all results there.")
+def page(mesh: str, segments: int, frames: int, data: Path | None, output: Path | None) -> None:
+    """Open the page of MESH and turn it.
+
+    MESH is a file, a name such as bear60k-x16, or a number of faces for a torus with knobs.
+    """
+    found = measure_page(_mesh_of_page(mesh, data), segments, frames)
+    click.echo(page_table(found))
+    if output:
+        output.write_text(json.dumps(found, indent=1) + "\n")
+
+
+def _mesh_of_page(mesh: str, data: Path | None) -> sf.Mesh:
+    if mesh.isdecimal():
+        return knobby_torus(int(mesh))
+    return sf.read_mesh(mesh) if Path(mesh).is_file() else sf.Mesh(*build(mesh, find_data(data)))
 
 
 @commands.command("report")

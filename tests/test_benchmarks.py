@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from benchmarks import (
     machine,
     memory,
     meshes,
+    pages,
     passes,
     races,
     report,
@@ -429,3 +431,41 @@ def test_batches_that_write_something_else_are_given_no_times(tmp_path, monkeypa
     monkeypatch.setattr(batch, "_run", run)
     with pytest.raises(checks.WrongLabelsError, match="2 workers write other results"):
         batch.measure_batch(tmp_path, [1, 2], 1)
+
+
+# pages
+
+
+def test_a_knobby_torus_is_closed_and_has_the_faces_asked_for():
+    torus = pages.knobby_torus(2_000)
+    assert 2_000 <= torus.n_faces <= 2_200
+    graph = sf.build_face_graph(torus)
+    assert graph.edge_counts == (3 * torus.n_faces // 2, 0, 0, 0)
+    corners = torus.vertices[torus.faces]
+    assert np.linalg.det(corners).sum() > 0
+
+
+def test_the_page_is_measured_in_a_browser(tmp_path):
+    pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    if not (shutil.which("chromium") or shutil.which("google-chrome")):
+        pytest.skip("there is no Chromium")
+    output = tmp_path / "page.json"
+    done = run("page", "2000", "--segments", "9", "--frames", "2", "--json", str(output))
+    assert done.exit_code == 0, done.output
+    found = json.loads(output.read_text())
+    assert f"| faces; regions | {found['faces']:,}; 9 |" in done.output
+    assert found["corners"] == 3 * found["faces"]
+    assert found["gpu_bytes"] > 20 * found["faces"]
+    for kind in ("fine", "moving"):
+        assert found[kind]["fps"] > 0
+        assert (found[kind]["calls"], found[kind]["sent_bytes"]) == (2, 0)
+    assert found["hover"]["picks"] == 1
+
+
+def test_a_page_without_a_browser_is_one_line(monkeypatch):
+    pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    done = run("page", "200")
+    assert done.exit_code == 1
+    assert "there is no Chromium" in done.output
+    assert done.output.count("\n") == 1

@@ -35,9 +35,10 @@ def opened(browser, tmp_path):
 
 
 def pixels(tab):
-    """What the canvas shows, (height, width, 4)."""
+    """What the canvas shows at rest, (height, width, 4)."""
     draw = """() => {
         const { gl, canvas } = superfacets.drawing;
+        superfacets.drawing.rest();
         superfacets.drawing.draw();
         const bytes = new Uint8Array(4 * canvas.width * canvas.height);
         gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
@@ -170,3 +171,92 @@ def test_points_polygons_and_plain_meshes_are_shown(opened, bear):
     plain = opened(sf.view(bear))
     assert (pixels(plain)[..., 3] > 0).mean() > 0.1
     assert tip(plain)[0].startswith("face ")
+
+
+def cells_seen(tab):
+    """The cells at a grid of places on the canvas, where there are any, by place."""
+    return tab.evaluate("""() => {
+        const { drawing } = superfacets;
+        const { clientWidth, clientHeight } = drawing.canvas;
+        const found = [];
+        for (let y = 5; y < clientHeight; y += 20) {
+            for (let x = 5; x < clientWidth; x += 20) {
+                const cell = drawing.cellAt(x, y);
+                if (cell !== null) found.push([x, y, cell]);
+            }
+        }
+        return found;
+    }""")
+
+
+def test_each_pixel_has_the_color_of_the_cell_that_the_pointer_finds_there(opened, bear):
+    """Red tells the half of the numbers a cell is of: corners are shared, numbers are not."""
+    colors = np.arange(bear.n_faces) % 7
+    tab = opened(sf.view(bear, colors))
+    tab.locator("#borders").uncheck()
+    tab.evaluate("""() => {
+        const { drawing } = superfacets;
+        drawing.setColor(0, [255, 0, 0]);
+        for (let group = 1; group < 7; group++) drawing.setColor(group, [0, 0, 255]);
+    }""")
+    found = cells_seen(tab)
+    picture = pixels(tab)
+    assert len(found) > 60
+    clear = [(x, y, cell) for x, y, cell in found if max(hue_at(picture, x, y)[[0, 2]]) > 0.9]
+    assert len(clear) > 0.6 * len(found)  # the others are where cells meet
+    right = [(hue_at(picture, x, y)[0] > 0.5) == (colors[cell] == 0) for x, y, cell in clear]
+    assert np.mean(right) > 0.97
+    assert {colors[cell] == 0 for _, _, cell in clear} == {True, False}
+
+
+def test_all_pointing_in_one_view_draws_cells_once(opened, bear, levels):
+    tab = opened(sf.view(bear, levels.levels[1]))
+    before = tab.evaluate("superfacets.drawing.stats.picks")
+    first = cells_seen(tab)
+    assert tab.evaluate("superfacets.drawing.stats.picks") == before + 1
+    tab.locator("#canvas").press("ArrowLeft")
+    other = cells_seen(tab)
+    assert tab.evaluate("superfacets.drawing.stats.picks") == before + 2
+    assert other != first
+    tab.locator("#canvas").press("0")
+    assert cells_seen(tab) == first
+
+
+def test_a_slow_view_is_coarse_while_it_moves_and_fine_at_rest(opened, bear, levels):
+    tab = opened(sf.view(bear, levels.levels[1]))
+    fine = pixels(tab)
+    size = "[superfacets.drawing.canvas.width, superfacets.drawing.canvas.height]"
+    width, height = tab.evaluate(size)
+    coarse = tab.evaluate(f"""() => {{
+        const {{ drawing }} = superfacets;
+        drawing.frameMs = 1000;
+        drawing.move();
+        drawing.draw();
+        return {size};
+    }}""")
+    assert coarse == [round(width / 2), round(height / 2)]
+    tab.wait_for_function(f"() => {size}[0] === {width} && !superfacets.drawing.isCoarse")
+    np.testing.assert_array_equal(pixels(tab), fine)
+    fast = tab.evaluate(f"""() => {{
+        const {{ drawing }} = superfacets;
+        drawing.frameMs = 5;
+        drawing.move();
+        drawing.draw();
+        return {size};
+    }}""")
+    assert fast == [width, height]
+
+
+def test_a_frame_sends_no_arrays_and_draws_in_two_calls(opened, bear, levels):
+    tab = opened(sf.view(bear, levels))
+    before, after = tab.evaluate("""() => {
+        const { drawing } = superfacets;
+        const before = { ...drawing.stats };
+        for (let i = 0; i < 5; i++) {
+            drawing.camera.orbit(0.1, 0);
+            drawing.draw();
+        }
+        return [before, drawing.stats];
+    }""")
+    spent = {name: after[name] - before[name] for name in ("frames", "calls", "sentBytes", "picks")}
+    assert spent == {"frames": 5, "calls": 10, "sentBytes": 0, "picks": 0}

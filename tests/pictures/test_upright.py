@@ -6,6 +6,7 @@ from models import read_off
 from shapes import bumpy_sheet, cube, soup, table
 
 from superfacets import Mesh, sample_mesh
+from superfacets.pictures import upright
 from superfacets.pictures.scene import build_scene
 from superfacets.pictures.upright import guess_up
 
@@ -73,6 +74,14 @@ def test_place_scale_and_order_do_not_matter(scale):
     moved = Mesh(mesh.vertices * scale + scale * np.array([7, -5, 3]), mesh.faces[order])
     assert guess(moved) == "z"
     assert guess(soup(mesh)) == "z"
+
+
+def test_a_sample_of_a_large_mesh_gives_the_same(monkeypatch):
+    meshes = [hill(), turned(hill(), 2), sample_mesh(3_000)]
+    whole = [guess(mesh) for mesh in meshes]
+    assert min(mesh.n_faces for mesh in meshes) > 1_000
+    monkeypatch.setattr(upright, "_MAX_SAMPLES", 100)
+    assert [guess(mesh) for mesh in meshes] == whole == ["z", "y", "y"]
 
 
 def test_meshes_without_area_have_y_up():

@@ -200,3 +200,17 @@ def test_a_cell_gets_what_most_of_its_corners_have():
 def test_wrong_imports_say_what_is_wrong(files, message):
     with pytest.raises(superfacets.MeshError, match=message):
         _read(files)
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("a.sstk.json", b'{"segmentation":[]}', "a list in it is empty"),
+        ("a.sstk.json", b"[" * 100_000, "it is nested too deeply"),
+        ("a.segs.json", b'{"segIndices":[18446744073709551615]}', "which is too large"),
+        ("a.segs.json", b'{"segIndices":[NaN,0,0,0]}', "must be a list of whole numbers"),
+    ],
+)
+def test_json_of_another_shape_is_one_line(name, data, message):
+    with pytest.raises(superfacets.MeshError, match=f"{name}: .*{message}"):
+        _read({name: data})

@@ -31,6 +31,9 @@ ENDINGS = (".sstk.json", *OF_VERTICES, *LISTS, GROUPS)
 
 Ints = npt.NDArray[np.int64]
 
+_DAMAGE = (ValueError, LookupError, TypeError, RecursionError)
+"""What JSON of another shape than expected raises."""
+
 
 @dataclass(frozen=True)
 class Imported:
@@ -80,19 +83,23 @@ def read_import(files: Mapping[str, bytes], cells: AnyCells, known: ClassList) -
     name = labeling[0]
     try:
         labels = _labels_in(files[name], endings[name], cells)
-    except (ValueError, KeyError, TypeError) as error:
+    except _DAMAGE as error:
         raise MeshError(f"{name}: {_told(error)}") from None
     if not grouping:
         return _by_number(labels, known)
     try:
         return _by_group(labels, json.loads(files[grouping[0]]), known)
-    except (ValueError, KeyError, TypeError) as error:
+    except _DAMAGE as error:
         raise MeshError(f"{grouping[0]}: {_told(error)}") from None
 
 
 def _told(error: Exception) -> str:
     if isinstance(error, (json.JSONDecodeError, UnicodeDecodeError)):
         return "it is not JSON: is the file cut?"
+    if isinstance(error, IndexError):
+        return "a list in it is empty"
+    if isinstance(error, RecursionError):
+        return "it is nested too deeply"
     return f"it has no {error}" if isinstance(error, KeyError) else str(error)
 
 
@@ -120,6 +127,8 @@ def _integers(values: Any, name: str) -> Ints:
     array = np.asarray(values)
     if array.ndim != 1 or array.dtype.kind not in "iu":
         raise MeshError(f"{name} must be a list of whole numbers")
+    if array.dtype.kind == "u" and array.size and array.max() > np.iinfo(np.int64).max:
+        raise MeshError(f"{name} has the number {array.max()}, which is too large")
     return array.astype(np.int64)
 
 

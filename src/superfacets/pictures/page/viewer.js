@@ -3,7 +3,9 @@
 //
 // What is drawn lies in textures. A vertex of a triangle is a number: the vertex shader reads its
 // position by it. Each cell (face, polygon, tetrahedron or point) has the number of its group, and
-// each group a color: one texel.
+// each group a color: one texel. A frame is one call that draws the surface and one for borders;
+// nothing is sent for it but a few numbers. What is at each pixel is drawn once for a view, when the
+// pointer first asks for it.
 
 // ---------------------------------------------------------------------------------- the payload
 
@@ -14,6 +16,10 @@ const SMOOTH = 0.9; // least cosine between the normals of a triangle and of a c
 const PLAIN = [205, 197, 184];
 const GRAY = [150, 150, 150];
 const HALF_ANGLE = (10 * Math.PI) / 180; // of what the height of the page shows
+const SLOW_MS = 40; // between frames: a view that moves so slowly is drawn coarsely
+const COARSE = 0.5; // pixels of such a view, to one of the screen, along each side
+const SAMPLES = 4; // of each pixel of a fine view: coarse ones have one
+const REST_MS = 150; // without a change: the view is drawn finely again
 
 function bytesOfBase64(text) {
   if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
@@ -86,7 +92,7 @@ vec3 seen(uvec4 texel) {
 `;
 
 const SURFACE = `${SHARED}${POSITIONS}
-in uint vertex;
+in uvec2 vertex;  // number, and the triangle whose first vertex it is
 uniform usampler2D sources;  // the cell of each triangle, where those are not the cells
 uniform bool has_sources;
 uniform bool is_cloud;
@@ -102,9 +108,9 @@ vec3 unpacked(uint bits) {
   return normalize(v);
 }
 void main() {
-  uint piece = is_cloud ? vertex : uint(gl_VertexID) / 3u;
+  uint piece = is_cloud ? vertex.x : vertex.y;
   cell = has_sources ? texelFetch(sources, place(piece), 0).r : piece;
-  uvec4 texel = texelFetch(positions, place(vertex), 0);
+  uvec4 texel = texelFetch(positions, place(vertex.x), 0);
   at = seen(texel);
   bool has_normal = is_cloud || texel.w != ${NO_NORMAL}u;
   normal = has_normal ? turn * unpacked(texel.w) : vec3(0.0);
@@ -143,16 +149,19 @@ void main() {
 
 const PICK = `${SHARED}
 flat in uint cell;
-out uvec4 found;
-void main() { found = uvec4(cell + 1u, 0u, 0u, 0u); }`;
+out uint found;
+void main() { found = cell + 1u; }`;
 
 // A border is a rectangle on the screen. Where both sides are of one region it is none at all.
 const BORDER = `${SHARED}${POSITIONS}
-in uvec4 edge;  // two vertices, and the cells on either side
+uniform usampler2D edges;  // two vertices, and the cells on either side
 uniform usampler2D regions;
 uniform vec2 frame;  // pixels
 uniform float line_width;  // pixels
 void main() {
+  uvec4 edge = texelFetch(edges, place(uint(gl_VertexID / 6)), 0);
+  int corner = gl_VertexID % 6;  // of two triangles: 0 1 2, 2 1 3
+  corner = corner < 3 ? corner : corner == 3 ? 2 : corner == 4 ? 1 : 3;
   uint left = texelFetch(regions, place(edge.z), 0).r;
   uint right = texelFetch(regions, place(edge.w), 0).r;
   gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
@@ -167,8 +176,8 @@ void main() {
   if (from.w <= 0.0 || to.w <= 0.0) return;
   vec2 along = (to.xy / to.w - from.xy / from.w) * frame;
   along = length(along) > 0.0 ? normalize(along) : vec2(1.0, 0.0);
-  float end = (gl_VertexID & 1) == 0 ? -1.0 : 1.0;
-  float side = (gl_VertexID & 2) == 0 ? -1.0 : 1.0;
+  float end = (corner & 1) == 0 ? -1.0 : 1.0;
+  float side = (corner & 2) == 0 ? -1.0 : 1.0;
   vec4 place_ = end < 0.0 ? from : to;
   vec2 shift = line_width * (0.35 * end * along + side * vec2(-along.y, along.x));
   gl_Position = place_ + vec4(shift / frame * place_.w, 0.0, 0.0);
@@ -191,7 +200,7 @@ function compile(gl, vertex, fragment) {
     }
     gl.attachShader(program, shader);
   }
-  gl.bindAttribLocation(program, 0, vertex === BORDER ? "edge" : "vertex");
+  gl.bindAttribLocation(program, 0, "vertex");
   gl.linkProgram(program);
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
     throw new Error(gl.getProgramInfoLog(program));
@@ -201,10 +210,11 @@ function compile(gl, vertex, fragment) {
   return { program, uniform };
 }
 
-/** Fill a texture, WIDTH texels wide, with one or four numbers per texel. */
+/** Fill a texture, WIDTH texels wide, with one or four numbers a texel; returns its bytes. */
 function fillTexture(gl, unit, format, values) {
   const formats = {
     r32: [gl.R32UI, gl.RED_INTEGER, gl.UNSIGNED_INT, 1, Uint32Array],
+    rgba32: [gl.RGBA32UI, gl.RGBA_INTEGER, gl.UNSIGNED_INT, 4, Uint32Array],
     rgba16: [gl.RGBA16UI, gl.RGBA_INTEGER, gl.UNSIGNED_SHORT, 4, Uint16Array],
     rgba8: [gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, 4, Uint8Array],
   };
@@ -217,6 +227,7 @@ function fillTexture(gl, unit, format, values) {
   padded.set(values);
   gl.activeTexture(gl.TEXTURE0 + unit);
   gl.texImage2D(gl.TEXTURE_2D, 0, inner, WIDTH, rows, 0, outer, type, padded);
+  return padded.byteLength;
 }
 
 function makeTexture(gl, unit) {
@@ -278,6 +289,37 @@ function vertexNormals(positions, triangles, [dx, dy, dz]) {
     }
   }
   return packed;
+}
+
+/**
+ * Corners of triangles such that each triangle begins with one that no other triangle begins with:
+ * its number tells the cell. Corners are shared otherwise, so that a vertex is computed once for
+ * several triangles. A vertex that begins more than one comes several times.
+ */
+function sharedCorners(triangles, nVertices) {
+  const n = triangles.length / 3;
+  const corners = new Uint32Array(triangles.length);
+  const pieces = new Uint32Array(nVertices + n).fill(NO_GROUP); // that each corner begins
+  const copies = new Uint32Array(n); // the vertices of corners from nVertices on
+  let nCopies = 0;
+  for (let i = 0; i < n; i++) {
+    let first = 0;
+    while (first < 3 && pieces[triangles[3 * i + first]] !== NO_GROUP) first++;
+    const isCopied = first === 3;
+    if (isCopied) first = 0;
+    for (let k = 0; k < 3; k++) corners[3 * i + k] = triangles[3 * i + ((first + k) % 3)];
+    if (isCopied) {
+      copies[nCopies] = corners[3 * i];
+      corners[3 * i] = nVertices + nCopies++;
+    }
+    pieces[corners[3 * i]] = i;
+  }
+  const vertices = new Uint32Array(2 * (nVertices + nCopies));
+  for (let i = 0; i < nVertices + nCopies; i++) {
+    vertices[2 * i] = i < nVertices ? i : copies[i - nVertices];
+    vertices[2 * i + 1] = pieces[i];
+  }
+  return { corners, vertices };
 }
 
 /** Positions and normals, four numbers a vertex. */
@@ -368,15 +410,19 @@ class Camera {
 
 // ------------------------------------------------------------------------------- what is drawn
 
-const UNIT = { positions: 0, sources: 1, groups: 2, regions: 3, colors: 4 };
+const UNIT = { positions: 0, sources: 1, groups: 2, regions: 3, colors: 4, edges: 5 };
 
 /** Draws the mesh or cloud in the colors of groups, with borders; tells what is at a pixel. */
 class Drawing {
   constructor(canvas, facts, arrays) {
-    const gl = canvas.getContext("webgl2", { antialias: true, powerPreference: "high-performance" });
+    const gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance" });
     if (!gl) throw new Error("this browser has no WebGL 2");
     Object.assign(this, { gl, canvas, facts, arrays, marked: NO_GROUP, borders: true });
     this.camera = new Camera(facts.axes, facts.view);
+    this.stats = { frames: 0, picks: 0, calls: 0, sentBytes: 0, scriptMs: 0 };
+    this.bufferBytes = 0;
+    this.firstCorner = gl.getExtension("WEBGL_provoking_vertex");
+    this.firstCorner?.provokingVertexWEBGL(this.firstCorner.FIRST_VERTEX_CONVENTION_WEBGL);
     this.surface = compile(gl, SURFACE, SHADE);
     this.picker = compile(gl, SURFACE, PICK);
     this.border = compile(gl, BORDER, INK);
@@ -389,48 +435,81 @@ class Drawing {
   }
 
   upload() {
-    const { gl, arrays, facts } = this;
+    const { arrays, facts } = this;
     const triangles = arrays.triangles ?? new Uint32Array(0);
     const normals = arrays.normals ?? vertexNormals(arrays.positions, triangles, facts.step);
-    fillTexture(gl, UNIT.positions, "rgba16", vertexTexels(arrays.positions, normals));
-    fillTexture(gl, UNIT.sources, "r32", arrays.sources ?? new Uint32Array(1));
-    const all = { length: facts.kind === "cloud" ? facts.n_cells : 0 };
-    const corners = all.length ? Uint32Array.from(all, (_, i) => i) : triangles;
-    this.n_corners = corners.length;
-    this.corners = this.attribute(corners, 1, 0);
+    this.fill(UNIT.positions, "rgba16", vertexTexels(arrays.positions, normals));
+    this.fill(UNIT.sources, "r32", arrays.sources ?? new Uint32Array(1));
+    this.uploadCorners(triangles, arrays.positions.length / 3);
     const edges = arrays.edges ?? new Uint32Array(0);
     this.n_edges = edges.length / 4;
     const rows = new Uint32Array(edges.length);
     for (let i = 0; i < this.n_edges; i++) {
       for (let k = 0; k < 4; k++) rows[4 * i + k] = edges[k * this.n_edges + i];
     }
-    this.edges = this.attribute(rows, 4, 1);
+    this.fill(UNIT.edges, "rgba32", rows);
+    this.nothing = this.gl.createVertexArray(); // edges come by their numbers
+    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // they are sent
   }
 
-  attribute(values, size, divisor) {
+  uploadCorners(triangles, nVertices) {
+    const { gl } = this;
+    if (this.facts.kind === "cloud") {
+      const all = new Uint32Array(2 * nVertices);
+      for (let i = 0; i < nVertices; i++) all[2 * i] = i;
+      this.n_corners = nVertices;
+      this.corners = this.attribute(all, 2);
+      return;
+    }
+    const { corners, vertices } = sharedCorners(triangles, nVertices);
+    if (!this.firstCorner) { // the last one tells the cell
+      for (let i = 0; i < corners.length; i += 3) {
+        corners.set([corners[i + 1], corners[i + 2], corners[i]], i);
+      }
+    }
+    this.n_corners = corners.length;
+    this.corners = this.attribute(vertices, 2);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.STATIC_DRAW);
+    this.bufferBytes += corners.byteLength;
+  }
+
+  attribute(values, size) {
     const { gl } = this;
     const state = gl.createVertexArray();
     gl.bindVertexArray(state);
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+    this.bufferBytes += values.byteLength;
     gl.enableVertexAttribArray(0);
     gl.vertexAttribIPointer(0, size, gl.UNSIGNED_INT, 0, 0);
-    gl.vertexAttribDivisor(0, divisor);
     return state;
+  }
+
+  /** Fill a texture, and note how many bytes it has. */
+  fill(unit, format, values) {
+    this.textureBytes ??= {};
+    this.textureBytes[unit] = fillTexture(this.gl, unit, format, values);
+    this.stats.sentBytes += this.textureBytes[unit];
+  }
+
+  /** Bytes of buffers and textures, without those of the canvas. */
+  get gpuBytes() {
+    return Object.values(this.textureBytes).reduce((sum, bytes) => sum + bytes, this.bufferBytes);
   }
 
   /** The region of each cell, between which borders lie. */
   setRegions(labels) {
-    fillTexture(this.gl, UNIT.regions, "r32", labels);
+    this.fill(UNIT.regions, "r32", labels);
     this.request();
   }
 
   /** The group of each cell, the colors of groups (three bytes each), and that of none. */
   setGroups(groups, colors, missing) {
-    fillTexture(this.gl, UNIT.groups, "r32", groups);
+    this.fill(UNIT.groups, "r32", groups);
     const texels = new Uint8Array((colors.length / 3) * 4).fill(255);
     for (let i = 0; i < colors.length / 3; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
-    fillTexture(this.gl, UNIT.colors, "rgba8", texels);
+    this.fill(UNIT.colors, "rgba8", texels);
     this.missing = missing;
     this.request();
   }
@@ -446,7 +525,7 @@ class Drawing {
   }
 
   resize() {
-    const ratio = window.devicePixelRatio || 1;
+    const ratio = (window.devicePixelRatio || 1) * (this.isCoarse ? COARSE : 1);
     const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio));
     const height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
     if (this.canvas.width !== width || this.canvas.height !== height) {
@@ -456,10 +535,32 @@ class Drawing {
   }
 
   request() {
-    this.waiting ??= requestAnimationFrame(() => {
+    this.waiting ??= requestAnimationFrame((start) => {
       this.waiting = null;
       this.draw();
+      requestAnimationFrame((next) => this.noteFrame(next - start));
     });
+  }
+
+  /** How long fine frames take, on average; the first, which shaders are made for, does not count. */
+  noteFrame(ms) {
+    if (this.isCoarse) return;
+    if (this.frameMs === undefined) this.frameMs = 0;
+    else this.frameMs = (this.frameMs + ms) / 2;
+  }
+
+  /** The view changes: draw it, coarsely as long as it moves if fine frames take long. */
+  move() {
+    this.isCoarse ||= this.frameMs > SLOW_MS;
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.rest(), REST_MS);
+    this.request();
+  }
+
+  rest() {
+    if (!this.isCoarse) return;
+    this.isCoarse = false;
+    this.request();
   }
 
   useProgram({ program, uniform }, { width, height }) {
@@ -489,7 +590,9 @@ class Drawing {
     gl.uniform3fv(shader.uniform("missing"), this.missing.map((value) => value / 255));
     gl.uniform1ui(shader.uniform("marked"), this.marked);
     gl.bindVertexArray(this.corners);
-    gl.drawArrays(isCloud ? gl.POINTS : gl.TRIANGLES, 0, this.n_corners);
+    this.stats.calls++;
+    if (isCloud) gl.drawArrays(gl.POINTS, 0, this.n_corners);
+    else gl.drawElements(gl.TRIANGLES, this.n_corners, gl.UNSIGNED_INT, 0);
   }
 
   drawBorders(frame) {
@@ -499,53 +602,91 @@ class Drawing {
     const pixels = frame.height / (2 * Math.tan(HALF_ANGLE) * this.camera.distance);
     const width = this.lineWidth(pixels / frame.ratio, frame.height / frame.ratio);
     gl.uniform1f(border.uniform("line_width"), width * frame.ratio);
-    gl.bindVertexArray(this.edges);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.n_edges);
+    gl.uniform1i(border.uniform("edges"), UNIT.edges);
+    gl.bindVertexArray(this.nothing);
+    this.stats.calls++;
+    gl.drawArrays(gl.TRIANGLES, 0, 6 * this.n_edges);
   }
 
   draw() {
     const { gl, camera, arrays, facts } = this;
+    const start = performance.now();
     const frame = this.resize();
     if (camera.fitted === null) {
       camera.fit(arrays.positions, facts.low, facts.step, frame.width / frame.height);
     }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.isCoarse ? null : this.fineFrame(frame));
     gl.viewport(0, 0, frame.width, frame.height);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     this.drawSurface(this.surface, frame);
     if (this.borders && this.n_edges) this.drawBorders(frame);
+    if (!this.isCoarse) this.showFine(frame);
+    this.stats.frames++;
+    this.stats.scriptMs += performance.now() - start;
   }
 
-  makePickFrame() {
+  /** A frame with several samples of each pixel. */
+  fineFrame(frame) {
     const { gl } = this;
-    this.pickFrame = gl.createFramebuffer();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.pickFrame);
-    for (const [place, format] of [
-      [gl.COLOR_ATTACHMENT0, gl.RGBA32UI],
-      [gl.DEPTH_ATTACHMENT, gl.DEPTH_COMPONENT24],
-    ]) {
-      const buffer = gl.createRenderbuffer();
-      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
-      gl.renderbufferStorage(gl.RENDERBUFFER, format, 1, 1);
-      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
-    }
+    const samples = Math.min(SAMPLES, gl.getParameter(gl.MAX_SAMPLES));
+    this.fine = this.sizedFrame(this.fine, frame, gl.RGBA8, samples);
+    return this.fine.target;
+  }
+
+  /** The mean of the samples of each pixel goes to the canvas. */
+  showFine({ width, height }) {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.fine.target);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, null);
+    const all = [0, 0, width, height];
+    gl.blitFramebuffer(...all, ...all, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  /** A frame of a format beside the canvas: the one there is, if it has the right size. */
+  sizedFrame(made, { width, height }, format, samples) {
+    const { gl } = this;
+    if (made?.width === width && made.height === height) return made;
+    const target = made?.target ?? gl.createFramebuffer();
+    const buffers = made?.buffers ?? [gl.createRenderbuffer(), gl.createRenderbuffer()];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    const places = [gl.COLOR_ATTACHMENT0, gl.DEPTH_ATTACHMENT];
+    [format, gl.DEPTH_COMPONENT24].forEach((inner, i) => {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffers[i]);
+      gl.renderbufferStorageMultisample(gl.RENDERBUFFER, samples, inner, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, places[i], gl.RENDERBUFFER, buffers[i]);
+    });
+    return { target, buffers, width, height };
+  }
+
+  /** Draw which cell is at each pixel, unless it is known for this view. */
+  drawCells(frame) {
+    const { gl, camera } = this;
+    const { width, height } = frame;
+    const view = [width, height, camera.distance, ...camera.target, ...camera.rows.flat()].join();
+    this.picked = this.sizedFrame(this.picked, frame, gl.R32UI, 0);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.picked.target);
+    if (view === this.pickedView) return;
+    gl.viewport(0, 0, width, height);
+    gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    this.drawSurface(this.picker, frame);
+    this.stats.picks++;
+    this.pickedView = view;
   }
 
   /** The cell at a place of the canvas, in CSS pixels; null where there is none. */
   cellAt(x, y) {
     const { gl } = this;
+    if (this.camera.fitted === null || this.isCoarse) {
+      this.isCoarse = false;
+      this.draw();
+    }
     const frame = this.resize();
-    if (this.camera.fitted === null) this.draw();
-    if (!this.pickFrame) this.makePickFrame();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.pickFrame);
-    // A frame of one pixel, and the page moved so that it is the one under the pointer.
+    this.drawCells(frame);
     const [left, top] = [Math.floor(x * frame.ratio), Math.floor(y * frame.ratio)];
-    gl.viewport(-left, top + 1 - frame.height, frame.width, frame.height);
-    gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
-    gl.clear(gl.DEPTH_BUFFER_BIT);
-    this.drawSurface(this.picker, frame);
     const found = new Uint32Array(4);
-    gl.readPixels(0, 0, 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, found);
+    gl.readPixels(left, frame.height - 1 - top, 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, found);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return found[0] ? found[0] - 1 : null;
   }
@@ -814,7 +955,7 @@ class Page {
       const unit = event.deltaMode === 1 ? 30 : 1; // lines or pixels
       this.drawing.camera.zoomBy(Math.exp(-event.deltaY * unit * 0.0015));
       this.tell(null);
-      this.drawing.request();
+      this.drawing.move();
     };
     canvas.addEventListener("wheel", zoom, { passive: false });
     canvas.addEventListener("dblclick", () => this.reset());
@@ -844,7 +985,7 @@ class Page {
     } else {
       camera.orbit(x * Math.PI, y * Math.PI);
     }
-    this.drawing.request();
+    this.drawing.move();
   }
 
   connectKeys() {
@@ -876,7 +1017,7 @@ class Page {
       event.preventDefault();
       this.tell(null);
       action(event);
-      this.drawing.request();
+      this.drawing.move();
     });
   }
 

@@ -1,0 +1,180 @@
+"""What a page of ``superfacets.view`` costs in a browser: its script apart from its pictures.
+
+    python -m benchmarks page scan.ply
+    python -m benchmarks page bear60k-x16 --segments 2000
+    python -m benchmarks page 2000000    # a knobby torus of so many faces
+
+Playwright and Chromium are needed. Without a graphics card Chromium draws in software, so that
+frames per second tell of the processor; milliseconds of script, calls, and bytes do not.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import superfacets as sf
+
+__all__ = ["knobby_torus", "measure_page", "page_table"]
+
+OPTIONS = [
+    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox",
+    "--enable-precise-memory-info",
+]  # fmt: skip
+SIZE = {"width": 1280, "height": 800}
+
+START_MS = 300_000
+"""A page of some million faces takes a while to be unpacked on a busy machine."""
+
+# Turns the view as a drag does, a step in each frame, and waits until the last one is drawn.
+ORBIT = """async ([frames, isFine]) => {
+    const { drawing } = superfacets;
+    const pixel = new Uint8Array(4);
+    const { gl } = drawing;
+    const drawn = () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+    drawing.isCoarse = !isFine;
+    drawing.draw();
+    drawn();
+    const before = { ...drawing.stats };
+    const start = performance.now();
+    for (let i = 0; i < frames; i++) {
+        drawing.camera.orbit(0.05, 0);
+        drawing.draw();
+        drawn();
+    }
+    const seconds = (performance.now() - start) / 1000;
+    const spent = (name) => (drawing.stats[name] - before[name]) / frames;
+    const found = {
+        fps: frames / seconds, script_ms: spent("scriptMs"), calls: spent("calls"),
+        sent_bytes: spent("sentBytes"),
+    };
+    drawing.isCoarse = false;
+    drawing.draw();
+    drawn();
+    return found;
+}"""
+
+HOVER = """(n) => {
+    const { drawing } = superfacets;
+    const { clientWidth, clientHeight } = drawing.canvas;
+    const picks = drawing.stats.picks;
+    const timed = (x) => {
+        const start = performance.now();
+        drawing.cellAt(x, clientHeight / 2);
+        return performance.now() - start;
+    };
+    const first = timed(clientWidth / 2);
+    let others = 0;
+    for (let i = 0; i < n; i++) others += timed(clientWidth / 2 + i);
+    return { first_ms: first, next_ms: others / n, picks: drawing.stats.picks - picks };
+}"""
+
+FACTS = """() => {
+    const { drawing } = superfacets;
+    return {
+        gpu_bytes: drawing.gpuBytes, corners: drawing.n_corners, borders: drawing.n_edges,
+        pixels: drawing.canvas.width * drawing.canvas.height,
+        renderer: drawing.gl.getParameter(drawing.gl.RENDERER),
+    };
+}"""
+
+
+def knobby_torus(n_faces: int) -> sf.Mesh:
+    """Return a torus with knobs: a closed grid of n x n quads cut in two, `n_faces` at least."""
+    n = max(3, int(np.ceil(np.sqrt(n_faces / 2))))
+    u, v = np.meshgrid(*[np.arange(n) * (2 * np.pi / n)] * 2, indexing="ij")
+    radii = 0.4 + 0.05 * np.sin(12 * u) * np.sin(5 * v)
+    across = 1 + radii * np.cos(v)
+    points = np.stack([across * np.cos(u), radii * np.sin(v), across * np.sin(u)], axis=-1)
+    numbers = np.arange(n * n).reshape(n, n)
+    a, b = numbers, np.roll(numbers, -1, axis=0)
+    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    faces = np.stack([np.stack([a, c, b], -1), np.stack([a, d, c], -1)], axis=2)
+    return sf.Mesh(points.reshape(-1, 3), faces.reshape(-1, 3))
+
+
+def measure_page(mesh: sf.Mesh, n_segments: int, frames: int) -> dict[str, Any]:
+    """Return sizes, memory and times of the page of a mesh with so many regions.
+
+    Raises
+    ------
+    ImportError
+        If Playwright is not installed.
+    ValueError
+        If there is no Chromium.
+    """
+    from playwright.sync_api import sync_playwright
+
+    path = shutil.which("chromium") or shutil.which("google-chrome")
+    if path is None:
+        raise ValueError("there is no Chromium: tools/ensure-chromium installs it")
+    labels = sf.segment(mesh, n_segments).labels
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        start = time.perf_counter()
+        file = sf.view(mesh, labels).save(Path(folder, "page.html"))
+        facts = {
+            "faces": mesh.n_faces, "regions": int(labels.max()) + 1,
+            "page_bytes": file.stat().st_size, "write_seconds": time.perf_counter() - start,
+        }  # fmt: skip
+        browser = playwright.chromium.launch(executable_path=path, args=OPTIONS)
+        try:
+            tab = browser.new_page(viewport=SIZE)
+            tab.set_default_timeout(START_MS)
+            return facts | _in_browser(tab, file, frames)
+        finally:
+            browser.close()
+
+
+def _in_browser(tab: Any, file: Path, frames: int) -> dict[str, Any]:
+    start = time.perf_counter()
+    tab.goto(file.as_uri(), timeout=START_MS)
+    tab.wait_for_selector("html[data-state]", state="attached")
+    tab.evaluate("superfacets.drawing.gl.finish()")
+    found: dict[str, Any] = {"first_frame_seconds": time.perf_counter() - start}
+    found |= tab.evaluate(FACTS)
+    found["fine"] = tab.evaluate(ORBIT, [frames, True])
+    found["moving"] = tab.evaluate(ORBIT, [frames, False])
+    found["hover"] = tab.evaluate(HOVER, 20)
+    session = tab.context.new_cdp_session(tab)
+    session.send("HeapProfiler.collectGarbage")
+    arrays = "Object.values(superfacets.content.arrays).reduce((n, a) => n + a.byteLength, 0)"
+    found["heap_bytes"] = tab.evaluate("performance.memory.usedJSHeapSize")
+    found["array_bytes"] = tab.evaluate(arrays)
+    return found
+
+
+def page_table(found: dict[str, Any]) -> str:
+    """Return the results as lines of a table in Markdown."""
+    megabytes = {
+        "size of the file": "page_bytes", "buffers and textures": "gpu_bytes",
+        "JavaScript heap": "heap_bytes", "of it, arrays": "array_bytes",
+    }  # fmt: skip
+    rows = [("faces; regions", f"{found['faces']:,}; {found['regions']:,}")]
+    rows += [(name, f"{found[key] / 1e6:.1f} MB") for name, key in megabytes.items()]
+    rows += [
+        ("the page is written in", f"{found['write_seconds']:.1f} s"),
+        ("the first frame is there after", f"{found['first_frame_seconds']:.1f} s"),
+    ]
+    for name in ("fine", "moving"):
+        part = found[name]
+        rows += [
+            (f"{name}: frames per second", f"{part['fps']:.1f}"),
+            (f"{name}: script per frame", f"{part['script_ms']:.2f} ms"),
+            (f"{name}: calls that draw, per frame", f"{part['calls']:.0f}"),
+            (f"{name}: bytes of arrays sent per frame", f"{part['sent_bytes']:.0f}"),
+        ]
+    hover = found["hover"]
+    rows += [
+        ("first pointing in a view", f"{hover['first_ms']:.0f} ms"),
+        ("pointing again", f"{hover['next_ms']:.2f} ms"),
+        ("corners; border edges", f"{found['corners']:,}; {found['borders']:,}"),
+        ("drawn by", found["renderer"]),
+    ]
+    return "\n".join(
+        ["| what | |", "|---|---:|", *(f"| {name} | {value} |" for name, value in rows)]
+    )
