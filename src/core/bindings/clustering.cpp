@@ -6,6 +6,7 @@
 
 #include "base/threads.hpp"
 #include "bindings/bindings.hpp"
+#include "clustering/coarse_sums.hpp"
 #include "clustering/coarse_tile.hpp"
 #include "clustering/coarsening.hpp"
 #include "clustering/fixed_point.hpp"
@@ -124,7 +125,6 @@ auto bind_coarse_centers(const CoarseGraph& coarse) {
   return to_numpy(coarse.centers());
 }
 
-// For tests.
 auto bind_coarse_arcs(const CoarseGraph& coarse) {
   const OrderedGraph& graph = coarse.graph();
   std::vector<std::int64_t> offsets(graph.offsets.begin(), graph.offsets.end());
@@ -136,6 +136,32 @@ auto bind_coarse_arcs(const CoarseGraph& coarse) {
   }
   return std::tuple(to_numpy(std::move(offsets)), to_numpy(std::move(neighbors)),
                     to_numpy(std::move(lengths)));
+}
+
+// Positions and measures.
+auto bind_cells_of_coarse(const CoarseGraph& coarse) {
+  const OrderedGraph& graph = coarse.graph();
+  std::vector<Point> positions(graph.positions.begin(), graph.positions.end());
+  std::vector<double> measures(graph.measures.begin(), graph.measures.end());
+  return std::tuple(to_numpy(std::move(positions)), to_numpy(std::move(measures)));
+}
+
+auto bind_crossing_conductances(const CoarseGraph& coarse, const Surface& surface,
+                                const Array<double>& areas, const Array<double>& weights,
+                                double diagonal, double crease_unit, double steepness,
+                                int n_threads) {
+  const CreaseConductance formula{
+      surface, view(areas), view(weights), {diagonal, crease_unit, steepness}};
+  return to_numpy(on_team(areas.shape(0), n_threads, [&](ThreadTeam& team) {
+    return crossing_conductances(coarse, formula, team);
+  }));
+}
+
+auto bind_coarse_sums(const CoarseGraph& coarse, const Rows<double>& vectors, int n_threads) {
+  const auto input = points(vectors);
+  return to_numpy(on_team(input.size(), n_threads, [&](ThreadTeam& team) {
+    return coarse_sums(coarse, input, team);
+  }));
 }
 
 auto bind_refine(const CoarseGraph& coarse, const Array<Label>& labels, const Array<Cell>& centers,
@@ -279,6 +305,11 @@ void bind_clustering_stages(nb::module_& module) {
       .def("coarse_cells", &bind_coarse_cells, "n_threads"_a)
       .def("centers", &bind_coarse_centers)
       .def("arcs", &bind_coarse_arcs)
+      .def("cells", &bind_cells_of_coarse)
+      .def("crossing_conductances", &bind_crossing_conductances, "surface"_a,
+           "areas"_a.noconvert(), "weights"_a.noconvert(), "diagonal"_a, "crease_unit"_a,
+           "steepness"_a, "n_threads"_a)
+      .def("sums", &bind_coarse_sums, "vectors"_a.noconvert(), "n_threads"_a)
       .def("refine", &bind_refine, "labels"_a.noconvert(), "centers"_a.noconvert(), "n_threads"_a);
   module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(),
              "groups"_a.noconvert(), "n_threads"_a);
