@@ -6,6 +6,8 @@
 
 #include "base/threads.hpp"
 #include "bindings/bindings.hpp"
+#include "cells/polygon_surface.hpp"
+#include "cells/triangle_surface.hpp"
 #include "clustering/coarse_sums.hpp"
 #include "clustering/coarse_tile.hpp"
 #include "clustering/coarsening.hpp"
@@ -13,6 +15,7 @@
 #include "clustering/islands.hpp"
 #include "clustering/seeding.hpp"
 #include "clustering/update.hpp"
+#include "mesh/geometry.hpp"
 #include "paths/tile_paths.hpp"
 
 namespace superfacets {
@@ -146,22 +149,36 @@ auto bind_cells_of_coarse(const CoarseGraph& coarse) {
   return std::tuple(to_numpy(std::move(positions)), to_numpy(std::move(measures)));
 }
 
-auto bind_crossing_conductances(const CoarseGraph& coarse, const Surface& surface,
-                                const Array<double>& areas, const Array<double>& weights,
-                                double diagonal, double crease_unit, double steepness,
-                                int n_threads) {
-  const CreaseConductance formula{
-      surface, view(areas), view(weights), {diagonal, crease_unit, steepness}};
-  return to_numpy(on_team(areas.shape(0), n_threads, [&](ThreadTeam& team) {
-    return crossing_conductances(coarse, formula, team);
+auto bind_crossing_conductances(const CoarseGraph& coarse, const Array<double>& areas, double unit,
+                                double crease_unit, double steepness, int n_threads) {
+  const auto input = view(areas);
+  const CrossingOptions options{unit, crease_unit, steepness};
+  return to_numpy(on_team(input.size(), n_threads, [&](ThreadTeam& team) {
+    return crossing_conductances(coarse, input, options, team);
   }));
 }
 
-auto bind_coarse_sums(const CoarseGraph& coarse, const Rows<double>& vectors, int n_threads) {
-  const auto input = points(vectors);
-  return to_numpy(on_team(input.size(), n_threads, [&](ThreadTeam& team) {
-    return coarse_sums(coarse, input, team);
+auto bind_triangle_area_vectors(const CoarseGraph& coarse, const TriangleSurface& surface,
+                                int n_threads) {
+  const auto vector_of = [&](Cell face) {
+    return 0.5 * double_area_vector(surface.vertices(), surface.faces()[face]);
+  };
+  return to_numpy(on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return coarse_sums(coarse, vector_of, team);
   }));
+}
+
+auto bind_polygon_area_vectors(const CoarseGraph& coarse, const PolygonSurface& surface,
+                               int n_threads) {
+  const auto vector_of = [&](Cell face) { return surface.measure(face) * surface.normal(face); };
+  return to_numpy(on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return coarse_sums(coarse, vector_of, team);
+  }));
+}
+
+auto bind_coarse_steps(const CoarseGraph& coarse, int n_threads) {
+  return to_numpy(on_team(coarse.graph().n_cells(), n_threads,
+                          [&](ThreadTeam& team) { return coarse_steps(coarse, team); }));
 }
 
 auto bind_refine(const CoarseGraph& coarse, const Array<Label>& labels, const Array<Cell>& centers,
@@ -306,10 +323,11 @@ void bind_clustering_stages(nb::module_& module) {
       .def("centers", &bind_coarse_centers)
       .def("arcs", &bind_coarse_arcs)
       .def("cells", &bind_cells_of_coarse)
-      .def("crossing_conductances", &bind_crossing_conductances, "surface"_a,
-           "areas"_a.noconvert(), "weights"_a.noconvert(), "diagonal"_a, "crease_unit"_a,
-           "steepness"_a, "n_threads"_a)
-      .def("sums", &bind_coarse_sums, "vectors"_a.noconvert(), "n_threads"_a)
+      .def("crossing_conductances", &bind_crossing_conductances, "areas"_a.noconvert(), "unit"_a,
+           "crease_unit"_a, "steepness"_a, "n_threads"_a)
+      .def("steps", &bind_coarse_steps, "n_threads"_a)
+      .def("area_vectors", &bind_triangle_area_vectors, "surface"_a, "n_threads"_a)
+      .def("area_vectors", &bind_polygon_area_vectors, "surface"_a, "n_threads"_a)
       .def("refine", &bind_refine, "labels"_a.noconvert(), "centers"_a.noconvert(), "n_threads"_a);
   module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(),
              "groups"_a.noconvert(), "n_threads"_a);

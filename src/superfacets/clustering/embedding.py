@@ -17,7 +17,6 @@ from ..cells.kinds import kind_of
 from ..cells.size import DEFAULT_N_SEGMENTS, radius_of
 from ..cells.surface import Surface
 from ..cells.thickness import rays_from, rays_from_patches, smoothed
-from ..mesh.faces import area_vectors
 
 __all__ = ["Embedding", "embed", "spectral_embedding"]
 
@@ -172,10 +171,8 @@ def spectral_embedding(
     embedding = embed(cells, graph, surface, weights, units, n_vectors)
     vectors = embedding.vectors
     if len(embedding.group_of) and vectors.size:
-        given = _crease_arguments(graph, surface, weights, units)
-        _, conductances = _core.crease_conductances(surface.handle, *given, threads)
-        arcs = (surface.arcs, conductances)
-        vectors = _relaxed(vectors, embedding.group_of, arcs, threads)
+        level = _level_of_cells(graph, surface, weights, crease_unit)
+        vectors = _relaxed(vectors, embedding.group_of, level, threads)
     table = np.zeros((surface.n_cells, n_vectors))
     n_there = min(n_vectors, vectors.shape[1])
     table[:, :n_there] = vectors[:, :n_there]
@@ -196,14 +193,15 @@ def embed(
     both in the unit of the positions.
     """
     n_threads = surface.n_threads
-    ordered = _ordered(graph, surface.arcs, weights, n_threads)
+    lengths, quantum = _core.quantize_weights(weights, n_threads)
+    placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
+    ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, n_threads, True)
     groups = _groups(ordered, n_threads)
-    given = (surface.handle, *_crease_arguments(graph, surface, weights, units), n_threads)
     if groups is None:
-        steps, conductances = _core.crease_conductances(*given)
-        base = _Level(surface.arcs, steps, conductances, graph.measures, graph.positions)
+        base = _level_of_cells(graph, surface, weights, units[1])
     else:
-        base = _level_of(groups, groups.crossing_conductances(*given))
+        given = (_areas(graph, surface), quantum * graph.diagonal, units[1], CREASE_STEEPNESS)
+        base = _level_of(groups, groups.crossing_conductances(*given, n_threads), n_threads)
     levels, centers = _coarser(base, ordered if groups is None else groups.graph, n_threads)
     group_of = NO_GROUPS if groups is None else groups.coarse_cells(n_threads)
     vectors, logs = np.zeros((len(base.measures), 0), np.float32), None
@@ -221,18 +219,17 @@ def embed(
     return Embedding(vectors, logs, base.measures, group_of, unit, ordered)
 
 
-def _crease_arguments(
-    graph: Any, surface: Surface, weights: Floats, units: tuple[float, float]
-) -> tuple[Floats, Floats, float, float, float]:
-    """What the core takes for the conductances of arcs across creases, after the surface."""
+def _areas(graph: Any, surface: Surface) -> Floats:
     areas = graph.measures if surface.dimension == 2 else np.cbrt(graph.measures) ** 2
-    return areas, weights, graph.diagonal, units[1], CREASE_STEEPNESS
+    return np.asarray(areas)
 
 
-def _ordered(graph: Any, arcs: Arcs, weights: Floats, n_threads: int) -> _core.OrderedGraph:
-    lengths, _ = _core.quantize_weights(weights, n_threads)
-    placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
-    return _core.OrderedGraph(placed, *arcs, lengths, n_threads, True)
+def _level_of_cells(graph: Any, surface: Surface, weights: Floats, crease_unit: float) -> _Level:
+    steps, conductances = _core.crease_conductances(
+        surface.handle, _areas(graph, surface), weights, graph.diagonal, crease_unit,
+        CREASE_STEEPNESS, surface.n_threads,
+    )  # fmt: skip
+    return _Level(surface.arcs, steps, conductances, graph.measures, graph.positions)
 
 
 def _groups(ordered: _core.OrderedGraph, n_threads: int) -> _core.CoarseGraph | None:
@@ -265,7 +262,7 @@ def _coarser(
         if 2 * coarse[-1].graph.n_cells > len(centers):
             break  # nearly all cells are alone
         levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
-        level = _above(levels[-1], coarse[-1])
+        level = _above(levels[-1], coarse[-1], n_threads)
         graph, centers = coarse[-1].graph, centers[coarse[-1].centers()]
     return [*levels, level], centers
 
@@ -276,22 +273,17 @@ def _cell_size(ratio: float) -> int:
     return round(math.pow(ratio, 1 / n_levels))
 
 
-def _above(level: _Level, coarse: _core.CoarseGraph) -> _Level:
+def _above(level: _Level, coarse: _core.CoarseGraph, n_threads: int) -> _Level:
     """The next level: arcs conduct what all between two coarse cells do, over their distance."""
     offsets, neighbors, _ = coarse.arcs()
-    return _level_of(coarse, _crossed(level, (offsets, neighbors)))
+    return _level_of(coarse, _crossed(level, (offsets, neighbors)), n_threads)
 
 
-def _level_of(coarse: _core.CoarseGraph, crossed: Floats) -> _Level:
+def _level_of(coarse: _core.CoarseGraph, crossed: Floats, n_threads: int) -> _Level:
     """Coarse cells, given the sum of conductance times step over what lies between any two."""
     offsets, neighbors, _ = coarse.arcs()
     positions, measures = coarse.cells()
-    sources = np.repeat(np.arange(len(measures)), np.diff(offsets))
-    ways = positions[sources] - positions[neighbors]
-    steps = np.sqrt(np.einsum("ij,ij->i", ways, ways))
-    least = 0.2 * np.sqrt(measures[sources] + measures[neighbors])  # cells on both sides of a rim
-    steps = np.maximum(steps, least)
-    steps = np.where(steps > 0, steps, 1.0)
+    steps = coarse.steps(n_threads)
     return _Level((offsets, neighbors), steps, crossed / steps, measures, positions)
 
 
@@ -311,7 +303,7 @@ def _thickness(
         return None
     if groups is None:
         return rays_from(cells, graph, centers, N_RAYS, n_threads) / graph.diagonal
-    patches = (groups.cells()[0], groups.sums(area_vectors(cells, n_threads), n_threads))
+    patches = (groups.cells()[0], groups.area_vectors(handle, n_threads))
     options = (N_RAYS, graph.diagonal, handle.is_inside_out)
     return rays_from_patches(patches, centers, *options, n_threads) / graph.diagonal
 
@@ -368,18 +360,18 @@ def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> npt.NDAr
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None
-        rows = _relaxed(rows, level.coarse_of, (level.arcs, level.conductances), n_threads)
+        rows = _relaxed(rows, level.coarse_of, level, n_threads)
     return rows if rows.size else np.zeros((len(levels[0].measures), values.shape[1]), np.float32)
 
 
 def _relaxed(
     rows: npt.NDArray[np.float32],
     coarse_of: npt.NDArray[np.int32],
-    arcs: tuple[Arcs, Floats],
+    level: _Level,
     n_threads: int,
 ) -> npt.NDArray[np.float32]:
     """Copy rows of coarse cells to the cells that these have, and relax them there."""
     n_sweeps = math.ceil(2.0 * math.sqrt(len(coarse_of) / len(rows))) + 2
     copied = np.take(rows, coarse_of, axis=0)
-    relaxed = _core.relax(*arcs[0], arcs[1], copied, n_sweeps, n_threads)
+    relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)
     return relaxed.reshape(-1, rows.shape[1])
