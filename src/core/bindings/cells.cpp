@@ -224,8 +224,8 @@ auto bind_part_weights(const Array<std::int64_t>& offsets, const Array<Cell>& ne
                        int n_threads) {
   const Arcs arcs{view(offsets), view(neighbors)};
   const auto given = view(weights);
-  const PartFeatures features{view(group_of), vectors.shape(1), {vectors.data(), vectors.size()},
-                              view(exponents), factor};
+  const PartFeatures features{
+      view(group_of), vectors.shape(1), {vectors.data(), vectors.size()}, view(exponents), factor};
   Buffer<double> found(given.size());
   on_team(arcs.n_cells(), n_threads,
           [&](ThreadTeam& team) { part_weights(arcs, given, features, team, found.span()); });

@@ -163,17 +163,15 @@ auto bind_triangle_area_vectors(const CoarseGraph& coarse, const TriangleSurface
   const auto vector_of = [&](Cell face) {
     return 0.5 * double_area_vector(surface.vertices(), surface.faces()[face]);
   };
-  return to_numpy(on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return coarse_sums(coarse, vector_of, team);
-  }));
+  return to_numpy(on_team(surface.n_cells(), n_threads,
+                          [&](ThreadTeam& team) { return coarse_sums(coarse, vector_of, team); }));
 }
 
 auto bind_polygon_area_vectors(const CoarseGraph& coarse, const PolygonSurface& surface,
                                int n_threads) {
   const auto vector_of = [&](Cell face) { return surface.measure(face) * surface.normal(face); };
-  return to_numpy(on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return coarse_sums(coarse, vector_of, team);
-  }));
+  return to_numpy(on_team(surface.n_cells(), n_threads,
+                          [&](ThreadTeam& team) { return coarse_sums(coarse, vector_of, team); }));
 }
 
 auto bind_coarse_steps(const CoarseGraph& coarse, int n_threads) {

@@ -302,10 +302,12 @@ def _thickness(
     if not isinstance(handle, (_core.TriangleSurface, _core.PolygonSurface)):
         return None
     if groups is None:
-        return rays_from(cells, graph, centers, N_RAYS, n_threads) / graph.diagonal
-    patches = (groups.cells()[0], groups.area_vectors(handle, n_threads))
-    options = (N_RAYS, graph.diagonal, handle.is_inside_out)
-    return rays_from_patches(patches, centers, *options, n_threads) / graph.diagonal
+        thickness = rays_from(cells, graph, centers, N_RAYS, n_threads)
+    else:
+        patches = (groups.cells()[0], groups.area_vectors(handle, n_threads))
+        options = (N_RAYS, graph.diagonal, handle.is_inside_out)
+        thickness = rays_from_patches(patches, centers, *options, n_threads)
+    return np.asarray(thickness / graph.diagonal)
 
 
 def _hindered(levels: list[_Level], logs: Floats, n_threads: int) -> list[_Level]:
