@@ -17,8 +17,8 @@ struct CrossingOptions {
 
 // Of arcs between coarse cells: the sum of conductance times step over all fine arcs that lead from
 // one to the other, by the formula of CreaseConductance but for the step: that is the straight way,
-// which is at hand. Fine cells are small, and what this adds to kappa is a small part of a
-// thousandth. `areas` are by fine cell. Symmetric, bit for bit.
+// which is at hand. Where fine cells are small beside regions, the difference adds less than a
+// thousandth to kappa. `areas` are by fine cell. Symmetric, bit for bit.
 Buffer<double> crossing_conductances(const CoarseGraph& coarse, std::span<const double> areas,
                                      const CrossingOptions& options, ThreadTeam& team);
 
