@@ -71,11 +71,3 @@ def test_relaxed_values_come_near_the_mean_of_neighbors(sheet, width, n_sweeps):
     for _ in range(n_sweeps):
         true = 0.25 * true + 0.75 * shares @ true
     assert np.allclose(ours, true, atol=1e-5)
-
-
-def test_weights_grow_with_exponentials_of_both_cells(sheet):
-    graph, arcs, sources, weights = sheet
-    exponents = np.random.default_rng(4).normal(size=graph.n_cells)
-    ours = _core.scale_by_exponentials(*arcs, weights, exponents, 2)
-    true = weights * np.exp(exponents[sources] + exponents[graph.neighbors])
-    assert np.allclose(ours, true, rtol=1e-12)

@@ -75,7 +75,7 @@ def test_weights_are_the_same_both_ways():
     options = sf.pipeline.WeightOptions.checked("parts", None, None)
     surface = sf.cells.surface.Surface.of_faces(BEAR, graph, 1)
     base = sf.crease_weights(BEAR, graph, 0.1, alpha=25)
-    weights = with_parts(BEAR, graph, surface, base, 0.1, options)
+    weights, _ = with_parts(BEAR, graph, surface, base, 0.1, options)
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     there = np.lexsort((graph.neighbors, sources))
     back = np.lexsort((sources, graph.neighbors))
@@ -138,3 +138,88 @@ def test_thousands_of_islands_have_no_parts():
     embedding = embed(mesh, graph, surface, np.zeros(0), (1.0, 20.0))
     assert embedding.vectors.shape == (n, 0)
     assert embedding.logs is None
+
+
+FINE = sf.sample_mesh(60_000)
+N_GROUPS = 6_000
+
+
+@pytest.fixture
+def few_groups(monkeypatch):
+    """Let groups be made on meshes of fewer faces."""
+    monkeypatch.setattr("superfacets.clustering.embedding.N_BASE", N_GROUPS)
+
+
+def embedded(mesh, n_threads=1):
+    graph = sf.build_face_graph(mesh)
+    surface = sf.cells.surface.Surface.of_faces(mesh, graph, n_threads)
+    radius = 0.05 * graph.diagonal
+    weights = sf.crease_weights(mesh, graph, radius, alpha=25)
+    return graph, embed(mesh, graph, surface, weights, (radius, 25 * radius))
+
+
+@pytest.mark.usefixtures("few_groups")
+def test_on_meshes_of_many_faces_groups_take_their_place():
+    _, few = embedded(BEAR)
+    assert len(few.group_of) == 0
+    assert len(few.vectors) == BEAR.n_faces
+    graph, many = embedded(FINE)
+    assert len(many.group_of) == FINE.n_faces
+    n_groups = many.group_of.max() + 1
+    assert 0.8 * N_GROUPS < n_groups < 1.6 * N_GROUPS
+    assert len(many.vectors) == len(many.logs) == n_groups
+    assert many.vectors.shape[1] >= 8
+    assert np.allclose(many.measures, np.bincount(many.group_of, weights=graph.measures))
+
+
+def test_groups_have_the_thickness_and_the_parts_of_their_faces(monkeypatch):
+    _, faces = embedded(FINE)
+    assert len(faces.group_of) == 0
+    monkeypatch.setattr("superfacets.clustering.embedding.N_BASE", N_GROUPS)
+    graph, groups = embedded(FINE)
+    difference = groups.logs[groups.group_of] - faces.logs
+    assert np.average(np.abs(difference), weights=graph.measures) < 0.05
+    i, j = np.random.default_rng(0).integers(0, FINE.n_faces, (2, 2_000))
+    slowest = faces.vectors[:, :1], groups.vectors[groups.group_of, :1]
+    before, after = (distances(vectors, i, j) for vectors in slowest)
+    assert np.corrcoef(before, after)[0, 1] > 0.9
+
+
+@pytest.mark.usefixtures("few_groups")
+def test_labels_of_groups_depend_on_no_thread():
+    one, other = (segment(FINE, 40, **sf.PARTS, n_threads=n) for n in (1, 3))
+    assert np.array_equal(one.labels, other.labels)
+    assert one.n_segments == 40
+    assert np.array_equal(spectral_embedding(FINE, n_threads=1), spectral_embedding(FINE))
+
+
+@pytest.mark.usefixtures("few_groups")
+def test_many_polygons_have_groups_too():
+    mesh = sf.PolygonMesh.of_faces(FINE.vertices, FINE.faces)
+    triangles, polygons = (segment(m, 30, **sf.PARTS) for m in (FINE, mesh))
+    assert np.mean(triangles.labels == polygons.labels) > 0.99
+
+
+@pytest.mark.usefixtures("few_groups")
+def test_many_faces_that_are_inside_out_have_the_same_parts():
+    _, one = embedded(FINE)
+    _, other = embedded(Mesh(FINE.vertices, FINE.faces[:, ::-1]))
+    assert np.allclose(one.logs, other.logs, atol=0.2)
+
+
+@pytest.mark.usefixtures("few_groups")
+def test_many_points_have_parts_without_a_thickness():
+    points = np.random.default_rng(0).random((50_000, 3)) * [1, 1, 0]
+    result = segment(points, 20, **sf.PARTS)
+    assert result.n_segments == 20
+
+
+@pytest.mark.usefixtures("few_groups")
+def test_soup_of_many_faces_has_no_groups():
+    """Groups of single faces would be nothing else than the faces."""
+    mesh = shapes.soup(FINE)
+    graph = sf.build_face_graph(mesh, weld=False)
+    surface = sf.cells.surface.Surface.of_faces(mesh, graph, 1)
+    embedding = embed(mesh, graph, surface, np.zeros(0), (1.0, 20.0))
+    assert len(embedding.group_of) == 0
+    assert embedding.vectors.shape == (mesh.n_faces, 0)

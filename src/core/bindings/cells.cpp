@@ -13,6 +13,7 @@
 #include "cells/morton.hpp"
 #include "cells/nearest_cell.hpp"
 #include "cells/ordered_graph.hpp"
+#include "cells/part_weights.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
 #include "cells/polygon_graph.hpp"
@@ -162,10 +163,10 @@ auto bind_logarithms(const Array<double>& values) {
 auto bind_crease_conductances(const Surface& surface, const Array<double>& areas,
                               const Array<double>& weights, double diagonal, double crease_unit,
                               double steepness, int n_threads) {
-  const auto input = std::pair(view(areas), view(weights));
-  const ConductanceOptions options{diagonal, crease_unit, steepness};
-  Conductances found = on_team(input.first.size(), n_threads, [&](ThreadTeam& team) {
-    return crease_conductances(surface, input.first, input.second, options, team);
+  const CreaseConductance formula{
+      surface, view(areas), view(weights), {diagonal, crease_unit, steepness}};
+  Conductances found = on_team(areas.shape(0), n_threads, [&](ThreadTeam& team) {
+    return crease_conductances(formula, team);
   });
   return std::tuple(to_numpy(std::move(found.steps)), to_numpy(std::move(found.conductances)));
 }
@@ -217,17 +218,18 @@ auto bind_diffuse(const Array<std::int64_t>& offsets, const Array<Cell>& neighbo
   }));
 }
 
-auto bind_scale_by_exponentials(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
-                                const Array<double>& weights, const Array<double>& exponents,
-                                int n_threads) {
+auto bind_part_weights(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
+                       const Array<double>& weights, const Array<Cell>& group_of,
+                       const Table<float>& vectors, const Array<double>& exponents, double factor,
+                       int n_threads) {
   const Arcs arcs{view(offsets), view(neighbors)};
-  const auto input = std::pair(view(weights), view(exponents));
-  Buffer<double> scaled(input.first.size());
-  on_team(input.second.size(), n_threads, [&](ThreadTeam& team) {
-    std::copy(input.first.begin(), input.first.end(), scaled.begin());
-    scale_by_exponentials(arcs, input.second, team, scaled.span());
-  });
-  return to_numpy(std::move(scaled));
+  const auto given = view(weights);
+  const PartFeatures features{
+      view(group_of), vectors.shape(1), {vectors.data(), vectors.size()}, view(exponents), factor};
+  Buffer<double> found(given.size());
+  on_team(arcs.n_cells(), n_threads,
+          [&](ThreadTeam& team) { part_weights(arcs, given, features, team, found.span()); });
+  return to_numpy(std::move(found));
 }
 
 auto bind_smallest_eigenpairs(const Array<std::int64_t>& offsets, const Array<Cell>& neighbors,
@@ -513,14 +515,16 @@ void bind_cells(nb::module_& module) {
            "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "sides"_a.noconvert(),
            "same_turn"_a.noconvert(), "inside_out"_a, nb::keep_alive<1, 2>(),
            nb::keep_alive<1, 3>(), nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(),
-           nb::keep_alive<1, 6>(), nb::keep_alive<1, 7>());
+           nb::keep_alive<1, 6>(), nb::keep_alive<1, 7>())
+      .def_prop_ro("is_inside_out", &TriangleSurface::is_inside_out);
   nb::class_<PolygonSurface, Surface>(module, "PolygonSurface")
       .def("__init__", &bind_polygon_surface, "vertices"_a.noconvert(),
            "face_offsets"_a.noconvert(), "corners"_a.noconvert(), "offsets"_a.noconvert(),
            "neighbors"_a.noconvert(), "sides"_a.noconvert(), "same_turn"_a.noconvert(),
            "inside_out"_a, "n_threads"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
            nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>(), nb::keep_alive<1, 6>(),
-           nb::keep_alive<1, 7>(), nb::keep_alive<1, 8>());
+           nb::keep_alive<1, 7>(), nb::keep_alive<1, 8>())
+      .def_prop_ro("is_inside_out", &PolygonSurface::is_inside_out);
   nb::class_<GraphSurface, Surface>(module, "GraphSurface")
       .def("__init__", &bind_graph_surface, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "offsets"_a.noconvert(), "neighbors"_a.noconvert(), "border_lengths"_a.noconvert(),
@@ -551,7 +555,7 @@ void bind_cells(nb::module_& module) {
   nb::class_<PlacedCells>(module, "PlacedCells")
       .def("__init__", &bind_placed_cells, "positions"_a.noconvert(), "measures"_a.noconvert(),
            "n_threads"_a);
-  nb::class_<OrderedGraph>(module, "OrderedGraph")
+  nb::class_<OrderedGraph, PlacedCells>(module, "OrderedGraph")
       .def("__init__", &bind_ordered_graph, "cells"_a, "offsets"_a.noconvert(),
            "neighbors"_a.noconvert(), "lengths"_a.noconvert(), "n_threads"_a,
            "is_symmetric"_a = false)
@@ -595,9 +599,9 @@ void bind_cells(nb::module_& module) {
   module.def("diffuse", &bind_diffuse, "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
              "conductances"_a.noconvert(), "masses"_a.noconvert(), "values"_a.noconvert(), "time"_a,
              "n_threads"_a);
-  module.def("scale_by_exponentials", &bind_scale_by_exponentials, "offsets"_a.noconvert(),
-             "neighbors"_a.noconvert(), "weights"_a.noconvert(), "exponents"_a.noconvert(),
-             "n_threads"_a);
+  module.def("part_weights", &bind_part_weights, "offsets"_a.noconvert(), "neighbors"_a.noconvert(),
+             "weights"_a.noconvert(), "group_of"_a.noconvert(), "vectors"_a.noconvert(),
+             "exponents"_a.noconvert(), "factor"_a, "n_threads"_a);
   module.def("smallest_eigenpairs", &bind_smallest_eigenpairs, "offsets"_a.noconvert(),
              "neighbors"_a.noconvert(), "conductances"_a.noconvert(), "measures"_a.noconvert(),
              "components"_a.noconvert(), "n_components"_a, "n_wanted"_a);

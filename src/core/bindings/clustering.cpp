@@ -6,12 +6,16 @@
 
 #include "base/threads.hpp"
 #include "bindings/bindings.hpp"
+#include "cells/polygon_surface.hpp"
+#include "cells/triangle_surface.hpp"
+#include "clustering/coarse_sums.hpp"
 #include "clustering/coarse_tile.hpp"
 #include "clustering/coarsening.hpp"
 #include "clustering/fixed_point.hpp"
 #include "clustering/islands.hpp"
 #include "clustering/seeding.hpp"
 #include "clustering/update.hpp"
+#include "mesh/geometry.hpp"
 #include "paths/tile_paths.hpp"
 
 namespace superfacets {
@@ -124,7 +128,6 @@ auto bind_coarse_centers(const CoarseGraph& coarse) {
   return to_numpy(coarse.centers());
 }
 
-// For tests.
 auto bind_coarse_arcs(const CoarseGraph& coarse) {
   const OrderedGraph& graph = coarse.graph();
   std::vector<std::int64_t> offsets(graph.offsets.begin(), graph.offsets.end());
@@ -136,6 +139,44 @@ auto bind_coarse_arcs(const CoarseGraph& coarse) {
   }
   return std::tuple(to_numpy(std::move(offsets)), to_numpy(std::move(neighbors)),
                     to_numpy(std::move(lengths)));
+}
+
+// Positions and measures.
+auto bind_cells_of_coarse(const CoarseGraph& coarse) {
+  const OrderedGraph& graph = coarse.graph();
+  std::vector<Point> positions(graph.positions.begin(), graph.positions.end());
+  std::vector<double> measures(graph.measures.begin(), graph.measures.end());
+  return std::tuple(to_numpy(std::move(positions)), to_numpy(std::move(measures)));
+}
+
+auto bind_crossing_conductances(const CoarseGraph& coarse, const Array<double>& areas, double unit,
+                                double crease_unit, double steepness, int n_threads) {
+  const auto input = view(areas);
+  const CrossingOptions options{unit, crease_unit, steepness};
+  return to_numpy(on_team(input.size(), n_threads, [&](ThreadTeam& team) {
+    return crossing_conductances(coarse, input, options, team);
+  }));
+}
+
+auto bind_triangle_area_vectors(const CoarseGraph& coarse, const TriangleSurface& surface,
+                                int n_threads) {
+  const auto vector_of = [&](Cell face) {
+    return 0.5 * double_area_vector(surface.vertices(), surface.faces()[face]);
+  };
+  return to_numpy(on_team(surface.n_cells(), n_threads,
+                          [&](ThreadTeam& team) { return coarse_sums(coarse, vector_of, team); }));
+}
+
+auto bind_polygon_area_vectors(const CoarseGraph& coarse, const PolygonSurface& surface,
+                               int n_threads) {
+  const auto vector_of = [&](Cell face) { return surface.measure(face) * surface.normal(face); };
+  return to_numpy(on_team(surface.n_cells(), n_threads,
+                          [&](ThreadTeam& team) { return coarse_sums(coarse, vector_of, team); }));
+}
+
+auto bind_coarse_steps(const CoarseGraph& coarse, int n_threads) {
+  return to_numpy(on_team(coarse.graph().n_cells(), n_threads,
+                          [&](ThreadTeam& team) { return coarse_steps(coarse, team); }));
 }
 
 auto bind_refine(const CoarseGraph& coarse, const Array<Label>& labels, const Array<Cell>& centers,
@@ -279,6 +320,12 @@ void bind_clustering_stages(nb::module_& module) {
       .def("coarse_cells", &bind_coarse_cells, "n_threads"_a)
       .def("centers", &bind_coarse_centers)
       .def("arcs", &bind_coarse_arcs)
+      .def("cells", &bind_cells_of_coarse)
+      .def("crossing_conductances", &bind_crossing_conductances, "areas"_a.noconvert(), "unit"_a,
+           "crease_unit"_a, "steepness"_a, "n_threads"_a)
+      .def("steps", &bind_coarse_steps, "n_threads"_a)
+      .def("area_vectors", &bind_triangle_area_vectors, "surface"_a, "n_threads"_a)
+      .def("area_vectors", &bind_polygon_area_vectors, "surface"_a, "n_threads"_a)
       .def("refine", &bind_refine, "labels"_a.noconvert(), "centers"_a.noconvert(), "n_threads"_a);
   module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(),
              "groups"_a.noconvert(), "n_threads"_a);

@@ -72,28 +72,26 @@ void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cel
   for (std::size_t i = 0; i < width; ++i) result[i] += kept * here[i];
 }
 
-double exponential_of(double x) {
-  return x > 0.0 ? 1.0 / exponential(-x) : exponential(x);
-}
-
 }  // namespace
 
-Conductances crease_conductances(const Surface& surface, std::span<const double> areas,
-                                 std::span<const double> weights, const ConductanceOptions& options,
-                                 ThreadTeam& team) {
-  const Arcs& arcs = surface.arcs();
+CreaseConductance::Found CreaseConductance::of(Cell cell, const Step& arc) const {
+  const double step = surface.step_length(cell, arc.arc);
+  const double crease = weights.empty() ? 0.0 : weights[arc.arc] * options.diagonal - step;
+  const double kappa = options.crease_unit > 0.0 ? crease / options.crease_unit : 0.0;
+  const double width = std::sqrt(areas[cell] + areas[arc.to]);
+  const double least = 1e-6 * width;  // between cells at one place
+  const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
+  return {step, open * exponential(-options.steepness * std::max(0.0, kappa)) + kLeastConductance};
+}
+
+Conductances crease_conductances(const CreaseConductance& formula, ThreadTeam& team) {
+  const Arcs& arcs = formula.surface.arcs();
   Conductances found{Buffer<double>(arcs.n_arcs()), Buffer<double>(arcs.n_arcs())};
   for_each_cell(arcs, team, [&](Cell cell) {
-    for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      const double step = surface.step_length(cell, arc);
-      const double crease = weights.empty() ? 0.0 : weights[arc] * options.diagonal - step;
-      const double kappa = options.crease_unit > 0.0 ? crease / options.crease_unit : 0.0;
-      const double width = std::sqrt(areas[cell] + areas[neighbor]);
-      const double least = 1e-6 * width;  // between cells at one place
-      found.steps[arc] = step;
-      const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
-      found.conductances[arc] =
-          open * exponential(-options.steepness * std::max(0.0, kappa)) + kLeastConductance;
+    for (const Step arc : arcs.steps(cell)) {
+      const auto [step, conductance] = formula.of(cell, arc);
+      found.steps[arc.arc] = step;
+      found.conductances[arc.arc] = conductance;
     }
   });
   return found;
@@ -198,17 +196,6 @@ std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductanc
     last = error;
   }
   return x;
-}
-
-void scale_by_exponentials(const Arcs& arcs, std::span<const double> exponents, ThreadTeam& team,
-                           std::span<double> weights) {
-  std::vector<double> factors(exponents.size());
-  for_each_cell(arcs, team, [&](Cell cell) { factors[cell] = exponential_of(exponents[cell]); });
-  for_each_cell(arcs, team, [&](Cell cell) {
-    for (const auto [arc, neighbor] : arcs.steps(cell)) {
-      weights[arc] *= factors[cell] * factors[neighbor];
-    }
-  });
 }
 
 }  // namespace superfacets

@@ -23,12 +23,24 @@ struct Conductances {
       conductances;  // (M,) sqrt(A_i + A_j) / g exp(-steepness kappa), and kLeastConductance
 };
 
-// For arcs that creases make longer, w = (g + crease_unit kappa) / d; without weights, and with a
-// unit of 0, kappa is 0. The square root stands for
-// the length of the edge. Symmetric, bit for bit.
-Conductances crease_conductances(const Surface& surface, std::span<const double> areas,
-                                 std::span<const double> weights, const ConductanceOptions& options,
-                                 ThreadTeam& team);
+// How well an arc conducts, and the length of its step. Creases make arcs longer,
+// w = (g + crease_unit kappa) / d; without weights, and with a unit of 0, kappa is 0. The square
+// root stands for the length of the edge. Symmetric, bit for bit.
+struct CreaseConductance {
+  const Surface& surface;
+  std::span<const double> areas;    // (N,)
+  std::span<const double> weights;  // (M,) or empty
+  ConductanceOptions options;
+
+  struct Found {
+    double step;
+    double conductance;
+  };
+  Found of(Cell cell, const Step& arc) const;
+};
+
+// Of all arcs.
+Conductances crease_conductances(const CreaseConductance& formula, ThreadTeam& team);
 
 // The same with exp(-steepness |v_i - v_j|) as a factor, for a number of each cell, and
 // kLeastConductance added.
@@ -52,9 +64,5 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
 std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductances,
                             std::span<const double> masses, std::span<const double> values,
                             double time, ThreadTeam& team);
-
-// Multiplies each weight by q_i q_j, with q = exp(x) of the exponents x of its cells.
-void scale_by_exponentials(const Arcs& arcs, std::span<const double> exponents, ThreadTeam& team,
-                           std::span<double> weights);
 
 }  // namespace superfacets

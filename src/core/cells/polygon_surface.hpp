@@ -19,6 +19,7 @@ class PolygonSurface final : public Surface {
                  bool inside_out, ThreadTeam& team);
 
   const Point& normal(Face face) const { return normals_[face]; }
+  bool is_inside_out() const { return inside_out_; }
 
   Point position(Cell face) const override { return centroids_[face]; }
   double measure(Cell face) const override { return areas_[face]; }

@@ -22,6 +22,19 @@ class CoarseGraph {
   CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& team);
 
   const OrderedGraph& graph() const { return graph_; }
+  const OrderedGraph& fine() const { return fine_; }
+
+  // Coarse cells do not extend beyond ranges of fine places.
+  std::int64_t n_ranges() const { return std::ssize(first_cells_); }
+  std::pair<Place, Place> places(std::int64_t range) const;
+  // The coarse cells of a range: the first, and one past the last.
+  std::pair<Cell, Cell> cells_of(std::int64_t range) const {
+    const bool is_last = range + 1 == n_ranges();
+    return {first_cells_[range], is_last ? graph_.n_cells() : first_cells_[range + 1]};
+  }
+  Cell coarse_of(Place fine_place) const {
+    return first_cells_[fine_place >> kRangeBits] + local_[fine_place];
+  }
 
   // The coarse cell of each fine cell, by cell.
   Buffer<Cell> coarse_cells(ThreadTeam& team) const;
@@ -36,16 +49,11 @@ class CoarseGraph {
                            ThreadTeam& team) const;
 
  private:
-  // Coarse cells do not extend beyond ranges of places, so they can be made range by range, on any
-  // number of threads.
+  // Coarse cells are made range by range, on any number of threads.
   static constexpr int kRangeBits = CellGrower::kRangeBits;
   using LocalCell = std::uint16_t;  // counted from the first of a range
   static_assert(kRangeBits <= 16);
 
-  Cell coarse_of(Place fine_place) const {
-    return first_cells_[fine_place >> kRangeBits] + local_[fine_place];
-  }
-  std::pair<Place, Place> places(std::int64_t range) const;
   struct Part;
   std::vector<Part> divide(Place cell_size, Buffer<float>& lengths, ThreadTeam& team);
   void number(std::span<const Part> parts);

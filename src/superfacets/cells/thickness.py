@@ -18,7 +18,7 @@ from .face_graph import FaceGraph
 from .kinds import graph_and_surface
 from .surface import is_inside_out
 
-__all__ = ["N_RAYS", "rays_from", "shape_diameter", "smoothed"]
+__all__ = ["N_RAYS", "rays_from", "rays_from_patches", "shape_diameter", "smoothed"]
 
 N_RAYS = 30
 """Rays of a face, as in the paper."""
@@ -139,6 +139,49 @@ def rays_from(
         is_turned,
         n_threads,
     )
+
+
+def rays_from_patches(
+    patches: tuple[Floats, Floats],
+    some: npt.NDArray[np.integer[Any]],
+    n_rays: int,
+    unit: float,
+    is_turned: bool,
+    n_threads: int,
+) -> Floats:
+    """Return the thickness below some of the patches that a surface consists of.
+
+    They are given by their middles and area vectors, (P, 3) each. A square of twice its area stands
+    for each, so that there are no gaps between them: where patches are small beside the body, rays
+    are about as long as between all faces.
+    """
+    middles, area_vectors = patches
+    sizes = np.sqrt(np.einsum("ij,ij->i", area_vectors, area_vectors))
+    normals = area_vectors / np.where(sizes > 0, sizes, 1.0)[:, np.newaxis]
+    inward = normals[some] if is_turned else -normals[some]
+    vertices, triangles = _squares(middles, normals, np.sqrt(2.0 * sizes))
+    return _core.ray_thickness(
+        vertices, triangles, np.ascontiguousarray(middles[some]), inward, n_rays,
+        LEAST_DISTANCE * unit, is_turned, n_threads,
+    )  # fmt: skip
+
+
+def _squares(
+    middles: Floats, normals: Floats, lengths: Floats
+) -> tuple[Floats, npt.NDArray[np.int32]]:
+    """Vertices and triangles of squares with these middles, unit normals and sides."""
+    x, y, z = normals.T
+    sign = np.where(z < 0, -1.0, 1.0)  # as `across` in ray_thickness.cpp
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    half = 0.5 * lengths[:, np.newaxis]
+    right = half * np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
+    up = half * np.stack([b, sign + y * y * a, -y], axis=1)
+    corners = [middles - right - up, middles + right - up, middles + right + up]
+    vertices = np.stack([*corners, middles - right + up], axis=1).reshape(-1, 3)
+    firsts = np.arange(0, 4 * len(middles), 4, dtype=np.int32)
+    triangles = np.stack([firsts, firsts + 1, firsts + 2, firsts, firsts + 2, firsts + 3], axis=1)
+    return vertices, triangles.reshape(-1, 3)
 
 
 def smoothed(

@@ -16,10 +16,7 @@ from ..adapters.convert import MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..cells.size import DEFAULT_N_SEGMENTS, radius_of
 from ..cells.surface import Surface
-from ..cells.thickness import rays_from, smoothed
-from ..mesh.faces import FaceMesh
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.triangle_mesh import Mesh
+from ..cells.thickness import rays_from, rays_from_patches, smoothed
 
 __all__ = ["Embedding", "embed", "spectral_embedding"]
 
@@ -31,6 +28,18 @@ MOST_COARSE = 8 * N_COARSE
 
 MOST_CELLS = 16
 """Of a coarse cell, on each level."""
+
+N_BASE = 12_000
+"""Where this many groups of `LEAST_GROUP` cells can be made, groups take the place of cells: they
+are as many as the faces of meshes that are fine enough, and all that follows is on them."""
+
+LEAST_GROUP = 8
+"""Cells in a group. With groups of 4 the error is 0.008 higher on five models of 50,000 faces."""
+
+GROUP_STEP = 0.5
+"""How much distances between groups count. All of a distance is crossed on the border of two
+groups, where borders of regions then come to lie: with 1, compactness is 0.1 higher on meshes of
+200,000 faces."""
 
 CREASE_STEEPNESS = 20.0
 """How much less a crease conducts: exp(-20 kappa), kappa = eta theta / pi."""
@@ -58,19 +67,27 @@ EQUAL = 1e-3
 """Relative difference up to which eigenvalues count as equal, so that all or none of their vectors
 are taken: any one of them has no meaning."""
 
+NO_GROUPS = np.empty(0, np.int32)
+
 Floats = npt.NDArray[np.float64]
 Arcs = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
 
 
 class Embedding(NamedTuple):
-    """Numbers of all cells in which the parts of a shape lie apart."""
+    """Numbers of groups of cells, in which the parts of a shape lie apart."""
 
-    vectors: npt.NDArray[np.float64]
-    """psi, (N, Q): Q may be 0."""
+    vectors: npt.NDArray[np.float32]
+    """psi, (G, Q): Q may be 0."""
     logs: npt.NDArray[np.float64] | None
-    """Logarithm of the thickness of each cell, (N,), NaN where it has none; None if none has."""
-    steps: npt.NDArray[np.float64]
-    """Length of each arc, (M,), of eq. 1."""
+    """Logarithm of the thickness of each group, (G,), NaN where it has none; None if none has."""
+    measures: npt.NDArray[np.float64]
+    """Of the groups, (G,)."""
+    group_of: npt.NDArray[np.int32]
+    """The group of each cell, (N,); of length 0 where each cell is one by itself."""
+    unit: float
+    """How many units of length a step has for each unit of distance between its ends."""
+    graph: _core.OrderedGraph
+    """All cells, ordered, with arcs that count neither."""
 
 
 class _Level(NamedTuple):
@@ -150,10 +167,15 @@ def spectral_embedding(
     options = WeightOptions.checked("creases", None, None)
     weights = np.asarray(kind.weights(surface, graph, shapes, radius, options))
     crease_unit = WEIGHTS["creases"]["alpha"] * radius
-    embedding = embed(cells, graph, surface, weights, (radius, crease_unit), n_vectors)
+    units = (radius, crease_unit)
+    embedding = embed(cells, graph, surface, weights, units, n_vectors)
+    vectors = embedding.vectors
+    if len(embedding.group_of) and vectors.size:
+        level = _level_of_cells(graph, surface, weights, crease_unit)
+        vectors = _relaxed(vectors, embedding.group_of, level, threads)
     table = np.zeros((surface.n_cells, n_vectors))
-    n_there = min(n_vectors, embedding.vectors.shape[1])
-    table[:, :n_there] = embedding.vectors[:, :n_there]
+    n_there = min(n_vectors, vectors.shape[1])
+    table[:, :n_there] = vectors[:, :n_there]
     return table
 
 
@@ -171,32 +193,66 @@ def embed(
     both in the unit of the positions.
     """
     n_threads = surface.n_threads
-    radius, crease_unit = units
-    areas = graph.measures if surface.dimension == 2 else np.cbrt(graph.measures) ** 2
-    steps, conductances = _core.crease_conductances(
-        surface.handle, areas, weights, graph.diagonal, crease_unit, CREASE_STEEPNESS, n_threads
-    )
-    finest = _Level(surface.arcs, steps, conductances, graph.measures, graph.positions)
-    levels, centers = _coarser(finest, weights, n_threads)
-    if len(levels[-1].measures) > MOST_COARSE:
-        return Embedding(np.zeros((surface.n_cells, 0)), None, steps)
-    logs = None
-    if isinstance(cells, (Mesh, PolygonMesh)):
-        coarse = _thickness(cells, graph, levels[-1], centers, SMOOTHING * radius, n_threads)
-        if coarse is not None:
-            logs = _prolonged(levels, coarse[:, np.newaxis], n_threads)[:, 0]
+    lengths, quantum = _core.quantize_weights(weights, n_threads)
+    placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
+    ordered = _core.OrderedGraph(placed, *surface.arcs, lengths, n_threads, True)
+    groups = _groups(ordered, n_threads)
+    if groups is None:
+        base = _level_of_cells(graph, surface, weights, units[1])
+    else:
+        given = (_areas(graph, surface), quantum * graph.diagonal, units[1], CREASE_STEEPNESS)
+        base = _level_of(groups, groups.crossing_conductances(*given, n_threads), n_threads)
+    levels, centers = _coarser(base, ordered if groups is None else groups.graph, n_threads)
+    group_of = NO_GROUPS if groups is None else groups.coarse_cells(n_threads)
+    vectors, logs = np.zeros((len(base.measures), 0), np.float32), None
+    if len(levels[-1].measures) <= MOST_COARSE:
+        coarse = _thickness(cells, graph, surface, groups, centers)
+        if coarse is not None and np.isfinite(coarse).any():
+            last, length = levels[-1], SMOOTHING * units[0]
+            smooth = smoothed(
+                last.arcs, last.conductances, last.measures, coarse, length, n_threads
+            )
+            logs = _prolonged(levels, smooth[:, np.newaxis], n_threads)[:, 0].astype(np.float64)
             levels = _hindered(levels, logs, n_threads)
-    values = _eigenvectors(levels[-1], n_vectors)
-    return Embedding(_prolonged(levels, values, n_threads), logs, steps)
+        vectors = _prolonged(levels, _eigenvectors(levels[-1], n_vectors), n_threads)
+    unit = _unit(base, vectors, n_threads) * (1.0 if groups is None else GROUP_STEP)
+    return Embedding(vectors, logs, base.measures, group_of, unit, ordered)
+
+
+def _areas(graph: Any, surface: Surface) -> Floats:
+    areas = graph.measures if surface.dimension == 2 else np.cbrt(graph.measures) ** 2
+    return np.asarray(areas)
+
+
+def _level_of_cells(graph: Any, surface: Surface, weights: Floats, crease_unit: float) -> _Level:
+    steps, conductances = _core.crease_conductances(
+        surface.handle, _areas(graph, surface), weights, graph.diagonal, crease_unit,
+        CREASE_STEEPNESS, surface.n_threads,
+    )  # fmt: skip
+    return _Level(surface.arcs, steps, conductances, graph.measures, graph.positions)
+
+
+def _groups(ordered: _core.OrderedGraph, n_threads: int) -> _core.CoarseGraph | None:
+    """Groups of cells that take their place, if there are enough."""
+    size = min(MOST_CELLS, ordered.n_cells // N_BASE)
+    if size < LEAST_GROUP:
+        return None
+    groups = _core.CoarseGraph(ordered, size, n_threads)
+    return groups if 2 * groups.graph.n_cells <= ordered.n_cells else None  # most are not alone
+
+
+def _unit(level: _Level, vectors: npt.NDArray[np.float32], n_threads: int) -> float:
+    """The sum of all steps over that of the distances between their ends; 0 if that is 0."""
+    none, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
+    distances = _core.add_feature_steps(*level.arcs, none, table, 1.0, n_threads)
+    total = _core.sum_of(distances, n_threads)
+    return _core.sum_of(level.steps, n_threads) / total if total > 0.0 else 0.0
 
 
 def _coarser(
-    level: _Level, weights: Floats, n_threads: int
+    level: _Level, graph: _core.OrderedGraph, n_threads: int
 ) -> tuple[list[_Level], npt.NDArray[np.int32]]:
     """Return levels of ever fewer cells, and the first level's cell in the middle of each last."""
-    lengths, _ = _core.quantize_weights(weights, n_threads)
-    placed = _core.PlacedCells(level.positions, level.measures, n_threads)
-    graph = _core.OrderedGraph(placed, *level.arcs, lengths, n_threads, True)
     centers = np.arange(len(level.measures), dtype=np.int32)
     levels: list[_Level] = []
     coarse: list[_core.CoarseGraph] = []  # keeps what larger ones are made of
@@ -206,7 +262,7 @@ def _coarser(
         if 2 * coarse[-1].graph.n_cells > len(centers):
             break  # nearly all cells are alone
         levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
-        level = _above(levels[-1], coarse[-1])
+        level = _above(levels[-1], coarse[-1], n_threads)
         graph, centers = coarse[-1].graph, centers[coarse[-1].centers()]
     return [*levels, level], centers
 
@@ -217,51 +273,41 @@ def _cell_size(ratio: float) -> int:
     return round(math.pow(ratio, 1 / n_levels))
 
 
-def _above(level: _Level, coarse: _core.CoarseGraph) -> _Level:
+def _above(level: _Level, coarse: _core.CoarseGraph, n_threads: int) -> _Level:
     """The next level: arcs conduct what all between two coarse cells do, over their distance."""
-    coarse_of = level.coarse_of
-    assert coarse_of is not None
     offsets, neighbors, _ = coarse.arcs()
-    arcs = (offsets, neighbors)
-    n_cells = len(offsets) - 1
-    crossed = _crossed(level, arcs)
+    return _level_of(coarse, _crossed(level, (offsets, neighbors)), n_threads)
 
-    def sums(values: Floats) -> Floats:
-        return np.asarray(np.bincount(coarse_of, weights=values, minlength=n_cells))
 
-    measures, n_parts = sums(level.measures), sums(np.ones(len(level.measures)))
-    has_measure = measures > 0
-    positions = np.empty((n_cells, 3))
-    for axis in range(3):
-        along = level.positions[:, axis]
-        positions[:, axis] = np.where(
-            has_measure,
-            sums(level.measures * along) / np.where(has_measure, measures, 1.0),
-            sums(along) / n_parts,
-        )
-    sources = np.repeat(np.arange(n_cells), np.diff(offsets))
-    ways = positions[sources] - positions[neighbors]
-    steps = np.sqrt(np.einsum("ij,ij->i", ways, ways))
-    least = 0.2 * np.sqrt(measures[sources] + measures[neighbors])  # cells on both sides of a rim
-    steps = np.maximum(steps, least)
-    steps = np.where(steps > 0, steps, 1.0)
-    return _Level(arcs, steps, crossed / steps, measures, positions)
+def _level_of(coarse: _core.CoarseGraph, crossed: Floats, n_threads: int) -> _Level:
+    """Coarse cells, given the sum of conductance times step over what lies between any two."""
+    offsets, neighbors, _ = coarse.arcs()
+    positions, measures = coarse.cells()
+    steps = coarse.steps(n_threads)
+    return _Level((offsets, neighbors), steps, crossed / steps, measures, positions)
 
 
 def _thickness(
-    mesh: FaceMesh,
+    cells: Any,
     graph: Any,
-    level: _Level,
+    surface: Surface,
+    groups: _core.CoarseGraph | None,
     centers: npt.NDArray[np.int32],
-    length: float,
-    n_threads: int,
 ) -> Floats | None:
-    """Logarithm of the thickness of coarse cells, by rays from their centers, smoothed."""
-    # In diagonals: the same numbers in every unit of length.
-    thickness = rays_from(mesh, graph, centers, N_RAYS, n_threads) / graph.diagonal
-    if not np.isfinite(thickness).any():
+    """Thickness of coarse cells, by rays from their centers; None for cells without normals.
+
+    It is in diagonals: the same numbers in every unit of length.
+    """
+    handle, n_threads = surface.handle, surface.n_threads
+    if not isinstance(handle, (_core.TriangleSurface, _core.PolygonSurface)):
         return None
-    return smoothed(level.arcs, level.conductances, level.measures, thickness, length, n_threads)
+    if groups is None:
+        thickness = rays_from(cells, graph, centers, N_RAYS, n_threads)
+    else:
+        patches = (groups.cells()[0], groups.area_vectors(handle, n_threads))
+        options = (N_RAYS, graph.diagonal, handle.is_inside_out)
+        thickness = rays_from_patches(patches, centers, *options, n_threads)
+    return np.asarray(thickness / graph.diagonal)
 
 
 def _hindered(levels: list[_Level], logs: Floats, n_threads: int) -> list[_Level]:
@@ -311,14 +357,23 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
     return next((last for last in range(wanted, len(values)) if is_end(last)), wanted)
 
 
-def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Floats:
-    """Bring rows of the last level to the first, level by level: copied, then relaxed."""
+def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> npt.NDArray[np.float32]:
+    """Bring rows of the last level to the first, level by level."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
-        n_sweeps = math.ceil(2.0 * math.sqrt(len(level.measures) / len(rows))) + 2
-        width = rows.shape[1]
-        copied = np.take(rows, level.coarse_of, axis=0)  # type: ignore[arg-type]  # not the last
-        relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)
-        rows = relaxed.reshape(-1, width)
-    n_cells = len(levels[0].measures)
-    return rows.astype(np.float64) if rows.size else np.zeros((n_cells, values.shape[1]))
+        assert level.coarse_of is not None
+        rows = _relaxed(rows, level.coarse_of, level, n_threads)
+    return rows if rows.size else np.zeros((len(levels[0].measures), values.shape[1]), np.float32)
+
+
+def _relaxed(
+    rows: npt.NDArray[np.float32],
+    coarse_of: npt.NDArray[np.int32],
+    level: _Level,
+    n_threads: int,
+) -> npt.NDArray[np.float32]:
+    """Copy rows of coarse cells to the cells that these have, and relax them there."""
+    n_sweeps = math.ceil(2.0 * math.sqrt(len(coarse_of) / len(rows))) + 2
+    copied = np.take(rows, coarse_of, axis=0)
+    relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)
+    return relaxed.reshape(-1, rows.shape[1])

@@ -11,7 +11,7 @@ from .. import _core
 from .._options import WeightOptions
 from ..cells.cell_graph import checked_weights
 from ..cells.surface import Surface
-from .embedding import embed
+from .embedding import Embedding, embed
 
 __all__ = ["SMOOTH_DISTANCE", "with_parts"]
 
@@ -33,32 +33,36 @@ def with_parts(
     given: npt.ArrayLike,
     radius: float,
     options: WeightOptions,
-) -> Floats:
-    """Return crease weights with what differs between parts added.
+) -> tuple[Floats, _core.PlacedCells | None]:
+    """Return crease weights with what differs between parts added, and the cells in order.
 
     That is gamma times the distance between the cells in the spectral embedding, in a unit in which
     the sum over all arcs is that of their steps; the sum then grows with the thickness. With a
-    radius of 0 (no cell has an area) weights stay as they are.
+    radius of 0 (no cell has an area) weights stay as they are, and cells are not ordered.
     """
     weights = checked_weights(given, surface.n_arcs, surface.n_threads)
     if radius == 0.0:
-        return weights
+        return weights, None
     alpha, gamma = options.params["alpha"], options.params["gamma"]
-    n_threads = surface.n_threads
     embedding = embed(cells, graph, surface, weights, (radius, alpha * radius))
-    table = np.ascontiguousarray(embedding.vectors)
-    if table.shape[1]:
-        none = np.zeros(surface.n_arcs)
-        distances = _core.add_feature_steps(*surface.arcs, none, table, 1.0, n_threads)
-        total = _core.sum_of(distances, n_threads)
-        if total > 0.0:
-            factor = gamma * _core.sum_of(embedding.steps, n_threads) / (total * graph.diagonal)
-            weights = _core.add_feature_steps(*surface.arcs, weights, table, factor, n_threads)
-    if embedding.logs is None:
-        return weights
-    known = np.isfinite(embedding.logs)
-    logs = np.where(known, embedding.logs, 0.0)
-    mean = _core.sum_of(graph.measures * logs, n_threads)
-    mean /= _core.sum_of(np.where(known, graph.measures, 0.0), n_threads)
-    exponents = np.where(known, THICKNESS_POWER * (logs - mean), 0.0)
-    return _core.scale_by_exponentials(*surface.arcs, weights, exponents, n_threads)
+    return _core.part_weights(
+        *surface.arcs,
+        weights,
+        embedding.group_of,
+        embedding.vectors,
+        _exponents(embedding, surface.n_threads),
+        gamma * embedding.unit / graph.diagonal,
+        surface.n_threads,
+    ), embedding.graph
+
+
+def _exponents(embedding: Embedding, n_threads: int) -> Floats:
+    """Of the factors that weights have from the thickness on either side; 0 where there is none."""
+    logs, measures = embedding.logs, embedding.measures
+    if logs is None:
+        return np.zeros(len(measures))
+    known = np.isfinite(logs)
+    logs = np.where(known, logs, 0.0)
+    mean = _core.sum_of(measures * logs, n_threads)
+    mean /= _core.sum_of(np.where(known, measures, 0.0), n_threads)
+    return np.where(known, THICKNESS_POWER * (logs - mean), 0.0)

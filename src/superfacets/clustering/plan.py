@@ -67,15 +67,23 @@ class Plan:
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
-        self, graph: Any, lengths: npt.NDArray[np.float32], n_threads: int
+        self,
+        graph: Any,
+        lengths: npt.NDArray[np.float32],
+        n_threads: int,
+        placed: _core.PlacedCells | None = None,
     ) -> tuple[
         _core.PlacedCells,
         tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float32]],
     ]:
-        """Return the cells that are left, in order, and their arcs."""
+        """Return the cells that are left, in order, and their arcs.
+
+        All cells may have been placed before.
+        """
         cut = self.cut
         if cut is None:
-            placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
+            if placed is None:
+                placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
             return placed, (graph.offsets, graph.neighbors, lengths)
         cells = (graph.positions[cut.cells], graph.measures[cut.cells])
         return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
