@@ -176,10 +176,15 @@ def page(mesh: str, segments: int, frames: int, data: Path | None, output: Path 
         output.write_text(json.dumps(found, indent=1) + "\n")
 
 
-def _mesh_of_page(mesh: str, data: Path | None) -> sf.Mesh:
+def _mesh_of_page(mesh: str, data: Path | None) -> sf.Mesh | sf.PolygonMesh:
     if mesh.isdecimal():
         return knobby_torus(int(mesh))
-    return sf.read_mesh(mesh) if Path(mesh).is_file() else sf.Mesh(*build(mesh, find_data(data)))
+    if not Path(mesh).is_file():
+        return sf.Mesh(*build(mesh, find_data(data)))
+    found = sf.read_mesh(mesh)
+    if isinstance(found, sf.TetMesh):
+        raise click.UsageError(f"{mesh} is of tetrahedra: name a mesh of faces")
+    return found
 
 
 @commands.command("report")

@@ -26,7 +26,7 @@ OPTIONS = [
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox",
     "--enable-precise-memory-info",
 ]  # fmt: skip
-SIZE = {"width": 1280, "height": 800}
+SIZE: Any = {"width": 1280, "height": 800}
 
 START_MS = 300_000
 """A page of some million faces takes a while to be unpacked on a busy machine."""
@@ -95,10 +95,10 @@ def knobby_torus(n_faces: int) -> sf.Mesh:
     a, b = numbers, np.roll(numbers, -1, axis=0)
     c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
     faces = np.stack([np.stack([a, c, b], -1), np.stack([a, d, c], -1)], axis=2)
-    return sf.Mesh(points.reshape(-1, 3), faces.reshape(-1, 3))
+    return sf.Mesh(points.reshape(-1, 3), faces.reshape(-1, 3).astype(np.int32))
 
 
-def measure_page(mesh: sf.Mesh, n_segments: int, frames: int) -> dict[str, Any]:
+def measure_page(mesh: sf.Mesh | sf.PolygonMesh, n_segments: int, frames: int) -> dict[str, Any]:
     """Return sizes, memory and times of the page of a mesh with so many regions.
 
     Raises
