@@ -7,6 +7,9 @@ import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+import numpy.typing as npt
+
 from .. import _core
 from .._options import (
     INITS,
@@ -33,12 +36,16 @@ from ..io.atomic import StrPath, checked_targets
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
 from .arcs import WeightRule, find_arcs
 from .band import smooth_tiled
+from .cloud_reading import CloudPieces
 from .graph import TiledGraph
 from .mapping import OnDone, open_run
 from .opening import TiledSource, open_pieces
+from .point_arcs import find_point_arcs
+from .point_band import smooth_points
+from .point_lists import make_cloud_tiles
 from .scratch import check_room, save_array, scratch_folder
 from .sorting import make_tiles
-from .store import Run, TileStore
+from .store import Run, TileStore, find_cells
 
 __all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
 
@@ -48,6 +55,8 @@ TILE_SIZE = 1 << 19
 BYTES_PER_FACE = 250
 """That the scratch folder takes on the disk."""
 
+BYTES_PER_POINT = 400
+"""The same for clouds."""
 
 _WEIGHTS = tuple(name for name in WEIGHTS if name != "parts")
 """Those of parts take rays through the whole mesh."""
@@ -218,15 +227,15 @@ def _run(
     ):
         with timed(timings, "tiles", on_stage):
             pieces = open_pieces(source, scratch, for_workers=is_remote)
-            check_room(place.scratch, BYTES_PER_FACE * pieces.n_faces)
-            store = make_tiles(
-                pieces,
-                scratch,
-                place.tile_size,
-                welds=options.weld,
-                run=run,
-                n_threads=tile_threads,
-            )
+            size, threads = place.tile_size, tile_threads
+            if isinstance(pieces, CloudPieces):
+                check_room(place.scratch, BYTES_PER_POINT * pieces.n_points)
+                store = make_cloud_tiles(pieces, scratch, size, run=run, n_threads=threads)
+            else:
+                check_room(place.scratch, BYTES_PER_FACE * pieces.n_faces)
+                store = make_tiles(
+                    pieces, scratch, size, welds=options.weld, run=run, n_threads=threads
+                )
         result = segment_store(store, options, run, tile_threads, is_remote)
         if place.out is not None:
             save_array(place.out, result.labels)
@@ -250,12 +259,13 @@ def segment_store(
 ) -> Segmentation:
     """Segment the faces of a store, each tile on so many threads."""
     loop, timings = options.loop, dict[str, float]()
+    is_cloud = store.kind == "points"
     diagonal = box_diagonal(store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
     has_prices = options.cleanup.smooth and options.weights.has_other_unit
     rule = WeightRule(size.radius, options.weights, False, has_prices, tile_threads)
     with timed(timings, "weights", loop.on_stage):
-        facts = find_arcs(store, rule, run)
+        facts = (find_point_arcs if is_cloud else find_arcs)(store, rule, run)
     share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
@@ -268,9 +278,31 @@ def segment_store(
     if options.cleanup.smooth:
         with timed(timings, "regions", loop.on_stage):
             scale = size.radius or diagonal
-            labels = smooth_tiled(store, facts, result.labels, result.centers, scale, run)
+            smooth = smooth_points if is_cloud else smooth_tiled
+            labels = smooth(store, facts, result.labels, result.centers, scale, run)
             result = replace(result, labels=labels)
+    if is_cloud:
+        result = _in_input_order(store, result, run)
     params = {"weld": options.weld, **options.weights.params, **result.params}
     timings = stages_in_order(timings | result.timings)
     params |= options.cleanup.params
     return replace(result, sliver_share=share, timings=timings, params=params)
+
+
+def _in_input_order(store: TileStore, result: Segmentation, run: Run) -> Segmentation:
+    """The result for points as they are numbered in the input."""
+    labels, centers = np.empty_like(result.labels), np.empty_like(result.centers)
+    for tile in range(store.n_tiles):
+        labels[store.read(tile, "numbers")] = result.labels[store.read(tile, "cells")]
+    jobs = [(tile, result.centers) for tile in range(store.n_tiles)]
+    for which, numbers in run(_numbers_of, store, jobs):
+        centers[which] = numbers
+    return replace(result, labels=labels, centers=centers)
+
+
+def _numbers_of(
+    store: TileStore, tile: int, cells: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    """Which of some cells are in a tile, and their numbers in the input."""
+    which, at = find_cells(store, tile, cells)
+    return which, store.read(tile, "numbers")[at]
