@@ -95,7 +95,9 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
         rule = replace(rule, is_turned=True)
         sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
     unit = _core.unit_of_lengths(sum(some.weights for some in sums))
-    run(round_lengths, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles])
+    run(
+        round_lengths, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
+    )
     return ArcFacts(
         rule,
         unit,

@@ -42,6 +42,11 @@ class CloudPieces:
         """Number of points."""
         return self.points.n_rows
 
+    @property
+    def n_cells(self) -> int:
+        """The same, whatever kind the cells are of."""
+        return self.n_points
+
 
 @dataclass(frozen=True)
 class DoubleRows:

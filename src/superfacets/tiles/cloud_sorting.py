@@ -109,7 +109,9 @@ def sort_cloud(
         all are at one position.
     """
     if pieces.n_points > MAX_CELLS:
-        raise MeshError(f"the cloud has {pieces.n_points} points; at most {MAX_CELLS} are supported")
+        raise MeshError(
+            f"the cloud has {pieces.n_points} points; at most {MAX_CELLS} are supported"
+        )
     size = -(-tile_cells // RANGE) * RANGE
     lowest = weld(run, scratch, pieces.points, size, n_threads, "points")
     chunks = _Chunks(pieces, lowest, size)
@@ -183,12 +185,12 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
 
 def _without_small_blocks(cuts: Longs, size: int) -> Longs:
     """The same without cuts between blocks that fit together."""
-    firsts = cuts.sum(axis=1)
+    firsts, at = np.unique(cuts.sum(axis=1), return_index=True)  # without empty blocks
     kept = [0]
     for cut in range(1, len(firsts) - 1):
-        if firsts[cut + 1] - firsts[kept[-1]] > size and firsts[cut] > firsts[kept[-1]]:
+        if firsts[cut + 1] - firsts[kept[-1]] > size:
             kept.append(cut)
-    return cuts[[*kept, len(firsts) - 1]]
+    return cuts[at[[*kept, len(firsts) - 1]]]
 
 
 def _order_block(

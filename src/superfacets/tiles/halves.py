@@ -1,4 +1,4 @@
-"""Points that share a step of the curve and do not fit into memory: divided by halving their box."""
+"""Points on one step of the curve that do not fit into memory: divided by halving their box."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def in_halves(scratch: Scratch, names: list[str], most: int) -> Iterator[Columns
                 halves[half].append(f"{name}{half}")
                 save_columns(scratch, halves[half][-1], taken(columns, np.flatnonzero(chosen)))
         scratch.remove(name)
-    for half in halves:
-        yield from in_halves(scratch, half, most)
+    for part in halves:
+        yield from in_halves(scratch, part, most)
 
 
 def _longest_axis(scratch: Scratch, names: list[str]) -> int:

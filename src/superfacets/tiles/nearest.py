@@ -136,7 +136,9 @@ def _find_nearest(
         batch, ranges = ranges[: max(1, most // RANGE)], ranges[max(1, most // RANGE) :]
         is_open = _is_in_reach(own, members, lists, boxes[batch])
         if is_open.any():
-            others = _Points.joined([_read_range(store, place) for place in np.sort(batch).tolist()])
+            others = _Points.joined(
+                [_read_range(store, place) for place in np.sort(batch).tolist()]
+            )
             rows = np.flatnonzero(is_open)
             both = _Points.joined([own.take(rows), others])
             is_own = np.isin(both.places, own.places[rows])

@@ -14,6 +14,7 @@ from .store import TileStore
 __all__ = ["turn_normals"]
 
 Ints = npt.NDArray[np.int32]
+Longs = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
 PAIRS_AT_ONCE = 1 << 21
@@ -115,14 +116,15 @@ class _Components:
         begin, end = self._store.starts[tile : tile + 2]
         places = np.arange(begin, end, dtype=np.int32)
         is_apart = self._store.read(tile, "lowest") == NOT_COPIED
-        return places[(self._sets.roots(begin, end)[0] == places) & is_apart]
+        found: Ints = places[(self._sets.roots(begin, end)[0] == places) & is_apart]
+        return found
 
-    def _read(self, tile: int) -> tuple[Ints, npt.NDArray[np.bool_], Floats, Floats, Floats]:
+    def _read(self, tile: int) -> tuple[Longs, npt.NDArray[np.bool_], Floats, Floats, Floats]:
         """The component, whether a normal is to be turned, area, position and normal of points."""
         store = self._store
         roots, is_turned = self._sets.roots(*store.starts[tile : tile + 2])
         at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
-        components = np.searchsorted(self._first_places, roots[at])
+        components = np.searchsorted(self._first_places, roots[at]).astype(np.int64)
         arrays = [store.read(tile, name)[at] for name in ("areas", "positions", "normals")]
         return components, is_turned[at] != 0, arrays[0], arrays[1], arrays[2]
 

@@ -43,9 +43,7 @@ TiledSource: TypeAlias = (
 )
 """A file; a folder of files that share vertices by position; or arrays, as memory maps may be."""
 
-FOLDER_ENDINGS = tuple(
-    ending for ending in CELL_ENDINGS if ending not in (".npy", ".txt", ".csv")
-)
+FOLDER_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".npy", ".txt", ".csv"))
 """Others are as often labels, or anything else."""
 
 BLOCK = 1 << 24

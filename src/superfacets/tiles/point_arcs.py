@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..cells.weights import arc_weights
@@ -35,7 +34,9 @@ def find_point_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     sums: list[_Sums] = run(_weigh_tile, store, [(tile, rule) for tile in tiles])
     unit = _core.unit_of_lengths(sum(some.weights for some in sums))
     price_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
-    run(round_lengths, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles])
+    run(
+        round_lengths, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
+    )
     if rule.has_prices:
         jobs = [(tile, "prices", "price_lengths", price_unit, rule.n_threads) for tile in tiles]
         run(round_lengths, store, jobs)

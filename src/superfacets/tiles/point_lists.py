@@ -143,8 +143,9 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
     store.write(tile, "out_sources", sources[leaves])
     store.write(tile, "out_targets", targets[leaves])
     others, first = np.unique(tiles[leaves], return_index=True)
-    ends = [*first[1:].tolist(), len(leaves)]
-    return dict(zip(others.tolist(), zip(first.tolist(), ends, strict=True), strict=True))
+    ends = np.append(first, len(leaves))[1:]
+    ranges = zip(first.tolist(), ends.tolist(), strict=True)
+    return dict(zip(others.tolist(), ranges, strict=True))
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:

@@ -16,7 +16,7 @@ from .columns import Columns, joined_columns, load_columns, save_columns, taken
 from .faces import rows
 from .store import TileStore
 
-__all__ = ["Points", "PointCells"]
+__all__ = ["PointCells", "Points"]
 
 Ints = npt.NDArray[np.int32]
 Longs = npt.NDArray[np.int64]

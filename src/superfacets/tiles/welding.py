@@ -84,8 +84,7 @@ def _checked_block(
     if not is_finite.all():
         first = int(np.argmin(is_finite))
         raise MeshError(
-            f"{name}[{begin + first}] is not finite:"
-            f" {positions[first].astype(np.float64).tolist()}"
+            f"{name}[{begin + first}] is not finite: {positions[first].astype(np.float64).tolist()}"
         )
     return positions
 
