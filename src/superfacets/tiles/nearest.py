@@ -128,7 +128,7 @@ def _find_nearest(
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
     own = _Points.read(store, tile, 0, store.size(tile))
     lists = own.nearest(np.ones(len(own.numbers), bool), n_nearest, n_threads)
-    around = [own]
+    foreign = [own.take(np.empty(0, np.int64))]
     members = _members(store, tile, own)
     ranges = _ranges_in_reach(store, tile, members, lists, boxes)
     while len(ranges):
@@ -143,24 +143,30 @@ def _find_nearest(
             both = _Points.joined([own.take(rows), others])
             is_own = np.isin(both.places, own.places[rows])
             lists.merge(rows, both.nearest(is_own, n_nearest, n_threads))
-            around.append(others.take(np.flatnonzero(np.isin(others.numbers, lists.numbers[rows]))))
+            is_near = np.isin(others.places, lists.places[rows])
+            foreign.append(others.take(np.flatnonzero(is_near)))
     _write_lists(store, tile, own, lists)
     if wants_normals:
-        points = _Points.joined(around)
-        rows_of = _rows_of(points.numbers, lists.numbers)
-        centers = np.searchsorted(points.numbers, own.numbers).astype(np.int32)
-        normals = np.zeros((store.size(tile), 3))
-        normals[own.places - store.starts[tile]] = _core.directions_around(
-            points.positions, centers, rows_of.reshape(-1), n_threads
-        )
-        store.write(tile, "normals", normals)
+        _write_directions(store, tile, own, lists, _Points.joined(foreign), n_threads)
 
 
-def _rows_of(known: Ints, numbers: Ints) -> Ints:
-    """Where numbers are among those known, which ascend; -1 stays."""
-    at = np.searchsorted(known, numbers).astype(np.int32)
-    at[numbers < 0] = -1
-    return at
+def _write_directions(
+    store: TileStore, tile: int, own: _Points, lists: _Lists, foreign: _Points, n_threads: int
+) -> None:
+    """Write the direction in which the points around each vary least, as a normal."""
+    first, n_own = store.starts[tile], store.size(tile)
+    order = np.argsort(foreign.places)
+    rows = lists.places - np.int32(first)
+    is_foreign = (lists.places >= 0) & ((rows < 0) | (rows >= n_own))
+    rows[lists.places < 0] = -1
+    rows[is_foreign] = n_own + np.searchsorted(
+        foreign.places, lists.places[is_foreign], sorter=order
+    )
+    positions = np.concatenate([store.read(tile, "positions"), foreign.positions[order]])
+    at = own.places - np.int32(first)
+    normals = np.zeros((n_own, 3))
+    normals[at] = _core.directions_around(positions, at, rows.reshape(-1), n_threads)
+    store.write(tile, "normals", normals)
 
 
 def _write_lists(store: TileStore, tile: int, own: _Points, lists: _Lists) -> None:
@@ -246,13 +252,14 @@ def _cut_off(store: TileStore, tile: int) -> None:
     """Drop neighbors that are too far away, and write areas without them."""
     found, squared = store.read(tile, "found"), store.read(tile, "squared")
     areas = store.read(tile, "all_areas")
-    ghosts = np.unique(found[found >= 0])
-    is_own = (ghosts >= store.starts[tile]) & (ghosts < store.starts[tile + 1])
-    of_ghosts = np.empty(len(ghosts))
-    of_ghosts[is_own] = areas[ghosts[is_own] - store.starts[tile]]
-    of_ghosts[~is_own] = store.read_at("all_areas", ghosts[~is_own])
     others = np.zeros(found.shape)
-    others[found >= 0] = of_ghosts[np.searchsorted(ghosts, found[found >= 0])]
+    at = found - np.int32(store.starts[tile])
+    is_own = (found >= 0) & (at >= 0) & (at < len(areas))
+    others[is_own] = areas[at[is_own]]
+    is_ghost = (found >= 0) & ~is_own
+    ghosts = np.unique(found[is_ghost])
+    of_ghosts = store.read_at("all_areas", ghosts)
+    others[is_ghost] = of_ghosts[np.searchsorted(ghosts, found[is_ghost])]
     is_dropped = squared > CUTOFF * CUTOFF * np.minimum(areas[:, None], others)
     found[is_dropped] = -1
     squared[is_dropped] = np.inf

@@ -73,22 +73,24 @@ def _write_rim(store: TileStore, tile: int) -> None:
 
 def _with_rings(store: TileStore, tile: int) -> Points:
     """The points of a tile, and those around it; the outermost without arcs."""
+    first, end = store.starts[tile], store.starts[tile + 1]
     parts = [_read_points(store, tile)]
-    known = parts[0].columns["places"]
+    known = np.empty(0, np.int32)  # of other tiles
     for ring in range(RINGS):
-        places = np.setdiff1d(parts[-1].arcs["targets"], known)
+        targets = parts[-1].arcs["targets"]
+        places = np.setdiff1d(targets[(targets < first) | (targets >= end)], known)
+        if not len(places):
+            break
         tiles = store.tiles_of(places)
         found = [
             Points.load(store, other, "rim", NAMES).at(places[tiles == other])
             for other in np.unique(tiles).tolist()
         ]
-        if not found:
-            break
         points = Points.joined(found)
         if ring == RINGS - 1:
             points = Points(points.columns, np.zeros_like(points.offsets), _NO_ARCS)
         parts.append(points)
-        known = np.union1d(known, places)
+        known = np.concatenate([known, places])
     return Points.joined(parts)
 
 

@@ -171,8 +171,12 @@ def _share_areas(store: TileStore, tile: int) -> None:
     areas = store.read(tile, "areas")
     if store.has(tile, "place_of_lowest"):
         offsets, targets = store.read(tile, "list_offsets"), store.read(tile, "list_targets")
-        places, at = np.unique(targets, return_inverse=True)
-        is_copy = (store.read_at("lowest", places) != NOT_COPIED)[at.reshape(-1)]
+        at = targets - np.int32(store.starts[tile])
+        is_own = (at >= 0) & (at < len(areas))
+        is_copy = np.zeros(len(targets), bool)
+        is_copy[is_own] = store.read(tile, "lowest")[at[is_own]] != NOT_COPIED
+        ghosts, which = np.unique(targets[~is_own], return_inverse=True)
+        is_copy[~is_own] = (store.read_at("lowest", ghosts) != NOT_COPIED)[which.reshape(-1)]
         before = np.append(0, np.cumsum(is_copy))
         areas /= 1 + before[offsets[1:]] - before[offsets[:-1]]
     store.write(tile, "measures", areas)
