@@ -34,7 +34,7 @@ from .cloud_reading import (
 from .reading import ArrayRows, MeshPieces, RecordRows, Rows, ply_pieces
 from .scratch import Scratch, write_all
 
-__all__ = ["TiledSource", "files_of", "open_pieces"]
+__all__ = ["TiledSource", "files_of", "holds_points", "open_pieces"]
 
 Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 Pieces: TypeAlias = MeshPieces | CloudPieces
@@ -99,6 +99,13 @@ def files_of(path: Path) -> list[Path]:
     if not found:
         raise FileNotFoundError(f"{path}: no file in it ends in {', '.join(FOLDER_ENDINGS)}")
     return found
+
+
+def holds_points(path: Path) -> bool:
+    """Whether the file, or the first one in the folder, is a point cloud."""
+    first = files_of(path)[0]
+    ending = cell_ending(first)
+    return holds_cloud(_read_header(first)[1] if ending == ".ply" else b"", ending)
 
 
 def _opened(path: Path, scratch: Scratch) -> Pieces:

@@ -1,4 +1,4 @@
-"""From a mesh larger than memory to its superfacets: all stages in a row, tile by tile."""
+"""From a mesh or cloud larger than memory to superfacets: all stages in a row, tile by tile."""
 
 from __future__ import annotations
 
@@ -90,30 +90,32 @@ def segment_tiled(
 ) -> Segmentation:
     """Label every face of a mesh that need not fit into memory, as `segment` does, face for face.
 
-    The faces are sorted along a space-filling curve on the disk, and cut into tiles. Coarse cells
-    are made tile by tile, the loop runs on the graph of these in memory, and the faces are labeled
-    tile by tile again: paths that leave a tile go on in the next one, until none is left that
-    improves another. Borders are made straight in a mesh of the faces around them.
+    Of a point cloud, every point. The faces are sorted along a space-filling curve on the disk, and
+    cut into tiles. Coarse cells are made tile by tile, the loop runs on the graph of these in
+    memory, and the faces are labeled tile by tile again: paths that leave a tile go on in the next
+    one, until none is left that improves another. Borders are made straight in a mesh of the faces
+    around them.
 
     Parameters
     ----------
-    source : path, Mesh, PolygonMesh or (vertices, faces) pair
-        A file; a folder of files, whose meshes share vertices by position; or arrays, which may be
-        memory maps. Faces are numbered through all files of a folder, in the order of their
-        names.
+    source : path, Mesh, PolygonMesh, PointCloud, (N, 3) array or (vertices, faces) pair
+        A file; a folder of files, of meshes that share vertices by position, or of clouds; or
+        arrays, which may be memory maps. Faces, or points, are numbered through all files of a
+        folder, in the order of their names.
     n_segments, radius, alpha, eta_convex, ridges, radius_factor
         As for `segment`.
     max_num_iter, tol, islands, smooth, weld
         As for `segment`.
     weights : {"creases", "superfacets", "stk02"}
-        As for `segment`, by name.
+        As for `segment`, by name; the last for meshes.
     init : {"geodesic", "farthest", "flood", "grid"}
         As for `segment`, by name.
     tile_size : int, default 524288
-        Faces of a tile; rounded up to a multiple of 4096. The labels do not depend on it.
+        Faces or points of a tile; rounded up to a multiple of 4096. The labels do not depend on
+        it.
     scratch : path, optional
-        Folder with some 250 bytes of room per face; by default that of temporary files. What is
-        written there is removed in the end.
+        Folder with some 250 bytes of room per face, or 400 per point; by default that of temporary
+        files. What is written there is removed in the end.
     out : path, optional
         A ``.npy`` file for the labels.
     workers : int, default 1
@@ -140,7 +142,7 @@ def segment_tiled(
     Raises
     ------
     MeshError
-        If the mesh is not valid, or a file is damaged.
+        If the mesh or the cloud is not valid, or a file is damaged; or if a folder holds both.
     OSError
         If a file cannot be read or written, or the disk has too little room.
     MissingExtraError
@@ -151,7 +153,8 @@ def segment_tiled(
     Notes
     -----
     Memory: about 500 bytes per face of a tile, 10 bytes per face of the mesh for the graph of
-    coarse cells, 4 for the labels, and what a mesh of the faces around borders takes. With
+    coarse cells, 4 for the labels (8 for those of points), and what a mesh of the faces around
+    borders takes. With
     `radius_factor` a tile comes with all faces within four radii of it. Where regions have less
     than about a hundred faces the graph of all faces is in memory, 150 bytes a face; so it is if
     the loop runs on all faces (with `radius_factor`, ``tol=0``, ``max_num_iter`` 0 or 1) and seeds
