@@ -45,8 +45,8 @@ def sampled(n_points, seed=0):
 
 @pytest.fixture(scope="module")
 def ball():
-    """12,000 points: 3 tiles of 4,096."""
-    return sampled(12_000)
+    """9,000 points: 3 tiles of 4,096."""
+    return sampled(9_000)
 
 
 def with_copies(points, seed=0):
@@ -82,13 +82,23 @@ def test_given_normals(ball, tmp_path, options):
     check(PointCloud(with_copies(ball), with_copies(vectors, seed=1)), 12, tmp_path)
 
 
-@pytest.mark.parametrize(("n_points", "n_tiles"), [(8_000, 2), (28_000, 7), (262_144, 64)])
-def test_2_and_7_and_64_tiles(tmp_path, n_points, n_tiles):
+@pytest.mark.parametrize(
+    ("n_points", "n_tiles", "options"),
+    [
+        (8_000, 2, {}),
+        (8_000, 2, {**PAPER}),
+        (28_000, 7, {}),
+        (28_000, 7, {**PAPER}),
+        (262_144, 64, {}),
+    ],
+    ids=str,
+)
+def test_2_and_7_and_64_tiles(tmp_path, n_points, n_tiles, options):
     cloud = PointCloud(sampled(n_points))
     passes = set()
-    wanted = sf.segment(cloud, 30)
+    wanted = sf.segment(cloud, 30, **options)
     found = segment_tiled(
-        cloud, 30, tile_size=4096, scratch=tmp_path, on_tile=lambda _, n: passes.add(n)
+        cloud, 30, **options, tile_size=4096, scratch=tmp_path, on_tile=lambda _, n: passes.add(n)
     )
     assert n_tiles in passes
     assert np.array_equal(found.labels, wanted.labels)
@@ -247,5 +257,5 @@ def test_weights_of_meshes(ball, tmp_path):
 
 def test_too_many_points(monkeypatch, ball, tmp_path):
     monkeypatch.setattr("superfacets.tiles.cloud_sorting.MAX_CELLS", 9)
-    with pytest.raises(MeshError, match="the cloud has 12000 points; at most 9 are supported"):
+    with pytest.raises(MeshError, match="the cloud has 9000 points; at most 9 are supported"):
         segment_tiled(ball, 12, scratch=tmp_path)

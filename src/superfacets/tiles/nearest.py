@@ -10,9 +10,10 @@ import numpy.typing as npt
 from .. import _core
 from ..cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
 from .cloud_sorting import NOT_COPIED, SortedCloud
+from .faces import is_among
 from .store import RANGE, Run, TileStore
 
-__all__ = ["find_neighbors"]
+__all__ = ["find_neighbors", "is_in"]
 
 Ints = npt.NDArray[np.int32]
 Longs = npt.NDArray[np.int64]
@@ -141,10 +142,10 @@ def _find_nearest(
             )
             rows = np.flatnonzero(is_open)
             both = _Points.joined([own.take(rows), others])
-            is_own = np.isin(both.places, own.places[rows])
-            lists.merge(rows, both.nearest(is_own, n_nearest, n_threads))
-            is_near = np.isin(others.places, lists.places[rows])
-            foreign.append(others.take(np.flatnonzero(is_near)))
+            lists.merge(rows, both.nearest(is_in(store, tile, both.places), n_nearest, n_threads))
+            found = lists.places[rows]
+            found = np.unique(found[~is_in(store, tile, found)])
+            foreign.append(others.take(np.flatnonzero(is_among(others.places, found))))
     _write_lists(store, tile, own, lists)
     if wants_normals:
         _write_directions(store, tile, own, lists, _Points.joined(foreign), n_threads)
@@ -157,7 +158,7 @@ def _write_directions(
     first, n_own = store.starts[tile], store.size(tile)
     order = np.argsort(foreign.places)
     rows = lists.places - np.int32(first)
-    is_foreign = (lists.places >= 0) & ((rows < 0) | (rows >= n_own))
+    is_foreign = (lists.places >= 0) & ~is_in(store, tile, lists.places)
     rows[lists.places < 0] = -1
     rows[is_foreign] = n_own + np.searchsorted(
         foreign.places, lists.places[is_foreign], sorter=order
@@ -192,6 +193,11 @@ def _areas_around(squared: Floats) -> Floats:
     areas = np.zeros(len(squared))
     np.divide(2.0 * np.pi * sums, counts * (counts + 1.0), out=areas, where=counts > 0)
     return areas
+
+
+def is_in(store: TileStore, tile: int, places: Ints) -> npt.NDArray[np.bool_]:
+    """Whether each place is in a tile."""
+    return np.asarray((places >= store.starts[tile]) & (places < store.starts[tile + 1]))
 
 
 def _members(store: TileStore, tile: int, own: _Points) -> list[Longs]:
@@ -253,9 +259,8 @@ def _cut_off(store: TileStore, tile: int) -> None:
     found, squared = store.read(tile, "found"), store.read(tile, "squared")
     areas = store.read(tile, "all_areas")
     others = np.zeros(found.shape)
-    at = found - np.int32(store.starts[tile])
-    is_own = (found >= 0) & (at >= 0) & (at < len(areas))
-    others[is_own] = areas[at[is_own]]
+    is_own = is_in(store, tile, found)
+    others[is_own] = areas[found[is_own] - store.starts[tile]]
     is_ghost = (found >= 0) & ~is_own
     ghosts = np.unique(found[is_ghost])
     of_ghosts = store.read_at("all_areas", ghosts)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .cloud_sorting import NOT_COPIED
+from .nearest import is_in
 from .store import TileStore
 
 __all__ = ["turn_normals"]
@@ -52,7 +53,7 @@ def turn_normals(store: TileStore) -> None:
 
 def _normal_tile(store: TileStore, tile: int) -> _NormalTile:
     near, first, n_own = store.read(tile, "near"), store.starts[tile], store.size(tile)
-    is_own = (near >= first) & (near < first + n_own)
+    is_own = is_in(store, tile, near)
     is_ghost = (near >= 0) & ~is_own
     ghosts = np.unique(near[is_ghost])
     rows = np.full(near.shape, -1, np.int32)

@@ -10,6 +10,7 @@ from .. import _core
 from ..cells.weights import arc_weights
 from .arcs import ArcFacts, WeightRule, prices_of, round_lengths, write_arcs
 from .faces import rows
+from .nearest import is_in
 from .points import PointCells, Points
 from .store import Run, TileStore
 
@@ -73,12 +74,11 @@ def _write_rim(store: TileStore, tile: int) -> None:
 
 def _with_rings(store: TileStore, tile: int) -> Points:
     """The points of a tile, and those around it; the outermost without arcs."""
-    first, end = store.starts[tile], store.starts[tile + 1]
     parts = [_read_points(store, tile)]
     known = np.empty(0, np.int32)  # of other tiles
     for ring in range(RINGS):
         targets = parts[-1].arcs["targets"]
-        places = np.setdiff1d(targets[(targets < first) | (targets >= end)], known)
+        places = np.setdiff1d(targets[~is_in(store, tile, targets)], known)
         if not len(places):
             break
         tiles = store.tiles_of(places)
@@ -105,7 +105,7 @@ def _weigh_tile(store: TileStore, tile: int, rule: WeightRule) -> _Sums:
     at = np.empty(len(points), np.int64)  # the cell of each point
     at[cells.order] = np.arange(len(points))
     places = points.columns["places"]
-    own = at[(places >= store.starts[tile]) & (places < store.starts[tile + 1])]
+    own = at[is_in(store, tile, places)]
     offsets, arcs = rows(surface.offsets, own)
     neighbors = places[cells.order[surface.neighbors[arcs]]].astype(np.int64)
     write_arcs(store, tile, offsets, neighbors)

@@ -53,7 +53,8 @@ class PointBand:
         """Add so many rings of points behind those of the edge that are near some points."""
         front = self.points.take(np.flatnonzero(self._touching(around) & self._is_edge()))
         for _ in range(RINGS):
-            missing = np.setdiff1d(front.arcs["targets"], self.points.columns["places"])
+            targets = front.arcs["targets"]
+            missing = np.unique(targets[~is_among(targets, self.points.columns["places"])])
             if not len(missing):
                 return
             front = self._read(missing)

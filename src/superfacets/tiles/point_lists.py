@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .. import _core
 from .cloud_reading import CloudPieces
 from .cloud_sorting import NOT_COPIED, SortedCloud, sort_cloud
-from .nearest import find_neighbors
+from .nearest import find_neighbors, is_in
 from .normals import turn_normals
 from .scratch import Scratch
 from .store import Job, Run, TileStore
@@ -152,7 +152,7 @@ def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> 
     """Write the lists of a tile; `entering` tells where pairs of other tiles lead here."""
     sources, targets = _pairs(store, tile)
     first = store.starts[tile]
-    is_own = (targets >= first) & (targets < first + store.size(tile))
+    is_own = is_in(store, tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
     for other, begin, end in entering:
         found = [
@@ -171,10 +171,10 @@ def _share_areas(store: TileStore, tile: int) -> None:
     areas = store.read(tile, "areas")
     if store.has(tile, "place_of_lowest"):
         offsets, targets = store.read(tile, "list_offsets"), store.read(tile, "list_targets")
-        at = targets - np.int32(store.starts[tile])
-        is_own = (at >= 0) & (at < len(areas))
+        is_own = is_in(store, tile, targets)
         is_copy = np.zeros(len(targets), bool)
-        is_copy[is_own] = store.read(tile, "lowest")[at[is_own]] != NOT_COPIED
+        at = targets[is_own] - store.starts[tile]
+        is_copy[is_own] = store.read(tile, "lowest")[at] != NOT_COPIED
         ghosts, which = np.unique(targets[~is_own], return_inverse=True)
         is_copy[~is_own] = (store.read_at("lowest", ghosts) != NOT_COPIED)[which.reshape(-1)]
         before = np.append(0, np.cumsum(is_copy))
