@@ -58,7 +58,7 @@ class SortedCloud:
     n_apart : int
         Number of different positions.
     boxes : ndarray of float64, shape (R, 2, 3)
-        Around each range of `RANGE` places, in the order of places.
+        Around each range of `RANGE` places, in the order of places; without copies.
     has_normals : bool
     """
 
@@ -284,5 +284,11 @@ def _write_tile(store: TileStore, tile: int, parts: list[Part]) -> npt.NDArray[n
     columns = joined_columns(found)
     for name, column in columns.items():
         store.write(tile, name, column)
-    positions = columns["positions"]
-    return np.stack([box_of(positions[at : at + RANGE]) for at in range(0, len(positions), RANGE)])
+    return np.stack([_box_of_range(columns, at) for at in range(0, end - begin, RANGE)])
+
+
+def _box_of_range(columns: Columns, first: int) -> npt.NDArray[np.float64]:
+    """The box around the points of a range that are no copies; infinitely far if there are none."""
+    is_apart = columns["lowest"][first : first + RANGE] == NOT_COPIED
+    positions = columns["positions"][first : first + RANGE][is_apart]
+    return box_of(positions) if len(positions) else np.array([[np.inf] * 3, [-np.inf] * 3])

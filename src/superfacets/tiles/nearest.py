@@ -20,6 +20,10 @@ Longs = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
 
+ROWS_AT_ONCE = 1 << 16
+"""Lists of neighbors that are merged at a time, 1 KB each."""
+
+
 def find_neighbors(cloud: SortedCloud, tile_cells: int, run: Run, n_threads: int) -> None:
     """Write the nearest neighbors of the points of all tiles, as in memory.
 
@@ -53,6 +57,10 @@ class _Lists:
     squared: Floats
     numbers: Ints
     places: Ints
+
+    def take(self, rows: slice) -> _Lists:
+        """Some rows."""
+        return _Lists(self.squared[rows], self.numbers[rows], self.places[rows])
 
     def merge(self, rows: Longs, others: _Lists) -> None:
         """Take the nearest of some rows and of others; a point may be in both."""
@@ -142,7 +150,10 @@ def _find_nearest(
             )
             rows = np.flatnonzero(is_open)
             both = _Points.joined([own.take(rows), others])
-            lists.merge(rows, both.nearest(is_in(store, tile, both.places), n_nearest, n_threads))
+            nearer = both.nearest(is_in(store, tile, both.places), n_nearest, n_threads)
+            for begin in range(0, len(rows), ROWS_AT_ONCE):
+                some = slice(begin, begin + ROWS_AT_ONCE)
+                lists.merge(rows[some], nearer.take(some))
             found = lists.places[rows]
             found = np.unique(found[~is_in(store, tile, found)])
             foreign.append(others.take(np.flatnonzero(is_among(others.places, found))))
