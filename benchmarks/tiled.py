@@ -250,7 +250,7 @@ def _count_faces(mesh: Path, folder: Path) -> int:
     from superfacets.tiles.scratch import scratch_folder
 
     with scratch_folder(folder) as scratch:
-        return open_pieces(mesh, scratch, for_workers=True).n_faces
+        return open_pieces(mesh, scratch, for_workers=True).n_cells
 
 
 @commands.command("plan")

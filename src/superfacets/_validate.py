@@ -336,11 +336,14 @@ def checked_queries(points: Any) -> npt.NDArray[np.float64]:
     return array
 
 
-def checked_normals(normals: Any, n_points: int) -> npt.NDArray[np.float64]:
-    """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong."""
+def checked_normals(normals: Any, n_points: int, first: int = 0) -> npt.NDArray[np.float64]:
+    """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong.
+
+    `first` is the number of the first one.
+    """
     array = owned(exact_doubles(_rows(normals, "normals", n_points)), np.float64)
     if not np.isfinite(array).all():
-        _raise_not_finite(array, "normals")
+        _raise_not_finite(array, "normals", first)
     largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # lengths then do not overflow
     np.divide(array, largest, out=array, where=largest > 0)
     lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
@@ -375,9 +378,9 @@ def _rows(value: Any, name: str, n_rows: int | None = None) -> npt.NDArray[Any]:
     return array
 
 
-def _raise_not_finite(rows: npt.NDArray[np.float64], name: str) -> None:
-    first = int(np.argmin(np.isfinite(rows).all(axis=1)))
-    raise MeshError(f"{name}[{first}] is not finite: {rows[first].tolist()}")
+def _raise_not_finite(rows: npt.NDArray[np.float64], name: str, first: int = 0) -> None:
+    wrong = int(np.argmin(np.isfinite(rows).all(axis=1)))
+    raise MeshError(f"{name}[{first + wrong}] is not finite: {rows[wrong].tolist()}")
 
 
 def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -12,7 +12,7 @@ import pytest
 import shapes
 from command_line import COMMAND, files_in
 
-from superfacets import Mesh, read_mesh, sample_mesh, segment, write_mesh
+from superfacets import Mesh, PointCloud, read_mesh, sample_mesh, segment, write_mesh
 from superfacets.cli.tiled import TileBar
 
 
@@ -154,3 +154,21 @@ def test_a_bar_shows_the_stage_and_the_tiles(monkeypatch):
     with TileBar("bear.ply", is_quiet=True) as bar:
         bar.on_tile(1, 2)
     assert sys.stderr.getvalue() == ""
+
+
+def test_point_clouds(run, tmp_path):
+    points = np.random.default_rng(0).normal(size=(9_000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    path, out = tmp_path / "scan.npy", tmp_path / "labels.npy"
+    np.save(path, points)
+    status, printed, err = run("segment", path, "-n", 9, "--tiled", "--tile-size", 4096, "-o", out)
+    assert (status, err) == (0, "")
+    assert np.array_equal(np.load(out), segment(points, 9).labels)
+    assert "scan.npy: 9000 points, 9 regions, " in printed
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    write_mesh(folder / "a.ply", PointCloud(points))
+    write_mesh(folder / "b.ply", sample_mesh(3_000))
+    status, _, err = run("segment", folder, "-n", 9, "--tiled", "-o", out)
+    message = "the folder holds meshes and point clouds: take one kind at a time"
+    assert (status, err) == (1, f"superfacets: error: {folder}: {message}\n")

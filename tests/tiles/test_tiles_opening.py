@@ -5,7 +5,7 @@ import pytest
 from shapes import cube, strip, together
 
 import superfacets as sf
-from superfacets import Mesh, MeshError, PolygonMesh
+from superfacets import Mesh, MeshError, PointCloud, PolygonMesh
 from superfacets.tiles import opening
 from superfacets.tiles.opening import open_pieces
 from superfacets.tiles.reading import ArrayRows, RecordRows
@@ -163,16 +163,16 @@ def test_files_that_are_not_there_or_hold_nothing_are_named(scratch, tmp_path):
         (tmp_path / "a.obj").write_text(text)
         with pytest.raises(MeshError, match=message):
             open_pieces(tmp_path / "a.obj", scratch, for_workers=False)
-    (tmp_path / "a.xyz").write_text("0 0 0\n")
-    with pytest.raises(MeshError, match=r"a\.xyz: expected the ending"):
-        open_pieces(tmp_path / "a.xyz", scratch, for_workers=False)
+    (tmp_path / "a.doc").write_text("0 0 0\n")
+    with pytest.raises(MeshError, match=r"a\.doc: expected the ending"):
+        open_pieces(tmp_path / "a.doc", scratch, for_workers=False)
 
 
 def test_tetrahedra_are_refused(scratch, tmp_path):
     pytest.importorskip("meshio")
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     sf.write_mesh(tmp_path / "a.vtu", sf.TetMesh(points, [[0, 1, 2, 3]]))
-    with pytest.raises(MeshError, match="tiles are of faces, and this holds tetrahedra"):
+    with pytest.raises(MeshError, match=r"a\.vtu: tiles are of faces or points, and"):
         open_pieces(tmp_path / "a.vtu", scratch, for_workers=False)
 
 
@@ -192,3 +192,148 @@ def test_a_ply_that_is_cut_or_damaged_is_named(bear, scratch, tmp_path):
     pieces = open_pieces(path, scratch, for_workers=False)
     with pytest.raises(MeshError, match=rf"faces\[{bear.n_faces - 5}\] has 2 corners"):
         pieces.faces(0, bear.n_faces)
+
+
+@pytest.fixture
+def cloud():
+    """Points with normals, in numbers that float32 holds."""
+    points = np.random.default_rng(0).random((500, 3)).astype(np.float32)
+    return PointCloud(points, (points - 0.5).astype(np.float32))
+
+
+def check_cloud(source, scratch, wanted, *, for_workers=True, step=7):
+    pieces = open_pieces(source, scratch, for_workers=for_workers)
+    assert pieces.n_points == pieces.n_cells == wanted.n_points
+
+    def read(rows):
+        steps = range(0, rows.n_rows, step)
+        return np.concatenate([rows.read(at, min(at + step, rows.n_rows)) for at in steps])
+
+    assert np.array_equal(read(pieces.points), wanted.points)
+    assert read(pieces.points).dtype == np.float64
+    assert (pieces.normals is None) == (wanted.normals is None)
+    if wanted.normals is not None:
+        assert np.array_equal(read(pieces.normals), wanted.normals)
+    return pieces
+
+
+@pytest.mark.parametrize("name", ["a.ply", "a.xyz", "a.npy"])
+def test_files_of_points(cloud, scratch, tmp_path, name):
+    path = tmp_path / name
+    if name == "a.npy":
+        np.save(path, cloud.points)
+    elif name == "a.xyz":
+        np.savetxt(path, np.hstack([cloud.points, cloud.normals]))
+    else:
+        sf.write_mesh(path, cloud)
+    check_cloud(path, scratch, sf.read_cloud(path))
+
+
+def ply_of_points(path, columns, ending="<", body=None):
+    """Write a binary PLY file with a vertex element of these columns, behind another element."""
+    kind = {"f": "float", "d": "double"}
+    table = np.rec.fromarrays([array for _, array in columns], names=[n for n, _ in columns])
+    order = "little" if ending == "<" else "big"
+    lines = ["ply", f"format binary_{order}_endian 1.0", "element camera 1", "property float f"]
+    lines += [f"element vertex {len(table)}"]
+    lines += [f"property {kind[array.dtype.char]} {name}" for name, array in columns]
+    lines += ["element face 0", "property list uchar int vertex_indices", "end_header", ""]
+    content = table.astype(table.dtype.newbyteorder(ending)).tobytes() if body is None else body
+    path.write_bytes("\n".join(lines).encode() + np.zeros(1, np.float32).tobytes() + content)
+
+
+@pytest.mark.parametrize("ending", ["<", ">"])
+def test_binary_plys_of_points_are_read_where_they_are(cloud, scratch, tmp_path, ending):
+    path = tmp_path / "a.ply"
+    axes = dict(zip("xyz", cloud.points.T, strict=True))
+    vectors = dict(zip(("nx", "ny", "nz"), 3 * cloud.normals.T.astype(np.float32), strict=True))
+    ply_of_points(path, [("z", axes["z"]), *vectors.items(), ("y", axes["y"]), ("x", axes["x"])],
+                  ending)  # fmt: skip
+    pieces = check_cloud(path, scratch, sf.read_cloud(path))
+    assert isinstance(pieces.points.rows, RecordRows)
+    assert pieces.points.rows.path == path
+
+
+def test_plys_that_cannot_be_read_in_pieces_are_read_whole(cloud, scratch, tmp_path):
+    path = tmp_path / "a.ply"
+    lines = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+    path.write_text(lines + "property float z\nend_header\n0 0 0\n1 0 0\n")
+    check_cloud(path, scratch, sf.read_cloud(path))
+    columns = list(zip("xyz", cloud.points.T, strict=True))
+    ply_of_points(path, [*columns, ("f", cloud.points[:, 0]), ("w", cloud.points[:, 0])])
+    content = path.read_bytes()
+    path.write_bytes(content.replace(b"property double w", b"property double f"))
+    check_cloud(path, scratch, sf.read_cloud(path))  # two columns of one name
+    path.write_bytes(content.replace(b"property float f", b"property list uchar int f"))
+    with pytest.raises(MeshError, match=r"a\.ply: "):  # the list before the points eats into them
+        open_pieces(path, scratch, for_workers=False)
+    path.write_bytes(content[:-5])
+    with pytest.raises(MeshError, match=r"a\.ply: .* cut"):
+        open_pieces(path, scratch, for_workers=False)
+    path.write_text("ply\nformat binary_little_endian 1.0\nend_header\n")
+    with pytest.raises(MeshError, match=r"a\.ply: .* no vertices"):
+        open_pieces(path, scratch, for_workers=False)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64, ">f8", np.int32])
+def test_npy_files_are_read_where_they_are(scratch, tmp_path, dtype):
+    path = tmp_path / "a.npy"
+    points = np.arange(90).reshape(-1, 3).astype(dtype)
+    np.save(path, points)
+    pieces = check_cloud(path, scratch, PointCloud(points))
+    assert pieces.points.rows.path == path
+    np.save(path, np.asfortranarray(points))
+    check_cloud(path, scratch, PointCloud(points))
+    np.save(path, np.hstack([points, np.tile(np.array([0, 0, 1], dtype), (30, 1))]))
+    check_cloud(path, scratch, sf.read_cloud(path))  # colors
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(MeshError, match=r"a\.npy: .* is the file cut"):
+        open_pieces(path, scratch, for_workers=False)
+
+
+@pytest.mark.parametrize("for_workers", [False, True])
+def test_arrays_of_points(cloud, scratch, tmp_path, for_workers):
+    np.save(tmp_path / "a.npy", cloud.points.astype(np.float32))
+    mapped = np.load(tmp_path / "a.npy", mmap_mode="r")
+    bare = PointCloud(cloud.points)
+    check_cloud(mapped, scratch, bare, for_workers=for_workers)
+    check_cloud(cloud, scratch, cloud, for_workers=for_workers)
+    pieces = open_pieces(mapped, scratch, for_workers=for_workers)
+    assert isinstance(pieces.points.rows, RecordRows if for_workers else ArrayRows)
+
+
+@pytest.mark.parametrize("shape", [(4,), (4, 2), (4, 3, 1)])
+def test_arrays_that_are_no_points(scratch, shape):
+    with pytest.raises(MeshError, match=r"points must be numbers of shape \(N, 3\)"):
+        open_pieces(np.zeros(shape), scratch, for_workers=False)
+    with pytest.raises(MeshError, match="the cloud has no points"):
+        open_pieces(np.zeros((0, 3)), scratch, for_workers=False)
+
+
+def test_a_folder_of_clouds(cloud, scratch, tmp_path):
+    folder = tmp_path / "clouds"
+    folder.mkdir()
+    sf.write_mesh(folder / "b.ply", cloud)
+    sf.write_mesh(folder / "a.ply", cloud)
+    (folder / "labels.npy").write_bytes(b"of an earlier run")
+    pieces = open_pieces(folder, scratch, for_workers=True)
+    one = sf.read_cloud(folder / "a.ply")
+    assert np.array_equal(pieces.points.read(400, 600), np.roll(one.points, 100, axis=0)[:200])
+    assert np.array_equal(pieces.normals.read(400, 600), np.roll(one.normals, 100, axis=0)[:200])
+    sf.write_mesh(folder / "c.ply", PointCloud(cloud.points))
+    with pytest.raises(MeshError, match="some point clouds of the folder have normals"):
+        open_pieces(folder, scratch, for_workers=False)
+    sf.write_mesh(folder / "c.ply", cube())
+    with pytest.raises(MeshError, match="the folder holds meshes and point clouds"):
+        open_pieces(folder, scratch, for_workers=False)
+
+
+def test_normals_that_are_not_finite_are_named(cloud, scratch, tmp_path):
+    vectors = cloud.normals.astype(np.float32)
+    vectors[321, 1] = np.nan
+    columns = [*zip("xyz", cloud.points.T, strict=True)]
+    columns += zip(("nx", "ny", "nz"), vectors.T, strict=True)
+    ply_of_points(tmp_path / "a.ply", columns)
+    pieces = open_pieces(tmp_path / "a.ply", scratch, for_workers=False)
+    with pytest.raises(MeshError, match=r"normals\[321\] is not finite"):
+        pieces.normals.read(300, 400)

@@ -16,6 +16,7 @@
 #include "cells/part_weights.hpp"
 #include "cells/point_graph.hpp"
 #include "cells/point_surface.hpp"
+#include "cells/point_tiles.hpp"
 #include "cells/polygon_graph.hpp"
 #include "cells/polygon_surface.hpp"
 #include "cells/ray_thickness.hpp"
@@ -24,6 +25,7 @@
 #include "cells/tet_graph.hpp"
 #include "cells/tet_surface.hpp"
 #include "cells/triangle_surface.hpp"
+#include "cells/turning.hpp"
 #include "cells/weights.hpp"
 
 namespace superfacets {
@@ -433,6 +435,90 @@ auto bind_morton_codes(const Rows<double>& positions, const std::tuple<double, d
                           [&](ThreadTeam& team) { return morton_codes(input, bounds, team); }));
 }
 
+auto bind_order_within_steps(const Rows<double>& positions, const Array<std::uint32_t>& codes,
+                             int n_threads) {
+  const auto input = std::pair(points(positions), view(codes));
+  return to_numpy(on_team(input.first.size(), n_threads, [&](ThreadTeam& team) {
+    return order_within_steps(input.first, input.second, BoxTree::kLeaf, team);
+  }));
+}
+
+auto bind_nearest_in_part(const Rows<double>& positions, const Array<std::uint8_t>& is_wanted,
+                          int n_nearest, int n_threads) {
+  const auto input = std::pair(points(positions), view(is_wanted));
+  NearestRows found = on_team(input.first.size(), n_threads, [&](ThreadTeam& team) {
+    return nearest_in_part(input.first, input.second, static_cast<std::size_t>(n_nearest), team);
+  });
+  return std::tuple(to_numpy(std::move(found.points)), to_numpy(std::move(found.squared)));
+}
+
+auto bind_directions_around(const Rows<double>& positions, const Array<Cell>& centers,
+                            const Array<Cell>& rows, int n_threads) {
+  const auto input = points(positions);
+  const auto around = std::pair(view(centers), view(rows));
+  return to_numpy(on_team(around.first.size(), n_threads, [&](ThreadTeam& team) {
+    return directions_around(input, around.first, around.second, team);
+  }));
+}
+
+auto bind_sorted_lists(Cell n_cells, const Array<Cell>& sources, const Array<Place>& targets) {
+  const auto pairs = std::pair(view(sources), view(targets));
+  SortedLists lists = without_gil([&] { return sorted_lists(n_cells, pairs.first, pairs.second); });
+  return std::tuple(to_numpy(std::move(lists.offsets)), to_numpy(std::move(lists.targets)));
+}
+
+NormalTile normal_tile(const Table<Place>& rows, const Array<Place>& places,
+                       const Array<Cell>& cells, const Rows<double>& normals) {
+  return {{{rows.data(), rows.size()}, rows.shape(1)}, view(places), view(cells), points(normals)};
+}
+
+void bind_join_alike(TurnedSets& sets, const Table<Place>& rows, const Array<Place>& places,
+                     const Array<Cell>& cells, const Rows<double>& normals) {
+  const NormalTile tile = normal_tile(rows, places, cells, normals);
+  without_gil([&] { join_alike(sets, tile); });
+}
+
+// Costs of the pairs, their four numbers in a row, and whether normals are opposite.
+auto bind_pairs_apart(TurnedSets& sets, const Table<Place>& rows, const Array<Place>& places,
+                      const Array<Cell>& cells, const Rows<double>& normals) {
+  const NormalTile tile = normal_tile(rows, places, cells, normals);
+  const std::vector<NormalPair> pairs = without_gil([&] { return pairs_apart(sets, tile); });
+  std::vector<double> costs;
+  std::vector<Cell> numbers;  // the lower, the higher, from and to of each
+  std::vector<std::uint8_t> opposite;
+  for (const NormalPair& pair : pairs) {
+    costs.push_back(pair.cost);
+    numbers.insert(numbers.end(), {pair.lower, pair.higher, pair.from, pair.to});
+    opposite.push_back(static_cast<std::uint8_t>(pair.is_opposite));
+  }
+  return std::tuple(to_numpy(std::move(costs)), to_numpy(std::move(numbers)),
+                    to_numpy(std::move(opposite)));
+}
+
+void bind_unite(TurnedSets& sets, const Array<Place>& from, const Array<Place>& to,
+                const Array<std::uint8_t>& is_opposite) {
+  const auto pairs = std::tuple(view(from), view(to), view(is_opposite));
+  without_gil([&] {
+    const auto [starts, ends, opposite] = pairs;
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      sets.unite(starts[i], ends[i], opposite[i] != 0);
+    }
+  });
+}
+
+auto bind_roots(TurnedSets& sets, Place begin, Place end) {
+  Buffer<Place> roots(end - begin);
+  Buffer<std::uint8_t> turned(end - begin);
+  without_gil([&] {
+    for (Place place = begin; place < end; ++place) {
+      const auto [root, is_turned] = sets.root(place);
+      roots[place - begin] = root;
+      turned[place - begin] = static_cast<std::uint8_t>(is_turned);
+    }
+  });
+  return std::tuple(to_numpy(std::move(roots)), to_numpy(std::move(turned)));
+}
+
 OrderedGraph bind_graph_in_place(const Rows<double>& positions, const Array<double>& measures,
                                  const Array<std::int64_t>& offsets, const Array<Place>& targets,
                                  const Array<float>& lengths, int n_threads) {
@@ -622,6 +708,23 @@ void bind_cells(nb::module_& module) {
              "n_threads"_a);
   module.def("morton_codes", &bind_morton_codes, "positions"_a.noconvert(), "low"_a, "high"_a,
              "n_threads"_a);
+  module.def("order_within_steps", &bind_order_within_steps, "positions"_a.noconvert(),
+             "codes"_a.noconvert(), "n_threads"_a);
+  module.def("nearest_in_part", &bind_nearest_in_part, "positions"_a.noconvert(),
+             "is_wanted"_a.noconvert(), "n_nearest"_a, "n_threads"_a);
+  module.def("directions_around", &bind_directions_around, "positions"_a.noconvert(),
+             "centers"_a.noconvert(), "rows"_a.noconvert(), "n_threads"_a);
+  module.def("sorted_lists", &bind_sorted_lists, "n_cells"_a, "sources"_a.noconvert(),
+             "targets"_a.noconvert());
+  nb::class_<TurnedSets>(module, "TurnedSets")
+      .def(nb::init<Place>(), "n_places"_a)
+      .def("join_alike", &bind_join_alike, "rows"_a.noconvert(), "places"_a.noconvert(),
+           "cells"_a.noconvert(), "normals"_a.noconvert())
+      .def("pairs_apart", &bind_pairs_apart, "rows"_a.noconvert(), "places"_a.noconvert(),
+           "cells"_a.noconvert(), "normals"_a.noconvert())
+      .def("unite", &bind_unite, "from_places"_a.noconvert(), "to_places"_a.noconvert(),
+           "is_opposite"_a.noconvert())
+      .def("roots", &bind_roots, "begin"_a, "end"_a);
   module.def("graph_in_place", &bind_graph_in_place, "positions"_a.noconvert(),
              "measures"_a.noconvert(), "offsets"_a.noconvert(), "targets"_a.noconvert(),
              "lengths"_a.noconvert(), "n_threads"_a);

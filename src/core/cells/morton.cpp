@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
 
 #include "base/assert.hpp"
@@ -156,6 +157,16 @@ std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std
   return runs;
 }
 
+// Orders the cells of long runs, which are at the places with their codes, by halves.
+void refine(std::span<const Point> positions, std::span<const std::uint32_t> codes,
+            std::size_t n_together, std::span<Cell> order, ThreadTeam& team) {
+  const auto runs = long_runs(codes, n_together);
+  team.for_each(static_cast<std::int64_t>(runs.size()), [&](std::int64_t run, int) {
+    const auto [first, last] = runs[run];
+    order_by_halves(positions, order.subspan(first, last - first), n_together);
+  });
+}
+
 }  // namespace
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
@@ -194,11 +205,18 @@ Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t 
                           codes[place] = curve.code_of(positions[order[place]]);
                         }
                       });
-  const auto runs = long_runs(codes.span(), n_together);
-  team.for_each(static_cast<std::int64_t>(runs.size()), [&](std::int64_t run, int) {
-    const auto [first, last] = runs[run];
-    order_by_halves(positions, order.span().subspan(first, last - first), n_together);
-  });
+  refine(positions, codes.span(), n_together, order.span(), team);
+  return order;
+}
+
+Buffer<Cell> order_within_steps(std::span<const Point> positions,
+                                std::span<const std::uint32_t> codes, std::size_t n_together,
+                                ThreadTeam& team) {
+  SUPERFACETS_ASSERT(codes.size() == positions.size() &&
+                     std::is_sorted(codes.begin(), codes.end()));
+  Buffer<Cell> order(positions.size());
+  std::iota(order.begin(), order.end(), 0);
+  refine(positions, codes, n_together, order.span(), team);
   return order;
 }
 

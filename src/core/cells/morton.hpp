@@ -19,6 +19,12 @@ Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, T
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
+// The same order of cells that are sorted by code and index already, and may be a part of all, with
+// the other cells of their steps.
+Buffer<Cell> order_within_steps(std::span<const Point> positions,
+                                std::span<const std::uint32_t> codes, std::size_t n_together,
+                                ThreadTeam& team);
+
 // The code of each position on that curve: the order is that of codes, then of indices.
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
                                    ThreadTeam& team);

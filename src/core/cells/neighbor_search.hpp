@@ -45,18 +45,29 @@ class NeighborSearch {
   // for eight of them.
   template <typename Take>
   void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const {
+    for_each_wanted(n_nearest, [](Place) { return true; }, take, team);
+  }
+
+  // The same for some of the places.
+  template <typename IsWanted, typename Take>
+  void for_each_wanted(std::size_t n_nearest, const IsWanted& is_wanted, const Take& take,
+                       ThreadTeam& team) const {
     std::vector<Scratch> scratch(team.size());
     const auto n_leaves = static_cast<std::int64_t>(tree_.level(0).size());
+    const auto search = [&](std::size_t leaf, int thread) {
+      const auto [first, last] = tree_.places(leaf);
+      bool is_searched = false;
+      for (auto place = first; place < last; ++place) {
+        if (!is_wanted(static_cast<Place>(place))) continue;
+        if (!std::exchange(is_searched, true)) search_leaf(leaf, n_nearest, scratch[thread]);
+        take(static_cast<Place>(place), scratch[thread].list_of(place - first, n_nearest), thread);
+      }
+    };
     team.for_each((n_leaves + kLeavesPerTask - 1) / kLeavesPerTask,
                   [&](std::int64_t task, int thread) {
                     const auto end = std::min(n_leaves, (task + 1) * kLeavesPerTask);
                     for (auto leaf = task * kLeavesPerTask; leaf < end; ++leaf) {
-                      search_leaf(leaf, n_nearest, scratch[thread]);
-                      const auto [first, last] = tree_.places(leaf);
-                      for (auto place = first; place < last; ++place) {
-                        take(static_cast<Place>(place),
-                             scratch[thread].list_of(place - first, n_nearest), thread);
-                      }
+                      search(static_cast<std::size_t>(leaf), thread);
                     }
                   });
   }

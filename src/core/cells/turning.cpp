@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "base/assert.hpp"
-#include "base/buffer.hpp"
 
 namespace superfacets {
 namespace {
@@ -17,84 +15,91 @@ namespace {
 // which is fast, because most pairs are such and near in memory. cos(10 degrees).
 constexpr double kSameDirection = 0.985;
 
-// Disjoint sets of places (union-find) that know of each place whether its normal is to be turned
-// over with respect to its root's.
-class TurnedSets {
- public:
-  explicit TurnedSets(std::size_t n_places) : parents_(n_places), turned_(n_places) {
-    std::iota(parents_.begin(), parents_.end(), 0);
-    std::fill(turned_.begin(), turned_.end(), std::uint8_t{0});
-  }
-
-  std::pair<Place, bool> root(Place place) {
-    bool is_turned = false;
-    while (parents_[place] != place) {
-      const Place parent = parents_[place];
-      turned_[place] ^= turned_[parent];  // halves the path for the next search
-      parents_[place] = parents_[parent];
-      is_turned ^= turned_[place] != 0;
-      place = parents_[place];
+// Calls take(row, near, cosine) for neighbors, row by row.
+template <typename Take>
+void for_each_cosine(const NeighborRows& neighbors, std::span<const Point> normals,
+                     const Take& take) {
+  const auto n_rows = static_cast<Place>(neighbors.places.size() / neighbors.n_columns);
+  for (Place row = 0; row < n_rows; ++row) {
+    for (const Place near : neighbors.row(row)) {
+      if (near != kNoPlace) take(row, near, dot(normals[row], normals[near]));
     }
-    return {place, is_turned};
   }
+}
 
-  // Joins two sets. `is_opposite`: one of the two normals has to be turned over.
-  void unite(Place a, Place b, bool is_opposite) {
-    const auto [root_a, a_turned] = root(a);
-    const auto [root_b, b_turned] = root(b);
-    if (root_a == root_b) return;
-    const auto [low, high] = std::minmax(root_a, root_b);
-    parents_[high] = low;
-    turned_[high] = static_cast<std::uint8_t>(a_turned ^ b_turned ^ is_opposite);
-  }
+template <typename PlaceOf>
+void unite_alike(TurnedSets& sets, const NeighborRows& neighbors, std::span<const Point> normals,
+                 const PlaceOf& place_of) {
+  for_each_cosine(neighbors, normals, [&](Place row, Place near, double cosine) {
+    if (std::abs(cosine) < kSameDirection) return;
+    sets.unite(place_of(row), place_of(near), cosine < 0.0);
+  });
+}
 
- private:
-  Buffer<Place> parents_;
-  Buffer<std::uint8_t> turned_;  // with respect to the parent; 0 for a root
-};
-
-// A pair of neighbors whose normals differ.
-struct Pair {
-  double cost;  // 1 - |n_i . n_j|
-  Cell lower;   // of the two points
-  Cell higher;
-  Place from;
-  Place to;
-};
-
-bool operator<(const Pair& a, const Pair& b) {
-  return std::tie(a.cost, a.lower, a.higher) < std::tie(b.cost, b.lower, b.higher);
+template <typename PlaceOf>
+std::vector<NormalPair> list_pairs(TurnedSets& sets, const NeighborRows& neighbors,
+                                   std::span<const Cell> points, std::span<const Point> normals,
+                                   const PlaceOf& place_of) {
+  std::vector<NormalPair> pairs;
+  for_each_cosine(neighbors, normals, [&](Place row, Place near, double cosine) {
+    const Place from = place_of(row);
+    const Place to = place_of(near);
+    if (sets.root(from).first == sets.root(to).first) return;
+    const auto [lower, higher] = std::minmax(points[row], points[near]);
+    pairs.push_back({1.0 - std::abs(cosine), lower, higher, from, to, cosine < 0.0});
+  });
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
 }
 
 // Joins neighbors along a minimum spanning tree (Kruskal).
 TurnedSets join_neighbors(const NeighborRows& neighbors, std::span<const Cell> points,
                           std::span<const Point> normals) {
-  const auto n_places = static_cast<Place>(points.size());
-  TurnedSets sets(points.size());
-  for (Place place = 0; place < n_places; ++place) {
-    for (const Place near : neighbors.row(place)) {
-      if (near == kNoPlace) continue;
-      const double cosine = dot(normals[place], normals[near]);
-      if (std::abs(cosine) >= kSameDirection) sets.unite(place, near, cosine < 0.0);
-    }
-  }
-  std::vector<Pair> pairs;
-  for (Place place = 0; place < n_places; ++place) {
-    for (const Place near : neighbors.row(place)) {
-      if (near == kNoPlace || sets.root(place).first == sets.root(near).first) continue;
-      const double cosine = dot(normals[place], normals[near]);
-      const auto [lower, higher] = std::minmax(points[place], points[near]);
-      pairs.push_back({1.0 - std::abs(cosine), lower, higher, place, near});
-    }
-  }
-  std::sort(pairs.begin(), pairs.end());
-  for (const Pair& pair : pairs) {
-    sets.unite(pair.from, pair.to, dot(normals[pair.from], normals[pair.to]) < 0.0);
+  const auto same = [](Place place) { return place; };
+  TurnedSets sets(static_cast<Place>(points.size()));
+  unite_alike(sets, neighbors, normals, same);
+  for (const NormalPair& pair : list_pairs(sets, neighbors, points, normals, same)) {
+    sets.unite(pair.from, pair.to, pair.is_opposite);
   }
   return sets;
 }
 
 }  // namespace
+
+TurnedSets::TurnedSets(Place n_places) : parents_(n_places), turned_(n_places) {
+  std::iota(parents_.begin(), parents_.end(), 0);
+  std::fill(turned_.begin(), turned_.end(), std::uint8_t{0});
+}
+
+std::pair<Place, bool> TurnedSets::root(Place place) {
+  bool is_turned = false;
+  while (parents_[place] != place) {
+    const Place parent = parents_[place];
+    turned_[place] ^= turned_[parent];  // halves the path for the next search
+    parents_[place] = parents_[parent];
+    is_turned ^= turned_[place] != 0;
+    place = parents_[place];
+  }
+  return {place, is_turned};
+}
+
+void TurnedSets::unite(Place a, Place b, bool is_opposite) {
+  const auto [root_a, a_turned] = root(a);
+  const auto [root_b, b_turned] = root(b);
+  if (root_a == root_b) return;
+  const auto [low, high] = std::minmax(root_a, root_b);
+  parents_[high] = low;
+  turned_[high] = static_cast<std::uint8_t>(a_turned ^ b_turned ^ is_opposite);
+}
+
+void join_alike(TurnedSets& sets, const NormalTile& tile) {
+  unite_alike(sets, tile.neighbors, tile.normals, [&](Place row) { return tile.places[row]; });
+}
+
+std::vector<NormalPair> pairs_apart(TurnedSets& sets, const NormalTile& tile) {
+  return list_pairs(sets, tile.neighbors, tile.points, tile.normals,
+                    [&](Place row) { return tile.places[row]; });
+}
 
 void turn_consistently(const NeighborRows& neighbors, std::span<const Point> positions,
                        std::span<const double> areas, std::span<const Cell> points,

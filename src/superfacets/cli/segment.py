@@ -25,7 +25,7 @@ from .outputs import Job, output_option, plan_jobs, to_option
 from .progress import Bar, open_bar
 from .report import facts_of, notes_of, notes_on_result, summary_of
 from .segment_options import file_options, options_of, segment_options
-from .tiled import TileBar, TileOptions, segment_by_tiles, tile_options
+from .tiled import TileBar, TileOptions, noun_of_tiled, segment_by_tiles, tile_options
 
 __all__ = ["segment_command"]
 
@@ -150,14 +150,17 @@ class _Run:
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
         with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             result = segment_by_tiles(Path(job.input), job.files[0], self.options, tiles, bar)
+        noun = noun_of_tiled(Path(job.input))
         if not self.is_quiet:
             for note in notes_on_result(result):
                 print_note(note)
         if self.as_json:
-            self._print(job, json.dumps(facts_of(job.input, result, result.timings, job.names)))
+            self._print(
+                job, json.dumps(facts_of(job.input, result, result.timings, job.names, noun))
+            )
         elif not self.is_quiet:
             name = Path(job.input).name
-            self._print(job, summary_of(name, result, result.timings, job.names))
+            self._print(job, summary_of(name, result, result.timings, job.names, noun))
 
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment; write nothing."""

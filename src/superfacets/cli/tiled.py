@@ -1,4 +1,4 @@
-"""The options of ``superfacets segment --tiled``, for meshes larger than memory."""
+"""The options of ``superfacets segment --tiled``, for what is larger than memory."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..errors import IslandWarning, MeshError, SliverWarning
 from .options import COUNT, FOLDER, STANDARD_STREAM
 from .progress import NAMES
 
-__all__ = ["TileBar", "TileOptions", "segment_by_tiles", "tile_options"]
+__all__ = ["TileBar", "TileOptions", "noun_of_tiled", "segment_by_tiles", "tile_options"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -28,19 +28,21 @@ _OPTIONS = (
         "--tiled",
         "is_tiled",
         is_flag=True,
-        help="For meshes larger than memory: work on tiles of IN, a file or a folder of files that"
-        " share vertices by position, and write the labels of all as one .npy.",
+        help="For what is larger than memory: work on tiles of IN, a mesh or point cloud in a file,"
+        " or a folder of files (meshes share vertices by position), and write the labels of all as"
+        " one .npy.",
     ),
     click.option(
         "--tile-size",
         type=COUNT,
-        help="Faces in a tile, with --tiled; what each worker has in memory grows with it."
-        "  [default: 524288]",
+        help="Faces or points in a tile, with --tiled; what each worker has in memory grows with"
+        " it.  [default: 524288]",
     ),
     click.option(
         "--scratch",
         type=FOLDER,
-        help="Folder for what does not fit into memory, with --tiled: about 250 bytes per face."
+        help="Folder for what does not fit into memory, with --tiled: about 250 bytes per face,"
+        " 400 per point."
         "  [default: beside the output]",
     ),
     click.option(
@@ -150,6 +152,13 @@ def segment_by_tiles(
     except MeshError as error:
         message = str(error)
         raise MeshError(message if str(path) in message else f"{path}: {message}") from None
+
+
+def noun_of_tiled(path: Path) -> str:
+    """What a cell of a file, or of a folder of files, is called."""
+    from ..tiles.opening import holds_points
+
+    return "point" if holds_points(path) else "face"
 
 
 def _segmented(

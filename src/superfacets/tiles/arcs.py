@@ -19,7 +19,9 @@ from .faces import Faces, read_faces, rows
 from .rims import find_rims, halo_of
 from .store import Run, TileStore
 
-__all__ = ["ArcFacts", "WeightRule", "find_arcs", "prices_of", "weighed"]
+__all__ = [
+    "ArcFacts", "WeightRule", "find_arcs", "prices_of", "round_lengths", "weighed", "write_arcs",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,9 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
         rule = replace(rule, is_turned=True)
         sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
     unit = _core.unit_of_lengths(sum(some.weights for some in sums))
-    run(_round, store, [(tile, unit, rule.n_threads) for tile in tiles])
+    run(
+        round_lengths, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
+    )
     return ArcFacts(
         rule,
         unit,
@@ -149,7 +153,7 @@ def _weigh_tile(
     at = at[np.argsort(faces.places[at])]  # of each place of the tile
     offsets, arcs = rows(graph.offsets, at)
     weights = weights[arcs]
-    _write_arcs(store, tile, offsets, faces.places[graph.neighbors[arcs]])
+    write_arcs(store, tile, offsets, faces.places[graph.neighbors[arcs]])
     store.write(tile, "weights", weights)
     prices = 0.0
     if rule.has_prices:
@@ -165,13 +169,17 @@ def _weigh_tile(
     )
 
 
-def _round(store: TileStore, tile: int, unit: float, n_threads: int) -> None:
-    store.write(tile, "lengths", _core.round_weights(store.read(tile, "weights"), unit, n_threads))
+def round_lengths(
+    store: TileStore, tile: int, weights: str, name: str, unit: float, n_threads: int
+) -> None:
+    """Write the lengths of the arcs of a tile under a name, from weights of another."""
+    store.write(tile, name, _core.round_weights(store.read(tile, weights), unit, n_threads))
 
 
-def _write_arcs(
+def write_arcs(
     store: TileStore, tile: int, offsets: npt.NDArray[np.int64], targets: npt.NDArray[np.int64]
 ) -> None:
+    """Write arcs of a tile that lead to places."""
     first, n_own = store.starts[tile], store.size(tile)
     is_own = (targets >= first) & (targets < first + n_own)
     ghosts = np.unique(targets[~is_own])

@@ -135,8 +135,10 @@ def rows(offsets: Longs, chosen: npt.NDArray[np.integer]) -> tuple[Longs, Longs]
     return np.concatenate([[0], ends]).astype(np.int64), at
 
 
-def is_among(values: Longs, wanted: Longs) -> npt.NDArray[np.bool_]:
-    """Whether each value is among those wanted; both ascend."""
+def is_among(
+    values: npt.NDArray[np.integer], wanted: npt.NDArray[np.integer]
+) -> npt.NDArray[np.bool_]:
+    """Whether each value is among those wanted, which ascend."""
     at = np.searchsorted(wanted, values)
     is_hit = at < len(wanted)
     is_hit[is_hit] = wanted[at[is_hit]] == values[is_hit]

@@ -12,21 +12,39 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..adapters.convert import as_mesh
+from ..adapters.convert import as_cells, as_mesh
 from ..errors import MeshError
+from ..io.readers.clouds import holds_cloud
 from ..io.readers.obj import read_blocks, without_continuations
 from ..io.readers.ply_header import Header, parse_header
-from ..io.readers.read import MESH_ENDINGS, mesh_ending, read_mesh
+from ..io.readers.read import CELL_ENDINGS, cell_ending, read_cells
+from ..mesh.faces import AnyCells
+from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
+from .cloud_reading import (
+    CloudPieces,
+    DoubleRows,
+    array_pieces,
+    cloud_pieces,
+    npy_pieces,
+    ply_cloud_pieces,
+)
 from .reading import ArrayRows, MeshPieces, RecordRows, Rows, ply_pieces
 from .scratch import Scratch, write_all
 
-__all__ = ["TiledSource", "files_of", "open_pieces"]
+__all__ = ["TiledSource", "files_of", "holds_points", "open_pieces"]
 
 Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
-TiledSource: TypeAlias = str | os.PathLike[str] | Mesh | PolygonMesh | Pair
+Pieces: TypeAlias = MeshPieces | CloudPieces
+TiledSource: TypeAlias = (
+    str | os.PathLike[str] | Mesh | PolygonMesh | PointCloud | Pair | npt.NDArray[Any]
+)
 """A file; a folder of files that share vertices by position; or arrays, as memory maps may be."""
+
+FOLDER_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".npy", ".txt", ".csv"))
+"""Others are as often labels, or anything else."""
 
 BLOCK = 1 << 24
 """Bytes of text that are read at a time."""
@@ -38,16 +56,17 @@ MAX_HEADER = 1 << 24
 _LINE = re.compile(r"^line (\d+)")
 
 
-def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> MeshPieces:
-    """Return the mesh of a source, of which pieces can be read.
+def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> Pieces:
+    """Return the mesh or the cloud of a source, of which pieces can be read.
 
-    Binary PLY files of triangles are read where they are. OBJ files are written anew to the scratch
-    folder, block by block, and files of other kinds whole. Of a folder all meshes are taken, in the
-    order of their names, one after the other.
+    Binary PLY files of triangles or points and ``.npy`` files of points are read where they are.
+    OBJ files are written anew to the scratch folder, block by block, and files of other kinds
+    whole. Of a folder all meshes, or all clouds, are taken, in the order of their names, one after
+    the other.
 
     Parameters
     ----------
-    source : path, Mesh, PolygonMesh, or (vertices, faces) pair
+    source : path, Mesh, PolygonMesh, PointCloud, (N, 3) array, or (vertices, faces) pair
     scratch : Scratch
     for_workers : bool
         Whether other processes will read the pieces: arrays are then written to the scratch folder.
@@ -55,7 +74,7 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
     Raises
     ------
     MeshError
-        If a file is damaged, or holds no faces.
+        If a file is damaged, or holds no faces and no points; or if a folder holds both kinds.
     OSError
         If a file or a folder cannot be read.
     TypeError
@@ -64,52 +83,73 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
     if isinstance(source, (str, os.PathLike)):
         return _joined([_opened(path.absolute(), scratch) for path in files_of(Path(source))])
     if isinstance(source, (tuple, list)) and len(source) == 2 and np.ndim(source[1]) == 2:
-        pieces = _pieces_of_pair(*source)
+        pieces: Pieces = _pieces_of_pair(*source)
+    elif isinstance(source, np.ndarray):
+        pieces = array_pieces(source)
     else:
-        pieces = _pieces_of_mesh(as_mesh(source))
+        pieces = _pieces_of_cells(as_cells(source))
     return _on_disk(pieces, scratch) if for_workers else pieces
 
 
 def files_of(path: Path) -> list[Path]:
-    """The file itself, or the meshes in the folder, by name."""
+    """The file itself, or the meshes and clouds in the folder, by name."""
     if not path.is_dir():
         return [path]
-    found = sorted(file for file in path.iterdir() if file.suffix.lower() in MESH_ENDINGS)
+    found = sorted(file for file in path.iterdir() if file.suffix.lower() in FOLDER_ENDINGS)
     if not found:
-        raise FileNotFoundError(f"{path}: no file in it ends in {', '.join(MESH_ENDINGS)}")
+        raise FileNotFoundError(f"{path}: no file in it ends in {', '.join(FOLDER_ENDINGS)}")
     return found
 
 
-def _opened(path: Path, scratch: Scratch) -> MeshPieces:
+def holds_points(path: Path) -> bool:
+    """Whether the file, or the first one in the folder, is a point cloud."""
+    first = files_of(path)[0]
+    ending = cell_ending(first)
+    return holds_cloud(_read_header(first)[1] if ending == ".ply" else b"", ending)
+
+
+def _opened(path: Path, scratch: Scratch) -> Pieces:
     try:
         if not path.exists():
             raise FileNotFoundError(f"{path}: no such file")
-        ending = mesh_ending(path)
+        ending = cell_ending(path)
+        pieces: Pieces | None = None
         if ending == ".ply":
-            header = _read_header(path)
-            pieces = None if header is None else ply_pieces(path, header)
-            if pieces is not None:
-                return pieces
-        if ending == ".obj":
-            return _unpacked_obj(path, scratch)
+            pieces = _ply_pieces(path)
+        elif ending == ".npy":
+            pieces = npy_pieces(path)
+        elif ending == ".obj":
+            pieces = _unpacked_obj(path, scratch)
+        if pieces is not None:
+            return pieces
     except MeshError as error:
         message = str(error)
         raise MeshError(message if str(path) in message else f"{path}: {message}") from None
-    mesh = read_mesh(path)
-    if not isinstance(mesh, (Mesh, PolygonMesh)):
-        raise MeshError(f"{path}: tiles are of faces, and this holds tetrahedra")
-    return _on_disk(_pieces_of_mesh(mesh), scratch)
+    return _on_disk(_pieces_of_cells(read_cells(path), f"{path}: "), scratch)
 
 
-def _read_header(path: Path) -> Header | None:
-    """The header of a PLY file; None where it is not found."""
+def _ply_pieces(path: Path) -> Pieces | None:
+    header, content = _read_header(path)
+    if holds_cloud(content, ".ply"):
+        return ply_cloud_pieces(path, header)
+    return ply_pieces(path, header)
+
+
+def _pieces_of_cells(cells: AnyCells, where: str = "") -> Pieces:
+    if isinstance(cells, TetMesh):
+        raise MeshError(f"{where}tiles are of faces or points, and this holds tetrahedra")
+    return cloud_pieces(cells) if isinstance(cells, PointCloud) else _pieces_of_mesh(cells)
+
+
+def _read_header(path: Path) -> tuple[Header, bytes]:
+    """The header of a PLY file, and the bytes that it was found in."""
     size = HEADER_BLOCK
     with path.open("rb") as file:
         content = file.read(size)
         while b"end_header" not in content and len(content) == size and size < MAX_HEADER:
             content += file.read(size)
             size *= 2
-    return parse_header(content)
+    return parse_header(content), content
 
 
 def _pieces_of_mesh(mesh: Mesh | PolygonMesh) -> MeshPieces:
@@ -133,21 +173,30 @@ def _pieces_of_pair(vertices: npt.ArrayLike, faces: npt.ArrayLike) -> MeshPieces
     return _pieces_of_mesh(as_mesh((points, corners)))
 
 
-def _on_disk(pieces: MeshPieces, scratch: Scratch) -> MeshPieces:
+def _on_disk(pieces: Pieces, scratch: Scratch) -> Pieces:
     """The same, with arrays in files."""
+    if isinstance(pieces, CloudPieces):
+        normals = pieces.normals
+        return CloudPieces(
+            _moved(pieces.points, scratch), None if normals is None else _moved(normals, scratch)
+        )
+    offsets = pieces.offsets
+    return MeshPieces(
+        _moved(pieces.vertices, scratch),
+        _moved(pieces.corners, scratch),
+        None if offsets is None else _moved(offsets, scratch),
+    )
 
-    def moved(rows: Rows | None) -> Rows | None:
-        if not isinstance(rows, ArrayRows):
-            return rows
-        with RowFile(scratch) as file:
-            for first in range(0, rows.n_rows, BLOCK >> 5):
-                file.add(rows.read(first, min(first + (BLOCK >> 5), rows.n_rows)))
-        return file.rows
 
-    vertices, corners = moved(pieces.vertices), moved(pieces.corners)
-    assert vertices is not None
-    assert corners is not None
-    return MeshPieces(vertices, corners, moved(pieces.offsets))
+def _moved(rows: Rows, scratch: Scratch) -> Rows:
+    if isinstance(rows, DoubleRows):
+        return DoubleRows(_moved(rows.rows, scratch))
+    if not isinstance(rows, ArrayRows):
+        return rows
+    with RowFile(scratch) as file:
+        for first in range(0, rows.n_rows, BLOCK >> 5):
+            file.add(rows.read(first, min(first + (BLOCK >> 5), rows.n_rows)))
+    return file.rows
 
 
 class RowFile:
@@ -277,20 +326,37 @@ class _JoinedRows:
         return np.concatenate(found)
 
 
-def _joined(pieces: list[MeshPieces]) -> MeshPieces:
-    """Meshes one after the other as one; a MeshError where several are not all of triangles."""
+def _joined(pieces: list[Pieces]) -> Pieces:
+    """Meshes or clouds one after the other as one; a MeshError where they do not fit together."""
     if len(pieces) == 1:
         return pieces[0]
+    clouds = [part for part in pieces if isinstance(part, CloudPieces)]
+    meshes = [part for part in pieces if isinstance(part, MeshPieces)]
+    if clouds and meshes:
+        raise MeshError("the folder holds meshes and point clouds: take one kind at a time")
+    return _joined_clouds(clouds) if clouds else _joined_meshes(meshes)
+
+
+def _joined_clouds(pieces: list[CloudPieces]) -> CloudPieces:
+    normals = [part.normals for part in pieces if part.normals is not None]
+    if 0 < len(normals) < len(pieces):
+        raise MeshError("some point clouds of the folder have normals, and others have none")
+    points = _in_a_row([part.points for part in pieces])
+    return CloudPieces(points, _in_a_row(normals) if normals else None)
+
+
+def _in_a_row(tables: list[Rows]) -> _JoinedRows:
+    starts = _sums([table.n_rows for table in tables])
+    return _JoinedRows(tuple(tables), starts, (0,) * len(tables))
+
+
+def _joined_meshes(pieces: list[MeshPieces]) -> MeshPieces:
     if any(part.offsets is not None for part in pieces):
         raise MeshError("a folder of several files has to hold triangles alone")
-    starts = _sums([part.vertices.n_rows for part in pieces])
-    shifts = (0,) * len(pieces)
-    return MeshPieces(
-        _JoinedRows(tuple(part.vertices for part in pieces), starts, shifts),
-        _JoinedRows(
-            tuple(part.corners for part in pieces), _sums([part.n_faces for part in pieces]), starts
-        ),
-    )
+    vertices = _in_a_row([part.vertices for part in pieces])
+    starts = _sums([part.n_faces for part in pieces])
+    corners = _JoinedRows(tuple(part.corners for part in pieces), starts, vertices.starts)
+    return MeshPieces(vertices, corners)
 
 
 def _sums(counts: list[int]) -> tuple[int, ...]:

@@ -131,6 +131,11 @@ class MeshPieces:
         """Number of faces."""
         return self.corners.n_rows if self.offsets is None else self.offsets.n_rows - 1
 
+    @property
+    def n_cells(self) -> int:
+        """The same, whatever kind the cells are of."""
+        return self.n_faces
+
     def faces(self, begin: int, end: int) -> Faces:
         """Faces begin to end - 1."""
         if self.offsets is None:

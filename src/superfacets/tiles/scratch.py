@@ -35,6 +35,15 @@ MARK = ".superfacets-tiles-"
 
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
+HEADER_SIZE = 256
+"""Bytes of a .npy file that its header is within."""
+
+_HEADER = re.compile(
+    rb"\x93NUMPY\x01\x00(..)\{'descr': '([^']+)', 'fortran_order': False, 'shape': \(([\d, ]*)\)",
+    re.DOTALL,
+)
+"""As `header_of` writes it: size of what follows, type, and shape."""
+
 LOCK = ".lock"
 """A file in the folder that the run holds locked: what is not locked was left behind."""
 
@@ -204,10 +213,13 @@ class ArrayFile:
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("rb", buffering=0)
-        version = np.lib.format.read_magic(self._file)
-        assert version == (1, 0)
-        self.shape, _, self.dtype = np.lib.format.read_array_header_1_0(self._file)
-        self._begin = self._file.tell()
+        start = self._file.read(HEADER_SIZE)
+        # numpy compiles the header, which takes most of the time of reading a few rows.
+        found = _HEADER.match(start)
+        assert found is not None
+        self.shape = tuple(int(size) for size in found[3].split(b",") if size.strip())
+        self.dtype = np.dtype(found[2].decode())
+        self._begin = 10 + int.from_bytes(found[1], "little")
         self._row_size = self.dtype.itemsize * int(np.prod(self.shape[1:], dtype=np.int64))
 
     def __enter__(self) -> ArrayFile:

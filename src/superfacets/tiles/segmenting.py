@@ -1,4 +1,4 @@
-"""From a mesh larger than memory to its superfacets: all stages in a row, tile by tile."""
+"""From a mesh or cloud larger than memory to superfacets: all stages in a row, tile by tile."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import tempfile
 import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from .._options import (
@@ -33,12 +36,16 @@ from ..io.atomic import StrPath, checked_targets
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
 from .arcs import WeightRule, find_arcs
 from .band import smooth_tiled
+from .cloud_reading import CloudPieces
 from .graph import TiledGraph
 from .mapping import OnDone, open_run
 from .opening import TiledSource, open_pieces
+from .point_arcs import find_point_arcs
+from .point_band import smooth_points
+from .point_lists import make_cloud_tiles
 from .scratch import check_room, save_array, scratch_folder
 from .sorting import make_tiles
-from .store import Run, TileStore
+from .store import Run, TileStore, find_cells
 
 __all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
 
@@ -48,6 +55,8 @@ TILE_SIZE = 1 << 19
 BYTES_PER_FACE = 250
 """That the scratch folder takes on the disk."""
 
+BYTES_PER_POINT = 400
+"""The same for clouds."""
 
 _WEIGHTS = tuple(name for name in WEIGHTS if name != "parts")
 """Those of parts take rays through the whole mesh."""
@@ -81,30 +90,32 @@ def segment_tiled(
 ) -> Segmentation:
     """Label every face of a mesh that need not fit into memory, as `segment` does, face for face.
 
-    The faces are sorted along a space-filling curve on the disk, and cut into tiles. Coarse cells
-    are made tile by tile, the loop runs on the graph of these in memory, and the faces are labeled
-    tile by tile again: paths that leave a tile go on in the next one, until none is left that
-    improves another. Borders are made straight in a mesh of the faces around them.
+    Of a point cloud, every point. The faces are sorted along a space-filling curve on the disk, and
+    cut into tiles. Coarse cells are made tile by tile, the loop runs on the graph of these in
+    memory, and the faces are labeled tile by tile again: paths that leave a tile go on in the next
+    one, until none is left that improves another. Borders are made straight in a mesh of the faces
+    around them.
 
     Parameters
     ----------
-    source : path, Mesh, PolygonMesh or (vertices, faces) pair
-        A file; a folder of files, whose meshes share vertices by position; or arrays, which may be
-        memory maps. Faces are numbered through all files of a folder, in the order of their
-        names.
+    source : path, Mesh, PolygonMesh, PointCloud, (N, 3) array or (vertices, faces) pair
+        A file; a folder of files, of meshes that share vertices by position, or of clouds; or
+        arrays, which may be memory maps. Faces, or points, are numbered through all files of a
+        folder, in the order of their names.
     n_segments, radius, alpha, eta_convex, ridges, radius_factor
         As for `segment`.
     max_num_iter, tol, islands, smooth, weld
         As for `segment`.
     weights : {"creases", "superfacets", "stk02"}
-        As for `segment`, by name.
+        As for `segment`, by name; the last for meshes.
     init : {"geodesic", "farthest", "flood", "grid"}
         As for `segment`, by name.
     tile_size : int, default 524288
-        Faces of a tile; rounded up to a multiple of 4096. The labels do not depend on it.
+        Faces or points of a tile; rounded up to a multiple of 4096. The labels do not depend on
+        it.
     scratch : path, optional
-        Folder with some 250 bytes of room per face; by default that of temporary files. What is
-        written there is removed in the end.
+        Folder with some 250 bytes of room per face, or 400 per point; by default that of temporary
+        files. What is written there is removed in the end.
     out : path, optional
         A ``.npy`` file for the labels.
     workers : int, default 1
@@ -131,7 +142,7 @@ def segment_tiled(
     Raises
     ------
     MeshError
-        If the mesh is not valid, or a file is damaged.
+        If the mesh or the cloud is not valid, or a file is damaged; or if a folder holds both.
     OSError
         If a file cannot be read or written, or the disk has too little room.
     MissingExtraError
@@ -142,7 +153,8 @@ def segment_tiled(
     Notes
     -----
     Memory: about 500 bytes per face of a tile, 10 bytes per face of the mesh for the graph of
-    coarse cells, 4 for the labels, and what a mesh of the faces around borders takes. With
+    coarse cells, 4 for the labels (8 for those of points), and what a mesh of the faces around
+    borders takes. With
     `radius_factor` a tile comes with all faces within four radii of it. Where regions have less
     than about a hundred faces the graph of all faces is in memory, 150 bytes a face; so it is if
     the loop runs on all faces (with `radius_factor`, ``tol=0``, ``max_num_iter`` 0 or 1) and seeds
@@ -218,15 +230,15 @@ def _run(
     ):
         with timed(timings, "tiles", on_stage):
             pieces = open_pieces(source, scratch, for_workers=is_remote)
-            check_room(place.scratch, BYTES_PER_FACE * pieces.n_faces)
-            store = make_tiles(
-                pieces,
-                scratch,
-                place.tile_size,
-                welds=options.weld,
-                run=run,
-                n_threads=tile_threads,
-            )
+            size, threads = place.tile_size, tile_threads
+            if isinstance(pieces, CloudPieces):
+                check_room(place.scratch, BYTES_PER_POINT * pieces.n_points)
+                store = make_cloud_tiles(pieces, scratch, size, run=run, n_threads=threads)
+            else:
+                check_room(place.scratch, BYTES_PER_FACE * pieces.n_faces)
+                store = make_tiles(
+                    pieces, scratch, size, welds=options.weld, run=run, n_threads=threads
+                )
         result = segment_store(store, options, run, tile_threads, is_remote)
         if place.out is not None:
             save_array(place.out, result.labels)
@@ -250,12 +262,13 @@ def segment_store(
 ) -> Segmentation:
     """Segment the faces of a store, each tile on so many threads."""
     loop, timings = options.loop, dict[str, float]()
+    is_cloud = store.kind == "points"
     diagonal = box_diagonal(store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
     has_prices = options.cleanup.smooth and options.weights.has_other_unit
     rule = WeightRule(size.radius, options.weights, False, has_prices, tile_threads)
     with timed(timings, "weights", loop.on_stage):
-        facts = find_arcs(store, rule, run)
+        facts = (find_point_arcs if is_cloud else find_arcs)(store, rule, run)
     share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
@@ -268,9 +281,31 @@ def segment_store(
     if options.cleanup.smooth:
         with timed(timings, "regions", loop.on_stage):
             scale = size.radius or diagonal
-            labels = smooth_tiled(store, facts, result.labels, result.centers, scale, run)
+            smooth = smooth_points if is_cloud else smooth_tiled
+            labels = smooth(store, facts, result.labels, result.centers, scale, run)
             result = replace(result, labels=labels)
+    if is_cloud:
+        result = _in_input_order(store, result, run)
     params = {"weld": options.weld, **options.weights.params, **result.params}
     timings = stages_in_order(timings | result.timings)
     params |= options.cleanup.params
     return replace(result, sliver_share=share, timings=timings, params=params)
+
+
+def _in_input_order(store: TileStore, result: Segmentation, run: Run) -> Segmentation:
+    """The result for points as they are numbered in the input."""
+    labels, centers = np.empty_like(result.labels), np.empty_like(result.centers)
+    for tile in range(store.n_tiles):
+        labels[store.read(tile, "numbers")] = result.labels[store.read(tile, "cells")]
+    jobs = [(tile, result.centers) for tile in range(store.n_tiles)]
+    for which, numbers in run(_numbers_of, store, jobs):
+        centers[which] = numbers
+    return replace(result, labels=labels, centers=centers)
+
+
+def _numbers_of(
+    store: TileStore, tile: int, cells: npt.NDArray[np.int32]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    """Which of some cells are in a tile, and their numbers in the input."""
+    which, at = find_cells(store, tile, cells)
+    return which, store.read(tile, "numbers")[at]

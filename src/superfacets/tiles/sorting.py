@@ -19,7 +19,15 @@ from .store import RANGE, Run, TileStore, tile_starts
 from .sums import BlockedSum
 from .welding import check_vertices, weld
 
-__all__ = ["make_tiles"]
+__all__ = [
+    "LOW_BITS",
+    "box_of",
+    "find_cuts",
+    "joined_boxes",
+    "make_tiles",
+    "morton_codes",
+    "stable_order",
+]
 
 LOW_BITS = 15
 """Codes have twice as many. They are counted by their upper bits first, then by the lower ones of
@@ -125,7 +133,7 @@ def make_tiles(
     counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, *facts.curve))
     starts = tile_starts(pieces.n_faces, -(-pieces.n_faces // size))
     scratch.remove("representatives")
-    scratch.save("cuts", _find_cuts(scratch, counts, np.array(starts)))
+    scratch.save("cuts", find_cuts(scratch, counts, np.array(starts)))
     kind: Literal["triangles", "polygons"] = "triangles" if pieces.offsets is None else "polygons"
     store = TileStore(scratch, kind, starts, facts.bounds, facts.curve, facts.total_measure)
     run_all(run, _write_tile, store, store.n_tiles, n_threads)
@@ -137,17 +145,19 @@ def _summed_up(found: list[_Measured]) -> _Facts:
     areas = 0.0
     for partial in np.concatenate([part.areas for part in found]).tolist():
         areas += partial
-    bounds = _joined_boxes([part.bounds for part in found])
+    bounds = joined_boxes([part.bounds for part in found])
     check_extent(*bounds)
-    return _Facts(bounds, _joined_boxes([part.curve for part in found]), areas)
+    return _Facts(bounds, joined_boxes([part.curve for part in found]), areas)
 
 
-def _joined_boxes(boxes: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+def joined_boxes(boxes: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
+    """The box around some, (2, 3)."""
     stacked = np.stack(boxes)
     return np.array([stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)])
 
 
-def _box_of(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def box_of(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """The box around points, (2, 3)."""
     columns = [points[:, axis] for axis in range(3)]  # many times faster than along axis 0
     return np.array([[values.min() for values in columns], [values.max() for values in columns]])
 
@@ -161,7 +171,7 @@ def _measure_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> _Measured:
         _core.sum_of(areas[first : first + BlockedSum.BLOCK], 1)
         for first in range(0, len(areas), BlockedSum.BLOCK)
     ]
-    return _Measured(_box_of(corners), _box_of(centroids), np.array(sums))
+    return _Measured(box_of(corners), box_of(centroids), np.array(sums))
 
 
 def _measured(
@@ -191,7 +201,7 @@ def _sort_chunk(
     centroids, _ = _measured(points, every, faces.offsets, chunks.n_threads)
     codes = morton_codes(centroids, low, high)
     del centroids, points
-    order = _stable_order(codes)
+    order = stable_order(codes)
     codes = codes[order]
     scratch.save(f"runs/{chunk}/codes", codes)
     scratch.save(f"runs/{chunk}/cells", (order + chunks.begin(chunk)).astype(np.int32))
@@ -225,14 +235,14 @@ def morton_codes(
     return codes
 
 
-def _stable_order(codes: npt.NDArray[np.uint32]) -> npt.NDArray[np.int64]:
+def stable_order(codes: npt.NDArray[np.uint32]) -> npt.NDArray[np.int64]:
     """As ``argsort``, in two passes by 16 bits, for which numpy counts in place of comparing."""
     order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
     upper = (codes >> 16).astype(np.uint16)
     return order[np.argsort(upper[order], kind="stable")]
 
 
-def _find_cuts(
+def find_cuts(
     scratch: Scratch, counts: npt.NDArray[np.int32], starts: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.int64]:
     """Where each tile begins in each sorted run, shape (T + 1, chunks).
@@ -296,7 +306,7 @@ def _reordered(
 def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
     """Merge what a tile takes of each run, and write it."""
     codes, numbers, offsets, vertices, positions = _unsorted_tile(store.scratch, tile)
-    order = _stable_order(codes)
+    order = stable_order(codes)
     if offsets is None:
         ids, corners = _compact(vertices[order].reshape(-1))
         positions = positions[order].reshape(-1, 3)

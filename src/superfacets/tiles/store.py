@@ -46,7 +46,7 @@ class TileStore:
     ----------
     scratch : Scratch
         The folder; array `name` of tile t is ``tile{t}/{name}`` in it.
-    kind : {"triangles", "polygons"}
+    kind : {"triangles", "polygons", "points"}
     starts : tuple of int
         First place of each tile, and the number of faces at the end. Multiples of `RANGE` but for
         the last.
@@ -59,7 +59,7 @@ class TileStore:
     """
 
     scratch: Scratch
-    kind: Literal["triangles", "polygons"]
+    kind: Literal["triangles", "polygons", "points"]
     starts: tuple[int, ...]
     bounds: npt.NDArray[np.float64]
     curve: npt.NDArray[np.float64]

@@ -43,16 +43,23 @@ def check_vertices(run: Run, scratch: Scratch, vertices: Rows, size: int) -> Non
     run_all(run, _check_block, scratch, _n_blocks(vertices, size), vertices, size)
 
 
-def weld(run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int) -> BlockRows | None:
+def weld(
+    run: Run,
+    scratch: Scratch,
+    vertices: Rows,
+    size: int,
+    n_threads: int,
+    name: str = "vertices",
+) -> BlockRows | None:
     """For each vertex the lowest at exactly the same position (-0.0 is 0.0); None if none share.
 
     Vertices are checked on the way, as by `check_vertices`. A block of `size` of them is in memory
     at a time. They are grouped in buckets by a hash of the position, welded bucket by bucket, and
-    those that are not the lowest are listed by block.
+    those that are not the lowest are listed by block. `name` is what they are called in errors.
     """
     n_blocks = _n_blocks(vertices, size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
-    run_all(run, _fill_buckets, scratch, n_blocks, vertices, size, n_buckets)
+    run_all(run, _fill_buckets, scratch, n_blocks, vertices, size, n_buckets, name)
     n_shared = run_all(run, _weld_bucket, scratch, n_buckets, size, n_blocks, n_threads)
     if any(n_shared):
         run_all(run, _list_block, scratch, n_blocks, vertices.n_rows, size, n_buckets)
@@ -67,7 +74,9 @@ def _n_blocks(vertices: Rows, size: int) -> int:
     return -(-vertices.n_rows // size)
 
 
-def _checked_block(vertices: Rows, block: int, size: int) -> npt.NDArray[Any]:
+def _checked_block(
+    vertices: Rows, block: int, size: int, name: str = "vertices"
+) -> npt.NDArray[Any]:
     """Positions in a block; a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
@@ -75,8 +84,7 @@ def _checked_block(vertices: Rows, block: int, size: int) -> npt.NDArray[Any]:
     if not is_finite.all():
         first = int(np.argmin(is_finite))
         raise MeshError(
-            f"vertices[{begin + first}] is not finite:"
-            f" {positions[first].astype(np.float64).tolist()}"
+            f"{name}[{begin + first}] is not finite: {positions[first].astype(np.float64).tolist()}"
         )
     return positions
 
@@ -85,9 +93,11 @@ def _check_block(scratch: Scratch, block: int, vertices: Rows, size: int) -> Non
     _checked_block(vertices, block, size)
 
 
-def _fill_buckets(scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int) -> None:
+def _fill_buckets(
+    scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
+) -> None:
     """Sort the vertices of a block by bucket; those of a bucket stay in their order."""
-    positions = _checked_block(vertices, block, size)
+    positions = _checked_block(vertices, block, size, name)
     buckets = _buckets_of(positions.astype(np.float64), n_buckets)
     order = np.argsort(buckets, kind="stable").astype(np.uint32)
     starts = np.zeros(n_buckets + 1, np.int64)
