@@ -81,7 +81,9 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     """Write the arcs of all tiles with their lengths, and return what is common to all.
 
     Per tile: ``arc_offsets`` (n + 1,) and ``arc_targets`` of its faces, by place in the tile, where
-    numbers from n on stand for the places in ``ghosts``, ascending; and ``lengths``.
+    numbers from n on stand for the places in ``ghosts``, ascending, whose cells are
+    ``ghost_cells``; ``arc_sides``; and ``lengths``, or ``border_lengths`` where borders have their
+    own.
     """
     meeting = find_rims(store, run)
     origin = _centroid(store, run)
@@ -93,13 +95,12 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
         rule = replace(rule, is_turned=True)
         sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
     unit = _core.unit_of_lengths(sum(some.weights for some in sums))
-    run(_round, store, [(tile, unit, rule.n_threads) for tile in tiles])
-    return ArcFacts(
-        rule,
-        unit,
-        _core.unit_of_lengths(sum(some.prices for some in sums)),
-        sum(some.sliver_area for some in sums),
-    )
+    run(_round, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles])
+    price_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
+    if rule.has_prices:
+        names = "prices", "border_lengths"
+        run(_round, store, [(tile, *names, price_unit, rule.n_threads) for tile in tiles])
+    return ArcFacts(rule, unit, price_unit, sum(some.sliver_area for some in sums))
 
 
 def prices_of(surface: Surface, rule: WeightRule) -> npt.NDArray[np.float64]:
@@ -145,16 +146,18 @@ def _weigh_tile(
     surface, weights, graph = weighed(store, faces, rule)
     first = store.starts[tile]
     is_own = (faces.places >= first) & (faces.places < store.starts[tile + 1])
-    at = np.flatnonzero(is_own)
-    at = at[np.argsort(faces.places[at])]  # of each place of the tile
+    at = np.empty(len(own), np.int64)  # of each place of the tile
+    at[faces.places[is_own] - first] = np.flatnonzero(is_own)
     offsets, arcs = rows(graph.offsets, at)
     weights = weights[arcs]
-    _write_arcs(store, tile, offsets, faces.places[graph.neighbors[arcs]])
+    _write_arcs(store, tile, offsets, faces, graph.neighbors[arcs])
+    store.write(tile, "arc_sides", graph.sides[arcs])
     store.write(tile, "weights", weights)
     prices = 0.0
     if rule.has_prices:
-        default = prices_of(surface, rule)
-        prices = _core.sum_of(default[arcs], rule.n_threads)
+        default = prices_of(surface, rule)[arcs]
+        store.write(tile, "prices", default)
+        prices = _core.sum_of(default, rule.n_threads)
     mesh = own.mesh(store)
     return _TileSums(
         _core.sum_of(weights, rule.n_threads),
@@ -165,21 +168,31 @@ def _weigh_tile(
     )
 
 
-def _round(store: TileStore, tile: int, unit: float, n_threads: int) -> None:
-    store.write(tile, "lengths", _core.round_weights(store.read(tile, "weights"), unit, n_threads))
+def _round(
+    store: TileStore, tile: int, weights: str, lengths: str, unit: float, n_threads: int
+) -> None:
+    store.write(tile, lengths, _core.round_weights(store.read(tile, weights), unit, n_threads))
 
 
 def _write_arcs(
-    store: TileStore, tile: int, offsets: npt.NDArray[np.int64], targets: npt.NDArray[np.int64]
+    store: TileStore,
+    tile: int,
+    offsets: npt.NDArray[np.int64],
+    faces: Faces,
+    targets: npt.NDArray[np.int32],
 ) -> None:
-    first, n_own = store.starts[tile], store.size(tile)
-    is_own = (targets >= first) & (targets < first + n_own)
-    ghosts = np.unique(targets[~is_own])
-    local = targets - first
-    local[~is_own] = n_own + np.searchsorted(ghosts, targets[~is_own])
+    """Write arcs to some of the faces, those of the tile and others."""
+    local = faces.places - store.starts[tile]
+    is_ghost = np.zeros(len(faces), bool)
+    is_ghost[targets] = True
+    is_ghost &= (local < 0) | (local >= store.size(tile))
+    ghosts = np.flatnonzero(is_ghost)
+    ghosts = ghosts[np.argsort(faces.places[ghosts])]
+    local[ghosts] = store.size(tile) + np.arange(len(ghosts))
     store.write(tile, "arc_offsets", offsets)
-    store.write(tile, "arc_targets", local.astype(np.int32))
-    store.write(tile, "ghosts", ghosts)
+    store.write(tile, "arc_targets", local.astype(np.int32)[targets])
+    store.write(tile, "ghosts", faces.places[ghosts])
+    store.write(tile, "ghost_cells", faces.cells[ghosts])
 
 
 def _has_boundary(

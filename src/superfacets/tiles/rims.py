@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .faces import Faces, is_among, read_faces
+from .faces import Faces, is_among, merged, read_faces
 from .store import Run, TileStore
 
 __all__ = ["find_rims", "halo_of"]
@@ -39,11 +39,9 @@ def find_rims(store: TileStore, run: Run) -> list[list[int]]:
 def halo_of(store: TileStore, own: Faces, others: list[int]) -> list[Faces]:
     """The faces of other tiles that share a vertex with a tile, and those next to them."""
     rims = [Faces(*(store.read(other, f"rim_{name}") for name in RIM)) for other in others]
-    if not rims:
-        return []
-    every = Faces.joined(rims)
-    halo = every.take(every.touching(own.vertex_ids))
-    return [every.take(every.touching(halo.vertex_ids))]
+    halos = [rim.take(rim.touching(own.vertex_ids)) for rim in rims]
+    ids = merged([own.vertex_ids[:0], *(halo.vertex_ids for halo in halos)])
+    return [rim.take(rim.touching(ids)) for rim in rims]
 
 
 def _shared_vertices(store: TileStore) -> Longs:
@@ -66,12 +64,15 @@ def _between(store: TileStore, tile: int, first: int, end: int) -> Longs:
 
 
 def _write_rim(store: TileStore, tile: int, shared: Longs) -> Longs:
-    """Write the faces with a shared vertex; return the shared vertices of the tile."""
+    """Write the faces with a shared vertex, and which vertices are; return the numbers of these."""
     faces = read_faces(store, tile)
     rim = faces.take(faces.touching(faces.take(faces.touching(shared)).vertex_ids))
     for name in RIM:
         store.write(tile, f"rim_{name}", getattr(rim, name))
-    return faces.vertex_ids[is_among(faces.vertex_ids, shared)]
+    at = np.flatnonzero(is_among(faces.vertex_ids, shared))
+    store.write(tile, "shared", at.astype(np.int32))
+    store.write(tile, "shared_ids", faces.vertex_ids[at])
+    return faces.vertex_ids[at]
 
 
 def _meeting(vertices_of: list[Longs], n_tiles: int) -> list[set[int]]:

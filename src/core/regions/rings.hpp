@@ -1,0 +1,30 @@
+// Stage 5 on tiles: the cells around borders between regions.
+#pragma once
+
+#include "base/buffer.hpp"
+#include "base/types.hpp"
+#include "cells/arcs.hpp"
+
+namespace superfacets {
+
+// Whether each of some cells has a neighbor of another label. The arcs leave these cells, and lead
+// to any that have labels. Time O(N + M).
+Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
+                                      std::span<const Cell> targets, std::span<const Label> labels);
+
+// The corners of cells: those of cell i are offsets[i] .. offsets[i + 1] - 1.
+struct CellCorners {
+  std::span<const std::int64_t> offsets;  // (N + 1,)
+  std::span<const Vertex> corners;
+
+  std::span<const Vertex> of(std::size_t cell) const {
+    return corners.subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
+  }
+};
+
+// Spreads numbers of rings from vertex to vertex: each of a cell gets at least one less than the
+// largest of its vertices. So a number of n brings all cells within n rings to have a vertex of 1
+// or more. Time O(N max(rings)).
+void spread_rings(const CellCorners& cells, std::span<std::uint8_t> rings);
+
+}  // namespace superfacets
