@@ -160,6 +160,21 @@ auto bind_spread_rings(const Array<std::int64_t>& offsets, const Array<Vertex>& 
   return to_numpy(std::move(spread));
 }
 
+auto bind_cut_band(const Array<std::int64_t>& offsets, const Array<Vertex>& corners,
+                   const Array<std::uint8_t>& rings, const Array<std::int64_t>& arc_offsets,
+                   const Array<std::int32_t>& sides) {
+  const CellCorners cells{view(offsets), view(corners)};
+  const auto input = std::tuple(view(rings), view(arc_offsets), view(sides));
+  BandOfTile band = without_gil([&] {
+    const auto [marks, arcs, left_by] = input;
+    return cut_band(cells, marks, arcs, left_by);
+  });
+  return std::tuple(to_numpy(std::move(band.cells)), to_numpy(std::move(band.rim)),
+                    to_numpy(std::move(band.corner_counts)), to_numpy(std::move(band.corners)),
+                    to_numpy(std::move(band.vertices)), to_numpy(std::move(band.arc_counts)),
+                    to_numpy(std::move(band.arcs)));
+}
+
 }  // namespace
 
 void bind_regions(nb::module_& module) {
@@ -177,6 +192,8 @@ void bind_regions(nb::module_& module) {
              "targets"_a.noconvert(), "labels"_a.noconvert());
   module.def("spread_rings", &bind_spread_rings, "offsets"_a.noconvert(), "corners"_a.noconvert(),
              "rings"_a.noconvert());
+  module.def("cut_band", &bind_cut_band, "offsets"_a.noconvert(), "corners"_a.noconvert(),
+             "rings"_a.noconvert(), "arc_offsets"_a.noconvert(), "sides"_a.noconvert());
   module.def("trace_lines", &bind_trace_lines, "partners"_a.noconvert());
   module.def("smooth_borders", &bind_smooth_borders, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
              "crease_scale"_a, "labels"_a.noconvert(), "fixed"_a.noconvert(), "max_distance"_a,

@@ -179,56 +179,31 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[int, int, in
 
     Corners are rows of the vertices that are used, of which some are shared; arcs lead to cells.
     """
-    rings = store.read(tile, "rings")
-    offsets, corners = read_corners(store, tile)
-    marks = rings[corners]
-    chosen = np.flatnonzero(np.maximum.reduceat(marks, offsets[:-1]))
-    is_at_rim = np.minimum.reduceat(marks, offsets[:-1])[chosen] == 0
-    sizes = np.diff(offsets)[chosen]
-    corners = corners[rows(offsets, chosen)[1]]
-    is_used = np.zeros(len(rings), bool)
-    is_used[corners] = True
-    numbers = np.cumsum(is_used, dtype=np.int32) - 1
-    shared = store.read(tile, "shared")
-    counts, arcs = _arcs_of_band(store, tile, chosen, is_at_rim)
+    sides = store.read(tile, "arc_sides")
+    chosen, rim, corner_counts, corners, used, arc_counts, arcs = _core.cut_band(
+        *read_corners(store, tile),
+        store.read(tile, "rings"),
+        store.read(tile, "arc_offsets"),
+        sides.astype(np.int32),
+    )
     around = np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])
+    numbers = np.full(len(store.read(tile, "rings")), -1, np.int32)
+    numbers[used] = np.arange(len(used))
     arrays = {
         "cells": around[chosen],
-        "rim": np.flatnonzero(is_at_rim),
-        "corner_counts": sizes.astype(np.int32),
-        "corners": numbers[corners],
-        "vertices": store.read(tile, "vertices")[is_used],
-        "shared": np.where(is_used[shared], numbers[shared], -1),
-        "arc_counts": counts,
+        "rim": rim,
+        "corner_counts": corner_counts,
+        "corners": corners,
+        "vertices": store.read(tile, "vertices").take(used, axis=0),
+        "shared": numbers[store.read(tile, "shared")],
+        "arc_counts": arc_counts,
         "targets": around[store.read(tile, "arc_targets")[arcs]],
-        "sides": store.read(tile, "arc_sides")[arcs],
+        "sides": sides[arcs],
         "lengths": store.read(tile, lengths)[arcs],
     }
     for name, array in arrays.items():
         store.write(tile, f"band_{name}", array)
-    return len(corners), len(arrays["vertices"]), len(arcs)
-
-
-def _arcs_of_band(
-    store: TileStore, tile: int, chosen: Longs, is_at_rim: npt.NDArray[np.bool_]
-) -> tuple[Longs, Longs]:
-    """Numbers of arcs of some faces, and these arcs: all but those across edges without a mark.
-
-    The faces at both sides of such an edge are at the rim, or outside.
-    """
-    rings, arc_offsets = store.read(tile, "rings"), store.read(tile, "arc_offsets")
-    offsets, corners = read_corners(store, tile)
-    ends, arcs = rows(arc_offsets, chosen)
-    counts = np.diff(ends)
-    at = np.flatnonzero(np.repeat(is_at_rim, counts))
-    faces = np.repeat(chosen[is_at_rim], counts[is_at_rim])
-    side = store.read(tile, "arc_sides")[arcs[at]].astype(np.int64)
-    following = (side + 1) % (offsets[faces + 1] - offsets[faces])
-    marks = [rings[corners[offsets[faces] + corner]] for corner in (side, following)]
-    is_dropped = np.zeros(len(arcs), bool)
-    is_dropped[at] = np.maximum(*marks) == 0
-    n_dropped = np.concatenate([[0], np.cumsum(is_dropped)])[ends]
-    return counts - np.diff(n_dropped), arcs[~is_dropped]
+    return len(corners), len(used), len(arcs)
 
 
 class _Gathering:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from .._validate import freeze
 from ..mesh.faces import FaceMesh
 from ..mesh.polygon_mesh import PolygonMesh
@@ -132,10 +133,7 @@ def read_corners(store: TileStore, tile: int) -> tuple[Longs, npt.NDArray[np.int
 
 def rows(offsets: Longs, chosen: npt.NDArray[np.integer]) -> tuple[Longs, Longs]:
     """Offsets of the rows chosen from an array in CSR form, and where their entries are in it."""
-    starts, sizes = offsets[chosen], np.diff(offsets)[chosen]
-    ends = np.cumsum(sizes)
-    at = np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - ends + sizes, sizes)
-    return np.concatenate([[0], ends]).astype(np.int64), at
+    return _core.choose_lists(offsets, np.asarray(chosen, np.int64))
 
 
 def merged(lists: Sequence[Longs]) -> Longs:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import io
 import os
 import re
@@ -196,6 +197,18 @@ def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArra
         return file.rows(begin, file.shape[0] if end is None else end)
 
 
+_PREFIX = 10
+"""Bytes of a .npy file before its header: what it is, and the length of the header."""
+
+
+@functools.lru_cache(maxsize=1024)
+def _facts_of(header: bytes) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type of an array. Most headers are read many times, and it takes long."""
+    file = io.BytesIO(len(header).to_bytes(2, "little") + header)
+    shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+    return shape, dtype
+
+
 class ArrayFile:
     """An array in a .npy file, of which rows are read one range after the other.
 
@@ -204,10 +217,11 @@ class ArrayFile:
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("rb", buffering=0)
-        version = np.lib.format.read_magic(self._file)
-        assert version == (1, 0)
-        self.shape, _, self.dtype = np.lib.format.read_array_header_1_0(self._file)
-        self._begin = self._file.tell()
+        start = self._file.read(_PREFIX)
+        assert start[:8] == np.lib.format.magic(1, 0)
+        header = self._file.read(int.from_bytes(start[8:], "little"))
+        self.shape, self.dtype = _facts_of(header)
+        self._begin = _PREFIX + len(header)
         self._row_size = self.dtype.itemsize * int(np.prod(self.shape[1:], dtype=np.int64))
 
     def __enter__(self) -> ArrayFile:
