@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +18,7 @@ from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
 from .arcs import ArcFacts
 from .faces import mesh_of, read_corners, rows
-from .store import Run, TileStore, find_cells
+from .store import Job, Run, TileStore, find_cells
 
 __all__ = ["smooth_tiled"]
 
@@ -77,12 +79,12 @@ class _Marks:
         self._at = [np.searchsorted(every, some) for some in ids]
         self._rings = np.zeros(len(every), np.uint8)
 
-    def settle(self, work: object, jobs: list[tuple[int, Ints]]) -> None:
+    def settle(self, work: Callable[..., Bytes], jobs: Sequence[Job]) -> None:
         """Mark more vertices, and spread the marks until tiles agree."""
         known: dict[int, Bytes] = {}
         while jobs:
             found = self._run(work, self._store, jobs)
-            for (tile, _), rings in zip(jobs, found, strict=True):
+            for (tile, *_), rings in zip(jobs, found, strict=True):
                 known[tile] = rings
                 at = self._at[tile]
                 self._rings[at] = np.maximum(self._rings[at], rings)
@@ -245,7 +247,7 @@ class _Gathering:
 
     def _arcs(
         self,
-    ) -> tuple[Longs, Ints, npt.NDArray[np.integer], npt.NDArray[np.float32]]:
+    ) -> tuple[Longs, Ints, npt.NDArray[Any], npt.NDArray[np.float32]]:
         """Offsets, neighbors, sides and lengths of the arcs."""
         n_arcs = self._sizes.arcs.sum()
         offsets = self._offsets("arc_counts")
@@ -267,9 +269,10 @@ class _Gathering:
 
     def _at(self, tile: int) -> Ints:
         """The faces of a tile."""
-        return self._numbers[self._read(tile, "cells")]
+        faces: Ints = self._numbers[self._read(tile, "cells")]
+        return faces
 
-    def _read(self, tile: int, name: str) -> npt.NDArray[np.generic]:
+    def _read(self, tile: int, name: str) -> npt.NDArray[Any]:
         return self._store.read(tile, f"band_{name}")
 
 
@@ -277,7 +280,7 @@ def _surface_of(
     mesh: FaceMesh,
     offsets: Longs,
     neighbors: Ints,
-    sides: npt.NDArray[np.integer],
+    sides: npt.NDArray[Any],
     n_threads: int,
 ) -> Surface:
     """A surface of which lengths are asked for, and no angles."""

@@ -139,7 +139,10 @@ def rows(offsets: Longs, chosen: npt.NDArray[np.integer]) -> tuple[Longs, Longs]
 def merged(lists: Sequence[Longs]) -> Longs:
     """All numbers of some ascending lists, ascending, each once."""
     numbers = np.sort(np.concatenate(lists), kind="stable")  # fast, as it finds what ascends
-    return numbers[np.append(True, numbers[1:] != numbers[:-1])[: len(numbers)]]
+    is_new = np.ones(len(numbers), bool)
+    is_new[1:] = numbers[1:] != numbers[:-1]
+    different: Longs = numbers[is_new]
+    return different
 
 
 def is_among(values: Longs, wanted: Longs) -> npt.NDArray[np.bool_]:

@@ -217,8 +217,16 @@ def _improve(
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
     known = paths_of(store, tile, version)
     at = (places - store.starts[tile]).astype(np.int32)
-    arcs = (store.read(tile, name) for name in ("arc_offsets", "arc_targets", "lengths"))
-    lengths, labels = _core.improve_paths(*arcs, *known, at, offered, offered_labels, n_threads)
+    lengths, labels = _core.improve_paths(
+        store.read(tile, "arc_offsets"),
+        store.read(tile, "arc_targets"),
+        store.read(tile, "lengths"),
+        *known,
+        at,
+        offered,
+        offered_labels,
+        n_threads,
+    )
     write_paths(store, tile, next_version, lengths, labels)
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     return ghosts[is_better], lengths[n_own:][is_better], labels[n_own:][is_better]
