@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "base/assert.hpp"
 #include "cells/weights.hpp"
@@ -10,32 +9,42 @@
 namespace superfacets {
 namespace {
 
+// Every how many lengths are looked at for their mean, for which some thousands suffice.
+constexpr std::size_t kStep = 61;
+
 // As many arcs as lengths of this mean have in all together, wherever tiles are cut: by this the
 // queues of an expansion choose the width of their buckets.
 std::int64_t n_arcs_of_all(std::span<const float> lengths) {
-  const double total = std::accumulate(lengths.begin(), lengths.end(), 0.0);
-  if (total <= 0.0) return 1;
-  return std::llround(std::ldexp(static_cast<double>(lengths.size()) / total, kTotalBits));
+  double total = 0.0;
+  std::int64_t n_lengths = 0;
+  for (std::size_t arc = 0; arc < lengths.size(); arc += kStep, ++n_lengths) total += lengths[arc];
+  if (n_lengths == 0) return 1;
+  return std::llround(std::ldexp(static_cast<double>(n_lengths) / total, kTotalBits));
 }
 
 bool fits_rows(const PathArcs& input) {
+  std::int64_t most = 0;
   for (std::size_t cell = 0; cell + 1 < input.offsets.size(); ++cell) {
-    if (input.offsets[cell + 1] - input.offsets[cell] > OrderedGraph::kRow) return false;
+    most = std::max(most, input.offsets[cell + 1] - input.offsets[cell]);
   }
-  return true;
+  return most <= OrderedGraph::kRow;
 }
 
 void copy_rows(const PathArcs& input, OrderedGraph& graph) {
-  graph.arcs = Buffer<Arc>(std::size_t{OrderedGraph::kRow} * graph.n_cells());
+  constexpr std::int64_t kRow = OrderedGraph::kRow;
+  graph.arcs = Buffer<Arc>(kRow * static_cast<std::size_t>(graph.n_cells()));
   const auto n_own = static_cast<Place>(input.offsets.size() - 1);
   Arc* row = graph.arcs.data();
-  for (Place place = 0; place < graph.n_cells(); ++place, row += OrderedGraph::kRow) {
-    const std::int64_t begin = input.offsets[std::min(place, n_own)];
-    const std::int64_t end = place < n_own ? input.offsets[place + 1] : begin;
-    for (std::int64_t i = 0; i < OrderedGraph::kRow; ++i) {
-      const std::int64_t arc = begin + i;
-      row[i] = arc < end ? Arc{input.targets[arc], input.lengths[arc]} : Arc{place, 1.0F};
+  for (Place place = 0; place < n_own; ++place, row += kRow) {
+    const std::int64_t begin = input.offsets[place];
+    const std::int64_t n_arcs = input.offsets[place + 1] - begin;
+    for (std::int64_t i = 0; i < n_arcs; ++i) {
+      row[i] = {input.targets[begin + i], input.lengths[begin + i]};
     }
+    std::fill(row + n_arcs, row + kRow, Arc{place, 1.0F});
+  }
+  for (Place place = n_own; place < graph.n_cells(); ++place, row += kRow) {
+    std::fill_n(row, kRow, Arc{place, 1.0F});
   }
 }
 
@@ -50,8 +59,9 @@ void copy_lists(const PathArcs& input, OrderedGraph& graph) {
   }
 }
 
-// What paths need of a graph: no positions.
-OrderedGraph graph_of_paths(const PathArcs& input, std::size_t n_cells) {
+}  // namespace
+
+OrderedGraph graph_of_arcs(const PathArcs& input, std::size_t n_cells) {
   OrderedGraph graph;
   graph.cells = Buffer<Cell>(n_cells);  // their number; they are not read
   if (fits_rows(input)) {
@@ -63,8 +73,6 @@ OrderedGraph graph_of_paths(const PathArcs& input, std::size_t n_cells) {
   return graph;
 }
 
-}  // namespace
-
 TilePaths improve_paths(const PathArcs& arcs, std::span<const PathLength> lengths,
                         std::span<const Label> labels, const PathProposals& proposals,
                         ThreadTeam& team) {
@@ -73,7 +81,7 @@ TilePaths improve_paths(const PathArcs& arcs, std::span<const PathLength> length
   SUPERFACETS_ASSERT(arcs.lengths.size() == arcs.targets.size() &&
                      arcs.offsets.size() <= lengths.size() + 1 &&
                      all_below(arcs.targets, lengths.size()));
-  const OrderedGraph graph = graph_of_paths(arcs, lengths.size());
+  const OrderedGraph graph = graph_of_arcs(arcs, lengths.size());
   Expansion expansion(graph, team);
   expansion.restore(lengths, labels);
   for (std::size_t i = 0; i < proposals.places.size(); ++i) {

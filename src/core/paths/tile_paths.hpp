@@ -28,6 +28,10 @@ struct PathArcs {
   std::span<const float> lengths;  // whole units >= 1
 };
 
+// A graph of these, for what asks for arcs alone: it has no positions. n_cells is the number of
+// cells of the tile and its rim.
+OrderedGraph graph_of_arcs(const PathArcs& input, std::size_t n_cells);
+
 // The best paths to the cells of a tile and to its rim, from those known before (which no arc of
 // the tile improves) and from what is proposed. Where a path to the rim is better than before, it
 // is to be proposed to the tile that owns the cell. When nothing is left to propose, no arc of any

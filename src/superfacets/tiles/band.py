@@ -214,17 +214,19 @@ class _Gathering:
     def __init__(self, store: TileStore, sizes: _Sizes) -> None:
         self._store = store
         self._sizes = sizes
+        cells = [self._read(tile, "cells") for tile in range(store.n_tiles)]
         self._numbers = np.full(store.n_cells, -1, np.int32)  # in the band, of all cells
-        for tile in range(store.n_tiles):
-            self._numbers[self._read(tile, "cells")] = 0
+        for some in cells:
+            self._numbers[some] = 0
         self._cells = np.flatnonzero(self._numbers >= 0).astype(np.int32)
         self._numbers[self._cells] = np.arange(len(self._cells), dtype=np.int32)
+        self._at = [self._numbers[some] for some in cells]  # the faces of each tile
 
     def band(self, n_threads: int) -> _Band:
         """The band."""
         offsets, neighbors, sides, lengths = self._arcs()
         surface = _surface_of(self._mesh(), offsets, neighbors, sides, n_threads)
-        rims = [self._at(tile)[self._read(tile, "rim")] for tile in range(self._store.n_tiles)]
+        rims = [at[self._read(tile, "rim")] for tile, at in enumerate(self._at)]
         return _Band(self._cells, np.concatenate(rims), surface, lengths)
 
     def _mesh(self) -> FaceMesh:
@@ -232,45 +234,38 @@ class _Gathering:
         store = self._store
         ids = [store.read(tile, "shared_ids") for tile in range(store.n_tiles)]
         every = np.unique(np.concatenate(ids))
-        offsets = self._offsets("corner_counts")
-        corners = np.empty(self._sizes.corners.sum(), np.int32)
         begin = len(every)
         vertices = np.zeros((begin + self._sizes.vertices.sum(), 3))
-        for tile, some in enumerate(ids):
+        offsets = self._offsets("corner_counts")
+        corners = np.empty(self._sizes.corners.sum(), np.int32)
+        for tile, at in enumerate(self._at):
             points, shared = self._read(tile, "vertices"), self._read(tile, "shared")
             numbers = np.arange(begin, begin + len(points), dtype=np.int32)
-            numbers[shared[shared >= 0]] = np.searchsorted(every, some[shared >= 0])
+            numbers[shared[shared >= 0]] = np.searchsorted(every, ids[tile][shared >= 0])
             vertices[numbers] = points
-            corners[rows(offsets, self._at(tile))[1]] = numbers[self._read(tile, "corners")]
+            corners[rows(offsets, at)[1]] = numbers[self._read(tile, "corners")]
             begin += len(points)
         return mesh_of(store, vertices, offsets, corners)
 
-    def _arcs(
-        self,
-    ) -> tuple[Longs, Ints, npt.NDArray[Any], npt.NDArray[np.float32]]:
+    def _arcs(self) -> tuple[Longs, Ints, npt.NDArray[Any], npt.NDArray[np.float32]]:
         """Offsets, neighbors, sides and lengths of the arcs."""
         n_arcs = self._sizes.arcs.sum()
         offsets = self._offsets("arc_counts")
         neighbors, lengths = np.empty(n_arcs, np.int32), np.empty(n_arcs, np.float32)
         sides = np.empty(n_arcs, self._read(0, "sides").dtype)
-        for tile in range(self._store.n_tiles):
-            at = rows(offsets, self._at(tile))[1]
-            neighbors[at] = self._numbers[self._read(tile, "targets")]
-            sides[at] = self._read(tile, "sides")
-            lengths[at] = self._read(tile, "lengths")
+        for tile, at in enumerate(self._at):
+            arcs = rows(offsets, at)[1]
+            neighbors[arcs] = self._numbers[self._read(tile, "targets")]
+            sides[arcs] = self._read(tile, "sides")
+            lengths[arcs] = self._read(tile, "lengths")
         return offsets, neighbors, sides, lengths
 
     def _offsets(self, name: str) -> Longs:
         """Where the rows of each face begin, of some number of entries."""
         offsets = np.zeros(len(self._cells) + 1, np.int64)
-        for tile in range(self._store.n_tiles):
-            offsets[1:][self._at(tile)] = self._read(tile, name)
+        for tile, at in enumerate(self._at):
+            offsets[1:][at] = self._read(tile, name)
         return np.cumsum(offsets, out=offsets)
-
-    def _at(self, tile: int) -> Ints:
-        """The faces of a tile."""
-        faces: Ints = self._numbers[self._read(tile, "cells")]
-        return faces
 
     def _read(self, tile: int, name: str) -> npt.NDArray[Any]:
         return self._store.read(tile, f"band_{name}")
