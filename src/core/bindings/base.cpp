@@ -1,10 +1,11 @@
-// Bindings of the base layer, for tests: features of the build, and arithmetic whose errors are
-// measured.
+// Bindings of the base layer: rows of lists, and for tests features of the build, and arithmetic
+// whose errors are measured.
 #include <optional>
 
 #include "base/arctangent.hpp"
 #include "base/assert.hpp"
 #include "base/exponential.hpp"
+#include "base/lists.hpp"
 #include "base/team_scope.hpp"
 #include "bindings/bindings.hpp"
 
@@ -21,6 +22,12 @@ auto bind_exponentials(const Array<double>& x) {
   Buffer<double> powers(x.shape(0));
   exponentials(view(x), powers.span());
   return to_numpy(std::move(powers));
+}
+
+auto bind_choose_lists(const Array<std::int64_t>& offsets, const Array<std::int64_t>& chosen) {
+  const auto input = std::pair(view(offsets), view(chosen));
+  ChosenLists lists = without_gil([&] { return choose_lists(input.first, input.second); });
+  return std::tuple(to_numpy(std::move(lists.offsets)), to_numpy(std::move(lists.entries)));
 }
 
 // A TeamScope for the kernels of one call; entered and left on one thread.
@@ -46,6 +53,7 @@ void bind_base(nb::module_& module) {
           nb::sig("def __exit__(self, *exception: object) -> None"));
   module.def("arctangents", &bind_arctangents, "y"_a.noconvert(), "x"_a.noconvert(),
              "instruction_set"_a);
+  module.def("choose_lists", &bind_choose_lists, "offsets"_a.noconvert(), "chosen"_a.noconvert());
   module.def("exponentials", &bind_exponentials, "x"_a.noconvert());
 }
 

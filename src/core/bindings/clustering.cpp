@@ -219,30 +219,36 @@ auto bind_divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, in
                     to_numpy(std::move(cells.lengths)));
 }
 
-auto bind_connect_tile(const OrderedGraph& tile, Place n_own, const Array<Cell>& coarse,
-                       const Array<float>& lengths, int n_threads) {
-  const auto input = std::pair(view(coarse), view(lengths));
-  TileArcs joined = on_team(n_own, n_threads, [&](ThreadTeam& team) {
-    return connect_tile(tile, n_own, input.first, input.second, team);
+auto bind_connect_tile(const Array<std::int64_t>& offsets, const Array<Place>& arc_targets,
+                       const Array<float>& arc_lengths, const Array<Cell>& coarse,
+                       const Array<float>& coarse_lengths, int n_threads) {
+  const PathArcs input{view(offsets), view(arc_targets), view(arc_lengths)};
+  const auto cells = std::pair(view(coarse), view(coarse_lengths));
+  TileArcs joined = on_team(cells.first.size(), n_threads, [&](ThreadTeam& team) {
+    const auto n_own = static_cast<Place>(input.offsets.size() - 1);
+    const OrderedGraph tile = graph_of_arcs(input, cells.first.size());
+    return connect_tile(tile, n_own, cells.first, cells.second, team);
   });
   std::vector<Cell> targets;
-  std::vector<float> arc_lengths;
+  std::vector<float> lengths;
   for (const Arc& arc : joined.arcs) {
     targets.push_back(arc.to);
-    arc_lengths.push_back(arc.length);
+    lengths.push_back(arc.length);
   }
   return std::tuple(to_numpy(std::move(joined.offsets)), to_numpy(std::move(targets)),
-                    to_numpy(std::move(arc_lengths)));
+                    to_numpy(std::move(lengths)));
 }
 
-auto bind_improve_paths(const OrderedGraph& tile, const Array<PathLength>& lengths,
+auto bind_improve_paths(const Array<std::int64_t>& offsets, const Array<Place>& targets,
+                        const Array<float>& arc_lengths, const Array<PathLength>& lengths,
                         const Array<Label>& labels, const Array<Place>& places,
                         const Array<PathLength>& proposed_lengths,
                         const Array<Label>& proposed_labels, int n_threads) {
+  const PathArcs arcs{view(offsets), view(targets), view(arc_lengths)};
   const auto known = std::pair(view(lengths), view(labels));
   const PathProposals proposals{view(places), view(proposed_lengths), view(proposed_labels)};
-  TilePaths paths = on_team(tile.n_cells(), n_threads, [&](ThreadTeam& team) {
-    return improve_paths(tile, known.first, known.second, proposals, team);
+  TilePaths paths = on_team(known.first.size(), n_threads, [&](ThreadTeam& team) {
+    return improve_paths(arcs, known.first, known.second, proposals, team);
   });
   return std::tuple(to_numpy(std::move(paths.lengths)), to_numpy(std::move(paths.labels)));
 }
@@ -330,10 +336,12 @@ void bind_clustering_stages(nb::module_& module) {
   module.def("join_islands", &bind_join_islands, "graph"_a, "labels"_a.noconvert(),
              "groups"_a.noconvert(), "n_threads"_a);
   module.def("divide_tile", &bind_divide_tile, "tile"_a, "n_own"_a, "cell_size"_a, "n_threads"_a);
-  module.def("connect_tile", &bind_connect_tile, "tile"_a, "n_own"_a, "coarse"_a.noconvert(),
-             "lengths"_a.noconvert(), "n_threads"_a);
-  module.def("improve_paths", &bind_improve_paths, "tile"_a, "lengths"_a.noconvert(),
-             "labels"_a.noconvert(), "places"_a.noconvert(), "proposed_lengths"_a.noconvert(),
+  module.def("connect_tile", &bind_connect_tile, "offsets"_a.noconvert(),
+             "arc_targets"_a.noconvert(), "arc_lengths"_a.noconvert(), "coarse"_a.noconvert(),
+             "coarse_lengths"_a.noconvert(), "n_threads"_a);
+  module.def("improve_paths", &bind_improve_paths, "offsets"_a.noconvert(), "targets"_a.noconvert(),
+             "arc_lengths"_a.noconvert(), "lengths"_a.noconvert(), "labels"_a.noconvert(),
+             "places"_a.noconvert(), "proposed_lengths"_a.noconvert(),
              "proposed_labels"_a.noconvert(), "n_threads"_a);
   module.def("region_means", &bind_region_means, "coarse"_a, "labels"_a.noconvert(), "n_regions"_a);
   module.def("nearest_of_regions", &bind_nearest_of_regions, "positions"_a.noconvert(),

@@ -7,6 +7,7 @@
 #include "regions/lines.hpp"
 #include "regions/merge_tree.hpp"
 #include "regions/region_graph.hpp"
+#include "regions/rings.hpp"
 #include "regions/smooth.hpp"
 
 namespace superfacets {
@@ -143,6 +144,37 @@ auto bind_smooth_part(const Surface& surface, const Array<float>& lengths, doubl
   return std::tuple(to_numpy(std::move(part.labels)), to_numpy(std::move(part.examined)));
 }
 
+auto bind_cells_at_borders(const Array<std::int64_t>& offsets, const Array<Cell>& targets,
+                           const Array<Label>& labels) {
+  const auto input = std::tuple(view(offsets), view(targets), view(labels));
+  return to_numpy(without_gil([&] { return std::apply(cells_at_borders, input); }));
+}
+
+// Returns new numbers; those given stay as they are.
+auto bind_spread_rings(const Array<std::int64_t>& offsets, const Array<Vertex>& corners,
+                       const Array<std::uint8_t>& rings) {
+  const CellCorners cells{view(offsets), view(corners)};
+  Buffer<std::uint8_t> spread(rings.shape(0));
+  std::copy_n(rings.data(), rings.shape(0), spread.data());
+  without_gil([&] { spread_rings(cells, spread.span()); });
+  return to_numpy(std::move(spread));
+}
+
+auto bind_cut_band(const Array<std::int64_t>& offsets, const Array<Vertex>& corners,
+                   const Array<std::uint8_t>& rings, const Array<std::int64_t>& arc_offsets,
+                   const Array<std::int32_t>& sides) {
+  const CellCorners cells{view(offsets), view(corners)};
+  const auto input = std::tuple(view(rings), view(arc_offsets), view(sides));
+  BandOfTile band = without_gil([&] {
+    const auto [marks, arcs, left_by] = input;
+    return cut_band(cells, marks, arcs, left_by);
+  });
+  return std::tuple(to_numpy(std::move(band.cells)), to_numpy(std::move(band.rim)),
+                    to_numpy(std::move(band.corner_counts)), to_numpy(std::move(band.corners)),
+                    to_numpy(std::move(band.vertices)), to_numpy(std::move(band.arc_counts)),
+                    to_numpy(std::move(band.arcs)));
+}
+
 }  // namespace
 
 void bind_regions(nb::module_& module) {
@@ -156,6 +188,12 @@ void bind_regions(nb::module_& module) {
   module.def("measure_regions", &bind_measure_regions, "surface"_a, "labels"_a.noconvert(),
              "n_regions"_a, "n_threads"_a);
   module.def("region_arcs", &bind_region_arcs, "surface"_a, "labels"_a.noconvert(), "n_threads"_a);
+  module.def("cells_at_borders", &bind_cells_at_borders, "offsets"_a.noconvert(),
+             "targets"_a.noconvert(), "labels"_a.noconvert());
+  module.def("spread_rings", &bind_spread_rings, "offsets"_a.noconvert(), "corners"_a.noconvert(),
+             "rings"_a.noconvert());
+  module.def("cut_band", &bind_cut_band, "offsets"_a.noconvert(), "corners"_a.noconvert(),
+             "rings"_a.noconvert(), "arc_offsets"_a.noconvert(), "sides"_a.noconvert());
   module.def("trace_lines", &bind_trace_lines, "partners"_a.noconvert());
   module.def("smooth_borders", &bind_smooth_borders, "surface"_a, "lengths"_a.noconvert(), "unit"_a,
              "crease_scale"_a, "labels"_a.noconvert(), "fixed"_a.noconvert(), "max_distance"_a,

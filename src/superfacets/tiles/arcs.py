@@ -83,7 +83,9 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     """Write the arcs of all tiles with their lengths, and return what is common to all.
 
     Per tile: ``arc_offsets`` (n + 1,) and ``arc_targets`` of its faces, by place in the tile, where
-    numbers from n on stand for the places in ``ghosts``, ascending; and ``lengths``.
+    numbers from n on stand for the places in ``ghosts``, ascending, whose cells are
+    ``ghost_cells``; ``arc_sides``; and ``lengths``, or ``border_lengths`` where borders have their
+    own.
     """
     meeting = find_rims(store, run)
     origin = _centroid(store, run)
@@ -95,15 +97,13 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
         rule = replace(rule, is_turned=True)
         sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
     unit = _core.unit_of_lengths(sum(some.weights for some in sums))
-    run(
-        round_lengths, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
-    )
-    return ArcFacts(
-        rule,
-        unit,
-        _core.unit_of_lengths(sum(some.prices for some in sums)),
-        sum(some.sliver_area for some in sums),
-    )
+    jobs = [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
+    run(round_lengths, store, jobs)
+    price_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
+    if rule.has_prices:
+        names = "prices", "border_lengths"
+        run(round_lengths, store, [(tile, *names, price_unit, rule.n_threads) for tile in tiles])
+    return ArcFacts(rule, unit, price_unit, sum(some.sliver_area for some in sums))
 
 
 def prices_of(surface: Surface, rule: WeightRule) -> npt.NDArray[np.float64]:
@@ -149,16 +149,18 @@ def _weigh_tile(
     surface, weights, graph = weighed(store, faces, rule)
     first = store.starts[tile]
     is_own = (faces.places >= first) & (faces.places < store.starts[tile + 1])
-    at = np.flatnonzero(is_own)
-    at = at[np.argsort(faces.places[at])]  # of each place of the tile
+    at = np.empty(len(own), np.int64)  # of each place of the tile
+    at[faces.places[is_own] - first] = np.flatnonzero(is_own)
     offsets, arcs = rows(graph.offsets, at)
     weights = weights[arcs]
-    write_arcs(store, tile, offsets, faces.places[graph.neighbors[arcs]])
+    write_arcs(store, tile, offsets, faces.places, faces.cells, graph.neighbors[arcs])
+    store.write(tile, "arc_sides", graph.sides[arcs])
     store.write(tile, "weights", weights)
     prices = 0.0
     if rule.has_prices:
-        default = prices_of(surface, rule)
-        prices = _core.sum_of(default[arcs], rule.n_threads)
+        default = prices_of(surface, rule)[arcs]
+        store.write(tile, "prices", default)
+        prices = _core.sum_of(default, rule.n_threads)
     mesh = own.mesh(store)
     return _TileSums(
         _core.sum_of(weights, rule.n_threads),
@@ -170,24 +172,32 @@ def _weigh_tile(
 
 
 def round_lengths(
-    store: TileStore, tile: int, weights: str, name: str, unit: float, n_threads: int
+    store: TileStore, tile: int, weights: str, lengths: str, unit: float, n_threads: int
 ) -> None:
     """Write the lengths of the arcs of a tile under a name, from weights of another."""
-    store.write(tile, name, _core.round_weights(store.read(tile, weights), unit, n_threads))
+    store.write(tile, lengths, _core.round_weights(store.read(tile, weights), unit, n_threads))
 
 
 def write_arcs(
-    store: TileStore, tile: int, offsets: npt.NDArray[np.int64], targets: npt.NDArray[np.int64]
+    store: TileStore,
+    tile: int,
+    offsets: npt.NDArray[np.int64],
+    places: npt.NDArray[np.integer],
+    cells: npt.NDArray[np.integer],
+    targets: npt.NDArray[np.integer],
 ) -> None:
-    """Write arcs of a tile that lead to places."""
-    first, n_own = store.starts[tile], store.size(tile)
-    is_own = (targets >= first) & (targets < first + n_own)
-    ghosts = np.unique(targets[~is_own])
-    local = targets - first
-    local[~is_own] = n_own + np.searchsorted(ghosts, targets[~is_own])
+    """Write arcs of a tile to some of the cells at these places, those of the tile and others."""
+    local = places - store.starts[tile]
+    is_ghost = np.zeros(len(places), bool)
+    is_ghost[targets] = True
+    is_ghost &= (local < 0) | (local >= store.size(tile))
+    ghosts = np.flatnonzero(is_ghost)
+    ghosts = ghosts[np.argsort(places[ghosts])]
+    local[ghosts] = store.size(tile) + np.arange(len(ghosts))
     store.write(tile, "arc_offsets", offsets)
-    store.write(tile, "arc_targets", local.astype(np.int32))
-    store.write(tile, "ghosts", ghosts)
+    store.write(tile, "arc_targets", local.astype(np.int32)[targets])
+    store.write(tile, "ghosts", places[ghosts].astype(np.int64))
+    store.write(tile, "ghost_cells", cells[ghosts])
 
 
 def _has_boundary(

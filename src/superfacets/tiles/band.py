@@ -2,71 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from ..cells.cell_graph import box_diagonal
+from ..cells.surface import Surface
+from ..mesh.faces import FaceMesh
+from ..mesh.polygon_mesh import PolygonMesh
 from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
-from .arcs import ArcFacts, prices_of, weighed
-from .faces import NO_FACES, Faces, is_among, read_faces
-from .store import Run, TileStore
+from .arcs import ArcFacts
+from .faces import mesh_of, read_corners, rows
+from .store import Job, Run, TileStore, find_cells
 
 __all__ = ["smooth_tiled"]
 
 Ints = npt.NDArray[np.int32]
-Places = npt.NDArray[np.int64]
+Longs = npt.NDArray[np.int64]
+Bytes = npt.NDArray[np.uint8]
 
-RINGS = 4
-"""Rings of faces around borders, and again around every face that is missing one."""
-
-
-class Band:
-    """The faces around borders.
-
-    At its edge are the faces that may lack one that they share a vertex with. The weight of an arc
-    depends on the neighbors of its two faces. So what is read of a face is right if it shares no
-    vertex with one at the edge: the others are the rim.
-    """
-
-    def __init__(self, store: TileStore, run: Run, faces: Faces) -> None:
-        self._store = store
-        self._run = run
-        self.faces = faces
-        self._is_edge = np.ones(len(faces), bool)
-
-    def rim(self) -> Ints:
-        """Faces that share a vertex with one at the edge."""
-        edge = self.faces.take(np.flatnonzero(self._is_edge))
-        return self.faces.touching(edge.vertex_ids).astype(np.int32)
-
-    def grow(self, around: npt.NDArray[np.integer]) -> None:
-        """Add rings of faces behind those of the edge that share a vertex with some faces."""
-        near = self.faces.touching(self.faces.take(around).vertex_ids)
-        front = [self.faces.take(near[self._is_edge[near]])]
-        known, edge = np.sort(self.faces.places), np.sort(self.faces.places[self._is_edge])
-        added = [self.faces]
-        for _ in range(RINGS):
-            found = self._touching(front)
-            edge = np.setdiff1d(edge, _places_of(front), assume_unique=True)
-            new = [part.take(np.flatnonzero(~is_among(part.places, known))) for part in found]
-            known = np.sort(np.concatenate([known, _places_of(new)]))
-            edge = np.sort(np.concatenate([edge, _places_of(new)]))
-            front = [part.take(np.flatnonzero(is_among(part.places, edge))) for part in found]
-            added += new
-        self.faces = Faces.joined(added)
-        self._is_edge = np.isin(self.faces.places, edge)
-
-    def _touching(self, front: list[Faces]) -> list[Faces]:
-        """All faces that share a vertex with some, tile by tile, by place."""
-        vertex_ids = np.unique(np.concatenate([part.vertex_ids for part in front]))
-        jobs = [(tile, vertex_ids) for tile in range(self._store.n_tiles)]
-        found: list[Faces] = self._run(_touching, self._store, jobs)
-        return found
-
-
-def _places_of(parts: list[Faces]) -> Places:
-    return np.concatenate([part.places for part in parts])
+RINGS = 5
+"""Rings of faces around borders, and again around every face that needs more."""
 
 
 def smooth_tiled(
@@ -79,54 +40,254 @@ def smooth_tiled(
     where moves of a face at the rim of these were considered, more rings are added around it, and
     all is done again.
     """
-    jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
-    ghosts = [labels[_ghost_cells(store, tile)] for tile in range(store.n_tiles)]
-    found = run(
-        _at_borders, store, [(*job, around) for job, around in zip(jobs, ghosts, strict=True)]
-    )
-    band = Band(store, run, Faces.joined(found))
-    if not len(band.faces):
-        return labels
-    around: npt.NDArray[np.integer] = np.arange(len(band.faces))
-    while len(around):
-        band.grow(around)
-        moved, around = _smooth(store, facts, band, labels[band.faces.cells], centers, scale)
+    marks = _Marks(store, run)
+    marks.settle(_mark_borders, _with_ghosts(store, labels))
+    while True:
+        band = _Band.gathered(store, facts, run)
+        if not len(band.cells):
+            return labels
+        moved, examined = band.smoothed(facts, labels[band.cells], centers, scale)
+        if not len(examined):
+            break
+        more = band.cells[examined]
+        marks.settle(_mark_more, [(tile, more) for tile in range(store.n_tiles)])
     result = labels.copy()
-    result[band.faces.cells] = moved
+    result[band.cells] = moved
     return result
 
 
-def _smooth(
-    store: TileStore, facts: ArcFacts, band: Band, labels: Ints, centers: Ints, scale: float
-) -> tuple[Ints, Ints]:
-    """Labels of the band, and the faces of its rim for which moves were considered."""
-    rule, unit = facts.rule, facts.unit
-    surface, weights, _ = weighed(store, band.faces, rule)
-    if rule.has_prices:
-        weights, unit = prices_of(surface, rule), facts.price_unit
-    lengths = _core.round_weights(weights, unit, rule.n_threads)
-    costs = BorderCosts(surface, lengths, unit, scale)
-    at = np.minimum(np.searchsorted(band.faces.cells, centers), len(band.faces) - 1)
-    fixed = at[band.faces.cells[at] == centers].astype(np.int32)
-    limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, rule.n_threads)
-    return _core.smooth_part(*costs.args, labels, fixed, *limits, band.rim())
+def _with_ghosts(store: TileStore, labels: Ints) -> list[tuple[int, Ints]]:
+    """For each tile the labels of its places and its ghosts."""
+    return [
+        (tile, labels[np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])])
+        for tile in range(store.n_tiles)
+    ]
 
 
-def _ghost_cells(store: TileStore, tile: int) -> Ints:
-    return store.read_at("cells", store.read(tile, "ghosts"))
+class _Marks:
+    """How many rings each vertex that several tiles share stands for.
+
+    A vertex marked with n > 0 brings in all faces that have it, whose other vertices are then
+    marked with n - 1 at least. Each tile keeps the marks of its vertices as ``rings``.
+    """
+
+    def __init__(self, store: TileStore, run: Run) -> None:
+        self._store = store
+        self._run = run
+        ids = [store.read(tile, "shared_ids") for tile in range(store.n_tiles)]
+        every = np.unique(np.concatenate(ids))
+        self._at = [np.searchsorted(every, some) for some in ids]
+        self._rings = np.zeros(len(every), np.uint8)
+
+    def settle(self, work: Callable[..., Bytes], jobs: Sequence[Job]) -> None:
+        """Mark more vertices, and spread the marks until tiles agree."""
+        known: dict[int, Bytes] = {}
+        while jobs:
+            found = self._run(work, self._store, jobs)
+            for (tile, *_), rings in zip(jobs, found, strict=True):
+                known[tile] = rings
+                at = self._at[tile]
+                self._rings[at] = np.maximum(self._rings[at], rings)
+            wanted = [(tile, self._rings[at]) for tile, at in enumerate(self._at)]
+            jobs = [(tile, rings) for tile, rings in wanted if (rings != known[tile]).any()]
+            work = _mark_shared
 
 
-def _at_borders(store: TileStore, tile: int, labels: Ints, around: Ints) -> Faces:
-    """The faces of a tile that have a neighbor of another label."""
-    every = np.concatenate([labels, around])
-    sources = np.repeat(np.arange(len(labels)), np.diff(store.read(tile, "arc_offsets")))
-    differs = every[store.read(tile, "arc_targets")] != labels[sources]
-    return read_faces(store, tile).take(np.unique(sources[differs]))
+def _mark_borders(store: TileStore, tile: int, labels: Ints) -> Bytes:
+    """Mark the vertices around the faces of a tile that have a neighbor of another label."""
+    arcs = store.read(tile, "arc_offsets"), store.read(tile, "arc_targets")
+    is_at_border = _core.cells_at_borders(*arcs, labels)
+    rings = np.zeros(len(store.read(tile, "vertex_ids")), np.uint8)
+    return _mark_faces(store, tile, rings, np.flatnonzero(is_at_border))
 
 
-def _touching(store: TileStore, tile: int, vertex_ids: Places) -> Faces:
-    """The faces of a tile that have one of these vertices."""
-    if not is_among(store.read(tile, "vertex_ids"), vertex_ids).any():
-        return NO_FACES
-    faces = read_faces(store, tile)
-    return faces.take(faces.touching(vertex_ids))
+def _mark_more(store: TileStore, tile: int, cells: Ints) -> Bytes:
+    """Mark the vertices around some faces."""
+    return _mark_faces(store, tile, store.read(tile, "rings"), find_cells(store, tile, cells)[1])
+
+
+def _mark_faces(store: TileStore, tile: int, rings: Bytes, faces: Longs) -> Bytes:
+    offsets, corners = read_corners(store, tile)
+    rings[corners[rows(offsets, faces)[1]]] = RINGS
+    return _spread(store, tile, offsets, corners, rings)
+
+
+def _mark_shared(store: TileStore, tile: int, marks: Bytes) -> Bytes:
+    """Take the marks of shared vertices."""
+    rings = store.read(tile, "rings")
+    rings[store.read(tile, "shared")] = marks
+    return _spread(store, tile, *read_corners(store, tile), rings)
+
+
+def _spread(store: TileStore, tile: int, offsets: Longs, corners: Ints, rings: Bytes) -> Bytes:
+    """Write the marks of a tile; return those of the vertices that it shares."""
+    rings = _core.spread_rings(offsets, corners, rings)
+    store.write(tile, "rings", rings)
+    marks: Bytes = rings[store.read(tile, "shared")]
+    return marks
+
+
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """The faces that have a marked vertex.
+
+    Those at the rim have a vertex that is not marked: there faces may be missing, and arcs are.
+
+    Attributes
+    ----------
+    cells, rim : ndarray of int32
+        Numbers in the input, ascending, and which are at the rim.
+    surface : Surface
+    lengths : ndarray of float32
+        Of the arcs, as borders take them.
+    """
+
+    cells: Ints
+    rim: Ints
+    surface: Surface
+    lengths: npt.NDArray[np.float32]
+
+    @classmethod
+    def gathered(cls, store: TileStore, facts: ArcFacts, run: Run) -> _Band:
+        """Bring the faces of all tiles together."""
+        lengths = "border_lengths" if facts.rule.has_prices else "lengths"
+        tiles = range(store.n_tiles)
+        sizes = _Sizes(*np.array(run(_write_band, store, [(tile, lengths) for tile in tiles])).T)
+        return _Gathering(store, sizes).band(facts.rule.n_threads)
+
+    def smoothed(
+        self, facts: ArcFacts, labels: Ints, centers: Ints, scale: float
+    ) -> tuple[Ints, Ints]:
+        """Labels of the band, and the faces of its rim for which moves were considered."""
+        unit = facts.price_unit if facts.rule.has_prices else facts.unit
+        costs = BorderCosts(self.surface, self.lengths, unit, scale)
+        at = np.minimum(np.searchsorted(self.cells, centers), len(self.cells) - 1)
+        fixed = at[self.cells[at] == centers].astype(np.int32)
+        limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, facts.rule.n_threads)
+        return _core.smooth_part(*costs.args, labels, fixed, *limits, self.rim)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sizes:
+    """What each tile adds to the band."""
+
+    corners: Longs
+    vertices: Longs
+    arcs: Longs
+
+
+def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[int, int, int]:
+    """Write what the band takes of a tile; return the numbers of its corners, vertices, arcs.
+
+    Corners are rows of the vertices that are used, of which some are shared; arcs lead to cells.
+    """
+    sides = store.read(tile, "arc_sides")
+    chosen, rim, corner_counts, corners, used, arc_counts, arcs = _core.cut_band(
+        *read_corners(store, tile),
+        store.read(tile, "rings"),
+        store.read(tile, "arc_offsets"),
+        sides.astype(np.int32),
+    )
+    around = np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])
+    numbers = np.full(len(store.read(tile, "rings")), -1, np.int32)
+    numbers[used] = np.arange(len(used))
+    arrays = {
+        "cells": around[chosen],
+        "rim": rim,
+        "corner_counts": corner_counts,
+        "corners": corners,
+        "vertices": store.read(tile, "vertices").take(used, axis=0),
+        "shared": numbers[store.read(tile, "shared")],
+        "arc_counts": arc_counts,
+        "targets": around[store.read(tile, "arc_targets")[arcs]],
+        "sides": sides[arcs],
+        "lengths": store.read(tile, lengths)[arcs],
+    }
+    for name, array in arrays.items():
+        store.write(tile, f"band_{name}", array)
+    return len(corners), len(used), len(arcs)
+
+
+class _Gathering:
+    """Puts faces in the order of the input, one tile after the other."""
+
+    def __init__(self, store: TileStore, sizes: _Sizes) -> None:
+        self._store = store
+        self._sizes = sizes
+        cells = [self._read(tile, "cells") for tile in range(store.n_tiles)]
+        self._numbers = np.full(store.n_cells, -1, np.int32)  # in the band, of all cells
+        for some in cells:
+            self._numbers[some] = 0
+        self._cells = np.flatnonzero(self._numbers >= 0).astype(np.int32)
+        self._numbers[self._cells] = np.arange(len(self._cells), dtype=np.int32)
+        self._at = [self._numbers[some] for some in cells]  # the faces of each tile
+
+    def band(self, n_threads: int) -> _Band:
+        """The band."""
+        offsets, neighbors, sides, lengths = self._arcs()
+        surface = _surface_of(self._mesh(), offsets, neighbors, sides, n_threads)
+        rims = [at[self._read(tile, "rim")] for tile, at in enumerate(self._at)]
+        return _Band(self._cells, np.concatenate(rims), surface, lengths)
+
+    def _mesh(self) -> FaceMesh:
+        """The faces, with vertices that tiles share first, then those of each tile."""
+        store = self._store
+        ids = [store.read(tile, "shared_ids") for tile in range(store.n_tiles)]
+        every = np.unique(np.concatenate(ids))
+        begin = len(every)
+        vertices = np.zeros((begin + self._sizes.vertices.sum(), 3))
+        offsets = self._offsets("corner_counts")
+        corners = np.empty(self._sizes.corners.sum(), np.int32)
+        for tile, at in enumerate(self._at):
+            points, shared = self._read(tile, "vertices"), self._read(tile, "shared")
+            numbers = np.arange(begin, begin + len(points), dtype=np.int32)
+            numbers[shared[shared >= 0]] = np.searchsorted(every, ids[tile][shared >= 0])
+            vertices[numbers] = points
+            corners[rows(offsets, at)[1]] = numbers[self._read(tile, "corners")]
+            begin += len(points)
+        return mesh_of(store, vertices, offsets, corners)
+
+    def _arcs(self) -> tuple[Longs, Ints, npt.NDArray[Any], npt.NDArray[np.float32]]:
+        """Offsets, neighbors, sides and lengths of the arcs."""
+        n_arcs = self._sizes.arcs.sum()
+        offsets = self._offsets("arc_counts")
+        neighbors, lengths = np.empty(n_arcs, np.int32), np.empty(n_arcs, np.float32)
+        sides = np.empty(n_arcs, self._read(0, "sides").dtype)
+        for tile, at in enumerate(self._at):
+            arcs = rows(offsets, at)[1]
+            neighbors[arcs] = self._numbers[self._read(tile, "targets")]
+            sides[arcs] = self._read(tile, "sides")
+            lengths[arcs] = self._read(tile, "lengths")
+        return offsets, neighbors, sides, lengths
+
+    def _offsets(self, name: str) -> Longs:
+        """Where the rows of each face begin, of some number of entries."""
+        offsets = np.zeros(len(self._cells) + 1, np.int64)
+        for tile, at in enumerate(self._at):
+            offsets[1:][at] = self._read(tile, name)
+        return np.cumsum(offsets, out=offsets)
+
+    def _read(self, tile: int, name: str) -> npt.NDArray[Any]:
+        return self._store.read(tile, f"band_{name}")
+
+
+def _surface_of(
+    mesh: FaceMesh,
+    offsets: Longs,
+    neighbors: Ints,
+    sides: npt.NDArray[Any],
+    n_threads: int,
+) -> Surface:
+    """A surface of which lengths are asked for, and no angles."""
+    handle: _core.Surface
+    if isinstance(mesh, PolygonMesh):
+        faces = mesh.vertices, mesh.offsets, mesh.indices
+        turns = np.zeros(len(neighbors), np.uint8)
+        handle = _core.PolygonSurface(*faces, offsets, neighbors, sides, turns, False, n_threads)
+    else:
+        turns = np.empty(0, np.uint8)
+        handle = _core.TriangleSurface(
+            mesh.vertices, mesh.faces, offsets, neighbors, sides, turns, False
+        )
+    diagonal = box_diagonal(mesh.bounds)
+    return Surface(handle, offsets, neighbors, mesh.bounds, diagonal, n_threads)

@@ -109,8 +109,9 @@ def _connect(
     coarse = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
     return _core.connect_tile(
-        tile_graph(store, tile, n_threads),
-        store.size(tile),
+        store.read(tile, "arc_offsets"),
+        store.read(tile, "arc_targets"),
+        store.read(tile, "lengths"),
         coarse.astype(np.int32),
         np.concatenate(lengths),
         n_threads,

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from .._validate import freeze
 from ..mesh.faces import FaceMesh
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .store import TileStore
 
-__all__ = ["NO_FACES", "Faces", "is_among", "read_faces", "rows"]
+__all__ = ["Faces", "is_among", "merged", "mesh_of", "read_corners", "read_faces", "rows"]
 
 Longs = npt.NDArray[np.int64]
 
@@ -46,14 +47,16 @@ class Faces:
     def take(self, chosen: npt.NDArray[np.integer]) -> Faces:
         """The faces of these indices, in this order, without the vertices of others."""
         offsets, at = rows(self.offsets, chosen)
-        used, corners = np.unique(self.corners[at], return_inverse=True)
+        is_used = np.zeros(len(self.vertex_ids), bool)
+        is_used[self.corners[at]] = True
+        numbers = np.cumsum(is_used, dtype=np.int32) - 1
         return Faces(
             self.places[chosen],
             self.cells[chosen],
             offsets,
-            corners.astype(np.int32),
-            self.vertex_ids[used],
-            self.vertices[used],
+            numbers[self.corners[at]],
+            self.vertex_ids[is_used],
+            self.vertices[is_used],
         )
 
     def touching(self, vertex_ids: Longs) -> npt.NDArray[np.int64]:
@@ -66,12 +69,13 @@ class Faces:
     @classmethod
     def joined(cls, parts: Sequence[Faces]) -> Faces:
         """All faces of some parts, in the order of their numbers in the input."""
-        vertex_ids, first = np.unique(
-            np.concatenate([part.vertex_ids for part in parts]), return_index=True
-        )
-        corners = np.concatenate(
-            [np.searchsorted(vertex_ids, part.vertex_ids)[part.corners] for part in parts]
-        )
+        vertex_ids = merged([part.vertex_ids for part in parts])
+        vertices = np.empty((len(vertex_ids), 3))
+        corners = []
+        for part in parts:
+            numbers = np.searchsorted(vertex_ids, part.vertex_ids).astype(np.int32)
+            vertices[numbers] = part.vertices
+            corners.append(numbers[part.corners])
         sizes = np.concatenate([np.diff(part.offsets) for part in parts])
         cells = np.concatenate([part.cells for part in parts])
         order = np.argsort(cells, kind="stable")
@@ -80,43 +84,36 @@ class Faces:
             np.concatenate([part.places for part in parts])[order],
             cells[order],
             offsets,
-            corners[at].astype(np.int32),
+            np.concatenate(corners)[at],
             vertex_ids,
-            np.concatenate([part.vertices for part in parts])[first],
+            vertices,
         )
 
     def mesh(self, store: TileStore) -> FaceMesh:
         """A mesh of them, with the bounds of the whole; nothing is checked again."""
-        vertices = np.ascontiguousarray(self.vertices)
-        if store.kind == "polygons":
-            polygons = object.__new__(PolygonMesh)
-            freeze(polygons, vertices=vertices, offsets=self.offsets, indices=self.corners)
-            freeze(polygons, bounds=store.bounds.copy())
-            return polygons
-        mesh = object.__new__(Mesh)
-        faces = self.corners.reshape(-1, 3)
-        freeze(mesh, vertices=vertices, faces=faces, bounds=store.bounds.copy())
-        return mesh
+        return mesh_of(store, np.ascontiguousarray(self.vertices), self.offsets, self.corners)
 
 
-NO_FACES = Faces(
-    np.empty(0, np.int64),
-    np.empty(0, np.int32),
-    np.zeros(1, np.int64),
-    np.empty(0, np.int32),
-    np.empty(0, np.int64),
-    np.empty((0, 3)),
-)
+def mesh_of(
+    store: TileStore,
+    vertices: npt.NDArray[np.float64],
+    offsets: Longs,
+    corners: npt.NDArray[np.int32],
+) -> FaceMesh:
+    """A mesh of some faces of the store, with the bounds of the whole; nothing is checked."""
+    if store.kind == "polygons":
+        polygons = object.__new__(PolygonMesh)
+        freeze(polygons, vertices=vertices, offsets=offsets, indices=corners)
+        freeze(polygons, bounds=store.bounds.copy())
+        return polygons
+    mesh = object.__new__(Mesh)
+    freeze(mesh, vertices=vertices, faces=corners.reshape(-1, 3), bounds=store.bounds.copy())
+    return mesh
 
 
 def read_faces(store: TileStore, tile: int) -> Faces:
     """The faces of a tile, in the order of places."""
-    n_cells = store.size(tile)
-    if store.kind == "polygons":
-        offsets, corners = store.read(tile, "offsets"), store.read(tile, "corners")
-    else:
-        corners = store.read(tile, "faces").reshape(-1)
-        offsets = np.arange(0, 3 * n_cells + 1, 3)
+    offsets, corners = read_corners(store, tile)
     return Faces(
         np.arange(store.starts[tile], store.starts[tile + 1]),
         store.read(tile, "cells"),
@@ -127,12 +124,25 @@ def read_faces(store: TileStore, tile: int) -> Faces:
     )
 
 
+def read_corners(store: TileStore, tile: int) -> tuple[Longs, npt.NDArray[np.int32]]:
+    """Offsets and corners of the faces of a tile, as in `Faces`."""
+    if store.kind == "polygons":
+        return store.read(tile, "offsets"), store.read(tile, "corners")
+    return np.arange(0, 3 * store.size(tile) + 1, 3), store.read(tile, "faces").reshape(-1)
+
+
 def rows(offsets: Longs, chosen: npt.NDArray[np.integer]) -> tuple[Longs, Longs]:
     """Offsets of the rows chosen from an array in CSR form, and where their entries are in it."""
-    starts, sizes = offsets[chosen], np.diff(offsets)[chosen]
-    ends = np.cumsum(sizes)
-    at = np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - ends + sizes, sizes)
-    return np.concatenate([[0], ends]).astype(np.int64), at
+    return _core.choose_lists(offsets, np.asarray(chosen, np.int64))
+
+
+def merged(lists: Sequence[Longs]) -> Longs:
+    """All numbers of some ascending lists, ascending, each once."""
+    numbers = np.sort(np.concatenate(lists), kind="stable")  # fast, as it finds what ascends
+    is_new = np.ones(len(numbers), bool)
+    is_new[1:] = numbers[1:] != numbers[:-1]
+    different: Longs = numbers[is_new]
+    return different
 
 
 def is_among(

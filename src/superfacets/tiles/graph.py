@@ -110,7 +110,7 @@ class TiledGraph:
             measures[own] = store.read(tile, "measures")
             ends = np.cumsum(counts[own])
             at = np.arange(ends[-1]) + np.repeat(offsets[own] - ends + counts[own], counts[own])
-            around = np.concatenate([own, cells[store.read(tile, "ghosts")]])
+            around = np.concatenate([own, store.read(tile, "ghost_cells")])
             neighbors[at] = around[store.read(tile, "arc_targets")]
             lengths[at] = store.read(tile, "lengths")
         placed = _core.PlacedCells(positions, measures, n_threads)

@@ -52,7 +52,7 @@ def _unlabeled(
     """The cells without a label, their positions, and arcs between them, as pairs of cells."""
     at = np.flatnonzero(labels < 0)
     own = store.read(tile, "cells")
-    around = np.concatenate([own, store.read_at("cells", store.read(tile, "ghosts"))])
+    around = np.concatenate([own, store.read(tile, "ghost_cells")])
     offsets = store.read(tile, "arc_offsets")
     sources = np.repeat(np.arange(len(own)), np.diff(offsets))
     is_inside = labels[sources] < 0  # and so is the other end: a path leads there

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .coarse import nearest_cells, tile_graph
+from .coarse import nearest_cells
 from .islands import find_islands
 from .store import Job, Run, TileStore, find_cells
 
@@ -88,13 +88,11 @@ class TiledPaths:
             waiting.setdefault(tile, []).append(some)
 
     def _next(self, waiting: dict[int, list[Proposals]]) -> list[int]:
-        """The tiles to work on: all at once, or the one with the shortest path.
+        """The tiles to work on: all at once, or the one that has waited longest.
 
         One after the other, each takes all that was proposed before, and is visited less often.
         """
-        if self._is_parallel:
-            return sorted(waiting)
-        return [min(waiting, key=lambda tile: min(part[1].min() for part in waiting[tile]))]
+        return sorted(waiting) if self._is_parallel else [next(iter(waiting))]
 
     def _job(self, tile: int, waiting: dict[int, list[Proposals]], version: int) -> Job:
         """What a tile has to look at; the paths that it finds get this version."""
@@ -192,14 +190,14 @@ def paths_of(store: TileStore, tile: int, version: int) -> tuple[Lengths, Ints]:
     if version < 0:
         n_cells = store.size(tile) + len(store.read(tile, "ghosts"))
         return np.full(n_cells, UNREACHED, np.uint64), np.full(n_cells, -1, np.int32)
-    lengths, labels = store.read(tile, name_of(version))
-    return lengths, labels.view(np.int64).astype(np.int32)
+    packed = store.read(tile, name_of(version))
+    lengths, labels = np.split(packed, [2 * len(packed) // 3])
+    return lengths.view(np.uint64), labels
 
 
 def write_paths(store: TileStore, tile: int, version: int, lengths: Lengths, labels: Ints) -> None:
     """Write what `paths_of` reads: in one array, which appears whole."""
-    rows = np.stack([lengths, labels.astype(np.int64).view(np.uint64)])
-    store.write(tile, name_of(version), rows)
+    store.write(tile, name_of(version), np.concatenate([lengths.view(np.int32), labels]))
 
 
 def own_labels(store: TileStore, tile: int, version: int) -> Ints:
@@ -219,8 +217,16 @@ def _improve(
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
     known = paths_of(store, tile, version)
     at = (places - store.starts[tile]).astype(np.int32)
-    graph = tile_graph(store, tile, n_threads)
-    lengths, labels = _core.improve_paths(graph, *known, at, offered, offered_labels, n_threads)
+    lengths, labels = _core.improve_paths(
+        store.read(tile, "arc_offsets"),
+        store.read(tile, "arc_targets"),
+        store.read(tile, "lengths"),
+        *known,
+        at,
+        offered,
+        offered_labels,
+        n_threads,
+    )
     write_paths(store, tile, next_version, lengths, labels)
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     return ghosts[is_better], lengths[n_own:][is_better], labels[n_own:][is_better]

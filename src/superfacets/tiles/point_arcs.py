@@ -29,7 +29,7 @@ class _Sums(NamedTuple):
 
 
 def find_point_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
-    """As `find_arcs`, for the lists of a cloud; there are also ``price_lengths``, if needed."""
+    """As `find_arcs`, for the lists of a cloud; there are also ``border_lengths``, if needed."""
     tiles = range(store.n_tiles)
     run(_write_rim, store, [(tile,) for tile in tiles])
     sums: list[_Sums] = run(_weigh_tile, store, [(tile, rule) for tile in tiles])
@@ -39,7 +39,7 @@ def find_point_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
         round_lengths, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
     )
     if rule.has_prices:
-        jobs = [(tile, "prices", "price_lengths", price_unit, rule.n_threads) for tile in tiles]
+        jobs = [(tile, "prices", "border_lengths", price_unit, rule.n_threads) for tile in tiles]
         run(round_lengths, store, jobs)
     for tile in tiles:
         for name in ("rim", "list_offsets", "list_targets", "normals"):
@@ -104,11 +104,10 @@ def _weigh_tile(store: TileStore, tile: int, rule: WeightRule) -> _Sums:
     weights = np.asarray(arc_weights(surface, surface, rule.radius, rule.options))
     at = np.empty(len(points), np.int64)  # the cell of each point
     at[cells.order] = np.arange(len(points))
-    places = points.columns["places"]
+    places, numbers = points.columns["places"], points.columns["cells"]
     own = at[is_in(store, tile, places)]
     offsets, arcs = rows(surface.offsets, own)
-    neighbors = places[cells.order[surface.neighbors[arcs]]].astype(np.int64)
-    write_arcs(store, tile, offsets, neighbors)
+    write_arcs(store, tile, offsets, places, numbers, cells.order[surface.neighbors[arcs]])
     store.write(tile, "weights", weights[arcs])
     prices = 0.0
     if rule.has_prices:

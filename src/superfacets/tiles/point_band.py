@@ -72,7 +72,7 @@ def smooth_points(
     """Return labels with straight borders, as `smooth_tiled` does for faces."""
     tiles = range(store.n_tiles)
     jobs = [
-        (tile, labels[store.read(tile, "cells")], labels[_ghost_cells(store, tile)])
+        (tile, labels[store.read(tile, "cells")], labels[store.read(tile, "ghost_cells")])
         for tile in tiles
     ]
     band = PointBand(store, run, Points.joined(run(_at_borders, store, jobs)))
@@ -96,7 +96,7 @@ def _smooth(
     cells = PointCells.of(store, band.points, n_threads)
     name, unit = "lengths", facts.unit
     if facts.rule.has_prices:
-        name, unit = "price_lengths", facts.price_unit
+        name, unit = "border_lengths", facts.price_unit
     costs = BorderCosts(cells.surface, band.points.arcs[name][cells.arcs], unit, scale)
     numbers = band.points.columns["cells"][cells.order]
     at = np.minimum(np.searchsorted(numbers, centers), len(numbers) - 1)
@@ -108,10 +108,6 @@ def _smooth(
     result[cells.order] = moved
     around[cells.order[examined]] = True
     return result, around
-
-
-def _ghost_cells(store: TileStore, tile: int) -> Ints:
-    return store.read_at("cells", store.read(tile, "ghosts"))
 
 
 def _at_borders(store: TileStore, tile: int, labels: Ints, around: Ints) -> Points:
@@ -128,7 +124,7 @@ def _points_at(store: TileStore, tile: int, places: npt.NDArray[np.integer]) -> 
     around = np.concatenate([own, store.read(tile, "ghosts")])
     columns = {name: store.read(tile, name) for name in ("cells", "positions", "measures")}
     arcs = {"targets": around[store.read(tile, "arc_targets")]}
-    for name in ("lengths", "price_lengths"):
+    for name in ("lengths", "border_lengths"):
         if store.has(tile, name):
             arcs[name] = store.read(tile, name)
     every = Points(columns | {"places": own}, store.read(tile, "arc_offsets"), arcs)

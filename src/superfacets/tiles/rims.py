@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .faces import Faces, is_among, read_faces
+from .. import _core
+from .faces import Faces, is_among, merged, read_faces
 from .store import Run, TileStore
 
 __all__ = ["find_rims", "halo_of"]
@@ -39,11 +40,9 @@ def find_rims(store: TileStore, run: Run) -> list[list[int]]:
 def halo_of(store: TileStore, own: Faces, others: list[int]) -> list[Faces]:
     """The faces of other tiles that share a vertex with a tile, and those next to them."""
     rims = [Faces(*(store.read(other, f"rim_{name}") for name in RIM)) for other in others]
-    if not rims:
-        return []
-    every = Faces.joined(rims)
-    halo = every.take(every.touching(own.vertex_ids))
-    return [every.take(every.touching(halo.vertex_ids))]
+    halos = [rim.take(rim.touching(own.vertex_ids)) for rim in rims]
+    ids = merged([own.vertex_ids[:0], *(halo.vertex_ids for halo in halos)])
+    return [rim.take(rim.touching(ids)) for rim in rims]
 
 
 def _shared_vertices(store: TileStore) -> Longs:
@@ -54,8 +53,8 @@ def _shared_vertices(store: TileStore) -> Longs:
     for first in range(int(low), int(high) + 1, VERTICES_AT_ONCE):
         end = first + VERTICES_AT_ONCE
         parts = [_between(store, tile, first, end) for tile in range(store.n_tiles)]
-        ids = np.sort(np.concatenate(parts))
-        shared.append(np.unique(ids[1:][ids[1:] == ids[:-1]]))
+        ids = np.sort(np.concatenate(parts), kind="stable")  # each part ascends
+        shared.append(merged([ids[1:][ids[1:] == ids[:-1]]]))
     return np.concatenate(shared)
 
 
@@ -66,12 +65,19 @@ def _between(store: TileStore, tile: int, first: int, end: int) -> Longs:
 
 
 def _write_rim(store: TileStore, tile: int, shared: Longs) -> Longs:
-    """Write the faces with a shared vertex; return the shared vertices of the tile."""
+    """Write the faces with a shared vertex, and which vertices are; return the numbers of these."""
     faces = read_faces(store, tile)
-    rim = faces.take(faces.touching(faces.take(faces.touching(shared)).vertex_ids))
+    at = np.flatnonzero(is_among(faces.vertex_ids, shared))
+    rings = np.zeros(len(faces.vertex_ids), np.uint8)
+    rings[at] = 2
+    rings = _core.spread_rings(faces.offsets, faces.corners, rings)
+    is_at_rim = np.maximum.reduceat(rings[faces.corners], faces.offsets[:-1]) > 0
+    rim = faces.take(np.flatnonzero(is_at_rim))
     for name in RIM:
         store.write(tile, f"rim_{name}", getattr(rim, name))
-    return faces.vertex_ids[is_among(faces.vertex_ids, shared)]
+    store.write(tile, "shared", at.astype(np.int32))
+    store.write(tile, "shared_ids", faces.vertex_ids[at])
+    return faces.vertex_ids[at]
 
 
 def _meeting(vertices_of: list[Longs], n_tiles: int) -> list[set[int]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import functools
 import io
 import os
 import re
@@ -34,15 +35,6 @@ MARK = ".superfacets-tiles-"
 """What the names of scratch folders begin with."""
 
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
-
-HEADER_SIZE = 256
-"""Bytes of a .npy file that its header is within."""
-
-_HEADER = re.compile(
-    rb"\x93NUMPY\x01\x00(..)\{'descr': '([^']+)', 'fortran_order': False, 'shape': \(([\d, ]*)\)",
-    re.DOTALL,
-)
-"""As `header_of` writes it: size of what follows, type, and shape."""
 
 LOCK = ".lock"
 """A file in the folder that the run holds locked: what is not locked was left behind."""
@@ -205,6 +197,18 @@ def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArra
         return file.rows(begin, file.shape[0] if end is None else end)
 
 
+_PREFIX = 10
+"""Bytes of a .npy file before its header: what it is, and the length of the header."""
+
+
+@functools.lru_cache(maxsize=1024)
+def _facts_of(header: bytes) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and type of an array. Most headers are read many times, and it takes long."""
+    file = io.BytesIO(len(header).to_bytes(2, "little") + header)
+    shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+    return shape, dtype
+
+
 class ArrayFile:
     """An array in a .npy file, of which rows are read one range after the other.
 
@@ -213,13 +217,11 @@ class ArrayFile:
 
     def __init__(self, path: Path) -> None:
         self._file = path.open("rb", buffering=0)
-        start = self._file.read(HEADER_SIZE)
-        # numpy compiles the header, which takes most of the time of reading a few rows.
-        found = _HEADER.match(start)
-        assert found is not None
-        self.shape = tuple(int(size) for size in found[3].split(b",") if size.strip())
-        self.dtype = np.dtype(found[2].decode())
-        self._begin = 10 + int.from_bytes(found[1], "little")
+        start = self._file.read(_PREFIX)
+        assert start[:8] == np.lib.format.magic(1, 0)
+        header = self._file.read(int.from_bytes(start[8:], "little"))
+        self.shape, self.dtype = _facts_of(header)
+        self._begin = _PREFIX + len(header)
         self._row_size = self.dtype.itemsize * int(np.prod(self.shape[1:], dtype=np.int64))
 
     def __enter__(self) -> ArrayFile:

@@ -208,8 +208,8 @@ def _sort_chunk(
     narrow = np.int32 if chunks.pieces.vertices.n_rows < 1 << 31 else np.int64
     vertices = faces.corners.astype(narrow)
     if faces.offsets is None:
-        scratch.save(f"runs/{chunk}/vertices", vertices.reshape(-1, 3)[order])
-        scratch.save(f"runs/{chunk}/positions", positions.reshape(-1, 3, 3)[order])
+        scratch.save(f"runs/{chunk}/vertices", vertices.reshape(-1, 3).take(order, axis=0))
+        scratch.save(f"runs/{chunk}/positions", positions.reshape(-1, 3, 3).take(order, axis=0))
     else:
         places, offsets = _reordered(faces.offsets, order)
         scratch.save(f"runs/{chunk}/offsets", offsets)
@@ -308,14 +308,14 @@ def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
     codes, numbers, offsets, vertices, positions = _unsorted_tile(store.scratch, tile)
     order = stable_order(codes)
     if offsets is None:
-        ids, corners = _compact(vertices[order].reshape(-1))
-        positions = positions[order].reshape(-1, 3)
+        places = (3 * order[:, None] + np.arange(3)).reshape(-1)
+        vertices, positions = vertices.reshape(-1), positions.reshape(-1, 3)
     else:
         places, offsets = _reordered(offsets, order)
-        ids, corners = _compact(vertices[places])
-        positions = positions[places]
-    points = np.empty((len(ids), 3))
-    points[corners] = positions
+    ids, corners = _compact(vertices[places])
+    last = np.empty(len(ids), np.int64)
+    last[corners] = places  # of the corners at each vertex
+    points = positions.take(last, axis=0).astype(np.float64)
     centroids, areas = _measured(points, corners, offsets, n_threads)
     store.write(tile, "cells", numbers[order])
     store.write(tile, "positions", centroids)

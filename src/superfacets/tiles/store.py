@@ -109,15 +109,22 @@ class TileStore:
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
 
+_LOW_BITS = (1 << 20) - 1
+"""Of the numbers of cells."""
+
+
 def find_cells(
     store: TileStore, tile: int, wanted: npt.NDArray[np.int32]
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Which of some cells are in a tile, as indices, and where in it they are."""
     cells = store.read(tile, "cells")
+    is_possible = np.zeros(_LOW_BITS + 1, bool)
+    is_possible[wanted & _LOW_BITS] = True
+    possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # a search for all would take longer
     order = np.argsort(wanted)
-    at = np.minimum(np.searchsorted(wanted, cells, sorter=order), len(wanted) - 1)
-    is_wanted = wanted[order[at]] == cells
-    return order[at[is_wanted]], np.flatnonzero(is_wanted)
+    at = np.minimum(np.searchsorted(wanted, cells[possible], sorter=order), len(wanted) - 1)
+    is_wanted = wanted[order[at]] == cells[possible]
+    return order[at[is_wanted]], possible[is_wanted]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
