@@ -9,9 +9,9 @@ from shapes import bumpy_sheet, dumbbell
 import superfacets as sf
 from superfacets import PAPER, MeshError, PointCloud, segment_tiled
 from superfacets.errors import IslandWarning
-from superfacets.tiles import normals, point_band
-from superfacets.tiles.columns import save_columns
-from superfacets.tiles.halves import in_halves
+from superfacets.tiles.clouds import band, normals
+from superfacets.tiles.clouds.columns import save_columns
+from superfacets.tiles.clouds.halves import in_halves
 from superfacets.tiles.scratch import scratch_folder
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
@@ -176,10 +176,10 @@ def test_pairs_of_normals_are_joined_in_portions(ball, tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [{}, {"weights": "superfacets"}], ids=str)
 def test_a_band_that_is_too_narrow_grows(ball, tmp_path, monkeypatch, options):
     grown = []
-    grow = point_band.PointBand.grow
-    monkeypatch.setattr(point_band, "RINGS", 1)
+    grow = band.PointBand.grow
+    monkeypatch.setattr(band, "RINGS", 1)
     monkeypatch.setattr(
-        point_band.PointBand,
+        band.PointBand,
         "grow",
         lambda self, around: grown.append(around.sum()) or grow(self, around),
     )
@@ -256,6 +256,6 @@ def test_weights_of_meshes(ball, tmp_path):
 
 
 def test_too_many_points(monkeypatch, ball, tmp_path):
-    monkeypatch.setattr("superfacets.tiles.cloud_sorting.MAX_CELLS", 9)
+    monkeypatch.setattr("superfacets.tiles.clouds.sorting.MAX_CELLS", 9)
     with pytest.raises(MeshError, match="the cloud has 9000 points; at most 9 are supported"):
         segment_tiled(ball, 12, scratch=tmp_path)

@@ -23,7 +23,7 @@ from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
-from .cloud_reading import (
+from .clouds.reading import (
     CloudPieces,
     DoubleRows,
     array_pieces,

@@ -36,13 +36,13 @@ from ..io.atomic import StrPath, checked_targets
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
 from .arcs import WeightRule, find_arcs
 from .band import smooth_tiled
-from .cloud_reading import CloudPieces
+from .clouds.arcs import find_point_arcs
+from .clouds.band import smooth_points
+from .clouds.lists import make_cloud_tiles
+from .clouds.reading import CloudPieces
 from .graph import TiledGraph
 from .mapping import OnDone, open_run
 from .opening import TiledSource, open_pieces
-from .point_arcs import find_point_arcs
-from .point_band import smooth_points
-from .point_lists import make_cloud_tiles
 from .scratch import check_room, save_array, scratch_folder
 from .sorting import make_tiles
 from .store import Run, TileStore, find_cells

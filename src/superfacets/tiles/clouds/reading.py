@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_normals, exact_doubles
-from ..errors import MeshError
-from ..io.readers.npy import MAX_NPY_HEADER, npy_header
-from ..io.readers.ply_header import Header
-from ..mesh.point_cloud import PointCloud
-from .reading import ArrayRows, RecordRows, Rows
+from ..._validate import checked_normals, exact_doubles
+from ...errors import MeshError
+from ...io.readers.npy import MAX_NPY_HEADER, npy_header
+from ...io.readers.ply_header import Header
+from ...mesh.point_cloud import PointCloud
+from ..reading import ArrayRows, RecordRows, Rows
 
 __all__ = ["CloudPieces", "array_pieces", "cloud_pieces", "npy_pieces", "ply_cloud_pieces"]
 

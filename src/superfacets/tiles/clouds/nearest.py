@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
-from ..cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
-from .cloud_sorting import NOT_COPIED, SortedCloud
-from .faces import is_among
-from .store import RANGE, Run, TileStore
+from ... import _core
+from ...cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
+from ..faces import is_among
+from ..store import RANGE, Run, TileStore
+from .sorting import NOT_COPIED, SortedCloud
 
 __all__ = ["find_neighbors", "is_in"]
 

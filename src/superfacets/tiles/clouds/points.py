@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
-from ..cells.cell_graph import box_diagonal
-from ..cells.surface import Surface
+from ... import _core
+from ...cells.cell_graph import box_diagonal
+from ...cells.surface import Surface
+from ..faces import rows
+from ..store import TileStore
 from .columns import Columns, joined_columns, load_columns, save_columns, taken
-from .faces import rows
-from .store import TileStore
 
 __all__ = ["PointCells", "Points"]
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
-from .cloud_reading import CloudPieces
-from .cloud_sorting import NOT_COPIED, SortedCloud, sort_cloud
+from ... import _core
+from ..scratch import Scratch
+from ..store import Job, Run, TileStore
+from ..sums import BlockedSum
 from .nearest import find_neighbors, is_in
 from .normals import turn_normals
-from .scratch import Scratch
-from .store import Job, Run, TileStore
-from .sums import BlockedSum
+from .reading import CloudPieces
+from .sorting import NOT_COPIED, SortedCloud, sort_cloud
 
 __all__ = ["make_cloud_tiles"]
 

@@ -8,18 +8,18 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
-from .._validate import MAX_CELLS, check_spread
-from ..errors import MeshError
-from .cloud_reading import CloudPieces
+from ... import _core
+from ..._validate import MAX_CELLS, check_spread
+from ...errors import MeshError
+from ..mapping import run_all
+from ..reading import Rows
+from ..scratch import Scratch
+from ..sorting import LOW_BITS, box_of, find_cuts, joined_boxes, morton_codes, stable_order
+from ..store import RANGE, Run, TileStore, tile_starts
+from ..welding import weld
 from .columns import Columns, joined_columns, load_columns, save_columns, taken
 from .halves import in_halves
-from .mapping import run_all
-from .reading import Rows
-from .scratch import Scratch
-from .sorting import LOW_BITS, box_of, find_cuts, joined_boxes, morton_codes, stable_order
-from .store import RANGE, Run, TileStore, tile_starts
-from .welding import weld
+from .reading import CloudPieces
 
 __all__ = ["NOT_COPIED", "SortedCloud", "sort_cloud"]
 

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
-from .cloud_sorting import NOT_COPIED
+from ... import _core
+from ..store import TileStore
 from .nearest import is_in
-from .store import TileStore
+from .sorting import NOT_COPIED
 
 __all__ = ["turn_normals"]
 

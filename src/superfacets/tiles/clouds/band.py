@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
-from ..regions.edit import BorderCosts
-from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
-from .arcs import ArcFacts
-from .faces import is_among
+from ... import _core
+from ...regions.edit import BorderCosts
+from ...regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
+from ..arcs import ArcFacts
+from ..faces import is_among
+from ..store import Run, TileStore
 from .points import PointCells, Points
-from .store import Run, TileStore
 
 __all__ = ["smooth_points"]
 

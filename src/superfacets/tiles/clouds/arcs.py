@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .. import _core
-from ..cells.weights import arc_weights
-from .arcs import ArcFacts, WeightRule, prices_of, round_lengths, write_arcs
-from .faces import rows
+from ... import _core
+from ...cells.weights import arc_weights
+from ..arcs import ArcFacts, WeightRule, prices_of, round_lengths, write_arcs
+from ..faces import rows
+from ..store import Run, TileStore
 from .nearest import is_in
 from .points import PointCells, Points
-from .store import Run, TileStore
 
 __all__ = ["find_point_arcs"]
 

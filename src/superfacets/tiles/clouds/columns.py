@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .scratch import Scratch
+from ..scratch import Scratch
 
 __all__ = ["Columns", "joined_columns", "load_columns", "save_columns", "taken"]
 

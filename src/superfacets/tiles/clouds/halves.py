@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from ..scratch import Scratch
+from ..sorting import box_of, joined_boxes
 from .columns import Columns, joined_columns, load_columns, save_columns, taken
-from .scratch import Scratch
-from .sorting import box_of, joined_boxes
 
 __all__ = ["in_halves"]
 
