@@ -1,0 +1,51 @@
+"""What the scripts that take pictures of pages in a browser share."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import gallery_meshes
+import numpy as np
+from PIL import Image
+from playwright.sync_api import Browser, sync_playwright
+from shrink_images import IMAGES, read, save_small
+
+import superfacets as sf
+
+OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
+PATIENCE = 300_000  # milliseconds: software draws a million faces slowly
+N_FACES = 963_520  # of the large bear
+GAP = 8  # pixels between the pictures of a montage
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """Chromium without a window, drawing in software."""
+    with sync_playwright() as playwright:
+        path = shutil.which("chromium") or shutil.which("google-chrome")
+        browser = playwright.chromium.launch(executable_path=path, args=OPTIONS)
+        yield browser
+        browser.close()
+
+
+def large_bear() -> sf.Mesh:
+    return sf.sample_mesh(N_FACES)
+
+
+def cloud() -> sf.PointCloud:
+    """Colored points on a rug, its pile up."""
+    rug: sf.PointCloud = gallery_meshes.rug()
+    return rug
+
+
+def montage(shots: list[Path], name: str) -> None:
+    """Put four pictures of one size into one, two by two, with few colors."""
+    pictures = [read(path) for path in shots]
+    width, height = pictures[0].size
+    sheet = Image.new("RGB", (2 * width + GAP, 2 * height + GAP), "#8a8f98")
+    for i, picture in enumerate(pictures):
+        row, column = divmod(i, 2)
+        sheet.paste(picture, (column * (width + GAP), row * (height + GAP)))
+    save_small(sheet, IMAGES / name)
+    print(f"{name}: {(IMAGES / name).stat().st_size:,} bytes, {np.array(sheet.size)}")
