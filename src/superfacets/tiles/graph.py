@@ -33,14 +33,14 @@ class TiledGraph:
         Works on tiles, here or elsewhere.
     n_threads : int
         Of the core, for a tile.
-    n_at_once : int or None
-        Tiles that are worked on at the same time; None for all.
+    is_parallel : bool
+        Whether several tiles are worked on at the same time.
     """
 
     store: TileStore
     run: Run
     n_threads: int
-    n_at_once: int | None = 1
+    is_parallel: bool = False
 
     is_symmetric = True
     """All weights come from formulas that are the same both ways."""
@@ -64,7 +64,7 @@ class TiledGraph:
 
     @property
     def _paths(self) -> TiledPaths:
-        return TiledPaths(self.store, self.run, self.n_threads, self.n_at_once)
+        return TiledPaths(self.store, self.run, self.n_threads, self.is_parallel)
 
     def seeds(self, n_segments: int, init: str, islands: str) -> Ints | None:
         """Return seeds among all cells; None where they can be placed in memory only."""

@@ -1,10 +1,9 @@
-"""The same work for many pieces: in this process, on others, or on workers of Dask."""
+"""The same work for many pieces: in this process, or on workers of Dask."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from ..batches.processes import local_team
 from ..batches.teams import Team
 from .store import Job, Run
 
-__all__ = ["OnDone", "on_team", "open_run", "pieces_at_once", "run_all"]
+__all__ = ["OnDone", "on_team", "open_run", "run_all"]
 
 OnDone = Callable[[int, int], object]
 """Called with the number of pieces done, and of all, each time that one is."""
@@ -22,15 +21,6 @@ OnDone = Callable[[int, int], object]
 def run_all(run: Run, work: Callable[..., Any], store: Any, n_pieces: int, *args: Any) -> list[Any]:
     """Call ``work(store, piece, *args)`` for all pieces, with the same arguments."""
     return run(work, store, [(piece, *args) for piece in range(n_pieces)])
-
-
-def pieces_at_once(n_threads: int) -> int:
-    """How many pieces one process of so many threads has at a time.
-
-    Two, if it has them: much of the work is that of NumPy and of the disk, on one thread. More
-    would take more memory, and less of the work would wait.
-    """
-    return min(n_threads, 2)
 
 
 def on_team(team: Team, on_done: OnDone | None = None) -> Run:
@@ -58,11 +48,7 @@ def on_team(team: Team, on_done: OnDone | None = None) -> Run:
 
 @contextlib.contextmanager
 def open_run(
-    workers: int,
-    scheduler: str | None,
-    folder: Path,
-    on_done: OnDone | None = None,
-    n_threads: int = 1,
+    workers: int, scheduler: str | None, folder: Path, on_done: OnDone | None = None
 ) -> Iterator[Run]:
     """Give a `Run` on so many processes of this machine, or on the workers of a scheduler.
 
@@ -78,15 +64,13 @@ def open_run(
     folder : Path
         Absolute; all workers have to see it.
     on_done : callable, optional
-    n_threads : int, default 1
-        Of this process.
 
     Raises
     ------
     ConnectionError
         If there is no scheduler, it has no worker, or one does not fit.
     MissingExtraError
-        If several workers need psutil, or a scheduler needs Dask, and it is not installed.
+        If Dask is needed and not installed.
     """
     team: contextlib.AbstractContextManager[Team]
     if scheduler is not None:
@@ -94,23 +78,19 @@ def open_run(
     elif workers > 1:
         team = local_team(workers)
     else:
-        yield _in_this_process(on_done, pieces_at_once(n_threads))
+        yield _in_this_process(on_done)
         return
     with team as opened:
         yield on_team(opened, on_done)
 
 
-def _in_this_process(on_done: OnDone | None, n_at_once: int) -> Run:
+def _in_this_process(on_done: OnDone | None) -> Run:
     def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
-        with ThreadPoolExecutor(n_at_once) as pool:
-            pieces = [pool.submit(work, store, *job) for job in jobs]
-            try:
-                for n_done, piece in enumerate(pieces, 1):
-                    piece.result()
-                    if on_done is not None:
-                        on_done(n_done, len(jobs))
-            finally:
-                pool.shutdown(cancel_futures=True)
-        return [piece.result() for piece in pieces]
+        results = []
+        for job in jobs:
+            results.append(work(store, *job))
+            if on_done is not None:
+                on_done(len(results), len(jobs))
+        return results
 
     return run

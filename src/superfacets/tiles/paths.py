@@ -38,9 +38,9 @@ class TiledPaths:
     of all paths, and the lowest label among equals, whatever tiles there are.
     """
 
-    def __init__(self, store: TileStore, run: Run, n_threads: int, n_at_once: int | None) -> None:
+    def __init__(self, store: TileStore, run: Run, n_threads: int, is_parallel: bool) -> None:
         self._store = store
-        self._n_at_once = n_at_once
+        self._is_parallel = is_parallel
         self._run = run
         self._n_threads = n_threads
         self._versions = dict.fromkeys(range(store.n_tiles), -1)  # of the paths of each tile
@@ -88,11 +88,11 @@ class TiledPaths:
             waiting.setdefault(tile, []).append(some)
 
     def _next(self, waiting: dict[int, list[Proposals]]) -> list[int]:
-        """The tiles to work on: as many at once as can be, those that have waited longest.
+        """The tiles to work on: all at once, or the one that has waited longest.
 
         One after the other, each takes all that was proposed before, and is visited less often.
         """
-        return list(itertools.islice(waiting, self._n_at_once))
+        return sorted(waiting) if self._is_parallel else [next(iter(waiting))]
 
     def _job(self, tile: int, waiting: dict[int, list[Proposals]], version: int) -> Job:
         """What a tile has to look at; the paths that it finds get this version."""

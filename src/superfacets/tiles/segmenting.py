@@ -41,7 +41,7 @@ from .clouds.band import smooth_points
 from .clouds.lists import make_cloud_tiles
 from .clouds.reading import CloudPieces
 from .graph import TiledGraph
-from .mapping import OnDone, open_run, pieces_at_once
+from .mapping import OnDone, open_run
 from .opening import TiledSource, open_pieces
 from .scratch import check_room, save_array, scratch_folder
 from .sorting import make_tiles
@@ -119,7 +119,7 @@ def segment_tiled(
     out : path, optional
         A ``.npy`` file for the labels.
     workers : int, default 1
-        Processes of this machine that work on tiles; 1 is this process.
+        Processes of this machine that work on tiles, with Dask where there are several.
     scheduler : str, optional
         Address of a Dask scheduler instead, whose workers see the source and `scratch`.
     n_threads : int, optional
@@ -146,7 +146,7 @@ def segment_tiled(
     OSError
         If a file cannot be read or written, or the disk has too little room.
     MissingExtraError
-        If several workers need psutil, or a scheduler needs Dask, and it is not installed.
+        If Dask is needed and not installed.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
@@ -223,11 +223,10 @@ def _run(
     is_remote = place.workers > 1 or place.scheduler is not None
     # Each thread of a worker has a tile of its own.
     tile_threads = 1 if is_remote else options.loop.n_threads
-    n_at_once = None if is_remote else pieces_at_once(tile_threads)
     on_stage = options.loop.on_stage
     with (
         scratch_folder(place.scratch) as scratch,
-        open_run(place.workers, place.scheduler, place.scratch, on_tile, tile_threads) as run,
+        open_run(place.workers, place.scheduler, place.scratch, on_tile) as run,
     ):
         with timed(timings, "tiles", on_stage):
             pieces = open_pieces(source, scratch, for_workers=is_remote)
@@ -240,7 +239,7 @@ def _run(
                 store = make_tiles(
                     pieces, scratch, size, welds=options.weld, run=run, n_threads=threads
                 )
-        result = segment_store(store, options, run, tile_threads, n_at_once)
+        result = segment_store(store, options, run, tile_threads, is_remote)
         if place.out is not None:
             save_array(place.out, result.labels)
     return replace(result, timings={**timings, **result.timings})
@@ -259,7 +258,7 @@ class TiledOptions:
 
 
 def segment_store(
-    store: TileStore, options: TiledOptions, run: Run, tile_threads: int, n_at_once: int | None
+    store: TileStore, options: TiledOptions, run: Run, tile_threads: int, is_parallel: bool
 ) -> Segmentation:
     """Segment the faces of a store, each tile on so many threads."""
     loop, timings = options.loop, dict[str, float]()
@@ -276,7 +275,7 @@ def segment_store(
         warnings.warn(note, SliverWarning, stacklevel=4)
     plan = Plan(None, size, options.size, options.init)
     result = segment_cells(
-        TiledGraph(store, run, tile_threads, n_at_once), store.bounds, plan, loop
+        TiledGraph(store, run, tile_threads, is_parallel), store.bounds, plan, loop
     )
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
