@@ -1,4 +1,4 @@
-"""The same work for many pieces: in this process, or on workers of Dask."""
+"""The same work for many pieces: in this process, on others, or on workers of Dask."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def open_run(
     ConnectionError
         If there is no scheduler, it has no worker, or one does not fit.
     MissingExtraError
-        If Dask is needed and not installed.
+        If several workers need psutil, or a scheduler needs Dask, and it is not installed.
     """
     team: contextlib.AbstractContextManager[Team]
     if scheduler is not None:

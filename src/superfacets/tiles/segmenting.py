@@ -119,7 +119,7 @@ def segment_tiled(
     out : path, optional
         A ``.npy`` file for the labels.
     workers : int, default 1
-        Processes of this machine that work on tiles, with Dask where there are several.
+        Processes of this machine that work on tiles; 1 is this process.
     scheduler : str, optional
         Address of a Dask scheduler instead, whose workers see the source and `scratch`.
     n_threads : int, optional
@@ -146,7 +146,7 @@ def segment_tiled(
     OSError
         If a file cannot be read or written, or the disk has too little room.
     MissingExtraError
-        If Dask is needed and not installed.
+        If several workers need psutil, or a scheduler needs Dask, and it is not installed.
     ValueError, TypeError
         If a parameter is out of range or of the wrong type.
 
