@@ -232,3 +232,29 @@ def test_tasks_of_a_run_that_is_left_are_not_finished():
         ends.close()
         assert run(team, double, 3) == [Done(6)]
         assert time.monotonic() < began + 10
+
+
+def test_a_machine_without_room_for_more_workers_goes_on_with_those_there_are(monkeypatch):
+    """A worker that ends before it begins costs nothing while another one is at work."""
+    started = []
+    start = processes.LocalTeam._start
+
+    def fail_after_the_first(team):
+        process = start(team)
+        if started:
+            process.connection.close()
+            process.connection, theirs = processes.multiprocessing.Pipe()
+            theirs.close()
+        started.append(process)
+        return process
+
+    monkeypatch.setattr(processes.LocalTeam, "_start", fail_after_the_first)
+    monkeypatch.setattr(processes, "MEMORY_TICK", 0.01)
+    with local_team(2) as team:
+        assert run(team, wait_and_double, *range(20)) == [Done(2 * n) for n in range(20)]
+    assert len(started) > processes.START_ATTEMPTS
+
+
+def wait_and_double(number):
+    time.sleep(0.02)
+    return 2 * number

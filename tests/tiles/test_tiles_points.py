@@ -227,8 +227,8 @@ def test_halves_follow_the_order_in_memory(tmp_path):
         return [*halved(order[:middle]), *halved(order[middle:])]
 
     with scratch_folder(tmp_path) as scratch:
-        names = ["a", "b", "c"]
-        for name, part in zip(names, np.array_split(np.arange(len(points)), 3), strict=True):
+        names = [f"halves/0-{chunk}" for chunk in range(12)]
+        for name, part in zip(names, np.array_split(np.arange(len(points)), 12), strict=True):
             save_columns(scratch, name, {"numbers": numbers[part], "positions": points[part]})
         found = [part["numbers"] for part in in_halves(scratch, names, 50)]
     wanted = halved(np.arange(len(points)))

@@ -61,7 +61,7 @@ def used_by(pid: int) -> int:
     psutil = _psutil()
     try:
         used: int = psutil.Process(pid).memory_info().rss
-    except psutil.Error:
+    except (psutil.Error, OSError):  # it has ended, or cannot be asked at the moment
         return 0
     return used
 
@@ -70,4 +70,4 @@ def _psutil() -> Any:
     try:
         return importlib.import_module("psutil")
     except ModuleNotFoundError:
-        raise MissingExtraError("more than one file at a time", "batch") from None
+        raise MissingExtraError("several worker processes", "batch") from None

@@ -8,6 +8,7 @@ import os
 import pickle
 import signal
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -191,7 +192,9 @@ class LocalTeam(Team):
                 "the workers cannot be started: a script that calls batch has to do so below"
                 " if __name__ == '__main__':"
             )
-        if self._n_lost_at_start >= START_ATTEMPTS:
+        if self._processes:
+            time.sleep(MEMORY_TICK)  # the others go on: there may be no room for more at the moment
+        elif self._n_lost_at_start >= START_ATTEMPTS:
             raise ConnectionError("the workers cannot be started: each ended before it began")
 
     def close(self) -> None:
@@ -229,7 +232,8 @@ def _spawned(n_threads: int) -> _Process:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     keeper = context.Process(target=serve, args=(theirs, n_threads), daemon=True)
-    resource_tracker.ensure_running()  # or the first process would, and unblock signals
+    if os.name == "posix":
+        resource_tracker.ensure_running()  # or the first process would, and unblock signals
     with template.deaf_to_interrupts():
         keeper.start()
     theirs.close()

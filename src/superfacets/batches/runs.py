@@ -130,7 +130,7 @@ def batch(
     scheduler : str, optional
         Address of a Dask scheduler, such as ``"tcp://10.0.0.1:8786"``; its workers have to see all
         files under the same paths, and to have the same version of the package. By default worker
-        processes are started on this machine, with Dask, where there is more than one file to do.
+        processes are started on this machine, where there is more than one file to do.
     workers : int, optional
         Number of those. By default one per core. Each works on one file at a time, on one thread
         if ``n_threads`` does not say otherwise.
@@ -169,14 +169,14 @@ def batch(
         ConnectionError if there is no scheduler, its workers do not fit, or none is left. What was
         done until then is kept.
     MissingExtraError
-        If Dask is needed and not installed.
+        If psutil, for workers of this machine, or Dask, for a scheduler, is not installed.
 
     Notes
     -----
     A file that needs more than its share of a worker's memory (an estimate by its size), and one at
     which workers were killed, is done when the others are, alone, with all memory of this machine
-    or, on a cluster, of a worker. A script has to call this below ``if __name__ == "__main__":``,
-    as Python demands where processes are started.
+    or, on a cluster, of a worker. Elsewhere than on Linux and on a cluster, a script has to call
+    this below ``if __name__ == "__main__":``, as Python demands where processes are started.
 
     Examples
     --------

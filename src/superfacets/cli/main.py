@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import sys
@@ -42,9 +43,10 @@ _NO_WORKERS = {"-h", "--help", "--scheduler"}
 def main() -> NoReturn:
     """Run the command. Wrong input gives one line on stderr and an exit status."""
     signal.signal(signal.SIGTERM, _terminate)
-    if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(sys.argv):
-        prepare()  # they import what they need while the command does
     try:
+        if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(map(_option_of, sys.argv)):
+            with contextlib.suppress(OSError):  # then they are started when they are needed
+                prepare()  # they import what they need while the command does
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()
@@ -94,6 +96,11 @@ def commands(ctx: click.Context) -> None:
     if ctx.invoked_subcommand is None:
         click.echo(ctx.get_help(), err=True)
         ctx.exit(EXIT_USAGE)
+
+
+def _option_of(word: str) -> str:
+    """The option that a word of the command line is, without its value."""
+    return word.partition("=")[0]
 
 
 def _command_path() -> str:

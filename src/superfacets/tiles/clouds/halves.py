@@ -51,7 +51,7 @@ def in_halves(scratch: Scratch, names: list[str], most: int) -> Iterator[Columns
         is_low = (keys < key) | ((keys == key) & (columns["numbers"] < number))
         for half, chosen in enumerate((is_low, ~is_low)):
             if chosen.any():
-                halves[half].append(f"{name}{half}")
+                halves[half].append(f"{name}.{half}")  # no name that is given: after 1 comes 10
                 save_columns(scratch, halves[half][-1], taken(columns, np.flatnonzero(chosen)))
         scratch.remove(name)
     for part in halves:

@@ -19,7 +19,8 @@ Longs = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
 PAIRS_AT_ONCE = 1 << 21
-"""Pairs of neighbors whose normals differ that are joined at a time, of 25 bytes each."""
+"""Pairs of neighbors whose normals differ that are joined at a time, of 25 bytes each. Those of one
+cost are joined together, however many these are."""
 
 
 class _NormalTile(NamedTuple):
