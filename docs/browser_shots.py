@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import gallery_meshes
-import numpy as np
 from PIL import Image
 from playwright.sync_api import Browser, sync_playwright
 from shrink_images import IMAGES, read, save_small
@@ -17,6 +16,7 @@ OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandb
 PATIENCE = 300_000  # milliseconds: software draws a million faces slowly
 N_FACES = 963_520  # of the large bear
 GAP = 8  # pixels between the pictures of a montage
+WIDTH = 1120  # of a montage
 
 
 @contextmanager
@@ -34,7 +34,7 @@ def large_bear() -> sf.Mesh:
 
 
 def cloud() -> sf.PointCloud:
-    """Colored points on a rug, its pile up."""
+    """Colored points on a rug."""
     rug: sf.PointCloud = gallery_meshes.rug()
     return rug
 
@@ -47,5 +47,6 @@ def montage(shots: list[Path], name: str) -> None:
     for i, picture in enumerate(pictures):
         row, column = divmod(i, 2)
         sheet.paste(picture, (column * (width + GAP), row * (height + GAP)))
-    save_small(sheet, IMAGES / name)
-    print(f"{name}: {(IMAGES / name).stat().st_size:,} bytes, {np.array(sheet.size)}")
+    small = sheet.resize((WIDTH, sheet.height * WIDTH // sheet.width), Image.Resampling.LANCZOS)
+    save_small(small, IMAGES / name)
+    print(f"{name}: {(IMAGES / name).stat().st_size:,} bytes")

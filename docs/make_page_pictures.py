@@ -16,7 +16,7 @@ from playwright.sync_api import Browser
 import superfacets as sf
 
 SIZE = {"width": 760, "height": 500}
-MODEL = "1"
+MODEL = "397"
 
 
 @dataclass
@@ -26,21 +26,24 @@ class Shot:
     name: str
     page: sf.Page
     scheme: str = "light"
-    coloring: int = 0  # steps along the list
+    coloring: int = 0  # place in the list
+    level: int = 0
     pointer: tuple[int, int] | None = None
 
 
 def shots(data: Path) -> Iterator[Shot]:
     bunny = sf.read_mesh(data / "meshes" / "bunny.ply")
     levels = sf.hierarchy(bunny, [500, 150, 50])
-    yield Shot("bunny", sf.view(bunny, levels, title="Stanford bunny"), pointer=(480, 300))
+    yield Shot("bunny", sf.view(bunny, levels, title="Stanford bunny"), level=1, pointer=(545, 330))
     model = sf.read_mesh(data / "psb" / "off" / f"{MODEL}.off")
     truth = np.loadtxt(data / "psb" / "seg" / "Benchmark" / MODEL / f"{MODEL}_0.seg", dtype=int)
     labels = sf.segment(model, 150).labels
     page = sf.view(model, labels, ground_truth=truth, title=f"Princeton benchmark, {MODEL}")
     yield Shot("model", page, "dark", coloring=1)
     points = cloud()
-    yield Shot("cloud", sf.view(points, sf.segment(points, 60).labels, title="A rug of points"))
+    labels = sf.segment(points, 60).labels
+    page = sf.view(points, labels, camera=sf.View(elevation=50), title="A rug of points")
+    yield Shot("cloud", page)
     bear = large_bear()
     labels = sf.segment(bear, 2000).labels
     heights = bear.vertices[bear.faces, 1].mean(axis=1)
@@ -56,8 +59,7 @@ def take(browser: Browser, shot: Shot, path: Path) -> None:
     page.set_default_timeout(PATIENCE)
     page.goto(file.as_uri())
     page.wait_for_selector("html[data-state='ready']", state="attached")
-    for _ in range(shot.coloring):
-        page.locator("#canvas").press("c")
+    page.evaluate(f"superfacets.setColoring({shot.coloring}); superfacets.setLevel({shot.level})")
     if shot.pointer is not None:
         page.mouse.move(*shot.pointer)
         page.wait_for_selector("#tip:not([hidden])", state="attached")

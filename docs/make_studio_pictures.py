@@ -12,11 +12,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import Page, sync_playwright
+from browser_shots import chromium
+from playwright.sync_api import Page
 from shrink_images import IMAGES, read, save_small
 
 SIZE = {"width": 1280, "height": 800}
-OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"]
 MODELS = ("125", "181", "281", "301", "397")
 Line = list[tuple[int, int]]
 
@@ -105,8 +105,7 @@ def label_folder(page: Page) -> None:
 
 def main() -> None:
     data = Path(sys.argv[1])
-    with tempfile.TemporaryDirectory() as place, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=OPTIONS)
+    with tempfile.TemporaryDirectory() as place, chromium() as browser:
         bunny = Path(place) / "bunny.ply"
         shutil.copyfile(data / "meshes" / "bunny.ply", bunny)
         folder = Path(place) / "models"
@@ -127,7 +126,6 @@ def main() -> None:
                 label(page)
                 take(page, name)
                 page.close()
-        browser.close()
 
 
 if __name__ == "__main__":

