@@ -16,7 +16,7 @@ OPTIONS = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandb
 PATIENCE = 300_000  # milliseconds: software draws a million faces slowly
 N_FACES = 963_520  # of the large bear
 GAP = 8  # pixels between the pictures of a montage
-WIDTH = 1120  # of a montage
+WIDTH = 1000  # of a montage: what there is room for in a file of a picture here
 
 
 @contextmanager

@@ -12,9 +12,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from browser_shots import chromium
+from browser_shots import PATIENCE, chromium, cloud, large_bear, montage
 from playwright.sync_api import Page
 from shrink_images import IMAGES, read, save_small
+
+from superfacets import write_mesh
 
 SIZE = {"width": 1280, "height": 800}
 MODELS = ("125", "181", "281", "301", "397")
@@ -64,12 +66,11 @@ def lasso(page: Page, key: str, line: Line) -> None:
     page.wait_for_timeout(300)
 
 
-def take(page: Page, name: str) -> None:
+def take(page: Page, path: Path) -> None:
     """Save a picture with smooth lines, however long they take here."""
     page.wait_for_timeout(1000)
     page.evaluate("studio.desk.drawing.refine(true)")
-    page.screenshot(path=IMAGES / name)
-    save_small(read(IMAGES / name), IMAGES / name)
+    page.screenshot(path=path, timeout=PATIENCE)
 
 
 def label_bunny(page: Page) -> None:
@@ -87,18 +88,24 @@ def label_bunny(page: Page) -> None:
     page.mouse.move(775, 450)
 
 
-def label_folder(page: Page) -> None:
-    page.keyboard.press("PageDown")
-    page.wait_for_timeout(3000)
-    wait(page)
+def label_largest(page: Page) -> None:
+    """Give the largest region without a class one, with a ring around it; three times."""
     for key in ("1", "2", "3"):
         for pressed in (key, "s", "Enter", "+", "Enter"):
             page.keyboard.press(pressed)
+            page.evaluate("() => new Promise(requestAnimationFrame)")
             page.wait_for_timeout(200)
     page.locator("#canvas").focus()
     page.keyboard.press("Escape")
     page.keyboard.press("Home")
     page.mouse.move(300, 760)
+
+
+def label_folder(page: Page) -> None:
+    page.keyboard.press("PageDown")
+    page.wait_for_timeout(3000)
+    wait(page)
+    label_largest(page)
     small = "[...document.querySelectorAll('#files img')].every(one => one.naturalWidth)"
     page.wait_for_function(f"() => {small}", timeout=120_000)
 
@@ -112,20 +119,31 @@ def main() -> None:
         folder.mkdir()
         for name in MODELS:
             shutil.copyfile(data / "psb" / "off" / f"{name}.off", folder / f"{name}.off")
+        rug, bear = Path(place) / "rug.ply", Path(place) / "bear.ply"
+        write_mesh(rug, cloud())
+        write_mesh(bear, large_bear())
         jobs: list[tuple[Path, Any, Any, str]] = [
             (bunny, label_bunny, "light", "studio.png"),
             (folder, label_folder, "dark", "studio-folder.png"),
+            (rug, label_largest, "light", "rug.png"),
+            (bear, label_largest, "dark", "bear.png"),
         ]
+        taken = []
         for path, label, scheme, name in jobs:
             with studio(path) as address:
                 page = browser.new_page(
                     viewport=SIZE, color_scheme=scheme, reduced_motion="reduce"
                 )  # fmt: skip
+                page.set_default_timeout(PATIENCE)
                 page.goto(address)
                 wait(page)
                 label(page)
-                take(page, name)
+                taken.append(Path(place) / name)
+                take(page, taken[-1])
                 page.close()
+        for path in taken[:2]:
+            save_small(read(path), IMAGES / path.name)
+        montage(taken, "studio-four.png")
 
 
 if __name__ == "__main__":
