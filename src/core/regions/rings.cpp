@@ -30,8 +30,8 @@ void spread_rings(const CellCorners& cells, std::span<std::uint8_t> rings) {
     const auto less = static_cast<std::uint8_t>(ring - 1);
     for (std::size_t cell = 0; cell + 1 < cells.offsets.size(); ++cell) {
       const std::span<const Vertex> corners = cells.of(cell);
-      std::uint8_t largest = 0;
-      for (const Vertex corner : corners) largest = std::max(largest, rings[corner]);
+      int largest = 0;
+      for (const Vertex corner : corners) largest = std::max<int>(largest, rings[corner]);
       if (largest != ring) continue;  // where it is larger, all are as large as this already
       for (const Vertex corner : corners) rings[corner] = std::max(rings[corner], less);
     }
