@@ -297,22 +297,17 @@ def segment(
     size = SizeOptions.checked(n_segments, radius, init)
     if isinstance(init, str):
         checked_choice(init, "init", INITS)
+    loop = LoopOptions.checked(
+        max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage,
+        relocate=relocate,
+    )  # fmt: skip
     options = _Options(
         weld,
         init,
         size,
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
         FeatureOptions.checked(features, feature_weight, scale_features),
-        LoopOptions.checked(
-            max_num_iter,
-            tol,
-            radius_factor,
-            islands,
-            n_threads,
-            progress,
-            on_stage,
-            relocate=relocate,
-        ),
+        loop,
         CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
         ConstraintOptions(mask, barriers),
     )

@@ -25,7 +25,6 @@ __all__ = [
     "find_cuts",
     "joined_boxes",
     "make_tiles",
-    "morton_codes",
     "stable_order",
 ]
 
@@ -199,7 +198,7 @@ def _sort_chunk(
     every = np.arange(len(positions), dtype=np.int32)
     points = positions.astype(np.float64)
     centroids, _ = _measured(points, every, faces.offsets, chunks.n_threads)
-    codes = morton_codes(centroids, low, high)
+    codes = _core.morton_codes(centroids, tuple(low), tuple(high), chunks.n_threads)
     del centroids, points
     order = stable_order(codes)
     codes = codes[order]
@@ -216,23 +215,6 @@ def _sort_chunk(
         scratch.save(f"runs/{chunk}/vertices", vertices[places])
         scratch.save(f"runs/{chunk}/positions", positions[places])
     return np.bincount(codes >> LOW_BITS, minlength=1 << LOW_BITS).astype(np.int32)
-
-
-def morton_codes(
-    positions: npt.NDArray[np.float64],
-    low: npt.NDArray[np.float64],
-    high: npt.NDArray[np.float64],
-) -> npt.NDArray[np.uint32]:
-    """Codes on the curve over a box, as `morton_order` of the core has them."""
-    longest = float(np.max(high - low))
-    scale = 1024 / longest if longest > 0 else 0.0
-    codes = np.zeros(len(positions), np.uint32)
-    for axis in range(3):
-        steps = np.clip((positions[:, axis] - low[axis]) * scale, 0.0, 1023.0).astype(np.uint32)
-        for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
-            steps = (steps | steps << np.uint32(shift)) & np.uint32(mask)
-        codes |= steps << np.uint32(axis)
-    return codes
 
 
 def stable_order(codes: npt.NDArray[np.uint32]) -> npt.NDArray[np.int64]:

@@ -14,7 +14,7 @@ from ...errors import MeshError
 from ..mapping import run_all
 from ..reading import Rows
 from ..scratch import Scratch
-from ..sorting import LOW_BITS, box_of, find_cuts, joined_boxes, morton_codes, stable_order
+from ..sorting import LOW_BITS, box_of, find_cuts, joined_boxes, stable_order
 from ..store import RANGE, Run, TileStore, tile_starts
 from ..welding import weld
 from .columns import Columns, joined_columns, load_columns, save_columns, taken
@@ -117,7 +117,7 @@ def sort_cloud(
     chunks = _Chunks(pieces, lowest, size)
     bounds = joined_boxes(run_all(run, _box_of_chunk, scratch, chunks.n_chunks, chunks))
     check_spread(bounds)
-    found = run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, bounds)
+    found = run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, bounds, n_threads)
     counts = np.stack([count for count, _ in found])
     copies_before = np.append(0, np.cumsum([n_copies for _, n_copies in found]))
     scratch.remove("representatives")
@@ -139,12 +139,13 @@ def _box_of_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> npt.NDArray[
 
 
 def _sort_chunk(
-    scratch: Scratch, chunk: int, chunks: _Chunks, bounds: npt.NDArray[np.float64]
+    scratch: Scratch, chunk: int, chunks: _Chunks, bounds: npt.NDArray[np.float64], n_threads: int
 ) -> tuple[Ints, int]:
     """Write the points of a chunk in the order of codes; counts of upper bits, and of copies."""
     begin, end = chunks.range(chunk)
     positions = chunks.pieces.points.read(begin, end)
-    codes = morton_codes(positions, *bounds)
+    low, high = map(tuple, bounds)
+    codes = _core.morton_codes(np.ascontiguousarray(positions), low, high, n_threads)
     order = stable_order(codes)
     codes = codes[order]
     numbers = np.arange(begin, end, dtype=np.int32)
