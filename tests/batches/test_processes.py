@@ -103,14 +103,6 @@ def test_a_worker_that_uses_more_than_its_share_is_ended(monkeypatch):
         assert run(team, fill, 1 << 20, 3 << 28, 1 << 20) == [Done(None), Killed(1), Done(None)]
 
 
-def test_the_limit_of_a_container_counts(tmp_path, monkeypatch):
-    whole = memory.usable_memory()
-    for text, expected in (("123456789\n", 123456789), ("max\n", whole), (f"{2 * whole}", whole)):
-        (tmp_path / "limit").write_text(text)
-        monkeypatch.setattr(memory, "_LIMIT_FILES", (str(tmp_path / "limit"), "/nowhere"))
-        assert memory.usable_memory() == expected
-
-
 def test_a_process_that_has_ended_uses_no_memory():
     ended = subprocess.Popen([sys.executable, "-c", ""])
     ended.wait()

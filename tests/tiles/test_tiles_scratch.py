@@ -34,8 +34,6 @@ def test_ranges_of_rows_are_those_of_the_array(folder, dtype, shape):
         found = folder.load("a/b", begin, end)
         assert found.dtype == array.dtype
         assert np.array_equal(found, array[begin:end])
-    with folder.open("a/b") as file:
-        assert file.shape == shape
 
 
 def test_an_array_that_is_written_again_is_replaced_and_one_removed_is_gone(folder):
@@ -48,6 +46,43 @@ def test_an_array_that_is_written_again_is_replaced_and_one_removed_is_gone(fold
     assert not folder.has("a")
     assert not folder.has("deep/b")
     folder.remove("a")
+
+
+def on_disk(made):
+    return sorted(path.name for path in made.folder.iterdir() if path.suffix == ".npy")
+
+
+def test_arrays_stay_in_memory_while_there_is_room(tmp_path):
+    with scratch_folder(tmp_path, 100) as made:
+        made.save("a", np.arange(10))
+        made.save("b", np.arange(10, 20))
+        assert on_disk(made) == ["b.npy"]
+        made.remove("a")
+        assert not made.has("a")
+        made.save("b", np.arange(5, 15))  # now there is room for it
+        assert on_disk(made) == []
+        made.save("b", np.arange(100))
+        assert on_disk(made) == ["b.npy"]
+        assert made.load("b", 98).tolist() == [98, 99]
+        made.save("c/d", np.arange(10))
+        assert made.has("c/d")
+        assert made.load("c/d", 3, 5).tolist() == [3, 4]
+        made.remove("c")
+        assert not made.has("c/d")
+        made.save("e", np.arange(10))  # in the room of that
+        assert on_disk(made) == ["b.npy"]
+
+
+def test_arrays_in_memory_cannot_be_changed(tmp_path):
+    with scratch_folder(tmp_path, 1000) as made:
+        array = np.arange(10)
+        made.save("a", array)
+        made.save("part", np.arange(20)[::2])
+        for changed in (array, made.load("a"), made.load("a", 3), made.load("part")):
+            with pytest.raises(ValueError, match="read-only"):
+                changed[0] = 1
+        assert made.load("part").tolist() == list(range(0, 20, 2))
+        assert made.load("part").base.nbytes == 80  # not the whole of which it was a part
 
 
 def test_a_full_disk_is_told_as_such_and_leaves_nothing(folder, monkeypatch):

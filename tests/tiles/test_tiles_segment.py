@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 import pytest
 from shapes import gears, soup, together
+from tiled_checks import check, compare
 from tiled_meshes import as_ply, random_polygons
 
 import superfacets as sf
@@ -25,22 +26,6 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore::superfacets.IslandWarning"),
     pytest.mark.filterwarnings("ignore::superfacets.SliverWarning"),
 ]
-
-
-def check(mesh, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):
-    """Compare the result of tiles with that in memory."""
-    wanted = sf.segment(mesh, n_segments, **options)
-    for tile_size in tile_sizes:
-        found = segment_tiled(mesh, n_segments, tile_size=tile_size, scratch=tmp_path, **options)
-        assert np.array_equal(found.labels, wanted.labels)
-        assert np.array_equal(found.centers, wanted.centers)
-        assert found.params == wanted.params
-        assert found.n_unreached == wanted.n_unreached
-        assert [(level.n_cells, level.n_iter, level.stop_reason) for level in found.levels] == [
-            (level.n_cells, level.n_iter, level.stop_reason) for level in wanted.levels
-        ]
-        assert found.sliver_share == pytest.approx(wanted.sliver_share, rel=1e-12, abs=1e-15)
-    return wanted
 
 
 @pytest.fixture(scope="module")
@@ -139,7 +124,7 @@ def test_2_and_7_tiles(bear, tmp_path, tile_size, n_tiles, options):
     wanted = sf.segment(mesh, 20, **options)
     passes = set()
     found = segment_tiled(
-        mesh, 20, tile_size=tile_size, scratch=tmp_path,
+        mesh, 20, tile_size=tile_size, scratch=tmp_path, cache=0,
         on_tile=lambda _, n: passes.add(n), **options,
     )  # fmt: skip
     assert n_tiles in passes
@@ -264,7 +249,8 @@ def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
 
     monkeypatch.setattr(band, "RINGS", 1)
     monkeypatch.setattr(band, "_Band", Band)
-    check(bear, 300, tmp_path, tile_sizes=(4096,))
+    found = segment_tiled(bear, 300, tile_size=4096, scratch=tmp_path)
+    compare(found, sf.segment(bear, 300))
     assert len(sizes) > 2
     assert sizes == sorted(sizes)
 
@@ -310,6 +296,8 @@ def test_warnings_name_the_caller(torn, tmp_path):
         ({"weights": "parts"}, ValueError, "weights must be one of"),
         ({"out": "labels.txt"}, ValueError, r"out must end in \.npy, got 'labels\.txt'"),
         ({"tile_size": 0}, ValueError, "tile_size"),
+        ({"cache": -1}, ValueError, "cache must be at least 0, got -1"),
+        ({"cache": 0.5}, TypeError, "cache must be an integer"),
         ({"workers": 0}, ValueError, "workers"),
         ({"weld": 1}, TypeError, "weld"),
         ({"radius_factor": -1.0}, ValueError, "radius_factor"),

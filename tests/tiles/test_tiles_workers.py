@@ -145,6 +145,6 @@ def test_a_full_disk_leaves_no_scratch_and_no_labels(mesh, tmp_path, monkeypatch
     monkeypatch.setattr(scratch, "write_all", write)
     (tmp_path / "labels.npy").write_text("of before")
     with pytest.raises(OSError, match="No space left on device"):
-        segment_tiled(mesh, scratch=tmp_path, out=tmp_path / "labels.npy", **OPTIONS)
+        segment_tiled(mesh, scratch=tmp_path, cache=0, out=tmp_path / "labels.npy", **OPTIONS)
     assert left_in(tmp_path) == []
     assert (tmp_path / "labels.npy").read_text() == "of before"

@@ -5,6 +5,7 @@
 #include "base/arctangent.hpp"
 #include "base/assert.hpp"
 #include "base/exponential.hpp"
+#include "base/heap.hpp"
 #include "base/lists.hpp"
 #include "base/team_scope.hpp"
 #include "bindings/bindings.hpp"
@@ -40,6 +41,18 @@ class Workspace {
   std::optional<TeamScope> team_;
 };
 
+// A HeapScope, as a context.
+class KeptHeap {
+ public:
+  explicit KeptHeap(std::size_t n_bytes) : n_bytes_(n_bytes) {}
+  void enter() { heap_.emplace(n_bytes_); }
+  void leave() { heap_.reset(); }
+
+ private:
+  std::size_t n_bytes_;
+  std::optional<HeapScope> heap_;
+};
+
 }  // namespace
 
 void bind_base(nb::module_& module) {
@@ -50,6 +63,12 @@ void bind_base(nb::module_& module) {
       .def("__enter__", &Workspace::enter)
       .def(
           "__exit__", [](Workspace& workspace, const nb::args&) { workspace.leave(); },
+          nb::sig("def __exit__(self, *exception: object) -> None"));
+  nb::class_<KeptHeap>(module, "KeptHeap")
+      .def(nb::init<std::size_t>(), "n_bytes"_a)
+      .def("__enter__", &KeptHeap::enter)
+      .def(
+          "__exit__", [](KeptHeap& heap, const nb::args&) { heap.leave(); },
           nb::sig("def __exit__(self, *exception: object) -> None"));
   module.def("arctangents", &bind_arctangents, "y"_a.noconvert(), "x"_a.noconvert(),
              "instruction_set"_a);

@@ -1,15 +1,14 @@
-"""How much memory there is, and how much a file will need, told before it is read."""
+"""How much memory a file will need, told before it is read, and how much a process uses."""
 
 from __future__ import annotations
 
-import contextlib
 import importlib
 from pathlib import Path
 from typing import Any
 
 from ..errors import MissingExtraError
 
-__all__ = ["cells_of", "memory_of", "usable_memory", "used_by"]
+__all__ = ["cells_of", "memory_of", "used_by"]
 
 BASE = 150 << 20
 """Bytes of a worker that has imported everything and read nothing."""
@@ -25,9 +24,6 @@ FILE_BYTES = {".stl": 50, ".ply": 18, ".obj": 30, ".off": 30, ".tri": 30, ".laz"
 """Bytes of a file for a cell, at least; compressed files have few."""
 
 USUAL_FILE_BYTES = 12
-
-_LIMIT_FILES = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
-"""Where Linux tells what a container may use, if not all."""
 
 
 def cells_of(path: str) -> int:
@@ -45,15 +41,6 @@ def _size_of(path: str) -> int:
         return Path(path).stat().st_size
     except OSError:
         return 0
-
-
-def usable_memory() -> int:
-    """Bytes that the processes of this machine, or of this container, may use."""
-    limits: list[int] = [_psutil().virtual_memory().total]
-    for file in _LIMIT_FILES:
-        with contextlib.suppress(OSError, ValueError):  # not there, or "max"
-            limits.append(int(Path(file).read_text()))
-    return min(limits)
 
 
 def used_by(pid: int) -> int:

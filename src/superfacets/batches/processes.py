@@ -16,8 +16,9 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
+from .._memory import usable_memory
 from . import teams, template
-from .memory import usable_memory, used_by
+from .memory import used_by
 from .serving import result_of, serve
 from .teams import Call, Done, Ending, Failed, Killed, Team, Worker
 

@@ -108,13 +108,14 @@ def _mark_more(store: TileStore, tile: int, cells: Ints) -> Bytes:
 
 def _mark_faces(store: TileStore, tile: int, rings: Bytes, faces: Longs) -> Bytes:
     offsets, corners = read_corners(store, tile)
+    rings = rings.copy()
     rings[corners[rows(offsets, faces)[1]]] = RINGS
     return _spread(store, tile, offsets, corners, rings)
 
 
 def _mark_shared(store: TileStore, tile: int, marks: Bytes) -> Bytes:
     """Take the marks of shared vertices."""
-    rings = store.read(tile, "rings")
+    rings = store.read(tile, "rings").copy()
     rings[store.read(tile, "shared")] = marks
     return _spread(store, tile, *read_corners(store, tile), rings)
 

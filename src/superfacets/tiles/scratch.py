@@ -1,4 +1,4 @@
-"""Arrays on disk, for as long as a run takes: a folder that is removed however the run ends."""
+"""Arrays for as long as a run takes: in memory, and in a folder that is removed in the end."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ LOCK = ".lock"
 
 
 @contextlib.contextmanager
-def scratch_folder(parent: Path) -> Iterator[Scratch]:
+def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
     """Make a folder below `parent`, and remove it when the block ends, however that may be.
 
     Folders that killed runs have left there are removed first.
@@ -49,6 +49,8 @@ def scratch_folder(parent: Path) -> Iterator[Scratch]:
     Parameters
     ----------
     parent : Path
+    cache : int, default 0
+        As for `Scratch`.
 
     Raises
     ------
@@ -61,7 +63,7 @@ def scratch_folder(parent: Path) -> Iterator[Scratch]:
     try:
         folder.mkdir()
         with _held(folder):
-            yield Scratch(folder)
+            yield Scratch(folder, cache)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -117,24 +119,33 @@ class Scratch:
     ----------
     folder : Path
         Exists.
+    cache : int, default 0
+        Bytes of arrays that stay in memory instead, as long as there is room for them when they are
+        saved. Only for a run in one process: others do not see them.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, cache: int = 0) -> None:
         self.folder = folder
+        self._room = cache
+        self._kept: dict[str, npt.NDArray[Any]] = {}
 
     def save(self, name: str, array: npt.NDArray[Any]) -> None:
-        """Write an array under a name, in which slashes make folders."""
+        """Write an array under a name, in which slashes make folders.
+
+        It may stay in memory as it is, and is read-only from then on.
+        """
+        self._forget(name)
+        if array.nbytes < self._room:
+            self._keep(name, array)
+            return
         path = self._path(name)
         path.parent.mkdir(parents=True, exist_ok=True)
         save_array(path, array)
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
-        """Rows of an array, read into memory."""
-        return load_array(self._path(name), begin, end)
-
-    def open(self, name: str) -> ArrayFile:
-        """An array of which several ranges of rows are to be read."""
-        return ArrayFile(self._path(name))
+        """Rows of an array, read into memory; not to be written to."""
+        kept = self._kept.get(name)
+        return load_array(self._path(name), begin, end) if kept is None else kept[begin:end]
 
     def new_file(self) -> Path:
         """The path of a file that is not there yet."""
@@ -142,15 +153,32 @@ class Scratch:
 
     def has(self, name: str) -> bool:
         """Whether there is such an array."""
-        return self._path(name).exists()
+        return name in self._kept or self._path(name).exists()
 
     def remove(self, name: str) -> None:
-        """Remove an array, or a folder of arrays, to make room on the disk."""
+        """Remove an array, or a folder of arrays, to make room."""
+        for kept in [other for other in self._kept if other.startswith(f"{name}/")]:
+            self._forget(kept)
+        self._forget(name)
         folder = self.folder / name
         if folder.is_dir():
             shutil.rmtree(folder, ignore_errors=True)
         else:
             self._path(name).unlink(missing_ok=True)
+
+    def _keep(self, name: str, array: npt.NDArray[Any]) -> None:
+        if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
+            array = array.copy()  # all of what it is a part of would stay
+        array = np.ascontiguousarray(array)
+        array.flags.writeable = False
+        self._kept[name] = array
+        self._room -= array.nbytes
+        self._path(name).unlink(missing_ok=True)
+
+    def _forget(self, name: str) -> None:
+        array = self._kept.pop(name, None)
+        if array is not None:
+            self._room += array.nbytes
 
     def _path(self, name: str) -> Path:
         return self.folder / f"{name}.npy"

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._memory import usable_memory
 from .._options import (
     INITS,
     WEIGHTS,
@@ -58,6 +59,12 @@ BYTES_PER_FACE = 250
 BYTES_PER_POINT = 400
 """The same for clouds."""
 
+CACHE_PART = 8
+"""Of the memory that a process may use, the part in which arrays stay that would go to the disk."""
+
+KEPT_HEAP = 1 << 28
+"""Bytes that are freed and kept for arrays of the next tile."""
+
 _WEIGHTS = tuple(name for name in WEIGHTS if name != "parts")
 """Those of parts take rays through the whole mesh."""
 
@@ -80,6 +87,7 @@ def segment_tiled(
     weld: bool = True,
     tile_size: int = TILE_SIZE,
     scratch: StrPath | None = None,
+    cache: int | None = None,
     out: StrPath | None = None,
     workers: int = 1,
     scheduler: str | None = None,
@@ -116,6 +124,9 @@ def segment_tiled(
     scratch : path, optional
         Folder with some 250 bytes of room per face, or 400 per point; by default that of temporary
         files. What is written there is removed in the end.
+    cache : int, optional
+        Bytes of what would be written there that stay in memory instead; by default an eighth of
+        the memory that this process may use. None does with several workers.
     out : path, optional
         A ``.npy`` file for the labels.
     workers : int, default 1
@@ -181,8 +192,8 @@ def segment_tiled(
         CleanupOptions.checked(smooth, False, 0.0, islands),
         checked_flag(weld, "weld"),
     )
-    place = Place.checked(tile_size, scratch, out, workers, scheduler)
-    with _core.Workspace():  # threads for all that follows
+    place = Place.checked(tile_size, scratch, cache, out, workers, scheduler)
+    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and memory for all that follows
         return _run(source, options, place, on_tile)
 
 
@@ -192,16 +203,19 @@ class Place:
 
     tile_size: int
     scratch: Path
+    cache: int
     out: Path | None
     workers: int
     scheduler: str | None
 
     @classmethod
     def checked(
-        cls, tile_size: int, scratch: StrPath | None, out: StrPath | None, workers: int,
-        scheduler: str | None,
+        cls, tile_size: int, scratch: StrPath | None, cache: int | None, out: StrPath | None,
+        workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
         """Arguments as for `segment_tiled`."""
+        if cache is None:
+            cache = usable_memory() // CACHE_PART
         if out is not None:
             if Path(out).suffix != ".npy":
                 raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
@@ -209,6 +223,9 @@ class Place:
         return cls(
             checked_count(tile_size, "tile_size"),
             Path(tempfile.gettempdir() if scratch is None else scratch).absolute(),
+            usable_memory() // CACHE_PART
+            if cache is None
+            else checked_count(cache, "cache", low=0),
             None if out is None else Path(out),
             checked_count(workers, "workers"),
             scheduler,
@@ -225,7 +242,7 @@ def _run(
     tile_threads = 1 if is_remote else options.loop.n_threads
     on_stage = options.loop.on_stage
     with (
-        scratch_folder(place.scratch) as scratch,
+        scratch_folder(place.scratch, 0 if is_remote else place.cache) as scratch,
         open_run(place.workers, place.scheduler, place.scratch, on_tile) as run,
     ):
         with timed(timings, "tiles", on_stage):

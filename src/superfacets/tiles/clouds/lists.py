@@ -178,7 +178,7 @@ def _share_areas(store: TileStore, tile: int) -> None:
         ghosts, which = np.unique(targets[~is_own], return_inverse=True)
         is_copy[~is_own] = (store.read_at("lowest", ghosts) != NOT_COPIED)[which.reshape(-1)]
         before = np.append(0, np.cumsum(is_copy))
-        areas /= 1 + before[offsets[1:]] - before[offsets[:-1]]
+        areas = areas / (1 + before[offsets[1:]] - before[offsets[:-1]])
     store.write(tile, "measures", areas)
 
 
@@ -188,7 +188,7 @@ def _follow_lowest(store: TileStore, tile: int, has_new_normals: bool) -> None:
     places, which = np.unique(store.read(tile, "place_of_lowest"), return_inverse=True)
     # Those of points that are no copies do not change, so that any tile may come first.
     for name in ("measures", "normals") if has_new_normals else ("measures",):
-        values = store.read(tile, name)
+        values = store.read(tile, name).copy()
         values[at] = store.read_at(name, places)[which.reshape(-1)]
         store.write(tile, name, values)
 

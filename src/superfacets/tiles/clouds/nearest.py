@@ -267,7 +267,7 @@ def _read_range(store: TileStore, place: int) -> _Points:
 
 def _cut_off(store: TileStore, tile: int) -> None:
     """Drop neighbors that are too far away, and write areas without them."""
-    found, squared = store.read(tile, "found"), store.read(tile, "squared")
+    found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")
     others = np.zeros(found.shape)
     is_own = is_in(store, tile, found)

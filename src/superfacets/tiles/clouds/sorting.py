@@ -279,6 +279,7 @@ def _write_tile(store: TileStore, tile: int, parts: list[Part]) -> npt.NDArray[n
         if first < end and begin < last:
             rows = max(begin - first, 0), min(end, last) - first
             columns = load_columns(store.scratch, f"ordered/{part.name}", COLUMNS, *rows)
+            columns["cells"] = columns["cells"].copy()
             columns["cells"][columns["lowest"] == NOT_COPIED] += np.int32(n_before)
             found.append(columns)
         first, n_before = last, n_before + part.n_apart

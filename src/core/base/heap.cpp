@@ -1,0 +1,41 @@
+#include "base/heap.hpp"
+
+#if defined(__linux__)
+#include <features.h>
+#endif
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+
+#include <algorithm>
+#include <limits>
+#endif
+
+namespace superfacets {
+
+#if defined(__GLIBC__)
+namespace {
+
+// The largest that glibc takes, and what its own rules come to in a process that has used arrays of
+// that size.
+constexpr int kLargestFromHeap = 32 << 20;
+constexpr int kUsuallyKept = 2 * kLargestFromHeap;
+
+}  // namespace
+
+HeapScope::HeapScope(std::size_t n_kept) {
+  constexpr std::size_t most = std::numeric_limits<int>::max();
+  ::mallopt(M_MMAP_THRESHOLD, kLargestFromHeap);
+  ::mallopt(M_TRIM_THRESHOLD, static_cast<int>(std::min(n_kept, most)));
+}
+
+HeapScope::~HeapScope() {
+  ::mallopt(M_TRIM_THRESHOLD, kUsuallyKept);
+  ::malloc_trim(kUsuallyKept);
+}
+#else
+HeapScope::HeapScope(std::size_t /*n_kept*/) {}
+HeapScope::~HeapScope() = default;
+#endif
+
+}  // namespace superfacets

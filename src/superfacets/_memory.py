@@ -1,0 +1,71 @@
+"""How much memory there is."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from pathlib import Path
+
+__all__ = ["usable_memory"]
+
+_OWN_GROUPS = Path("/proc/self/cgroup")
+_GROUPS = Path("/sys/fs/cgroup")
+"""Where Linux tells which groups a process is in, and what these may use."""
+
+_IF_UNKNOWN = 4 << 30
+"""Bytes of a machine that does not tell."""
+
+
+def usable_memory() -> int:
+    """Bytes that this process may use: of the machine, its container or group, or its limit."""
+    return min([_machine_memory(), *_group_limits(), *_address_limits()])
+
+
+def _machine_memory() -> int:
+    if sys.platform == "win32":
+        return _windows_memory()
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def _windows_memory() -> int:
+    import ctypes
+
+    kilobytes = ctypes.c_ulonglong()
+    told = ctypes.windll.kernel32.GetPhysicallyInstalledSystemMemory(ctypes.byref(kilobytes))
+    return kilobytes.value << 10 if told else _IF_UNKNOWN
+
+
+def _group_limits() -> list[int]:
+    """What the groups of this process, and those around them, may use, if not all."""
+    limits = []
+    with contextlib.suppress(OSError):
+        for line in _OWN_GROUPS.read_text().splitlines():
+            _, kinds, name = line.split(":", 2)
+            if not kinds:
+                limits += _limits_above(_GROUPS, name, "memory.max")
+            elif "memory" in kinds.split(","):
+                limits += _limits_above(_GROUPS / "memory", name, "memory.limit_in_bytes")
+    return limits
+
+
+def _limits_above(root: Path, name: str, file: str) -> list[int]:
+    """The limits of a group, of those that it is in, and of the root, which a container sees."""
+    group = root / name.lstrip("/")
+    limits = []
+    for folder in (group, *group.parents):
+        if folder == root.parent:
+            break
+        with contextlib.suppress(OSError, ValueError):  # not there, or "max"
+            limits.append(int((folder / file).read_text()))
+    return limits
+
+
+def _address_limits() -> list[int]:
+    """What this process may have mapped, if not all."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return []
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return [] if limit == resource.RLIM_INFINITY else [limit]

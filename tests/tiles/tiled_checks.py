@@ -1,0 +1,34 @@
+"""The check that most tests of tiles make."""
+
+import numpy as np
+import pytest
+
+import superfacets as sf
+
+
+def check(cells, n_segments, tmp_path, tile_sizes=(1 << 14, 4096), **options):
+    """Compare the results of tiles with that in memory, and return that.
+
+    Arrays are kept in memory, on the disk, or some here and some there.
+    """
+    wanted = sf.segment(cells, n_segments, **options)
+    for tile_size in tile_sizes:
+        for cache in (1 << 30, 1 << 20) if tile_size == tile_sizes[0] else (0,):
+            found = sf.segment_tiled(
+                cells, n_segments, tile_size=tile_size, scratch=tmp_path, cache=cache, **options
+            )
+            compare(found, wanted)
+    assert not list(tmp_path.glob(".superfacets*"))
+    return wanted
+
+
+def compare(found, wanted):
+    """Compare two results."""
+    assert np.array_equal(found.labels, wanted.labels)
+    assert np.array_equal(found.centers, wanted.centers)
+    assert found.params == wanted.params
+    assert found.n_unreached == wanted.n_unreached
+    assert [(level.n_cells, level.n_iter, level.stop_reason) for level in found.levels] == [
+        (level.n_cells, level.n_iter, level.stop_reason) for level in wanted.levels
+    ]
+    assert found.sliver_share == pytest.approx(wanted.sliver_share, rel=1e-12, abs=1e-15)
