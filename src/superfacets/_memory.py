@@ -24,16 +24,12 @@ def usable_memory() -> int:
 
 def _machine_memory() -> int:
     if sys.platform == "win32":
-        return _windows_memory()
+        import ctypes
+
+        kilobytes = ctypes.c_ulonglong()
+        told = ctypes.windll.kernel32.GetPhysicallyInstalledSystemMemory(ctypes.byref(kilobytes))
+        return kilobytes.value << 10 if told else _IF_UNKNOWN
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-
-
-def _windows_memory() -> int:
-    import ctypes
-
-    kilobytes = ctypes.c_ulonglong()
-    told = ctypes.windll.kernel32.GetPhysicallyInstalledSystemMemory(ctypes.byref(kilobytes))
-    return kilobytes.value << 10 if told else _IF_UNKNOWN
 
 
 def _group_limits() -> list[int]:

@@ -36,7 +36,7 @@ _OPTIONS = (
         "--tile-size",
         type=COUNT,
         help="Faces or points in a tile, with --tiled; what each worker has in memory grows with"
-        " it.  [default: 524288]",
+        " it.  [default: 262144]",
     ),
     click.option(
         "--scratch",

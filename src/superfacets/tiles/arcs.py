@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +22,7 @@ from .rims import find_rims, halo_of
 from .store import Run, TileStore
 
 __all__ = [
-    "ArcFacts", "WeightRule", "find_arcs", "prices_of", "round_lengths", "weighed", "write_arcs",
+    "ArcFacts", "WeightRule", "find_arcs", "prices_of", "round_all", "weighed", "write_arcs",
 ]  # fmt: skip
 
 
@@ -96,14 +98,36 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     if is_closed and sum(some.volume for some in sums) < -VOLUME_NOISE * diagonal**3:
         rule = replace(rule, is_turned=True)
         sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
-    unit = _core.unit_of_lengths(sum(some.weights for some in sums))
-    jobs = [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
-    run(round_lengths, store, jobs)
-    price_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
-    if rule.has_prices:
-        names = "prices", "border_lengths"
-        run(round_lengths, store, [(tile, *names, price_unit, rule.n_threads) for tile in tiles])
+    unit, price_unit = round_all(store, rule, sums, run)
     return ArcFacts(rule, unit, price_unit, sum(some.sliver_area for some in sums))
+
+
+class Sums(Protocol):
+    """What weights, and prices if there are any, of a tile come to."""
+
+    @property
+    def weights(self) -> float: ...
+    @property
+    def prices(self) -> float: ...
+
+
+def round_all(
+    store: TileStore, rule: WeightRule, sums: Sequence[Sums], run: Run
+) -> tuple[float, float]:
+    """Write ``lengths`` and ``border_lengths`` in place of weights and prices; their units."""
+    units = []
+    for name, rounded, total in (
+        ("weights", "lengths", sum(some.weights for some in sums)),
+        ("prices", "border_lengths", sum(some.prices for some in sums)),
+    ):
+        units.append(_core.unit_of_lengths(total))
+        if store.has(0, name):
+            jobs = [
+                (tile, name, rounded, units[-1], rule.n_threads) for tile in range(store.n_tiles)
+            ]
+            run(_round_lengths, store, jobs)
+            store.remove_from_all(name)
+    return units[0], units[1]
 
 
 def prices_of(surface: Surface, rule: WeightRule) -> npt.NDArray[np.float64]:
@@ -171,7 +195,7 @@ def _weigh_tile(
     )
 
 
-def round_lengths(
+def _round_lengths(
     store: TileStore, tile: int, weights: str, lengths: str, unit: float, n_threads: int
 ) -> None:
     """Write the lengths of the arcs of a tile under a name, from weights of another."""

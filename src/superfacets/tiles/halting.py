@@ -217,7 +217,8 @@ def _orphans(store: TileStore, tile: int, version: int) -> tuple[Ints, Places]:
 def _improve(store: TileStore, tile: int, places: Places, lengths: Lengths, label: int) -> Ints:
     """Take paths from a new center; return the cells that they lead to."""
     at = places - store.starts[tile]
-    known, labels = (paths.copy() for paths in paths_of(store, tile, 0))
+    before = paths_of(store, tile, 0)
+    known, labels = before[0].copy(), before[1].copy()
     is_better = lengths < known[at]  # of equal ones that with the lower label stays
     known[at[is_better]] = lengths[is_better]
     labels[at[is_better]] = label

@@ -1,9 +1,10 @@
-"""The same work for many pieces: in this process, on others, or on workers of Dask."""
+"""The same work for many pieces: on threads, on processes, or on workers of Dask."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -48,12 +49,15 @@ def on_team(team: Team, on_done: OnDone | None = None) -> Run:
 
 @contextlib.contextmanager
 def open_run(
-    workers: int, scheduler: str | None, folder: Path, on_done: OnDone | None = None
+    workers: int,
+    scheduler: str | None,
+    folder: Path,
+    n_threads: int = 1,
+    on_done: OnDone | None = None,
 ) -> Iterator[Run]:
-    """Give a `Run` on so many processes of this machine, or on the workers of a scheduler.
+    """Give a `Run` on threads of this process, on others, or on the workers of a scheduler.
 
-    One worker is this process itself. Each thread of the others has a piece at a time, on one
-    thread of the core.
+    One worker is this process itself. Each thread has a piece at a time, on one thread of the core.
 
     Parameters
     ----------
@@ -63,6 +67,8 @@ def open_run(
         Address.
     folder : Path
         Absolute; all workers have to see it.
+    n_threads : int, default 1
+        Of this process, if it is the only one.
     on_done : callable, optional
 
     Raises
@@ -77,14 +83,40 @@ def open_run(
         team = remote_team(scheduler, str(folder))
     elif workers > 1:
         team = local_team(workers)
+    elif n_threads > 1:
+        with ThreadPoolExecutor(n_threads) as pool:
+            yield _on_threads(pool, on_done)
+        return
     else:
-        yield _in_this_process(on_done)
+        yield _in_this_thread(on_done)
         return
     with team as opened:
         yield on_team(opened, on_done)
 
 
-def _in_this_process(on_done: OnDone | None) -> Run:
+def _on_threads(pool: ThreadPoolExecutor, on_done: OnDone | None) -> Run:
+    """A `Run` that leaves no piece waiting when one fails, or the user interrupts it."""
+
+    def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
+        if len(jobs) == 1:  # as many visits of a tile are
+            return in_turn(work, store, jobs)
+        waiting = [pool.submit(work, store, *job) for job in jobs]
+        results = []
+        try:
+            for done in waiting:
+                results.append(done.result())
+                if on_done is not None:
+                    on_done(len(results), len(jobs))
+        finally:
+            for left in waiting:
+                left.cancel()
+        return results
+
+    in_turn = _in_this_thread(on_done)
+    return run
+
+
+def _in_this_thread(on_done: OnDone | None) -> Run:
     def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
         results = []
         for job in jobs:

@@ -10,6 +10,7 @@ import os
 import re
 import secrets
 import shutil
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any
@@ -128,6 +129,10 @@ class Scratch:
         self.folder = folder
         self._room = cache
         self._kept: dict[str, npt.NDArray[Any]] = {}
+        self._lock = threading.Lock()
+
+    def __reduce__(self) -> tuple[type[Scratch], tuple[Path]]:
+        return Scratch, (self.folder,)
 
     def save(self, name: str, array: npt.NDArray[Any]) -> None:
         """Write an array under a name, in which slashes make folders.
@@ -135,7 +140,10 @@ class Scratch:
         It may stay in memory as it is, and is read-only from then on.
         """
         self._forget(name)
-        if array.nbytes < self._room:
+        with self._lock:
+            is_kept = array.nbytes < self._room
+            self._room -= array.nbytes if is_kept else 0
+        if is_kept:
             self._keep(name, array)
             return
         path = self._path(name)
@@ -157,7 +165,7 @@ class Scratch:
 
     def remove(self, name: str) -> None:
         """Remove an array, or a folder of arrays, to make room."""
-        for kept in [other for other in self._kept if other.startswith(f"{name}/")]:
+        for kept in [other for other in list(self._kept) if other.startswith(f"{name}/")]:
             self._forget(kept)
         self._forget(name)
         folder = self.folder / name
@@ -172,13 +180,13 @@ class Scratch:
         array = np.ascontiguousarray(array)
         array.flags.writeable = False
         self._kept[name] = array
-        self._room -= array.nbytes
         self._path(name).unlink(missing_ok=True)
 
     def _forget(self, name: str) -> None:
         array = self._kept.pop(name, None)
         if array is not None:
-            self._room += array.nbytes
+            with self._lock:
+                self._room += array.nbytes
 
     def _path(self, name: str) -> Path:
         return self.folder / f"{name}.npy"

@@ -50,8 +50,11 @@ from .store import Run, TileStore, find_cells
 
 __all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
 
-TILE_SIZE = 1 << 19
-"""Faces of a tile. What is done with one takes about 500 bytes a face."""
+TILE_SIZE = 1 << 18
+"""Faces of a tile."""
+
+BYTES_AT_WORK = 500
+"""What is done with a tile takes so many for each of its faces."""
 
 BYTES_PER_FACE = 250
 """That the scratch folder takes on the disk."""
@@ -59,8 +62,9 @@ BYTES_PER_FACE = 250
 BYTES_PER_POINT = 400
 """The same for clouds."""
 
-CACHE_PART = 8
-"""Of the memory that a process may use, the part in which arrays stay that would go to the disk."""
+MEMORY_PART = 8
+"""Of the memory that a process may use, the part in which arrays stay that would go to the disk,
+and that the tiles take that are worked on at the same time, if that is not just one."""
 
 KEPT_HEAP = 1 << 28
 """Bytes that are freed and kept for arrays of the next tile."""
@@ -118,7 +122,7 @@ def segment_tiled(
         As for `segment`, by name; the last for meshes.
     init : {"geodesic", "farthest", "flood", "grid"}
         As for `segment`, by name.
-    tile_size : int, default 524288
+    tile_size : int, default 262144
         Faces or points of a tile; rounded up to a multiple of 4096. The labels do not depend on
         it.
     scratch : path, optional
@@ -134,7 +138,8 @@ def segment_tiled(
     scheduler : str, optional
         Address of a Dask scheduler instead, whose workers see the source and `scratch`.
     n_threads : int, optional
-        As for `segment`, of this process.
+        As for `segment`, of this process: each has a tile at a time, as long as they take an eighth
+        of the memory together, or all have the same one.
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
@@ -163,13 +168,13 @@ def segment_tiled(
 
     Notes
     -----
-    Memory: about 500 bytes per face of a tile, 10 bytes per face of the mesh for the graph of
-    coarse cells, 4 for the labels (8 for those of points), and what a mesh of the faces around
-    borders takes. With
-    `radius_factor` a tile comes with all faces within four radii of it. Where regions have less
-    than about a hundred faces the graph of all faces is in memory, 150 bytes a face; so it is if
-    the loop runs on all faces (with `radius_factor`, ``tol=0``, ``max_num_iter`` 0 or 1) and seeds
-    are not ``"farthest"``, with islands kept, or ``"geodesic"``, on a mesh of one component.
+    Memory: what `cache` says, about 500 bytes per face of a tile for each thread, 10 bytes per face
+    of the mesh for the graph of coarse cells, 4 for the labels (8 for those of points), and what a
+    mesh of the faces around borders takes. With `radius_factor` a tile comes with all faces within
+    four radii of it. Where regions have less than about a hundred faces the graph of all faces is
+    in memory, 150 bytes a face; so it is if the loop runs on all faces (with `radius_factor`,
+    ``tol=0``, ``max_num_iter`` 0 or 1) and seeds are not ``"farthest"``, with islands kept, or
+    ``"geodesic"``, on a mesh of one component.
 
     Examples
     --------
@@ -215,7 +220,7 @@ class Place:
     ) -> Place:  # fmt: skip
         """Arguments as for `segment_tiled`."""
         if cache is None:
-            cache = usable_memory() // CACHE_PART
+            cache = usable_memory() // MEMORY_PART
         if out is not None:
             if Path(out).suffix != ".npy":
                 raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
@@ -223,13 +228,16 @@ class Place:
         return cls(
             checked_count(tile_size, "tile_size"),
             Path(tempfile.gettempdir() if scratch is None else scratch).absolute(),
-            usable_memory() // CACHE_PART
-            if cache is None
-            else checked_count(cache, "cache", low=0),
+            checked_count(cache, "cache", low=0),
             None if out is None else Path(out),
             checked_count(workers, "workers"),
             scheduler,
         )
+
+    def tiles_at_once(self, n_threads: int) -> int:
+        """How many tiles are worked on in this process at the same time, on a thread each."""
+        fitting = usable_memory() // MEMORY_PART // (BYTES_AT_WORK * self.tile_size)
+        return min(n_threads, max(fitting, 1))
 
 
 def _run(
@@ -238,12 +246,14 @@ def _run(
     """Run all stages; the caller of `segment_tiled` is warned."""
     timings: dict[str, float] = {}
     is_remote = place.workers > 1 or place.scheduler is not None
+    at_once = place.tiles_at_once(options.loop.n_threads)
     # Each thread of a worker has a tile of its own.
-    tile_threads = 1 if is_remote else options.loop.n_threads
+    is_parallel = is_remote or at_once > 1
+    tile_threads = 1 if is_parallel else options.loop.n_threads
     on_stage = options.loop.on_stage
     with (
         scratch_folder(place.scratch, 0 if is_remote else place.cache) as scratch,
-        open_run(place.workers, place.scheduler, place.scratch, on_tile) as run,
+        open_run(place.workers, place.scheduler, place.scratch, at_once, on_tile) as run,
     ):
         with timed(timings, "tiles", on_stage):
             pieces = open_pieces(source, scratch, for_workers=is_remote)
@@ -256,7 +266,7 @@ def _run(
                 store = make_tiles(
                     pieces, scratch, size, welds=options.weld, run=run, n_threads=threads
                 )
-        result = segment_store(store, options, run, tile_threads, is_remote)
+        result = segment_store(store, options, run, tile_threads, is_parallel)
         if place.out is not None:
             save_array(place.out, result.labels)
     return replace(result, timings={**timings, **result.timings})

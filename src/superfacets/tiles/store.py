@@ -99,6 +99,11 @@ class TileStore:
         """Remove an array of a tile, if there is one, to make room on the disk."""
         self.scratch.remove(f"tile{tile}/{name}")
 
+    def remove_from_all(self, name: str) -> None:
+        """Remove an array of every tile."""
+        for tile in range(self.n_tiles):
+            self.remove(tile, name)
+
     def read_at(self, name: str, places: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Values of an array of all tiles at some places, ascending; one tile is read at a time."""
         tiles = self.tiles_of(places)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import _core
 from ...cells.weights import arc_weights
-from ..arcs import ArcFacts, WeightRule, prices_of, round_lengths, write_arcs
+from ..arcs import ArcFacts, WeightRule, prices_of, round_all, write_arcs
 from ..faces import rows
 from ..store import Run, TileStore
 from .nearest import is_in
@@ -33,14 +33,7 @@ def find_point_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     tiles = range(store.n_tiles)
     run(_write_rim, store, [(tile,) for tile in tiles])
     sums: list[_Sums] = run(_weigh_tile, store, [(tile, rule) for tile in tiles])
-    unit = _core.unit_of_lengths(sum(some.weights for some in sums))
-    price_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
-    run(
-        round_lengths, store, [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
-    )
-    if rule.has_prices:
-        jobs = [(tile, "prices", "border_lengths", price_unit, rule.n_threads) for tile in tiles]
-        run(round_lengths, store, jobs)
+    unit, price_unit = round_all(store, rule, sums, run)
     for tile in tiles:
         for name in ("rim", "list_offsets", "list_targets", "normals"):
             store.remove(tile, name)
