@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,9 +18,9 @@ from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
 from .arcs import ArcFacts
 from .faces import mesh_of, read_corners, rows
-from .store import Job, Run, TileStore, find_cells
+from .store import Run, TileStore, find_cells
 
-__all__ = ["smooth_tiled"]
+__all__ = ["smooth_tiled", "with_labels"]
 
 Ints = npt.NDArray[np.int32]
 Longs = npt.NDArray[np.int64]
@@ -31,9 +31,10 @@ RINGS = 5
 
 
 def smooth_tiled(
-    store: TileStore, facts: ArcFacts, labels: Ints, centers: Ints, scale: float, run: Run
-) -> Ints:
-    """Return labels with straight borders, as `straighten` makes them of all faces at once.
+    store: TileStore, facts: ArcFacts, labels: Ints, centers: Ints, scale: float, run: Run,
+    n_threads: int,
+) -> None:  # fmt: skip
+    """Change labels to straight borders, as `straighten` makes them of all faces at once.
 
     Moves are considered for faces at borders, and next to faces that have moved. All that is read
     for one is around its corners. So it suffices to have the faces some rings around the borders;
@@ -41,27 +42,29 @@ def smooth_tiled(
     all is done again.
     """
     marks = _Marks(store, run)
-    marks.settle(_mark_borders, _with_ghosts(store, labels))
+    marks.take(with_labels(_mark_borders, store, labels, run))
     while True:
-        band = _Band.gathered(store, facts, run)
+        band = _Band.gathered(store, facts, run, n_threads)
         if not len(band.cells):
-            return labels
+            return
         moved, examined = band.smoothed(facts, labels[band.cells], centers, scale)
         if not len(examined):
             break
         more = band.cells[examined]
-        marks.settle(_mark_more, [(tile, more) for tile in range(store.n_tiles)])
-    result = labels.copy()
-    result[band.cells] = moved
-    return result
+        jobs = [(tile, more) for tile in range(store.n_tiles)]
+        marks.take(run(_mark_more, store, jobs))
+    labels[band.cells] = moved
 
 
-def _with_ghosts(store: TileStore, labels: Ints) -> list[tuple[int, Ints]]:
-    """For each tile the labels of its places and its ghosts."""
-    return [
-        (tile, labels[np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])])
-        for tile in range(store.n_tiles)
-    ]
+def with_labels(work: Callable[..., Any], store: TileStore, labels: Ints, run: Run) -> list[Any]:
+    """What work on each tile returns, which finds in ``labels`` those of places and ghosts."""
+    tiles = range(store.n_tiles)
+    for tile in tiles:
+        around = np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])
+        store.write(tile, "labels", labels[around])
+    results = run(work, store, [(tile,) for tile in tiles])
+    store.remove_from_all("labels")
+    return results
 
 
 class _Marks:
@@ -79,24 +82,24 @@ class _Marks:
         self._at = [np.searchsorted(every, some) for some in ids]
         self._rings = np.zeros(len(every), np.uint8)
 
-    def settle(self, work: Callable[..., Bytes], jobs: Sequence[Job]) -> None:
-        """Mark more vertices, and spread the marks until tiles agree."""
-        known: dict[int, Bytes] = {}
-        while jobs:
-            found = self._run(work, self._store, jobs)
-            for (tile, *_), rings in zip(jobs, found, strict=True):
-                known[tile] = rings
+    def take(self, marks: list[Bytes]) -> None:
+        """Take the marks of all tiles, and spread them until tiles agree."""
+        known = dict(enumerate(marks))
+        changed = list(known)
+        while changed:
+            for tile in changed:
                 at = self._at[tile]
-                self._rings[at] = np.maximum(self._rings[at], rings)
+                self._rings[at] = np.maximum(self._rings[at], known[tile])
             wanted = [(tile, self._rings[at]) for tile, at in enumerate(self._at)]
             jobs = [(tile, rings) for tile, rings in wanted if (rings != known[tile]).any()]
-            work = _mark_shared
+            changed = [tile for tile, _ in jobs]
+            known.update(zip(changed, self._run(_mark_shared, self._store, jobs), strict=True))
 
 
-def _mark_borders(store: TileStore, tile: int, labels: Ints) -> Bytes:
+def _mark_borders(store: TileStore, tile: int) -> Bytes:
     """Mark the vertices around the faces of a tile that have a neighbor of another label."""
     arcs = store.read(tile, "arc_offsets"), store.read(tile, "arc_targets")
-    is_at_border = _core.cells_at_borders(*arcs, labels)
+    is_at_border = _core.cells_at_borders(*arcs, store.read(tile, "labels"))
     rings = np.zeros(len(store.read(tile, "vertex_ids")), np.uint8)
     return _mark_faces(store, tile, rings, np.flatnonzero(is_at_border))
 
@@ -149,12 +152,12 @@ class _Band:
     lengths: npt.NDArray[np.float32]
 
     @classmethod
-    def gathered(cls, store: TileStore, facts: ArcFacts, run: Run) -> _Band:
+    def gathered(cls, store: TileStore, facts: ArcFacts, run: Run, n_threads: int) -> _Band:
         """Bring the faces of all tiles together."""
         lengths = "border_lengths" if facts.rule.has_prices else "lengths"
         tiles = range(store.n_tiles)
         sizes = _Sizes(*np.array(run(_write_band, store, [(tile, lengths) for tile in tiles])).T)
-        return _Gathering(store, sizes).band(facts.rule.n_threads)
+        return _Gathering(store, sizes).band(n_threads)
 
     def smoothed(
         self, facts: ArcFacts, labels: Ints, centers: Ints, scale: float
@@ -164,7 +167,7 @@ class _Band:
         costs = BorderCosts(self.surface, self.lengths, unit, scale)
         at = np.minimum(np.searchsorted(self.cells, centers), len(self.cells) - 1)
         fixed = at[self.cells[at] == centers].astype(np.int32)
-        limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, facts.rule.n_threads)
+        limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, self.surface.n_threads)
         return _core.smooth_part(*costs.args, labels, fixed, *limits, self.rim)
 
 

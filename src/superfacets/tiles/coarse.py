@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -56,23 +57,43 @@ def nearest_cells(found: list[tuple[Floats, Ints]]) -> Ints:
     return np.asarray(lowest, np.int32)
 
 
-def coarse_graph(store: TileStore, cell_size: int, n_threads: int, run: Run) -> TiledCoarseGraph:
+def coarse_graph(
+    store: TileStore, cell_size: int, n_threads: int, tile_threads: int, run: Run
+) -> TiledCoarseGraph:
     """Write the coarse cell of each place, and return the graph of these."""
     tiles = range(store.n_tiles)
-    divided = run(_divide, store, [(tile, cell_size, n_threads) for tile in tiles])
-    firsts = np.concatenate([[0], np.cumsum([len(measures) for _, measures in divided])])
-    arcs = run(_connect, store, [(tile, firsts, n_threads) for tile in tiles])
-    first_arcs = np.concatenate([[0], np.cumsum([len(targets) for _, targets, _ in arcs])])
-    offsets = [some[1:] + first for (some, _, _), first in zip(arcs, first_arcs, strict=False)]
+    positions, measures = _columns(
+        run(_divide, store, [(tile, cell_size, tile_threads) for tile in tiles])
+    )
+    firsts = np.concatenate([[0], np.cumsum([len(some) for some in measures])])
+    counts, targets, lengths = _columns(
+        run(_connect, store, [(tile, firsts, tile_threads) for tile in tiles])
+    )
     graph = _core.graph_in_place(
-        np.concatenate([positions for positions, _ in divided]),
-        np.concatenate([measures for _, measures in divided]),
-        np.concatenate([np.zeros(1, np.int64), *offsets]),
-        np.concatenate([targets for _, targets, _ in arcs]),
-        np.concatenate([lengths for _, _, lengths in arcs]),
+        _in_a_row(positions),
+        _in_a_row(measures),
+        np.append(0, np.cumsum(_in_a_row(counts))),
+        _in_a_row(targets),
+        _in_a_row(lengths),
         n_threads,
     )
     return TiledCoarseGraph(graph, store, firsts, run)
+
+
+def _columns(rows: list[tuple[Any, ...]]) -> list[list[npt.NDArray[Any]]]:
+    """The first array of each row, the second, and so on."""
+    return [list(column) for column in zip(*rows, strict=True)]
+
+
+def _in_a_row(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+    """Arrays one after the other. Each is dropped once it is copied: there are many cells."""
+    end = sum(len(part) for part in parts)
+    whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
+    while parts:
+        part = parts.pop()
+        whole[end - len(part) : end] = part
+        end -= len(part)
+    return whole
 
 
 def tile_graph(store: TileStore, tile: int, n_threads: int) -> _core.OrderedGraph:
@@ -103,12 +124,12 @@ def _divide(store: TileStore, tile: int, cell_size: int, n_threads: int) -> tupl
 def _connect(
     store: TileStore, tile: int, firsts: npt.NDArray[np.int64], n_threads: int
 ) -> tuple[npt.NDArray[np.int64], Ints, npt.NDArray[np.float32]]:
-    """Return the arcs of the coarse cells of a tile."""
+    """Return the arcs of the coarse cells of a tile: how many each has, targets and lengths."""
     ghosts = store.read(tile, "ghosts")
     around = store.read_at("coarse", ghosts) + firsts[store.tiles_of(ghosts)]
     coarse = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
-    return _core.connect_tile(
+    offsets, targets, rounded = _core.connect_tile(
         store.read(tile, "arc_offsets"),
         store.read(tile, "arc_targets"),
         store.read(tile, "lengths"),
@@ -116,6 +137,7 @@ def _connect(
         np.concatenate(lengths),
         n_threads,
     )
+    return np.diff(offsets), targets, rounded
 
 
 def _nearest_to_means(

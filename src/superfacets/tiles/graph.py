@@ -32,7 +32,7 @@ class TiledGraph:
     run : callable
         Works on tiles, here or elsewhere.
     n_threads : int
-        Of the core, for a tile.
+        Of the core, for a tile; methods are told how many there are for what is done here.
     is_parallel : bool
         Whether several tiles are worked on at the same time.
     """
@@ -52,7 +52,7 @@ class TiledGraph:
 
     def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
         """Return coarse cells of about so many cells."""
-        return coarse_graph(self.store, cell_size, self.n_threads, self.run)
+        return coarse_graph(self.store, cell_size, n_threads, self.n_threads, self.run)
 
     def regions(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands

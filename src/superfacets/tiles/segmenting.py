@@ -309,8 +309,7 @@ def segment_store(
         with timed(timings, "regions", loop.on_stage):
             scale = size.radius or diagonal
             smooth = smooth_points if is_cloud else smooth_tiled
-            labels = smooth(store, facts, result.labels, result.centers, scale, run)
-            result = replace(result, labels=labels)
+            smooth(store, facts, result.labels, result.centers, scale, run, loop.n_threads)
     if is_cloud:
         result = _in_input_order(store, result, run)
     params = {"weld": options.weld, **options.weights.params, **result.params}

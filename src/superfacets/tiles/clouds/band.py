@@ -9,6 +9,7 @@ from ... import _core
 from ...regions.edit import BorderCosts
 from ...regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
 from ..arcs import ArcFacts
+from ..band import with_labels
 from ..faces import is_among
 from ..store import Run, TileStore
 from .points import PointCells, Points
@@ -67,32 +68,27 @@ class PointBand:
 
 
 def smooth_points(
-    store: TileStore, facts: ArcFacts, labels: Ints, centers: Ints, scale: float, run: Run
-) -> Ints:
-    """Return labels with straight borders, as `smooth_tiled` does for faces."""
-    tiles = range(store.n_tiles)
-    jobs = [
-        (tile, labels[store.read(tile, "cells")], labels[store.read(tile, "ghost_cells")])
-        for tile in tiles
-    ]
-    band = PointBand(store, run, Points.joined(run(_at_borders, store, jobs)))
+    store: TileStore, facts: ArcFacts, labels: Ints, centers: Ints, scale: float, run: Run,
+    n_threads: int,
+) -> None:  # fmt: skip
+    """Change labels to straight borders, as `smooth_tiled` does for faces."""
+    found = with_labels(_at_borders, store, labels, run)
+    band = PointBand(store, run, Points.joined(found))
     if not len(band.points):
-        return labels
+        return
     around = np.ones(len(band.points), bool)
     while around.any():
         band.grow(around)
         cells = band.points.columns["cells"]
-        moved, around = _smooth(store, facts, band, labels[cells], centers, scale)
-    result = labels.copy()
-    result[cells] = moved
-    return result
+        moved, around = _smooth(store, facts, band, labels[cells], centers, scale, n_threads)
+    labels[cells] = moved
 
 
 def _smooth(
-    store: TileStore, facts: ArcFacts, band: PointBand, labels: Ints, centers: Ints, scale: float
-) -> tuple[Ints, npt.NDArray[np.bool_]]:
+    store: TileStore, facts: ArcFacts, band: PointBand, labels: Ints, centers: Ints, scale: float,
+    n_threads: int,
+) -> tuple[Ints, npt.NDArray[np.bool_]]:  # fmt: skip
     """Labels of the points of the band, and those of its rim that moves were considered for."""
-    n_threads = facts.rule.n_threads
     cells = PointCells.of(store, band.points, n_threads)
     name, unit = "lengths", facts.unit
     if facts.rule.has_prices:
@@ -110,11 +106,11 @@ def _smooth(
     return result, around
 
 
-def _at_borders(store: TileStore, tile: int, labels: Ints, around: Ints) -> Points:
+def _at_borders(store: TileStore, tile: int) -> Points:
     """The points of a tile that have a neighbor of another label."""
-    every = np.concatenate([labels, around])
-    sources = np.repeat(np.arange(len(labels)), np.diff(store.read(tile, "arc_offsets")))
-    differs = every[store.read(tile, "arc_targets")] != labels[sources]
+    labels, offsets = store.read(tile, "labels"), store.read(tile, "arc_offsets")
+    sources = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    differs = labels[store.read(tile, "arc_targets")] != labels[sources]
     return _points_at(store, tile, np.unique(sources[differs]) + store.starts[tile])
 
 
