@@ -32,7 +32,7 @@ from ..clustering.loop import segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
-from ..io.atomic import StrPath, checked_targets
+from ..io.atomic import StrPath
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
 from .arcs import WeightRule, find_arcs
 from .band import smooth_tiled
@@ -43,9 +43,10 @@ from .clouds.reading import CloudPieces
 from .graph import TiledGraph
 from .mapping import OnDone, open_run
 from .opening import TiledSource, open_pieces
-from .scratch import check_room, save_array, scratch_folder
+from .scratch import check_room, scratch_folder
 from .sorting import make_tiles
 from .store import Run, TileStore, find_cells
+from .writing import label_files, ranges_of, save_labels
 
 __all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
 
@@ -117,7 +118,10 @@ def segment_tiled(
         Folder with some 250 bytes of room per face, or 400 per point; by default that of temporary
         files. What is written there is removed in the end.
     out : path, optional
-        A ``.npy`` file for the labels.
+        A ``.npy`` file for the labels of all. Where the source is a folder, it may be a folder,
+        too, which is made: it gets a ``.npy`` with the labels of each file, called as that
+        (``a.npy`` for ``a.ply``); all of them, or none if the run fails. A name without an ending,
+        or with a slash at the end, is that of a folder.
     workers : int, default 1
         Processes of this machine that work on tiles; 1 is this process.
     scheduler : str, optional
@@ -148,7 +152,8 @@ def segment_tiled(
     MissingExtraError
         If several workers need psutil, or a scheduler needs Dask, and it is not installed.
     ValueError, TypeError
-        If a parameter is out of range or of the wrong type.
+        If a parameter is out of range or of the wrong type; or if files of labels would have the
+        same name.
 
     Notes
     -----
@@ -181,7 +186,7 @@ def segment_tiled(
         CleanupOptions.checked(smooth, False, 0.0, islands),
         checked_flag(weld, "weld"),
     )
-    place = Place.checked(tile_size, scratch, out, workers, scheduler)
+    place = Place.checked(source, tile_size, scratch, out, workers, scheduler)
     with _core.Workspace():  # threads for all that follows
         return _run(source, options, place, on_tile)
 
@@ -192,24 +197,20 @@ class Place:
 
     tile_size: int
     scratch: Path
-    out: Path | None
+    files: tuple[Path, ...]
     workers: int
     scheduler: str | None
 
     @classmethod
     def checked(
-        cls, tile_size: int, scratch: StrPath | None, out: StrPath | None, workers: int,
-        scheduler: str | None,
+        cls, source: TiledSource, tile_size: int, scratch: StrPath | None, out: StrPath | None,
+        workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
         """Arguments as for `segment_tiled`."""
-        if out is not None:
-            if Path(out).suffix != ".npy":
-                raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
-            checked_targets([out])
         return cls(
             checked_count(tile_size, "tile_size"),
             Path(tempfile.gettempdir() if scratch is None else scratch).absolute(),
-            None if out is None else Path(out),
+            () if out is None else tuple(label_files(source, out)),
             checked_count(workers, "workers"),
             scheduler,
         )
@@ -230,6 +231,7 @@ def _run(
     ):
         with timed(timings, "tiles", on_stage):
             pieces = open_pieces(source, scratch, for_workers=is_remote)
+            ranges = ranges_of(pieces, len(place.files))
             size, threads = place.tile_size, tile_threads
             if isinstance(pieces, CloudPieces):
                 check_room(place.scratch, BYTES_PER_POINT * pieces.n_points)
@@ -240,8 +242,8 @@ def _run(
                     pieces, scratch, size, welds=options.weld, run=run, n_threads=threads
                 )
         result = segment_store(store, options, run, tile_threads, is_remote)
-        if place.out is not None:
-            save_array(place.out, result.labels)
+        if place.files:
+            save_labels(place.files, ranges, result.labels)
     return replace(result, timings={**timings, **result.timings})
 
 
