@@ -35,12 +35,15 @@ def on_team(team: Team, on_done: OnDone | None = None) -> Run:
         If the workers are gone, or were killed time and again with one piece at work.
     """
 
-    def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
+    def run(
+        work: Callable[..., Any], store: Any, jobs: Sequence[Job], n_before: int = 0,
+        n_after: int = 0,
+    ) -> list[Any]:  # fmt: skip
         results: dict[int, Any] = {}
         for place, result in team.map(work, store, jobs):
             results[place] = result
             if on_done is not None:
-                on_done(len(results), len(jobs))
+                on_done(n_before + len(results), n_before + len(jobs) + n_after)
         return [results[place] for place in range(len(jobs))]
 
     return run
@@ -85,12 +88,15 @@ def open_run(
 
 
 def _in_this_process(on_done: OnDone | None) -> Run:
-    def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
+    def run(
+        work: Callable[..., Any], store: Any, jobs: Sequence[Job], n_before: int = 0,
+        n_after: int = 0,
+    ) -> list[Any]:  # fmt: skip
         results = []
         for job in jobs:
             results.append(work(store, *job))
             if on_done is not None:
-                on_done(len(results), len(jobs))
+                on_done(n_before + len(results), n_before + len(jobs) + n_after)
         return results
 
     return run

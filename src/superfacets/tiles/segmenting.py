@@ -131,7 +131,8 @@ def segment_tiled(
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
-        Called with the number of tiles done, and of all, in a pass over them.
+        Called with the number of tiles done, and of all, in a pass over them. A tile to which paths
+        come back counts again.
 
     Returns
     -------
