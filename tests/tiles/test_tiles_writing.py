@@ -95,8 +95,9 @@ def test_a_folder_is_for_the_labels_of_a_folder(sheet, tmp_path, name):
 
 
 def test_a_name_that_may_be_a_file_or_a_folder_is_refused(city, tmp_path):
-    with pytest.raises(ValueError, match=r"out must end in \.npy, got 'labels\.txt'"):
-        segment_tiled(city, 12, out=tmp_path / "labels.txt")
+    for name in ("labels.txt", ""):
+        with pytest.raises(ValueError, match=rf"out must end in \.npy, got '{name}'"):
+            segment_tiled(city, 12, out=name)
     (tmp_path / "labels").touch()
     with pytest.raises(NotADirectoryError, match="labels: is a file, not a folder"):
         segment_tiled(city, 12, out=tmp_path / "labels")

@@ -24,8 +24,8 @@ _OPTIONS = (
         "--mask",
         metavar="FILE",
         type=FILE,
-        help="Leave faces or points out where this .npy, .seg or .txt holds 0 (or False), or the"
-        " labels of a .ply or another file that --labels-named names: they get label -1.",
+        help="Leave faces or points out where this .npy, .seg or .txt, or the labels in a .ply or"
+        " another file that holds more, are 0 (or False): they get label -1.",
     ),
     click.option(
         "--barriers",

@@ -55,7 +55,7 @@ def _is_folder(out: StrPath) -> bool:
     if text.endswith(("/", os.sep)):
         return True
     suffix = Path(text).suffix
-    return not suffix or (suffix != ".npy" and Path(text).is_dir())
+    return text != "" and (not suffix or (suffix != ".npy" and Path(text).is_dir()))
 
 
 def label_names(folder: Path) -> list[str]:
