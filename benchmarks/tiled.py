@@ -100,9 +100,11 @@ class _Recorder:
     passes: list[Pass] = field(default_factory=list)
     rims: list[float] = field(default_factory=list)
 
-    def __call__(self, work: Callable[..., Any], store: Any, jobs: Sequence[Any]) -> list[Any]:
+    def __call__(
+        self, work: Callable[..., Any], store: Any, jobs: Sequence[Any], **place: int
+    ) -> list[Any]:
         begin, before = time.perf_counter(), _spent()
-        results: list[Any] = self.run(work, store, jobs)
+        results: list[Any] = self.run(work, store, jobs, **place)
         wall = time.perf_counter() - begin
         seconds, n_read, n_written = (
             (after - first) / self.n_faces for after, first in zip(_spent(), before, strict=True)

@@ -67,12 +67,15 @@ def test_a_group_that_a_container_does_not_see_is_that_of_its_root(groups):
 
 LIMITED = """
 import resource
-from superfacets._memory import usable_memory
-resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
-assert usable_memory() == 1 << 30, usable_memory()
+from superfacets._memory import memory_of_process, usable_memory
+whole = usable_memory()
+assert memory_of_process() == whole
+resource.setrlimit(resource.RLIMIT_AS, (1 << 27, 1 << 27))
+assert memory_of_process() == 1 << 27
+assert usable_memory() == whole
 """
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a limit of the address space")
-def test_a_limit_of_the_address_space_counts():
+def test_a_limit_of_the_address_space_counts_for_a_process():
     subprocess.run([sys.executable, "-c", LIMITED], check=True, timeout=60)

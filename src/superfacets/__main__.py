@@ -1,5 +1,16 @@
-"""``python -m superfacets`` is the command `superfacets`."""
+"""Where the command `superfacets` begins, which is also ``python -m superfacets``."""
 
-from .cli.main import main
+from typing import NoReturn
 
-main()
+from .cli.interrupts import while_importing
+
+
+def main() -> NoReturn:
+    """Run the command."""
+    with while_importing():
+        from .cli.main import main as run
+    run()
+
+
+if __name__ == "__main__":
+    main()

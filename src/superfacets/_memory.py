@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-__all__ = ["usable_memory"]
+__all__ = ["memory_of_process", "usable_memory"]
 
 _OWN_GROUPS = Path("/proc/self/cgroup")
 _GROUPS = Path("/sys/fs/cgroup")
@@ -18,8 +18,13 @@ _IF_UNKNOWN = 4 << 30
 
 
 def usable_memory() -> int:
-    """Bytes that this process may use: of the machine, its container or group, or its limit."""
-    return min([_machine_memory(), *_group_limits(), *_address_limits()])
+    """Bytes that this process and others may use together: of the machine, container or group."""
+    return min([_machine_memory(), *_group_limits()])
+
+
+def memory_of_process() -> int:
+    """Bytes that this process may use: of these, or as far as its address space is limited."""
+    return min([usable_memory(), *_address_limits()])
 
 
 def _machine_memory() -> int:

@@ -11,8 +11,9 @@ from batch_folders import records_of, results_in
 from local_workers import worker_processes
 
 import superfacets as sf
+from superfacets._memory import usable_memory
 from superfacets._validate import checked_threads
-from superfacets.batches import memory, processes, runs, teams, template
+from superfacets.batches import processes, runs, teams, template
 from superfacets.batches.jobs import run_job
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
@@ -93,7 +94,7 @@ def test_a_worker_of_one_thread_also_reads_on_one():
 
 def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_path, monkeypatch):
     def need(path):
-        return memory.usable_memory() / 2 if path.endswith("one.ply") else 0
+        return usable_memory() / 2 if path.endswith("one.ply") else 0
 
     asked = []
     monkeypatch.setattr(runs, "memory_of", need)

@@ -6,6 +6,7 @@ import shapes
 
 from superfacets import (
     Mesh,
+    MeshAttributes,
     PointCloud,
     read_labels,
     read_mesh,
@@ -106,6 +107,23 @@ def test_masks_that_do_not_fit_are_one_line(run, sheet, tmp_path, mask, message)
     status, _, err = run("segment", sheet, "--mask", tmp_path / "m.npy")
     assert (status, err.count("\n")) == (1, 1)
     assert message in err
+
+
+@pytest.mark.parametrize(("command", "name"), [("segment", "out.seg"), ("levels", "out.12.seg")])
+def test_files_that_hold_more_have_the_labels_that_are_named(run, sheet, halves, command, name):
+    left, low = (np.load(halves / f"{side}.npy") for side in ("left", "low"))
+    for side, values in {"left": left, "low": low}.items():
+        attributes = MeshAttributes(face={"side": values.astype(np.int32)})
+        write_mesh(halves / f"{side}.ply", read_mesh(sheet), attributes=attributes)
+    files = ("--mask", halves / "left.ply", "--barriers", halves / "low.ply")
+    options = (*files, "-n", 12, "-o", halves / "out.seg")
+    status, _, err = run(command, sheet, *options, "--labels-named", "side")
+    assert (status, err) == (0, "")
+    expected = segment(read_mesh(sheet), 12, mask=left == 1, barriers=low).labels
+    assert np.array_equal(read_labels(halves / name), expected)
+    status, _, err = run(command, sheet, *options)
+    assert (status, err.count("\n")) == (1, 1)
+    assert "left.ply: " in err
 
 
 def test_outputs_that_cannot_hold_the_labels_are_refused_before_the_work(run, sheet, halves):

@@ -42,6 +42,41 @@ def test_the_package_can_be_run_as_a_module(sheet):
     assert "1152" in subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
+INTERRUPTED = """
+import os, signal, sys
+
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == "NAME":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupt())
+from superfacets.__main__ import main
+main()
+"""
+"""The command, and a Ctrl-C when a module is imported."""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+@pytest.mark.parametrize(
+    "name", ["superfacets.cli.main", "click", "superfacets.cli.segment", "numpy"]
+)
+def test_ctrl_c_while_the_command_is_imported_ends_it_as_later(sheet, name):
+    code = INTERRUPTED.replace("NAME", name)
+    command = [sys.executable, "-c", code, "segment", str(sheet)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout) == (130, "")
+    assert ended.stderr == "superfacets: error: interrupted\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+def test_ctrl_c_is_not_heard_where_it_is_ignored(sheet):
+    code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)" + INTERRUPTED
+    command = [sys.executable, "-c", code.replace("NAME", "click"), "info", str(sheet)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "1152" in ended.stdout
+
+
 def test_the_command_is_installed():
     assert shutil.which("superfacets", path=Path(sys.executable).parent)
 

@@ -14,6 +14,7 @@ from command_line import COMMAND, files_in
 
 from superfacets import Mesh, PointCloud, read_mesh, sample_mesh, segment, write_mesh
 from superfacets.cli.tiled import TileBar
+from superfacets.tiles import segmenting
 
 
 @pytest.fixture
@@ -53,16 +54,65 @@ def test_output_scratch_and_json_are_chosen(run, bear, tmp_path):
     assert list(scratch.iterdir()) == []
 
 
-def test_a_folder_of_files_is_one_mesh(run, tmp_path):
+@pytest.fixture
+def city(tmp_path):
+    """A folder with the halves of a mesh, and the labels of the whole."""
     mesh, folder = shapes.bumpy_sheet(24), tmp_path / "city"
     folder.mkdir()
     halves = [mesh.faces[:600], mesh.faces[600:]]
     for name, faces in zip(["a.ply", "b.obj"], halves, strict=True):
         used, corners = np.unique(faces, return_inverse=True)
         write_mesh(folder / name, Mesh(mesh.vertices[used], corners.reshape(-1, 3)))
-    assert run("segment", folder, "-n", 20, "--tiled", "-q", "-o", f"{tmp_path}/out/")[0] == 0
-    labels = np.load(tmp_path / "out" / "city.superfacets.npy")
-    assert np.array_equal(labels, segment(mesh, 20).labels)
+    return folder, segment(mesh, 20).labels
+
+
+def test_a_folder_of_files_is_one_mesh(run, city, tmp_path):
+    folder, wanted = city
+    assert run("segment", folder, "-n", 20, "--tiled", "-q")[0] == 0
+    assert np.array_equal(np.load(tmp_path / "city.superfacets.npy"), wanted)
+
+
+def test_a_folder_takes_the_labels_of_each_file(run, city, tmp_path):
+    folder, wanted = city
+    out = tmp_path / "out"
+    status, printed, err = run("segment", folder, "-n", 20, "--tiled", "-o", f"{out}/")
+    assert (status, err) == (0, "")
+    assert printed.splitlines()[0] == f"wrote 2 files in {out}"
+    assert files_in(out) == ["a.npy", "b.npy"]
+    found = [np.load(out / name) for name in files_in(out)]
+    assert [len(labels) for labels in found] == [600, 552]
+    assert np.array_equal(np.concatenate(found), wanted)
+    (folder / "b.obj").unlink()
+    printed = run("segment", folder, "-n", 9, "--tiled", "-o", out, "--to", "npy", "--json")[1]
+    assert json.loads(printed)["outputs"] == [str(out / "a.npy")]
+    assert len(np.load(out / "a.npy")) == 600
+
+
+def test_labels_of_files_and_folders_go_to_one_folder(run, city, bear, tmp_path):
+    folder, _ = city
+    (tmp_path / "empty").mkdir()
+    inputs = (folder, tmp_path / "empty", bear)
+    out = tmp_path / "out"
+    status, _, err = run("segment", *inputs, "-n", 20, "--tiled", "-o", f"{out}/")
+    assert status == 1
+    assert err.count("no file in it ends in .glb") == 1
+    assert err.splitlines()[-1] == "superfacets: error: 1 of 3 files failed"
+    assert files_in(out) == ["a.npy", "b.npy", "bear.superfacets.npy"]
+
+
+def test_labels_that_would_have_one_name_are_refused(run, city, bear, tmp_path):
+    folder, _ = city
+    other, out = tmp_path / "other", f"{tmp_path}/out/"
+    other.mkdir()
+    (other / "a.ply").write_bytes(bear.read_bytes())
+    status, _, err = run("segment", folder, other, "--tiled", "-o", out)
+    message = f"{folder} and {other} would both be written to {out}a.npy"
+    assert (status, message in err) == (2, True)
+    (folder / "a.off").touch()
+    status, _, err = run("segment", folder, "--tiled", "-o", out)
+    assert (status, err.count("\n")) == (2, 1)
+    assert f"a.off and a.ply in {folder} would both have their labels in a.npy: rename one" in err
+    assert files_in(tmp_path) == ["bear.ply", "city", "other"]
 
 
 def test_notes_are_those_of_segment(run, tmp_path):
@@ -80,6 +130,7 @@ def test_notes_are_those_of_segment(run, tmp_path):
     [
         (["--tile-size", 5], "--tile-size goes with --tiled only"),
         (["--scratch", "x"], "--scratch goes with --tiled only"),
+        (["--cache", 5], "--cache goes with --tiled only"),
         (["--workers", 2], "--workers goes with --tiled only"),
         (["--scheduler", "tcp://a:1"], "--scheduler goes with --tiled only"),
         (["--tiled", "--workers", 2, "--scheduler", "tcp://a:1"], "give --scheduler or --workers"),
@@ -95,6 +146,7 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--tiled", "-o", "a.npy", "-o", "b.npy"], "--tiled writes one .npy of labels"),
         (["--tiled", "--to", "seg"], "--tiled writes one .npy of labels"),
         (["--tiled", "-o", "-"], "--tiled reads and writes files"),
+        (["--tiled", "--cache", "-1"], "'-1' is not a whole number of 0 or more"),
     ],
 )
 def test_what_is_not_done_in_tiles_is_refused(run, bear, options, message):
@@ -120,10 +172,24 @@ def test_a_damaged_file_and_a_scheduler_that_is_not_there_are_one_line(run, bear
     assert files_in(bear.parent) == ["bear.ply"]
 
 
+def test_megabytes_that_stay_in_memory(run, bear, monkeypatch):
+    given = []
+    segment_tiled = segmenting.segment_tiled
+    monkeypatch.setattr(
+        segmenting,
+        "segment_tiled",
+        lambda *args, **keywords: given.append(keywords) or segment_tiled(*args, **keywords),
+    )
+    for options in (["--cache", 3], ["--cache", 0], []):
+        assert run("segment", bear, "--tiled", *options)[0] == 0
+    assert [keywords.get("cache") for keywords in given] == [3_000_000, 0, None]
+
+
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_leaves_nothing(large, tmp_path, sent):
     out = tmp_path / "out.npy"
     command = [*COMMAND, "segment", str(large), "-o", str(out), "--tiled", "--tile-size", "50000"]
+    command += ["--cache", "0"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
     while not any(tmp_path.glob(".superfacets-tiles-*/tile0/cells.npy")):

@@ -68,6 +68,22 @@ def test_nothing_is_left_where_a_temporary_file_cannot_be_made(tmp_path, monkeyp
     assert names(tmp_path) == []
 
 
+def test_an_error_names_the_file_that_it_is_about(tmp_path):
+    paths = [tmp_path / "a", str(tmp_path / "b")]
+
+    def write_and_fail(name):
+        raise OSError(28, "No space left on device", name and str(name))
+
+    for place in (None, 0, 1):
+        with pytest.raises(OSError, match="No space") as caught, atomic_outputs(paths) as found:
+            write_and_fail(None if place is None else found[place])
+        wanted = paths if place is None else [paths[place]]
+        assert caught.value.filename == ", ".join(map(str, wanted))
+    with pytest.raises(OSError, match="No space") as caught, atomic_outputs(paths):
+        write_and_fail("elsewhere")
+    assert caught.value.filename == "elsewhere"
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such permissions")
 @pytest.mark.parametrize("mask", [0o022, 0o077, 0o002])
 def test_a_new_file_has_the_permissions_of_any_new_file(tmp_path, mask):

@@ -284,6 +284,12 @@ def test_stages_and_tiles_are_told(bear, tmp_path):
     assert stages == ["tiles", "weights", "coarsen", "seeding", "classify", "regions"]
     assert list(result.timings) == ["tiles", *stages[1:5], "update", "regions"]
     assert (5, 5) in tiles
+    visits = [done for done in tiles if done[0] > 5]  # of paths that go from tile to tile
+    assert visits[0][0] == 6
+    assert [n_done for n_done, _ in visits] == list(range(6, 6 + len(visits)))
+    assert all(n_done <= n for n_done, n in visits)
+    assert visits[-1][0] == visits[-1][1]
+    assert (1, 1) not in tiles
     assert len(moves) == sum(level.n_iter for level in result.levels[:-1])
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..errors import MissingExtraError
 
-__all__ = ["cells_of", "memory_of", "used_by"]
+__all__ = ["cells_of", "load_psutil", "memory_of", "used_by"]
 
 BASE = 150 << 20
 """Bytes of a worker that has imported everything and read nothing."""
@@ -45,7 +45,7 @@ def _size_of(path: str) -> int:
 
 def used_by(pid: int) -> int:
     """Bytes of a process that are in memory; 0 if it has ended."""
-    psutil = _psutil()
+    psutil = load_psutil()
     try:
         used: int = psutil.Process(pid).memory_info().rss
     except (psutil.Error, OSError):  # it has ended, or cannot be asked at the moment
@@ -53,7 +53,8 @@ def used_by(pid: int) -> int:
     return used
 
 
-def _psutil() -> Any:
+def load_psutil() -> Any:
+    """The module; a MissingExtraError if it is not there."""
     try:
         return importlib.import_module("psutil")
     except ModuleNotFoundError:

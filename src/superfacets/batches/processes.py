@@ -18,7 +18,7 @@ from multiprocessing.process import BaseProcess
 
 from .._memory import usable_memory
 from . import teams, template
-from .memory import used_by
+from .memory import load_psutil, used_by
 from .serving import result_of, serve
 from .teams import Call, Done, Ending, Failed, Killed, Team, Worker
 
@@ -87,6 +87,7 @@ class LocalTeam(Team):
     """
 
     def __init__(self, n_workers: int, n_threads: int) -> None:
+        load_psutil()  # or what is missing would be found out when workers are at work
         memory = usable_memory() / n_workers
         super().__init__([Worker(f"process {n}", n_threads, memory) for n in range(n_workers)])
         self._n_threads = n_threads

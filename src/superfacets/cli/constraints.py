@@ -24,8 +24,8 @@ _OPTIONS = (
         "--mask",
         metavar="FILE",
         type=FILE,
-        help="Leave faces or points out where this .npy, .seg or .txt holds 0 (or False): they get"
-        " label -1.",
+        help="Leave faces or points out where this .npy, .seg or .txt, or the labels in a .ply or"
+        " another file that holds more, are 0 (or False): they get label -1.",
     ),
     click.option(
         "--barriers",
@@ -53,20 +53,22 @@ def check_mask(mask: Path | None, endings: Iterable[str]) -> None:
         )
 
 
-def constraints_of(mask: Path | None, barriers: Path | None, n_cells: int) -> dict[str, Any]:
-    """The keywords of `segment` that the files stand for."""
+def constraints_of(
+    mask: Path | None, barriers: Path | None, n_cells: int, name: str
+) -> dict[str, Any]:
+    """The keywords of `segment` that the files stand for; the name is as for `read_labels`."""
     keywords: dict[str, Any] = {}
     if mask is not None:
-        keywords["mask"] = _read_mask(mask, n_cells)
+        keywords["mask"] = _read_mask(mask, n_cells, name)
     if barriers is not None:
-        keywords["barriers"] = read_labels(barriers, n_cells)
+        keywords["barriers"] = read_labels(barriers, n_cells, name=name)
     return keywords
 
 
-def _read_mask(path: Path, n_cells: int) -> npt.NDArray[np.bool_]:
+def _read_mask(path: Path, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
     """Whether each cell is kept: not 0 in a file of labels, or True in a .npy."""
     if known_ending(path, LABEL_ENDINGS) != ".npy":
-        return np.asarray(read_labels(path, n_cells) != 0)
+        return np.asarray(read_labels(path, n_cells, name=name) != 0)
     data = read_content(path)
     try:
         values = npy_array(data, "labels")

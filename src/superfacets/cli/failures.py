@@ -8,7 +8,6 @@ from ..errors import MeshError, MissingExtraError, RenderError
 
 __all__ = [
     "EXIT_DATA",
-    "EXIT_INTERRUPTED",
     "EXIT_USAGE",
     "FAILURES",
     "message_of",
@@ -16,7 +15,7 @@ __all__ = [
     "print_note",
 ]
 
-EXIT_DATA, EXIT_USAGE, EXIT_INTERRUPTED = 1, 2, 130
+EXIT_DATA, EXIT_USAGE = 1, 2
 
 FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
 """Errors of files and of the machine. Any other ValueError is about a parameter."""

@@ -229,7 +229,7 @@ def _computed(
     if source.labels is not None:  # a file's labels may have gaps
         given, _ = ranked_labels(read_labels(source.labels, n_cells, name=source.labels_named))
     check_fit(cells, given, endings - {ARRAYS}, FormatOptions())
-    constraints = constraints_of(source.mask, source.barriers, n_cells)
+    constraints = constraints_of(source.mask, source.barriers, n_cells, source.labels_named)
     table = features_of(features, cells, attributes, checked_threads(n_threads))
     with warnings.catch_warnings():  # the levels are exact; slivers are not looked at here
         warnings.simplefilter("ignore", IslandWarning)

@@ -14,7 +14,8 @@ import click
 from .. import __version__
 from ..batches.template import prepare
 from . import background
-from .failures import EXIT_DATA, EXIT_INTERRUPTED, EXIT_USAGE, FAILURES, message_of, print_error
+from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
+from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, while_importing
 
 __all__ = ["COMMANDS", "main"]
 
@@ -71,7 +72,8 @@ class LazyGroup(click.Group):
         """The command of that name; None if there is none."""
         if cmd_name not in COMMANDS:
             return None
-        module = import_module(f".{cmd_name}", __package__)
+        with while_importing():
+            module = import_module(f".{cmd_name}", __package__)
         command: click.Command = getattr(module, f"{cmd_name}_command")
         return command
 
@@ -120,7 +122,7 @@ def _fail(message: str, status: int) -> NoReturn:
 
 
 def _interrupted() -> NoReturn:
-    print_error("interrupted")
+    print_error(INTERRUPTED)
     if background.is_busy():
         # The interpreter must not exit while a thread is in the core.
         sys.stdout.flush()

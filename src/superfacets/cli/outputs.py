@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +28,7 @@ __all__ = [
     "Job",
     "check_files",
     "check_terminal",
+    "names_of_results",
     "output_option",
     "plan_jobs",
     "to_option",
@@ -73,6 +74,9 @@ def to_option(what: str = "-o gives no file name for") -> Decorator:
     )
 
 
+Names = Callable[[str, Sequence[str]], Sequence[str]]
+
+
 @dataclass(frozen=True)
 class Job:
     """One input and its outputs."""
@@ -104,6 +108,11 @@ class Job:
         return [*map(str, self.files), *([STANDARD_STREAM] if self.stream else [])]
 
 
+def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
+    """Names of results made of the name of an input."""
+    return output_names(Path(text).name, endings)
+
+
 def plan_jobs(
     inputs: Sequence[str],
     outputs: Sequence[str],
@@ -111,6 +120,7 @@ def plan_jobs(
     *,
     ascii: bool,
     also_read: Sequence[str] = (),
+    names: Names = names_of_results,
 ) -> list[Job]:
     """The job for each input; a usage error if the command line is ambiguous.
 
@@ -127,6 +137,8 @@ def plan_jobs(
         Whether meshes are text, which a terminal can show.
     also_read : sequence of str
         Further files that no output may replace.
+    names : callable
+        Takes an input and endings, and returns the names of the results in a folder.
     """
     folders = [text for text in outputs if _is_folder(text)]
     _check_outputs(inputs, outputs, folders)
@@ -141,9 +153,9 @@ def plan_jobs(
     for text in inputs:
         files = list(named)
         if folders:
-            files += _derived(Path(folders[0], Path(text).name), endings)
+            files += [Path(folders[0], name) for name in names(text, endings)]
         elif not outputs and text != STANDARD_STREAM:
-            files += _derived(Path(text), endings)
+            files += [Path(text).with_name(name) for name in names_of_results(text, endings)]
         jobs.append(Job(text, tuple(files), stream))
     check_files(jobs, also_read)
     for folder in folders:
@@ -156,11 +168,6 @@ def _is_folder(text: str) -> bool:
     if text.endswith(("/", os.sep)):
         return True
     return bool(text) and Path(text).is_dir() and not text.lower().endswith(OUTPUT_ENDINGS)
-
-
-def _derived(path: Path, endings: Sequence[str]) -> list[Path]:
-    """Names of outputs made of the name of an input."""
-    return [path.with_name(name) for name in output_names(path.name, endings)]
 
 
 def _check_outputs(inputs: Sequence[str], outputs: Sequence[str], folders: list[str]) -> None:

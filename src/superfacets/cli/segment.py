@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +22,19 @@ from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells_and_attributes, name_of
-from .options import format_option, quiet_option
-from .outputs import Job, output_option, plan_jobs, to_option
+from .options import format_option, labels_named_option, quiet_option
+from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
 from .progress import Bar, open_bar
 from .report import facts_of, notes_of, notes_on_result, summary_of
 from .segment_options import file_options, options_of, segment_options
-from .tiled import TileBar, TileOptions, noun_of_tiled, segment_by_tiles, tile_options
+from .tiled import (
+    TileBar,
+    TileOptions,
+    names_by_tiles,
+    noun_of_tiled,
+    segment_by_tiles,
+    tile_options,
+)
 
 __all__ = ["segment_command"]
 
@@ -36,6 +45,7 @@ __all__ = ["segment_command"]
 )
 @segment_options
 @constraint_options
+@labels_named_option
 @output_option(
     "A .ply, .vtp, .obj, .off or .glb (mesh with labels; of tetrahedra a .vtu or .vtk; of a"
     " point cloud a .ply, .csv, .las or .laz), a .npy, .seg or .txt (labels), a .segs.json, .bin or"
@@ -61,6 +71,7 @@ def segment_command(
     format: str | None,
     mask: Path | None,
     barriers: Path | None,
+    labels_named: str,
     is_quiet: bool,
     as_json: bool,
     **given: Any,
@@ -78,11 +89,15 @@ def segment_command(
         others = {"--mask": mask, "--barriers": barriers, "--format": format}
         formats = tiles.checked_formats(inputs, outputs, formats, options, others)
     also_read = [str(path) for path in (mask, barriers) if path is not None]
-    jobs = plan_jobs(inputs, outputs, formats, ascii=options.ascii, also_read=also_read)
+    names = names_of_results if tiles is None else names_by_tiles
+    jobs = plan_jobs(
+        inputs, outputs, formats, ascii=options.ascii, also_read=also_read, names=names
+    )
     endings = [ending for job in jobs for ending in job.endings]
     check_mask(mask, endings)
     form = options.form(endings)
-    run = _Run(options, format, form, mask, barriers, tiles, is_quiet=is_quiet, as_json=as_json)
+    constraints = partial(constraints_of, mask, barriers, name=labels_named)
+    run = _Run(options, format, form, constraints, tiles, is_quiet=is_quiet, as_json=as_json)
     n_failed = sum(not run.try_job(job, is_one_of_many=len(jobs) > 1) for job in jobs)
     if n_failed and len(jobs) > 1:
         print_error(f"{n_failed} of {len(jobs)} files failed")
@@ -97,8 +112,7 @@ class _Run:
     options: FileOptions
     format: str | None
     form: FormatOptions
-    mask: Path | None
-    barriers: Path | None
+    constraints: Callable[[int], dict[str, Any]]
     tiles: TileOptions | None
     is_quiet: bool
     as_json: bool
@@ -149,7 +163,7 @@ class _Run:
 
     def _do_by_tiles(self, job: Job, tiles: TileOptions) -> None:
         with TileBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
-            result = segment_by_tiles(Path(job.input), job.files[0], self.options, tiles, bar)
+            result = segment_by_tiles(Path(job.input), job.files, self.options, tiles, bar)
         noun = noun_of_tiled(Path(job.input))
         if not self.is_quiet:
             for note in notes_on_result(result):
@@ -159,8 +173,10 @@ class _Run:
                 job, json.dumps(facts_of(job.input, result, result.timings, job.names, noun))
             )
         elif not self.is_quiet:
+            n_files, folder = len(job.files), job.files[0].parent
+            names = job.names if n_files == 1 else [f"{n_files} files in {folder}"]
             name = Path(job.input).name
-            self._print(job, summary_of(name, result, result.timings, job.names, noun))
+            self._print(job, summary_of(name, result, result.timings, names, noun))
 
     def _compute(self, job: Job, bar: Bar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment; write nothing."""
@@ -169,7 +185,7 @@ class _Run:
             self.options,
             holds_attributes=job.holds_attributes,
             timings=timings,
-            constraints=lambda cells: constraints_of(self.mask, self.barriers, n_cells_of(cells)),
+            constraints=lambda cells: self.constraints(n_cells_of(cells)),
             progress=bar.on_iteration,
             on_stage=bar.on_stage,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
 import warnings
@@ -16,10 +17,18 @@ import click
 from ..batches.files import FileOptions
 from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, MeshError, SliverWarning
-from .options import COUNT, FOLDER, STANDARD_STREAM
+from .options import COUNT, FOLDER, STANDARD_STREAM, Count
+from .outputs import names_of_results
 from .progress import NAMES
 
-__all__ = ["TileBar", "TileOptions", "noun_of_tiled", "segment_by_tiles", "tile_options"]
+__all__ = [
+    "TileBar",
+    "TileOptions",
+    "names_by_tiles",
+    "noun_of_tiled",
+    "segment_by_tiles",
+    "tile_options",
+]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,7 +39,7 @@ _OPTIONS = (
         is_flag=True,
         help="For what is larger than memory: work on tiles of IN, a mesh or point cloud in a file,"
         " or a folder of files (meshes share vertices by position), and write the labels of all as"
-        " one .npy.",
+        " one .npy; or, of a folder, with a folder for -o, those of each file (a.npy for a.ply).",
     ),
     click.option(
         "--tile-size",
@@ -44,6 +53,13 @@ _OPTIONS = (
         help="Folder for what does not fit into memory, with --tiled: about 250 bytes per face,"
         " 400 per point."
         "  [default: beside the output]",
+    ),
+    click.option(
+        "--cache",
+        metavar="MB",
+        type=Count(0),
+        help="Megabytes of that which stay in memory, with --tiled and one worker.  [default: an"
+        " eighth of the memory]",
     ),
     click.option(
         "--workers",
@@ -80,6 +96,7 @@ class TileOptions:
 
     tile_size: int | None
     scratch: Path | None
+    cache: int | None
     workers: int | None
     scheduler: str | None
 
@@ -95,7 +112,8 @@ class TileOptions:
         A usage error if they contradict each other.
         """
         is_tiled = given.pop("is_tiled")
-        found = {name: given.pop(name) for name in ("tile_size", "scratch", "workers", "scheduler")}
+        names = ("tile_size", "scratch", "cache", "workers", "scheduler")
+        found = {name: given.pop(name) for name in names}
         if not is_tiled:
             for name, value in found.items():
                 if value is not None:
@@ -103,6 +121,8 @@ class TileOptions:
             return None
         if found["workers"] is not None and found["scheduler"] is not None:
             raise click.UsageError("give --scheduler or --workers: a scheduler has its own")
+        if found["cache"] is not None:
+            found["cache"] *= 1_000_000
         return cls(**found)
 
     def checked_formats(
@@ -134,16 +154,29 @@ class TileOptions:
         wrong = [text for text in named if not text.endswith(".npy")]
         if wrong or set(formats) - {"npy"} or len(outputs) > 1:
             raise click.UsageError(
-                "--tiled writes one .npy of labels; superfacets convert puts them into a mesh"
+                "--tiled writes one .npy of labels, or a folder of them; superfacets convert puts"
+                " them into a mesh"
             )
         return () if named else ("npy",)
 
 
+def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
+    """Names of the results in a folder: of a folder of files, one for each of these."""
+    from ..tiles.writing import label_names
+
+    if Path(text).is_dir():
+        with contextlib.suppress(OSError):  # the run says what is wrong with it
+            return label_names(Path(text))
+    return names_of_results(text, endings)
+
+
 def segment_by_tiles(
-    path: Path, out: Path, options: FileOptions, tiles: TileOptions, bar: TileBar
+    path: Path, files: Sequence[Path], options: FileOptions, tiles: TileOptions, bar: TileBar
 ) -> Segmentation:
-    """Segment a file, or a folder of files, and write its labels."""
-    tiles = replace(tiles, scratch=tiles.scratch or out.absolute().parent)
+    """Segment a file, or a folder of files, and write its labels: to one file, or to a folder."""
+    folder = files[0].parent
+    out = str(files[0]) if len(files) == 1 else f"{folder}/"
+    tiles = replace(tiles, scratch=tiles.scratch or folder.absolute())
     try:
         with warnings.catch_warnings():  # what warnings say, the facts of the result say
             warnings.simplefilter("ignore", IslandWarning)
@@ -162,7 +195,7 @@ def noun_of_tiled(path: Path) -> str:
 
 
 def _segmented(
-    path: Path, out: Path, options: FileOptions, tiles: TileOptions, bar: TileBar
+    path: Path, out: str, options: FileOptions, tiles: TileOptions, bar: TileBar
 ) -> Segmentation:
     from ..tiles.segmenting import segment_tiled
 

@@ -59,18 +59,25 @@ class Iteration:
     def run(self, coarse: list[CoarseCells], graph: AnyGraph, centers: Centers) -> Regions:
         """Run on the coarse graphs, the last of them first, and then on all cells.
 
+        The list is emptied: a graph that is done with makes room for what comes next.
+
         The centers are cells of the first graph on this way. After coarse graphs, all cells are
         classified once. What comes back is the classification by its own centers: the last move is
         dropped, whatever ends the loop.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
-        for level in reversed(coarse):
-            clustering = self._run_level(level.graph, centers)
-            with timed(self.timings, "update"):
-                labels, centers = clustering.labels(), clustering.centers()
-                centers = level.refine(labels, centers, self.options.n_threads)
-        return self._run_level(graph, centers, must_stay=bool(coarse))
+        must_stay = bool(coarse)
+        while coarse:
+            centers = self._run_coarse(coarse.pop(), centers)
+        return self._run_level(graph, centers, must_stay=must_stay)
+
+    def _run_coarse(self, level: CoarseCells, centers: Centers) -> Centers:
+        """Run on a coarse graph, and return the centers among the cells of the next one."""
+        clustering = self._run_level(level.graph, centers)
+        with timed(self.timings, "update"):
+            labels, centers = clustering.labels(), clustering.centers()
+            return level.refine(labels, centers, self.options.n_threads)
 
     def _run_level(self, graph: AnyGraph, centers: Centers, *, must_stay: bool = False) -> Regions:
         """Classify by these centers, and iterate until one of the stop rules holds."""

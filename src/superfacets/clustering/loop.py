@@ -142,6 +142,7 @@ def segment_cells(
             first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
             graph = graph if coarse else first
             seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
+            del first  # the loop drops coarse graphs that are done with
     run = Iteration(size.radius, loop, timings)
     clustering = run.run(coarse, graph, seeds)
     labels, centers = clustering.labels(), clustering.centers()

@@ -59,9 +59,10 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
         for temporary, target in zip(temporaries, targets, strict=True):
             temporary.replace(target)
     except OSError as error:  # say what was being written, where the system does not
-        unnamed = error.filename is None or Path(error.filename) in temporaries
-        if unnamed and error.errno is not None:
-            error.filename = ", ".join(str(path) for path in paths)
+        names = dict(zip(temporaries, map(str, paths), strict=True))
+        name = ", ".join(names.values()) if error.filename is None else error.filename
+        if error.errno is not None:
+            error.filename = names.get(Path(name), name)
         raise
     finally:
         for temporary in temporaries:

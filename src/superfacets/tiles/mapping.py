@@ -18,8 +18,12 @@ __all__ = ["OnDone", "on_team", "open_run", "run_all"]
 OnDone = Callable[[int, int], object]
 """Called with the number of pieces done, and of all, each time that one is."""
 
+Work = Callable[..., Any]
+Each = Callable[[Work, Any, Sequence[Job]], Iterator[tuple[int, Any]]]
+"""Calls ``work(store, *job)`` for each job, and gives the results as they come."""
 
-def run_all(run: Run, work: Callable[..., Any], store: Any, n_pieces: int, *args: Any) -> list[Any]:
+
+def run_all(run: Run, work: Work, store: Any, n_pieces: int, *args: Any) -> list[Any]:
     """Call ``work(store, piece, *args)`` for all pieces, with the same arguments."""
     return run(work, store, [(piece, *args) for piece in range(n_pieces)])
 
@@ -35,13 +39,21 @@ def on_team(team: Team, on_done: OnDone | None = None) -> Run:
     OSError
         If the workers are gone, or were killed time and again with one piece at work.
     """
+    return _reporting(team.map, on_done)
 
-    def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
+
+def _reporting(each: Each, on_done: OnDone | None) -> Run:
+    """A `Run` of what gives results as they come, each with the place of its job."""
+
+    def run(
+        work: Work, store: Any, jobs: Sequence[Job], n_before: int = 0,
+        n_after: int = 0,
+    ) -> list[Any]:  # fmt: skip
         results: dict[int, Any] = {}
-        for place, result in team.map(work, store, jobs):
+        for place, result in each(work, store, jobs):
             results[place] = result
             if on_done is not None:
-                on_done(len(results), len(jobs))
+                on_done(n_before + len(results), n_before + len(jobs) + n_after)
         return [results[place] for place in range(len(jobs))]
 
     return run
@@ -85,44 +97,33 @@ def open_run(
         team = local_team(workers)
     elif n_threads > 1:
         with ThreadPoolExecutor(n_threads) as pool:
-            yield _on_threads(pool, on_done)
+            yield _reporting(_on_threads(pool), on_done)
         return
     else:
-        yield _in_this_thread(on_done)
+        yield _reporting(_in_turn, on_done)
         return
     with team as opened:
         yield on_team(opened, on_done)
 
 
-def _on_threads(pool: ThreadPoolExecutor, on_done: OnDone | None) -> Run:
-    """A `Run` that leaves no piece waiting when one fails, or the user interrupts it."""
+def _on_threads(pool: ThreadPoolExecutor) -> Each:
+    """Do jobs on a pool. No job is left waiting if one fails, or the user interrupts it."""
 
-    def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
+    def each(work: Work, store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
         if len(jobs) == 1:  # as many visits of a tile are
-            return in_turn(work, store, jobs)
+            yield from _in_turn(work, store, jobs)
+            return
         waiting = [pool.submit(work, store, *job) for job in jobs]
-        results = []
         try:
-            for done in waiting:
-                results.append(done.result())
-                if on_done is not None:
-                    on_done(len(results), len(jobs))
+            for place, done in enumerate(waiting):
+                yield place, done.result()
         finally:
             for left in waiting:
                 left.cancel()
-        return results
 
-    in_turn = _in_this_thread(on_done)
-    return run
+    return each
 
 
-def _in_this_thread(on_done: OnDone | None) -> Run:
-    def run(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> list[Any]:
-        results = []
-        for job in jobs:
-            results.append(work(store, *job))
-            if on_done is not None:
-                on_done(len(results), len(jobs))
-        return results
-
-    return run
+def _in_turn(work: Work, store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
+    for place, job in enumerate(jobs):
+        yield place, work(store, *job)

@@ -34,7 +34,7 @@ from .clouds.reading import (
 from .reading import ArrayRows, MeshPieces, RecordRows, Rows, ply_pieces
 from .scratch import Scratch, write_all
 
-__all__ = ["TiledSource", "files_of", "holds_points", "open_pieces"]
+__all__ = ["Pieces", "TiledSource", "files_of", "holds_points", "open_pieces", "starts_of"]
 
 Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 Pieces: TypeAlias = MeshPieces | CloudPieces
@@ -99,6 +99,12 @@ def files_of(path: Path) -> list[Path]:
     if not found:
         raise FileNotFoundError(f"{path}: no file in it ends in {', '.join(FOLDER_ENDINGS)}")
     return found
+
+
+def starts_of(pieces: Pieces) -> tuple[int, ...]:
+    """The first face, or point, of each file of a source, and behind the last."""
+    rows = pieces.points if isinstance(pieces, CloudPieces) else pieces.corners
+    return rows.starts if isinstance(rows, _JoinedRows) else (0, pieces.n_cells)
 
 
 def holds_points(path: Path) -> bool:

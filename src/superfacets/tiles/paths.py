@@ -66,13 +66,16 @@ class TiledPaths:
         waiting: dict[int, list[Proposals]] = {}
         self._add(waiting, proposals)
         changed: set[int] = set()
+        n_visits = 0
         for version in itertools.count(max(self._versions.values()) + 1):
             if not waiting:
                 break
             jobs = [self._job(tile, waiting, version) for tile in self._next(waiting)]
-            for (tile, before, *_), found in zip(
-                jobs, self._run(_improve, self._store, jobs), strict=True
-            ):
+            found_by = self._run(
+                _improve, self._store, jobs, n_before=n_visits, n_after=len(waiting)
+            )
+            n_visits += len(jobs)
+            for (tile, before, *_), found in zip(jobs, found_by, strict=True):
                 self._store.remove(tile, name_of(before))
                 changed.add(tile)
                 self._add(waiting, found)

@@ -30,6 +30,7 @@ __all__ = [
     "save_array",
     "scratch_folder",
     "write_all",
+    "write_array",
 ]
 
 MARK = ".superfacets-tiles-"
@@ -193,15 +194,10 @@ class Scratch:
 
 
 def save_array(path: Path, array: npt.NDArray[Any]) -> None:
-    """Write an array as .npy; the file appears whole or not at all.
-
-    Not `numpy.save`, which does not tell why it failed: on a full disk that has to be known.
-    """
+    """Write an array as .npy; the file appears whole or not at all."""
     partial = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
     try:
-        with partial.open("wb", buffering=0) as file:
-            write_all(file, header_of(array.dtype, array.shape))
-            write_all(file, np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+        write_array(partial, array)
         partial.replace(path)
     except OSError as error:
         if error.filename is None and error.errno is not None:
@@ -210,6 +206,16 @@ def save_array(path: Path, array: npt.NDArray[Any]) -> None:
     finally:
         with contextlib.suppress(OSError):  # it was renamed, or never made
             partial.unlink()
+
+
+def write_array(path: Path, array: npt.NDArray[Any]) -> None:
+    """Write an array as .npy.
+
+    Not `numpy.save`, which does not tell why it failed: on a full disk that has to be known.
+    """
+    with path.open("wb", buffering=0) as file:
+        write_all(file, header_of(array.dtype, array.shape))
+        write_all(file, np.ascontiguousarray(array).reshape(-1).view(np.uint8))
 
 
 def header_of(dtype: np.dtype[Any], shape: tuple[int, ...]) -> bytes:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._memory import usable_memory
+from .._memory import memory_of_process
 from .._options import (
     INITS,
     WEIGHTS,
@@ -33,7 +33,7 @@ from ..clustering.loop import segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
-from ..io.atomic import StrPath, checked_targets
+from ..io.atomic import StrPath
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
 from .arcs import WeightRule, find_arcs
 from .band import smooth_tiled
@@ -44,9 +44,10 @@ from .clouds.reading import CloudPieces
 from .graph import TiledGraph
 from .mapping import OnDone, open_run
 from .opening import TiledSource, open_pieces
-from .scratch import check_room, save_array, scratch_folder
+from .scratch import check_room, scratch_folder
 from .sorting import make_tiles
 from .store import Run, TileStore, find_cells
+from .writing import label_files, ranges_of, save_labels
 
 __all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
 
@@ -132,7 +133,10 @@ def segment_tiled(
         Bytes of what would be written there that stay in memory instead; by default an eighth of
         the memory that this process may use. None does with several workers.
     out : path, optional
-        A ``.npy`` file for the labels.
+        A ``.npy`` file for the labels of all. Where the source is a folder, it may be a folder,
+        too, which is made: it gets a ``.npy`` with the labels of each file, called as that
+        (``a.npy`` for ``a.ply``); all of them, or none if the run fails. A name without an ending,
+        or with a slash at the end, is that of a folder.
     workers : int, default 1
         Processes of this machine that work on tiles; 1 is this process.
     scheduler : str, optional
@@ -143,7 +147,8 @@ def segment_tiled(
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
-        Called with the number of tiles done, and of all, in a pass over them.
+        Called with the number of tiles done, and of all, in a pass over them. A tile to which paths
+        come back counts again.
 
     Returns
     -------
@@ -164,7 +169,8 @@ def segment_tiled(
     MissingExtraError
         If several workers need psutil, or a scheduler needs Dask, and it is not installed.
     ValueError, TypeError
-        If a parameter is out of range or of the wrong type.
+        If a parameter is out of range or of the wrong type; or if files of labels would have the
+        same name.
 
     Notes
     -----
@@ -197,7 +203,7 @@ def segment_tiled(
         CleanupOptions.checked(smooth, False, 0.0, islands),
         checked_flag(weld, "weld"),
     )
-    place = Place.checked(tile_size, scratch, cache, out, workers, scheduler)
+    place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
     with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and memory for all that follows
         return _run(source, options, place, on_tile)
 
@@ -209,34 +215,30 @@ class Place:
     tile_size: int
     scratch: Path
     cache: int
-    out: Path | None
+    files: tuple[Path, ...]
     workers: int
     scheduler: str | None
 
     @classmethod
     def checked(
-        cls, tile_size: int, scratch: StrPath | None, cache: int | None, out: StrPath | None,
-        workers: int, scheduler: str | None,
+        cls, source: TiledSource, tile_size: int, scratch: StrPath | None, cache: int | None,
+        out: StrPath | None, workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
         """Arguments as for `segment_tiled`."""
         if cache is None:
-            cache = usable_memory() // MEMORY_PART
-        if out is not None:
-            if Path(out).suffix != ".npy":
-                raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
-            checked_targets([out])
+            cache = memory_of_process() // MEMORY_PART
         return cls(
             checked_count(tile_size, "tile_size"),
             Path(tempfile.gettempdir() if scratch is None else scratch).absolute(),
             checked_count(cache, "cache", low=0),
-            None if out is None else Path(out),
+            () if out is None else tuple(label_files(source, out)),
             checked_count(workers, "workers"),
             scheduler,
         )
 
     def tiles_at_once(self, n_threads: int) -> int:
         """How many tiles are worked on in this process at the same time, on a thread each."""
-        fitting = usable_memory() // MEMORY_PART // (BYTES_AT_WORK * self.tile_size)
+        fitting = memory_of_process() // MEMORY_PART // (BYTES_AT_WORK * self.tile_size)
         return min(n_threads, max(fitting, 1))
 
 
@@ -257,6 +259,7 @@ def _run(
     ):
         with timed(timings, "tiles", on_stage):
             pieces = open_pieces(source, scratch, for_workers=is_remote)
+            ranges = ranges_of(pieces, len(place.files))
             size, threads = place.tile_size, tile_threads
             if isinstance(pieces, CloudPieces):
                 check_room(place.scratch, BYTES_PER_POINT * pieces.n_points)
@@ -267,8 +270,8 @@ def _run(
                     pieces, scratch, size, welds=options.weld, run=run, n_threads=threads
                 )
         result = segment_store(store, options, run, tile_threads, is_parallel)
-        if place.out is not None:
-            save_array(place.out, result.labels)
+        if place.files:
+            save_labels(place.files, ranges, result.labels)
     return replace(result, timings={**timings, **result.timings})
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -20,8 +20,25 @@ core's ``cell_grower.hpp``. Tiles begin at multiples of it."""
 Job = tuple[Any, ...]
 """A tile, and further arguments."""
 
-Run = Callable[[Callable[..., Any], Any, Sequence[Job]], list[Any]]
-"""Calls ``work(store, *job)`` for each job, in any process, and returns the results in order."""
+
+class Run(Protocol):
+    """What does the same work for many jobs, in any process."""
+
+    def __call__(
+        self,
+        work: Callable[..., Any],
+        store: Any,
+        jobs: Sequence[Job],
+        /,
+        *,
+        n_before: int = 0,
+        n_after: int = 0,
+    ) -> list[Any]:
+        """Return ``work(store, *job)`` for each job, in order.
+
+        So many jobs of the same pass were done before, and so many are still to come: for whoever
+        watches the run.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,6 +156,6 @@ def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)
 
 
-def run_serially(work: Callable[..., Any], store: TileStore, jobs: Sequence[Job]) -> list[Any]:
+def run_serially(work: Callable[..., Any], store: Any, jobs: Sequence[Job], **_: int) -> list[Any]:
     """Do one job after the other, here."""
     return [work(store, *job) for job in jobs]

@@ -1,0 +1,108 @@
+"""Labels as one file, or as one for each file of the source."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ..io.atomic import StrPath, atomic_outputs, checked_targets, writable_folder
+from .opening import Pieces, TiledSource, files_of, starts_of
+from .scratch import write_array
+
+__all__ = ["label_files", "label_names", "ranges_of", "save_labels"]
+
+
+def label_files(source: TiledSource, out: StrPath) -> list[Path]:
+    """Return the files that the labels of a source go to; a folder for them is made.
+
+    Parameters
+    ----------
+    source : TiledSource
+    out : path
+        A ``.npy`` file; or, where the source is a folder, a folder: one that is there, or a name
+        without an ending or with a slash at the end.
+
+    Raises
+    ------
+    ValueError
+        If `out` is something else, or two files of the source have the same stem.
+    OSError
+        If a file cannot be written, or the source cannot be read.
+    """
+    if not _is_folder(out):
+        if Path(out).suffix != ".npy":
+            raise ValueError(f"out must end in .npy, got {Path(out).name!r}")
+        files = [Path(out)]
+    else:
+        if not isinstance(source, (str, os.PathLike)) or not Path(source).is_dir():
+            raise ValueError(
+                f"out must end in .npy, got {os.fspath(out)!r}: a folder takes the labels of a"
+                " folder of files"
+            )
+        files = [Path(out, name) for name in label_names(Path(source))]
+        writable_folder(Path(out))
+    checked_targets(files)
+    return files
+
+
+def _is_folder(out: StrPath) -> bool:
+    text = os.fspath(out)
+    if text.endswith(("/", os.sep)):
+        return True
+    suffix = Path(text).suffix
+    return text != "" and (not suffix or (suffix != ".npy" and Path(text).is_dir()))
+
+
+def label_names(folder: Path) -> list[str]:
+    """Names of the files of labels for the files in a folder: ``a.npy`` for ``a.ply``.
+
+    Raises
+    ------
+    ValueError
+        If two have the same name.
+    OSError
+        If the folder cannot be read, or holds no meshes and clouds.
+    """
+    found: dict[str, Path] = {}
+    for path in files_of(folder):
+        name = f"{path.stem}.npy"
+        other = found.setdefault(os.path.normcase(name), path)
+        if other is not path:
+            raise ValueError(
+                f"{other.name} and {path.name} in {folder} would both have their labels in {name}:"
+                " rename one, or take one .npy for all"
+            )
+    return [f"{path.stem}.npy" for path in found.values()]
+
+
+def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
+    """The first face, or point, of what goes to each of several files, and behind the last.
+
+    One file takes all. An OSError if the source has another number of files by now.
+    """
+    starts = starts_of(pieces)
+    if n_files <= 1:
+        return starts[0], starts[-1]
+    if len(starts) != n_files + 1:
+        raise OSError(
+            f"the folder held {n_files} files when the run began, and holds {len(starts) - 1} now"
+        )
+    return starts
+
+
+def save_labels(
+    files: Sequence[Path], starts: Sequence[int], labels: npt.NDArray[np.int32]
+) -> None:
+    """Write a range of labels to each ``.npy`` file: all files, or none."""
+    with atomic_outputs(files) as temporaries:
+        for temporary, file, (begin, end) in zip(temporaries, files, pairwise(starts), strict=True):
+            try:
+                write_array(temporary, labels[begin:end])
+            except OSError as error:
+                error.filename = str(file)
+                raise
