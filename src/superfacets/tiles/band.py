@@ -183,7 +183,8 @@ class _Sizes:
 def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[int, int, int]:
     """Write what the band takes of a tile; return the numbers of its corners, vertices, arcs.
 
-    Corners are rows of the vertices that are used, of which some are shared; arcs lead to cells.
+    Corners are rows of the vertices that are used, of which some are shared; arcs lead to places
+    of the tile and its ghosts.
     """
     sides = store.read(tile, "arc_sides")
     chosen, rim, corner_counts, corners, used, arc_counts, arcs = _core.cut_band(
@@ -192,18 +193,17 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[int, int, in
         store.read(tile, "arc_offsets"),
         sides.astype(np.int32),
     )
-    around = np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])
     numbers = np.full(len(store.read(tile, "rings")), -1, np.int32)
     numbers[used] = np.arange(len(used))
     arrays = {
-        "cells": around[chosen],
+        "chosen": chosen,
         "rim": rim,
         "corner_counts": corner_counts,
         "corners": corners,
         "vertices": store.read(tile, "vertices").take(used, axis=0),
         "shared": numbers[store.read(tile, "shared")],
         "arc_counts": arc_counts,
-        "targets": around[store.read(tile, "arc_targets")[arcs]],
+        "targets": store.read(tile, "arc_targets")[arcs],
         "sides": sides[arcs],
         "lengths": store.read(tile, lengths)[arcs],
     }
@@ -218,13 +218,15 @@ class _Gathering:
     def __init__(self, store: TileStore, sizes: _Sizes) -> None:
         self._store = store
         self._sizes = sizes
-        cells = [self._read(tile, "cells") for tile in range(store.n_tiles)]
-        self._numbers = np.full(store.n_cells, -1, np.int32)  # in the band, of all cells
+        tiles = range(store.n_tiles)
+        cells = [store.read(tile, "cells")[self._read(tile, "chosen")] for tile in tiles]
+        numbers = np.full(store.n_cells, -1, np.int32)  # in the band, of all cells
         for some in cells:
-            self._numbers[some] = 0
-        self._cells = np.flatnonzero(self._numbers >= 0).astype(np.int32)
-        self._numbers[self._cells] = np.arange(len(self._cells), dtype=np.int32)
-        self._at = [self._numbers[some] for some in cells]  # the faces of each tile
+            numbers[some] = 0
+        self._cells = np.flatnonzero(numbers >= 0).astype(np.int32)
+        numbers[self._cells] = np.arange(len(self._cells), dtype=np.int32)
+        self._at = [numbers[some] for some in cells]  # the faces of each tile
+        self._ghosts = [numbers[store.read(tile, "ghost_cells")] for tile in tiles]
 
     def band(self, n_threads: int) -> _Band:
         """The band."""
@@ -259,7 +261,10 @@ class _Gathering:
         sides = np.empty(n_arcs, self._read(0, "sides").dtype)
         for tile, at in enumerate(self._at):
             arcs = rows(offsets, at)[1]
-            neighbors[arcs] = self._numbers[self._read(tile, "targets")]
+            numbers = np.full(self._store.size(tile), -1, np.int32)
+            numbers[self._read(tile, "chosen")] = at
+            numbers = np.concatenate([numbers, self._ghosts[tile]])
+            neighbors[arcs] = numbers[self._read(tile, "targets")]
             sides[arcs] = self._read(tile, "sides")
             lengths[arcs] = self._read(tile, "lengths")
         return offsets, neighbors, sides, lengths
