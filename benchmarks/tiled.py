@@ -1,10 +1,12 @@
 """Times of `segment_tiled` on one and two workers, and a plan for larger meshes and clusters.
 
+    python -m benchmarks.tiled compare scan.ply
     python -m benchmarks.tiled measure scan.ply -o measured.json
     python -m benchmarks.tiled plan measured.json
 
-The first runs a mesh in tiles and notes, for each pass over the tiles, processor time and bytes
-read and written per face; the second simulates the same passes for more faces and workers.
+The first times the command with and without tiles, in turns. The second runs a mesh in tiles and
+notes, for each pass over the tiles, processor time and bytes read and written per face, with all
+arrays on the disk; the third simulates the same passes for more faces and workers.
 """
 
 from __future__ import annotations
@@ -15,19 +17,26 @@ import itertools
 import json
 import math
 import os
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from unittest import mock
 
 import click
+import numpy as np
 
 from superfacets.tiles import segmenting
 from superfacets.tiles.mapping import open_run
 from superfacets.tiles.store import TileStore
+
+from .checks import require
+from .clock import interleaved, median
 
 __all__ = ["Cluster", "Measured", "Pass", "measure", "simulate"]
 
@@ -148,8 +157,8 @@ def measure(
     marks: list[tuple[str, float]] = []
     with mock.patch.object(segmenting, "open_run", recorded):
         segmenting.segment_tiled(
-            path, n_segments, tile_size=tile_size, workers=workers, scratch=scratch, n_threads=1,
-            on_stage=on_stage,
+            path, n_segments, tile_size=tile_size, workers=workers, scratch=scratch, cache=0,
+            n_threads=1, on_stage=on_stage,
         )  # fmt: skip
     wall = time.perf_counter() - started[0]
     on_stage("end")
@@ -245,6 +254,32 @@ def measure_command(
     output.write_text(json.dumps([asdict(run) for run in runs], indent=1))
     for run in runs:
         click.echo(f"{run.workers} workers: {run.wall:.2f} s, rim {run.rim:.3f}")
+
+
+@commands.command("compare")
+@click.argument("mesh", type=click.Path(path_type=Path, exists=True))
+@click.option("-n", "--n-segments", type=int, default=2_000, show_default=True)
+@click.option("--repeats", type=int, default=5, show_default=True)
+def compare_command(mesh: Path, n_segments: int, repeats: int) -> None:
+    """Time `superfacets segment` from MESH to labels with and without --tiled, in turns."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = {name: Path(folder) / f"{name}.npy" for name in ("memory", "tiles")}
+
+        def run(name: str) -> None:
+            command = [sys.executable, "-m", "superfacets", "segment", str(mesh), "--quiet"]
+            command += ["-n", str(n_segments), "-o", str(files[name])]
+            command += ["--tiled"] if name == "tiles" else []
+            subprocess.run(command, check=True)
+
+        def accept(*_: object) -> None:
+            found = [np.load(file) for file in files.values() if file.exists()]
+            require(np.array_equal(found[0], found[-1]), "labels of tiles differ")
+
+        samples = interleaved({name: partial(run, name) for name in files}, repeats, accept)
+    alone, tiled = ([sample.seconds for sample in samples[name]] for name in files)
+    click.echo(f"in memory {median(alone):.2f} s, in tiles {median(tiled):.2f} s (medians)")
+    ratios = [after / before for before, after in zip(alone, tiled, strict=True)]
+    click.echo(f"ratio {median(ratios):.2f}, in each turn {' '.join(f'{r:.2f}' for r in ratios)}")
 
 
 def _count_faces(mesh: Path, folder: Path) -> int:

@@ -1,6 +1,7 @@
 """The measurement of runs in tiles, and the simulation of larger ones."""
 
 import json
+import re
 import sys
 
 import pytest
@@ -63,3 +64,13 @@ def test_a_run_is_measured_and_planned_with(tmp_path, monkeypatch):
     assert done.exit_code == 0, done.output
     assert "| `write_tile` | 1 |" in done.output
     assert "| 1e+10 |" in done.output
+
+
+def test_both_ways_are_timed_in_turns_and_their_labels_compared(tmp_path):
+    write_mesh(tmp_path / "bear.ply", sample_mesh(20_000))
+    words = ["compare", str(tmp_path / "bear.ply"), "-n", "30", "--repeats", "2"]
+    done = CliRunner().invoke(commands, words)
+    assert done.exit_code == 0, done.output
+    first, second = done.output.splitlines()
+    assert re.fullmatch(r"in memory \d+\.\d\d s, in tiles \d+\.\d\d s \(medians\)", first)
+    assert re.fullmatch(r"ratio \d+\.\d\d, in each turn \d+\.\d\d \d+\.\d\d", second)
