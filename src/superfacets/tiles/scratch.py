@@ -164,6 +164,15 @@ class Scratch:
         """Whether there is such an array."""
         return name in self._kept or self._path(name).exists()
 
+    def rename(self, name: str, new: str) -> None:
+        """Put an array in the place of another, which nobody reads at the moment."""
+        self.remove(new)
+        array = self._kept.pop(name, None)
+        if array is None:
+            self._path(name).replace(self._path(new))
+        else:
+            self._kept[new] = array
+
     def remove(self, name: str) -> None:
         """Remove an array, or a folder of arrays, to make room."""
         for kept in [other for other in list(self._kept) if other.startswith(f"{name}/")]:

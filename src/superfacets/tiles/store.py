@@ -116,6 +116,10 @@ class TileStore:
         """Remove an array of a tile, if there is one, to make room on the disk."""
         self.scratch.remove(f"tile{tile}/{name}")
 
+    def rename(self, tile: int, name: str, new: str) -> None:
+        """Put an array of a tile in the place of another."""
+        self.scratch.rename(f"tile{tile}/{name}", f"tile{tile}/{new}")
+
     def remove_from_all(self, name: str) -> None:
         """Remove an array of every tile."""
         for tile in range(self.n_tiles):

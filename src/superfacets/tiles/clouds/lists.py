@@ -71,8 +71,11 @@ def make_cloud_tiles(
     run(_join, store, jobs)
     run(_share_areas, store, [(tile,) for tile in tiles])
     if has_copies:
-        jobs = [(tile, not cloud.has_normals) for tile in tiles]
-        run(_follow_lowest, store, jobs)
+        names = ("measures",) if cloud.has_normals else ("measures", "normals")
+        run(_follow_lowest, store, [(tile, names) for tile in tiles])
+        for tile in tiles:  # while others read an array, Windows does not replace it
+            for name in names:
+                store.rename(tile, f"followed_{name}", name)
     for tile in tiles:
         for name in LEFTOVERS:
             store.remove(tile, name)
@@ -182,15 +185,14 @@ def _share_areas(store: TileStore, tile: int) -> None:
     store.write(tile, "measures", areas)
 
 
-def _follow_lowest(store: TileStore, tile: int, has_new_normals: bool) -> None:
-    """Give copies the area, and a normal that was estimated, of the lowest at their position."""
+def _follow_lowest(store: TileStore, tile: int, names: tuple[str, ...]) -> None:
+    """Write anew what copies have from the lowest at their position: area, an estimated normal."""
     at = np.flatnonzero(store.read(tile, "lowest") != NOT_COPIED)
     places, which = np.unique(store.read(tile, "place_of_lowest"), return_inverse=True)
-    # Those of points that are no copies do not change, so that any tile may come first.
-    for name in ("measures", "normals") if has_new_normals else ("measures",):
+    for name in names:
         values = store.read(tile, name).copy()
         values[at] = store.read_at(name, places)[which.reshape(-1)]
-        store.write(tile, name, values)
+        store.write(tile, f"followed_{name}", values)
 
 
 def _total(store: TileStore, cloud: SortedCloud) -> float:
