@@ -17,7 +17,8 @@ from ..mesh.polygon_mesh import PolygonMesh
 from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
 from .arcs import ArcFacts
-from .faces import mesh_of, read_corners, rows
+from .faces import is_among, mesh_of, read_corners, rows
+from .sorting import stable_order
 from .store import Run, TileStore, find_cells
 
 __all__ = ["smooth_tiled", "with_labels"]
@@ -51,6 +52,7 @@ def smooth_tiled(
         if not len(examined):
             break
         more = band.cells[examined]
+        del band  # or there would be two of them
         jobs = [(tile, more) for tile in range(store.n_tiles)]
         marks.take(run(_mark_more, store, jobs))
     labels[band.cells] = moved
@@ -220,13 +222,20 @@ class _Gathering:
         self._sizes = sizes
         tiles = range(store.n_tiles)
         cells = [store.read(tile, "cells")[self._read(tile, "chosen")] for tile in tiles]
-        numbers = np.full(store.n_cells, -1, np.int32)  # in the band, of all cells
-        for some in cells:
-            numbers[some] = 0
-        self._cells = np.flatnonzero(numbers >= 0).astype(np.int32)
-        numbers[self._cells] = np.arange(len(self._cells), dtype=np.int32)
-        self._at = [numbers[some] for some in cells]  # the faces of each tile
-        self._ghosts = [numbers[store.read(tile, "ghost_cells")] for tile in tiles]
+        ends = np.cumsum([len(some) for some in cells])
+        every = np.concatenate(cells)
+        order = stable_order(every.view(np.uint32))
+        self._cells = every[order]
+        numbers = np.empty(len(every), np.int32)
+        numbers[order] = np.arange(len(every), dtype=np.int32)
+        self._at = np.split(numbers, ends[:-1])  # the faces of each tile
+        self._ghosts = [self._numbers_of(store.read(tile, "ghost_cells")) for tile in tiles]
+
+    def _numbers_of(self, cells: Ints) -> Ints:
+        """The faces of the band that some cells are; -1 for others."""
+        at = np.searchsorted(self._cells, cells).astype(np.int32)
+        at[~is_among(cells, self._cells)] = -1
+        return at
 
     def band(self, n_threads: int) -> _Band:
         """The band."""
