@@ -32,14 +32,15 @@ class SurfaceWeigher {
 
   std::int64_t turn() const { return turn_; }
 
-  double weight(Cell cell, std::int64_t arc) {
+  double weight(Cell cell, std::int64_t arc, Cell to) {
     const double angle = surface_.angle(cell, arc);
     const bool is_ridge =
         options_.has_ridges() && angle <= -kSharpAngle && ridges_.crosses(cell, arc);
-    if (net_turn_ != nullptr && net_turn_->counts(cell) && !is_ridge) {
-      turn_ += net_turn_->rounded(-angle * surface_.border_length(cell, arc));
+    if (net_turn_ != nullptr && cell < to && net_turn_->counts(cell) && !is_ridge) {
+      const double turn = -angle * surface_.border_length(cell, arc);
+      turn_ += static_cast<std::int64_t>(net_turn_->rounded(turn));
     }
-    const double eta = is_ridge ? options_.ridges : options_.eta(angle > 0.0, std::abs(angle));
+    const double eta = is_ridge ? options_.ridges : options_.eta(angle, std::abs(angle));
     const double length =
         options_.crease_length > 0.0 ? options_.crease_length : surface_.border_length(cell, arc);
     const double price = options_.alpha * eta * length;
@@ -66,7 +67,7 @@ std::int64_t surface_weights(const Surface& surface, const WeightOptions& option
     SurfaceWeigher weigher(surface, options, net_turn);
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
       for (const auto [arc, to] : surface.arcs().steps(cell)) {
-        weights[arc] = weigher.weight(cell, arc);
+        weights[arc] = weigher.weight(cell, arc, to);
       }
     }
     net += weigher.turn();

@@ -79,12 +79,12 @@ SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, 
 // How the surface bends on an arc.
 struct Bend {
   double theta;
-  bool is_concave;
+  double rise;  // positive where it is concave: a bool would keep loops from using vectors
 };
 
 SUPERFACETS_ALWAYS_INLINE Bend bend_of(const ArcData& data, double up) {
   const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
-  return {arctangent(fold.sine, fold.cosine), up * fold.rise > 0.0};
+  return {arctangent(fold.sine, fold.cosine), up * fold.rise};
 }
 
 // Eq. 1-3. kHasLength: options have a crease_length.
@@ -92,7 +92,7 @@ template <bool kHasLength>
 SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const Bend& bend,
                                             const WeightOptions& options) {
   const double length = kHasLength ? options.crease_length : data.edge.length();
-  const double price = options.alpha * options.eta(bend.is_concave, bend.theta) * length;
+  const double price = options.alpha * options.eta(bend.rise, bend.theta) * length;
   const double angular = price * bend.theta / std::numbers::pi;  // eq. 2
   return (way_over(data.edge, data.from, data.to) + angular) / options.diagonal;
 }
@@ -104,7 +104,7 @@ double any_arc_weight(const ArcData& data, const WeightOptions& options, double 
 }
 
 SUPERFACETS_ALWAYS_INLINE double turn_of(const ArcData& data, const Bend& bend) {
-  return (bend.is_concave ? -bend.theta : bend.theta) * data.edge.length();
+  return (bend.rise > 0.0 ? -bend.theta : bend.theta) * data.edge.length();
 }
 
 // What ridges are found by.
@@ -207,14 +207,15 @@ struct Block {
 template <bool kHasLength, bool kHasTurns>
 struct Weigh {
   SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const WeightOptions& options,
-                                            double up, Numbers* weights, Numbers* turns,
-                                            std::size_t n) const {
+                                            double up, const NetTurn& net_turn, Numbers* weights,
+                                            Numbers* turns, std::size_t n) const {
     const WeightOptions hoisted = options;  // nothing that is written can change it
+    const NetTurn rounding = net_turn;
     for (std::size_t i = 0; i < n; ++i) {
       const ArcData data = block.get(i);
       const Bend bend = bend_of(data, up);
       (*weights)[i] = arc_weight<kHasLength>(data, bend, hoisted);
-      if constexpr (kHasTurns) (*turns)[i] = turn_of(data, bend);
+      if constexpr (kHasTurns) (*turns)[i] = rounding.rounded(turn_of(data, bend));
     }
   }
 };
@@ -267,14 +268,13 @@ class Weigher {
       net_turn_ == nullptr ? run(Weigh<false, false>{}, rising) : run(Weigh<false, true>{}, rising);
     }
     if (options_.has_ridges()) weigh_ridges(rising);
+    if (net_turn_ != nullptr) add_turns(rising);
     std::int64_t n_weighed = std::ssize(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
       weights_[rising[i].arc] = numbers_[i];
-      if (net_turn_ != nullptr) add_turn(rising[i].from, turns_[i]);
       std::int64_t back = -1;
       if (!is_pair(geometry_.arcs(), rising[i], back)) continue;
       weights_[back] = numbers_[i];
-      if (net_turn_ != nullptr) add_turn(rising[i].to, turns_[i]);
       ++n_weighed;
     }
     return n_weighed;
@@ -283,11 +283,15 @@ class Weigher {
   template <typename Weigh>
   void run(const Weigh& weigh, std::span<const RisingArc> rising) {
     const double up = up_of(geometry_);
-    run_version(with_, weigh, block_, options_, up, &numbers_, &turns_, rising.size());
+    run_version(with_, weigh, block_, options_, up, rounding_, &numbers_, &turns_, rising.size());
   }
 
-  void add_turn(Face from, double turn) {
-    if (net_turn_->counts(from)) turn_ += net_turn_->rounded(turn);
+  void add_turns(std::span<const RisingArc> rising) {
+    double sum = 0.0;  // of whole numbers, exact
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      sum += net_turn_->counts(rising[i].from) ? turns_[i] : 0.0;
+    }
+    turn_ += static_cast<std::int64_t>(sum);
   }
 
   // Replaces the weights of arcs across ridges.
@@ -312,6 +316,7 @@ class Weigher {
   const FaceBends bends_;
   const Ridges<TriangleSurface, FaceBends> ridges_;
   const NetTurn* const net_turn_;  // null: not wanted
+  const NetTurn rounding_ = net_turn_ == nullptr ? NetTurn() : *net_turn_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
   std::vector<RisingArc> listed_;
@@ -323,11 +328,9 @@ class Weigher {
 };
 
 // Computes the weights that a Weigher leaves: of arcs to lower faces that are not unique, or have
-// no reverse arc. Returns their net turn.
-std::int64_t weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
-                              const NetTurn* net_turn, std::int64_t begin, std::int64_t end,
-                              std::span<double> weights) {
-  std::int64_t net = 0;
+// no reverse arc.
+void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
+                      std::int64_t end, std::span<double> weights) {
   const double up = up_of(geometry);
   const WeightOptions of_ridges = options.of_ridges();
   const FaceBends bends{geometry};
@@ -339,11 +342,8 @@ std::int64_t weigh_other_arcs(const Geometry& geometry, const WeightOptions& opt
       const ArcData data = arc_data(geometry, face, neighbor, arc);
       const bool is_ridge = options.has_ridges() && ridges.crosses(face, arc);
       weights[arc] = any_arc_weight(data, is_ridge ? of_ridges : options, up);
-      const bool has_turn = net_turn != nullptr && net_turn->counts(face) && !is_ridge;
-      if (has_turn) net += net_turn->rounded(turn_of(data, bend_of(data, up)));
     }
   }
-  return net;
 }
 
 // Rounds 0 <= x < 2^52 to a whole number, halves to even, as std::nearbyint does; but that is a
@@ -374,7 +374,7 @@ std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasur
   });
   if (n_weighed == surface.arcs().n_arcs()) return net;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    net += weigh_other_arcs(geometry, options, net_turn, begin, end, weights);
+    weigh_other_arcs(geometry, options, begin, end, weights);
   });
   return net;
 }

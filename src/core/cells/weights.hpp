@@ -8,6 +8,7 @@
 #include "base/assert.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
+#include "base/versions.hpp"
 #include "cells/triangle_surface.hpp"
 
 namespace superfacets {
@@ -29,13 +30,12 @@ struct WeightOptions {
   double ridges = 0.0;         // what a ridge (ridges.hpp) counts, if that is more than eta_convex
   double evened = 0.0;         // what smooth concave edges count less, and smooth convex ones count
 
-  // What an edge counts that bends by so much, but for ridges. Smooth ones bend by less than
-  // kSharpAngle.
-  double eta(bool is_concave, double theta) const {
-    const bool is_smooth = theta < kSharpAngle;
-    const double of_concave = is_smooth ? 1.0 - evened : 1.0;
-    const double of_convex = is_smooth ? std::max(eta_convex, evened) : eta_convex;
-    return is_concave ? of_concave : of_convex;
+  // What an edge counts that bends by theta, but for ridges; it is concave where rise > 0. Smooth
+  // ones bend by less than kSharpAngle.
+  SUPERFACETS_ALWAYS_INLINE double eta(double rise, double theta) const {
+    const double of_concave = theta < kSharpAngle ? 1.0 - evened : 1.0;
+    const double of_convex = theta < kSharpAngle ? std::max(eta_convex, evened) : eta_convex;
+    return rise > 0.0 ? of_concave : of_convex;
   }
 
   // Whether ridges count more than other convex edges.
@@ -49,30 +49,31 @@ struct WeightOptions {
   }
 };
 
-// How much a surface turns outward, in net: the sum over arcs of theta times the length of the
-// edge, negative where that is concave, without the ridges that options count. Twice that of edges,
-// which is twice the total mean curvature of what is left. Each term is rounded to a whole number
-// of units, so that sums over parts add up to that over all, in any order.
+// How much a surface turns outward, in net: the sum over edges of theta times their length,
+// negative where they are concave, without the ridges that options count. That is twice the total
+// mean curvature of what is left. An edge is counted with its lower face. Each term is rounded to a
+// whole number of units, so that sums over parts add up to that over all, in any order.
 class NetTurn {
  public:
+  NetTurn() = default;
   NetTurn(double diagonal, std::span<const std::uint8_t> is_counted)
-      : unit_(std::ldexp(1.0, std::ilogb(diagonal) - kTurnBits)), is_counted_(is_counted) {
+      : units_(std::ldexp(1.0, kTurnBits - std::ilogb(diagonal))), is_counted_(is_counted) {
     SUPERFACETS_ASSERT(diagonal > 0.0);
   }
 
-  // Of so many units: a whole number. All edges fold back at most, and are no longer than the
-  // diagonal: the sum over 2^29 arcs fits.
-  std::int64_t rounded(double turn) const {
+  // A whole number of units. An edge folds back at most, and is no longer than the diagonal: the
+  // sum over 2^19 of them is exact in a double, that over 2^29 fits into 64 bits.
+  SUPERFACETS_ALWAYS_INLINE double rounded(double turn) const {
     constexpr double kNoFraction = 0x1.8p52;  // no call, as in round_weights, and of either sign
-    return static_cast<std::int64_t>((turn / unit_ + kNoFraction) - kNoFraction);
+    return (turn * units_ + kNoFraction) - kNoFraction;
   }
-  // Whether the arcs from a face are among those that are summed up.
+  // Whether the edges between a face and higher ones are among those that are summed up.
   bool counts(Cell face) const { return is_counted_.empty() || is_counted_[face] != 0; }
 
  private:
   static constexpr int kTurnBits = 31;
 
-  double unit_;
+  double units_ = 1.0;                        // in one unit of length
   std::span<const std::uint8_t> is_counted_;  // (N,), or empty: all
 };
 
@@ -97,7 +98,7 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
 // weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0, where
 // options may put another length in the place of |e|. theta is in [0, pi] and 0 where a face has no
 // normal. The two arcs of a pair get the same bits. Options may let ridges count more than other
-// convex edges. Returns the net turn of the arcs that are counted, in units; 0 if it is not wanted.
+// convex edges. Returns the net turn of what is counted, in units; 0 if it is not wanted.
 std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                                 const WeightOptions& options, const NetTurn* net_turn,
                                 ThreadTeam& team, std::span<double> weights);

@@ -31,7 +31,7 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
     Parameters
     ----------
     turn : int
-        Sum over arcs, two for each edge, of length times angle, in the unit of the core.
+        Sum over edges of length times angle, in the unit of the core.
     volume, area, diagonal : float
         What a closed mesh encloses, 0 where it is open; of its faces; of its bounding box.
 
@@ -46,7 +46,7 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
 
     >>> import math
     >>> unit = 4 / 2**31
-    >>> evened_share(round(16 * math.pi / unit), 4 / 3 * math.pi, 4 * math.pi, 4.0)
+    >>> evened_share(round(8 * math.pi / unit), 4 / 3 * math.pi, 4 * math.pi, 4.0)
     0.0
     >>> evened_share(0, 4 / 3 * math.pi, 4 * math.pi, 4.0)
     0.25
@@ -54,6 +54,6 @@ def evened_share(turn: int, volume: float, area: float, diagonal: float) -> floa
     if not volume or not area:
         return 0.0
     unit = math.ldexp(1.0, math.frexp(diagonal)[1] - 1 - TURN_BITS)
-    roundness = 3.0 * volume * (turn * unit / 4.0) / area**2
+    roundness = 3.0 * volume * (turn * unit / 2.0) / area**2
     share = min(max((SOLID - roundness) / (SOLID - HOLLOW), 0.0), 1.0)
     return MOST_EVENED * round(STEPS * share) / STEPS

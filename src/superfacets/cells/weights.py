@@ -159,15 +159,14 @@ def crease_weights(
     the two by less than 0.7 of the other; but a triangle may have one of them at most. And a ridge
     goes on: at both of its ends it meets another such edge, or the border of an open mesh.
 
-    Smooth edges, of less than 40 degrees, are counted otherwise where a shape is hollow: a cup, or a
-    ring. As much of it turns inward as outward, and with concave edges alone the inside would be all
-    crease. With the volume V that a closed mesh encloses, its area A and its total mean curvature M
-    (half the sum over edges of length times angle, negative where they are concave, without
-    ridges), :math:`y = 3 V M / A^2` is 1 for a ball, at most 1 for any convex body, 3/4 for
-    a long rod, below 0.2 for cups, and near 0 or less for rings. Of
-    what smooth concave edges count,
-    the share min(2 - y / 0.15, 1) / 4 then goes to smooth convex ones: nothing from y = 0.3 on. A
-    mesh that is open, or whose faces are inconsistently oriented, is not hollow.
+    Smooth edges, of less than 40 degrees, count otherwise on a hollow shape, a cup or a ring, whose
+    surface turns inward about as much as outward: with concave edges alone, its inside would be one
+    crease and its outside none. With the volume V that a closed mesh encloses, its area A and its
+    total mean curvature M (half the sum over edges of length times angle, negative where they are
+    concave, without ridges), :math:`y = 3 V M / A^2` is 1 for a ball and at most that for any other
+    convex body, 3/4 for a long rod, below 0.2 for cups, and near 0 or less for rings. Smooth convex
+    edges then count s = min(2 - y / 0.15, 1) / 4, and smooth concave ones 1 - s; nothing changes
+    from y = 0.3 on. A mesh that is open, or whose faces are inconsistently oriented, is not hollow.
 
     Parameters
     ----------
@@ -184,7 +183,7 @@ def crease_weights(
         Weight of ridges relative to concave edges, >= 0, where that is more than `eta_convex`. 0
         turns it off.
     hollows : bool, default True
-        Whether smooth edges are counted otherwise where the shape is hollow.
+        Whether smooth edges count otherwise where the shape is hollow.
 
     Returns
     -------
