@@ -163,10 +163,11 @@ def crease_weights(
     surface turns inward about as much as outward: with concave edges alone, its inside would be one
     crease and its outside none. With the volume V that a closed mesh encloses, its area A and its
     total mean curvature M (half the sum over edges of length times angle, negative where they are
-    concave, without ridges), :math:`y = 3 V M / A^2` is 1 for a ball and at most that for any other
-    convex body, 3/4 for a long rod, below 0.2 for cups, and near 0 or less for rings. Smooth convex
-    edges then count s = min(2 - y / 0.15, 1) / 4, and smooth concave ones 1 - s; nothing changes
-    from y = 0.3 on. A mesh that is open, or whose faces are inconsistently oriented, is not hollow.
+    concave, without ridges that count), :math:`y = 3 V M / A^2` is 1 for a ball and less for any
+    other convex body, 3/4 for a long rod, below 0.2 for cups, and near 0 or less for rings. Smooth
+    convex edges then count s = min(2 - y / 0.15, 1) / 4, and smooth concave ones 1 - s; nothing
+    changes from y = 0.3 on. A mesh that is open, or whose faces are inconsistently oriented, is not
+    hollow.
 
     Parameters
     ----------
