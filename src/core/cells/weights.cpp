@@ -263,9 +263,9 @@ class Weigher {
       block_.set(i, arc_data(geometry_, rising[i].from, rising[i].to, rising[i].arc));
     }
     if (options_.crease_length > 0.0) {
-      net_turn_ == nullptr ? run(Weigh<true, false>{}, rising) : run(Weigh<true, true>{}, rising);
+      weigh_in_vectors<true>(rising.size());
     } else {
-      net_turn_ == nullptr ? run(Weigh<false, false>{}, rising) : run(Weigh<false, true>{}, rising);
+      weigh_in_vectors<false>(rising.size());
     }
     if (options_.has_ridges()) weigh_ridges(rising);
     if (net_turn_ != nullptr) add_turns(rising);
@@ -280,10 +280,14 @@ class Weigher {
     return n_weighed;
   }
 
-  template <typename Weigh>
-  void run(const Weigh& weigh, std::span<const RisingArc> rising) {
+  template <bool kHasLength>
+  void weigh_in_vectors(std::size_t n) {
     const double up = up_of(geometry_);
-    run_version(with_, weigh, block_, options_, up, rounding_, &numbers_, &turns_, rising.size());
+    const auto run = [&](const auto& weigh) {
+      run_version(with_, weigh, block_, options_, up, rounding_, &numbers_, &turns_, n);
+    };
+    if (net_turn_ != nullptr) return run(Weigh<kHasLength, true>{});
+    run(Weigh<kHasLength, false>{});
   }
 
   void add_turns(std::span<const RisingArc> rising) {

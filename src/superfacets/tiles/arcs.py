@@ -108,11 +108,11 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     if is_closed and volume < -VOLUME_NOISE * diagonal**3:
         rule = replace(rule, is_turned=True)
         sums = weigh(rule)
-    if is_closed and not any(some.is_inconsistent for some in sums):
+    if _are_creases(rule) and is_closed and not any(some.is_inconsistent for some in sums):
         turn = sum(some.turn for some in sums)
         inside = enclosed(volume, diagonal)
         rule = replace(rule, evened=evened_share(turn, inside, store.total_measure, diagonal))
-    if rule.evened and _are_creases(rule):
+    if rule.evened:
         sums = weigh(rule)
     unit = _core.unit_of_lengths(sum(some.weights for some in sums))
     jobs = [(tile, "weights", "lengths", unit, rule.n_threads) for tile in tiles]
