@@ -162,6 +162,30 @@ def drilled_block(n_around=64, width=1.0, height=0.3, radius=0.3):
     return Mesh(vertices, faces)
 
 
+def bowl(n_around=24, thickness=0.1):
+    """Half a sphere with walls, closed: all smooth but for the edges of its rim."""
+    n_rings = n_around // 4
+    heights = np.arange(1, n_rings + 1) / n_rings * np.pi / 2
+    turns = np.arange(n_around) / n_around * 2 * np.pi
+    shells = [
+        radius * np.stack([np.sin(z) * np.cos(t), np.sin(z) * np.sin(t), -np.cos(z)], axis=-1)
+        for radius in (1.0, 1.0 - thickness)
+        for z, t in [np.meshgrid(heights, turns, indexing="ij")]
+    ]
+    rings = np.concatenate([shells[0], shells[1][::-1]])  # from outside over the rim
+    vertices = np.concatenate([rings.reshape(-1, 3), [[0, 0, -1], [0, 0, thickness - 1]]])
+    at = np.arange(2 * n_rings * n_around).reshape(-1, n_around)
+    low, high = at[:-1], at[1:]
+    after_low, after_high = np.roll(low, -1, axis=1), np.roll(high, -1, axis=1)
+    first, last = at[0], at[-1]
+    faces = [
+        np.stack([low, after_low, high], axis=-1), np.stack([after_low, after_high, high], axis=-1),
+        np.stack([np.roll(first, -1), first, np.full(n_around, at.size)], axis=-1),
+        np.stack([last, np.roll(last, -1), np.full(n_around, at.size + 1)], axis=-1),
+    ]  # fmt: skip
+    return Mesh(vertices, np.concatenate([some.reshape(-1, 3) for some in faces]))
+
+
 def bumpy_sheet(n=24, seed=0):
     """A square sheet of 2 n^2 faces with a ridge, a valley and noise, so that ties do not occur."""
     rng = np.random.default_rng(seed)

@@ -147,11 +147,12 @@ MESHES = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize("hollows", [False, True])
 @pytest.mark.parametrize("eta_convex", [0.0, 0.1])
 @pytest.mark.parametrize("name", MESHES)
-def test_weights_with_ridges_equal_their_twin(name, eta_convex):
+def test_weights_with_ridges_equal_their_twin(name, eta_convex, hollows):
     mesh = MESHES[name]()
-    options = {"alpha": 20.0, "eta_convex": eta_convex, "ridges": 0.35}
+    options = {"alpha": 20.0, "eta_convex": eta_convex, "ridges": 0.35, "hollows": hollows}
     weights = crease_weights(mesh, build_face_graph(mesh), 0.3, **options)
     arcs = reference.build_face_graph(mesh)
     expected = reference.superfacet_weights(mesh, arcs, crease_length=0.3, **options)

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from shapes import gears, soup, together
+from shapes import bowl, gears, soup, together
 from tiled_checks import check, compare
 from tiled_meshes import as_ply, random_polygons
 
@@ -217,6 +217,50 @@ def test_ridges_that_depend_on_faces_two_steps_away(tmp_path, seed):
     rule = WeightRule(5.0, WeightOptions.checked("creases", None, None, 1.0), False, False, 1)
     with scratch_folder(tmp_path) as scratch:
         store = cut_mesh(mesh, scratch, 4, weld=True)
+        unit = find_arcs(store, rule, run_serially).unit
+        for tile in range(store.n_tiles):
+            _, at = rows(graph.offsets, store.read(tile, "cells"))
+            lengths = _core.round_weights(wanted[at], unit, 1)
+            assert np.array_equal(store.read(tile, "lengths"), lengths)
+
+
+def hollow(is_inside_out=False, times=3):
+    """A bowl of 18,432 faces, neither all hollow nor solid."""
+    mesh = bowl(24, 0.6)
+    arrays = (mesh.vertices, mesh.faces[:, ::-1] if is_inside_out else mesh.faces)
+    for _ in range(times):
+        arrays = split_in_four(*arrays)
+    return Mesh(*arrays)
+
+
+@pytest.mark.parametrize("is_inside_out", [False, True])
+def test_hollow_shapes(tmp_path, is_inside_out):
+    check(hollow(is_inside_out), 20, tmp_path, tile_sizes=(4096,))
+
+
+def test_hollow_shapes_by_weights_of_the_paper(tmp_path):
+    check(hollow(), 20, tmp_path, tile_sizes=(4096,), weights="superfacets")
+
+
+def test_hollow_polygons(tmp_path):
+    mesh = hollow()
+    offsets = 3 * np.arange(mesh.n_faces + 1)
+    check(PolygonMesh(mesh.vertices, offsets, mesh.faces.ravel()), 20, tmp_path, (4096,))
+
+
+@pytest.mark.parametrize("how", ["whole", "open", "a face turned over"])
+def test_weights_of_hollow_shapes(tmp_path, how):
+    mesh = hollow(times=2)
+    faces = mesh.faces[1 if how == "open" else 0 :].copy()
+    if how == "a face turned over":
+        faces[7] = faces[7, ::-1]
+    mesh = Mesh(mesh.vertices, faces)
+    graph = sf.build_face_graph(mesh)
+    wanted, solid = (sf.crease_weights(mesh, graph, 0.1, hollows=on) for on in (True, False))
+    assert np.array_equal(wanted, solid) == (how != "whole")
+    rule = WeightRule(0.1, WeightOptions.checked("creases", None, None), False, False, 1)
+    with scratch_folder(tmp_path) as scratch:
+        store = cut_mesh(mesh, scratch, 1024, weld=True)
         unit = find_arcs(store, rule, run_serially).unit
         for tile in range(store.n_tiles):
             _, at = rows(graph.offsets, store.read(tile, "cells"))

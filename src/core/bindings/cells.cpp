@@ -357,14 +357,17 @@ auto bind_find_components(const Array<std::int64_t>& offsets, const Array<Cell>&
 auto bind_superfacet_weights(const TriangleSurface& surface, const Rows<double>& centroids,
                              const Array<double>& areas, const Rows<double>& normals, double alpha,
                              double eta_convex, double crease_length, double diagonal,
-                             double ridges, int n_threads) {
+                             double ridges, double evened, bool wants_turn,
+                             const Array<std::uint8_t>& is_counted, int n_threads) {
   Buffer<double> weights(surface.arcs().n_arcs());
   const FaceMeasures faces{points(centroids), view(areas), points(normals)};
-  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges};
-  on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
-    superfacet_weights(surface, faces, options, team, weights.span());
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges, evened};
+  const NetTurn net_turn(diagonal, view(is_counted));
+  const std::int64_t turn = on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return superfacet_weights(surface, faces, options, wants_turn ? &net_turn : nullptr, team,
+                              weights.span());
   });
-  return to_numpy(std::move(weights));
+  return std::tuple(to_numpy(std::move(weights)), turn);
 }
 
 auto bind_stk02_weights(const TriangleSurface& surface, const Rows<double>& centroids, double alpha,
@@ -377,12 +380,16 @@ auto bind_stk02_weights(const TriangleSurface& surface, const Rows<double>& cent
 }
 
 auto bind_surface_weights(const Surface& surface, double alpha, double eta_convex,
-                          double crease_length, double diagonal, double ridges, int n_threads) {
+                          double crease_length, double diagonal, double ridges, double evened,
+                          bool wants_turn, const Array<std::uint8_t>& is_counted, int n_threads) {
   Buffer<double> weights(surface.arcs().n_arcs());
-  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges};
-  on_team(surface.n_cells(), n_threads,
-          [&](ThreadTeam& team) { surface_weights(surface, options, team, weights.span()); });
-  return to_numpy(std::move(weights));
+  const WeightOptions options{alpha, eta_convex, crease_length, diagonal, ridges, evened};
+  const NetTurn net_turn(diagonal, view(is_counted));
+  const std::int64_t turn = on_team(surface.n_cells(), n_threads, [&](ThreadTeam& team) {
+    return surface_weights(surface, options, wants_turn ? &net_turn : nullptr, team,
+                           weights.span());
+  });
+  return std::tuple(to_numpy(std::move(weights)), turn);
 }
 
 auto bind_polygon_stk02_weights(const PolygonSurface& surface, double alpha, int n_threads) {
@@ -695,11 +702,13 @@ void bind_cells(nb::module_& module) {
              "neighbors"_a.noconvert(), "labels"_a.noconvert());
   module.def("superfacet_weights", &bind_superfacet_weights, "surface"_a, "centroids"_a.noconvert(),
              "areas"_a.noconvert(), "normals"_a.noconvert(), "alpha"_a, "eta_convex"_a,
-             "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
+             "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a, "wants_turn"_a,
+             "is_counted"_a.noconvert(), "n_threads"_a);
   module.def("stk02_weights", &bind_stk02_weights, "surface"_a, "centroids"_a.noconvert(),
              "alpha"_a, "n_threads"_a);
   module.def("surface_weights", &bind_surface_weights, "surface"_a, "alpha"_a, "eta_convex"_a,
-             "crease_length"_a, "diagonal"_a, "ridges"_a, "n_threads"_a);
+             "crease_length"_a, "diagonal"_a, "ridges"_a, "evened"_a, "wants_turn"_a,
+             "is_counted"_a.noconvert(), "n_threads"_a);
   module.def("polygon_stk02_weights", &bind_polygon_stk02_weights, "surface"_a, "alpha"_a,
              "n_threads"_a);
   module.def("quantize_weights", &bind_quantize_weights, "weights"_a.noconvert(), "n_threads"_a);

@@ -4,18 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "cells/surface.hpp"
+#include "cells/weights.hpp"
 
 namespace superfacets {
 
-// What a ridge bends by at least: 40 degrees, so that both edges of a chamfer of 45 count. Edges of
-// rounded limbs bend by less on all but coarse meshes.
-inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
-
-// A little more than the cosine of that: an edge whose normals have more is not sharp.
+// A little more than the cosine of kSharpAngle: an edge whose normals have more is not sharp.
 inline constexpr double kSharpCosine = 0.7661;
 
 // An edge that bends by less than this share of a ridge is flat beside it.

@@ -1,5 +1,6 @@
 #include "cells/surface_weights.hpp"
 
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
@@ -8,18 +9,6 @@
 
 namespace superfacets {
 namespace {
-
-// Calls weight(cell, arc, target) for all arcs.
-template <typename Weight>
-void weigh_arcs(const Surface& surface, ThreadTeam& team, std::span<double> weights,
-                const Weight& weight) {
-  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs());
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      for (const auto [arc, to] : surface.arcs().steps(cell)) weights[arc] = weight(cell, arc, to);
-    }
-  });
-}
 
 // What ridges are found by.
 struct SurfaceBends {
@@ -31,34 +20,71 @@ struct SurfaceBends {
   bool is_convex(Cell cell, std::int64_t arc, Cell) const { return surface.angle(cell, arc) < 0.0; }
 };
 
+// Computes weights, and the net turn of the arcs that it has seen.
+class SurfaceWeigher {
+ public:
+  SurfaceWeigher(const Surface& surface, const WeightOptions& options, const NetTurn* net_turn)
+      : surface_(surface),
+        options_(options),
+        net_turn_(net_turn),
+        bends_{surface},
+        ridges_(surface, bends_) {}
+
+  std::int64_t turn() const { return turn_; }
+
+  double weight(Cell cell, std::int64_t arc, Cell to) {
+    const double angle = surface_.angle(cell, arc);
+    const bool is_ridge =
+        options_.has_ridges() && angle <= -kSharpAngle && ridges_.crosses(cell, arc);
+    if (net_turn_ != nullptr && cell < to && net_turn_->counts(cell) && !is_ridge) {
+      const double turn = -angle * surface_.border_length(cell, arc);
+      turn_ += static_cast<std::int64_t>(net_turn_->rounded(turn));
+    }
+    const double eta = is_ridge ? options_.ridges : options_.eta(angle, std::abs(angle));
+    const double length =
+        options_.crease_length > 0.0 ? options_.crease_length : surface_.border_length(cell, arc);
+    const double price = options_.alpha * eta * length;
+    const double angular = price * std::abs(angle) / std::numbers::pi;  // eq. 2
+    return (surface_.step_length(cell, arc) + angular) / options_.diagonal;
+  }
+
+ private:
+  const Surface& surface_;
+  const WeightOptions& options_;
+  const NetTurn* net_turn_;  // null: not wanted
+  const SurfaceBends bends_;
+  const Ridges<Surface, SurfaceBends> ridges_;
+  std::int64_t turn_ = 0;
+};
+
 }  // namespace
 
-void surface_weights(const Surface& surface, const WeightOptions& options, ThreadTeam& team,
-                     std::span<double> weights) {
-  SUPERFACETS_ASSERT(options.diagonal > 0.0);
-  const SurfaceBends bends{surface};
-  const Ridges ridges(surface, bends);
-  const auto counts_as_ridge = [&](Cell cell, std::int64_t arc, double angle) {
-    return options.has_ridges() && angle <= -kSharpAngle && ridges.crosses(cell, arc);
-  };
-  weigh_arcs(surface, team, weights, [&](Cell cell, std::int64_t arc, Cell) {
-    const double angle = surface.angle(cell, arc);
-    const double of_convex =
-        counts_as_ridge(cell, arc, angle) ? options.ridges : options.eta_convex;
-    const double eta = angle > 0.0 ? 1.0 : of_convex;
-    const double length =
-        options.crease_length > 0.0 ? options.crease_length : surface.border_length(cell, arc);
-    const double price = options.alpha * eta * length;
-    const double angular = price * std::abs(angle) / std::numbers::pi;  // eq. 2
-    return (surface.step_length(cell, arc) + angular) / options.diagonal;
+std::int64_t surface_weights(const Surface& surface, const WeightOptions& options,
+                             const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights) {
+  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
+  std::atomic<std::int64_t> net = 0;  // of whole numbers: the same in any order
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    SurfaceWeigher weigher(surface, options, net_turn);
+    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
+      for (const auto [arc, to] : surface.arcs().steps(cell)) {
+        weights[arc] = weigher.weight(cell, arc, to);
+      }
+    }
+    net += weigher.turn();
   });
+  return net;
 }
 
 void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,
                    std::span<double> weights) {
-  weigh_arcs(surface, team, weights, [&](Cell face, std::int64_t arc, Cell to) {
-    return stk02_weight(surface.step_length(face, arc), surface.normal(face), surface.normal(to),
-                        alpha);
+  SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs());
+  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
+    for (auto face = static_cast<Face>(begin); face < end; ++face) {
+      for (const auto [arc, to] : surface.arcs().steps(face)) {
+        weights[arc] = stk02_weight(surface.step_length(face, arc), surface.normal(face),
+                                    surface.normal(to), alpha);
+      }
+    }
   });
 }
 

@@ -76,22 +76,35 @@ SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, 
   return data;
 }
 
+// How the surface bends on an arc.
+struct Bend {
+  double theta;
+  double rise;  // positive where it is concave: a bool would keep loops from using vectors
+};
+
+SUPERFACETS_ALWAYS_INLINE Bend bend_of(const ArcData& data, double up) {
+  const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
+  return {arctangent(fold.sine, fold.cosine), up * fold.rise};
+}
+
 // Eq. 1-3. kHasLength: options have a crease_length.
 template <bool kHasLength>
-SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const WeightOptions& options,
-                                            double up) {
-  const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
-  const double theta = arctangent(fold.sine, fold.cosine);
-  const double eta = up * fold.rise > 0.0 ? 1.0 : options.eta_convex;
+SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const Bend& bend,
+                                            const WeightOptions& options) {
   const double length = kHasLength ? options.crease_length : data.edge.length();
-  const double price = options.alpha * eta * length;
-  const double angular = price * theta / std::numbers::pi;  // eq. 2
+  const double price = options.alpha * options.eta(bend.rise, bend.theta) * length;
+  const double angular = price * bend.theta / std::numbers::pi;  // eq. 2
   return (way_over(data.edge, data.from, data.to) + angular) / options.diagonal;
 }
 
 double any_arc_weight(const ArcData& data, const WeightOptions& options, double up) {
-  return options.crease_length > 0.0 ? arc_weight<true>(data, options, up)
-                                     : arc_weight<false>(data, options, up);
+  const Bend bend = bend_of(data, up);
+  return options.crease_length > 0.0 ? arc_weight<true>(data, bend, options)
+                                     : arc_weight<false>(data, bend, options);
+}
+
+SUPERFACETS_ALWAYS_INLINE double turn_of(const ArcData& data, const Bend& bend) {
+  return (bend.rise > 0.0 ? -bend.theta : bend.theta) * data.edge.length();
 }
 
 // What ridges are found by.
@@ -190,14 +203,19 @@ struct Block {
   }
 };
 
-// Computes the weights of the first n arcs of a block.
-template <bool kHasLength>
+// Computes the weights of the first n arcs of a block, and their turns where they are wanted.
+template <bool kHasLength, bool kHasTurns>
 struct Weigh {
   SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const WeightOptions& options,
-                                            double up, Numbers* weights, std::size_t n) const {
+                                            double up, const NetTurn& net_turn, Numbers* weights,
+                                            Numbers* turns, std::size_t n) const {
     const WeightOptions hoisted = options;  // nothing that is written can change it
+    const NetTurn rounding = net_turn;
     for (std::size_t i = 0; i < n; ++i) {
-      (*weights)[i] = arc_weight<kHasLength>(block.get(i), hoisted, up);
+      const ArcData data = block.get(i);
+      const Bend bend = bend_of(data, up);
+      (*weights)[i] = arc_weight<kHasLength>(data, bend, hoisted);
+      if constexpr (kHasTurns) (*turns)[i] = rounding.rounded(turn_of(data, bend));
     }
   }
 };
@@ -209,18 +227,23 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
 }
 
 // Computes the weights of arcs to higher faces, and of their reverse arcs if there is one arc each
-// way. Returns the number of weights.
+// way.
 class Weigher {
  public:
-  Weigher(const Geometry& geometry, const WeightOptions& options, std::span<double> weights)
+  Weigher(const Geometry& geometry, const WeightOptions& options, const NetTurn* net_turn,
+          std::span<double> weights)
       : geometry_(geometry),
         options_(options),
         of_ridges_(options.of_ridges()),
         bends_{geometry},
         ridges_(geometry.surface, bends_),
+        net_turn_(net_turn),
         weights_(weights) {}
 
-  // Of the arcs from a range of faces.
+  // The net turn of what has been weighed.
+  std::int64_t turn() const { return turn_; }
+
+  // Of the arcs from a range of faces. Returns the number of weights.
   std::int64_t weigh_range(std::int64_t begin, std::int64_t end) {
     std::int64_t n_weighed = 0;
     for (std::int64_t first = begin; first < end; first += kFacesPerList) {
@@ -239,13 +262,13 @@ class Weigher {
     for (std::size_t i = 0; i < rising.size(); ++i) {
       block_.set(i, arc_data(geometry_, rising[i].from, rising[i].to, rising[i].arc));
     }
-    const double up = up_of(geometry_);
     if (options_.crease_length > 0.0) {
-      run_version(with_, Weigh<true>{}, block_, options_, up, &numbers_, rising.size());
+      weigh_in_vectors<true>(rising.size());
     } else {
-      run_version(with_, Weigh<false>{}, block_, options_, up, &numbers_, rising.size());
+      weigh_in_vectors<false>(rising.size());
     }
     if (options_.has_ridges()) weigh_ridges(rising);
+    if (net_turn_ != nullptr) add_turns(rising);
     std::int64_t n_weighed = std::ssize(rising);
     for (std::size_t i = 0; i < rising.size(); ++i) {
       weights_[rising[i].arc] = numbers_[i];
@@ -255,6 +278,24 @@ class Weigher {
       ++n_weighed;
     }
     return n_weighed;
+  }
+
+  template <bool kHasLength>
+  void weigh_in_vectors(std::size_t n) {
+    const double up = up_of(geometry_);
+    const auto run = [&](const auto& weigh) {
+      run_version(with_, weigh, block_, options_, up, rounding_, &numbers_, &turns_, n);
+    };
+    if (net_turn_ != nullptr) return run(Weigh<kHasLength, true>{});
+    run(Weigh<kHasLength, false>{});
+  }
+
+  void add_turns(std::span<const RisingArc> rising) {
+    double sum = 0.0;  // of whole numbers, exact
+    for (std::size_t i = 0; i < rising.size(); ++i) {
+      sum += net_turn_->counts(rising[i].from) ? turns_[i] : 0.0;
+    }
+    turn_ += static_cast<std::int64_t>(sum);
   }
 
   // Replaces the weights of arcs across ridges.
@@ -269,6 +310,7 @@ class Weigher {
       if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
       if (!ridges_.crosses(rising[i].from, rising[i].arc)) continue;
       numbers_[i] = any_arc_weight(data, of_ridges_, up);
+      turns_[i] = 0.0;
     }
   }
 
@@ -277,12 +319,16 @@ class Weigher {
   const WeightOptions of_ridges_;
   const FaceBends bends_;
   const Ridges<TriangleSurface, FaceBends> ridges_;
+  const NetTurn* const net_turn_;  // null: not wanted
+  const NetTurn rounding_ = net_turn_ == nullptr ? NetTurn() : *net_turn_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
   std::vector<RisingArc> listed_;
   Block block_;
   Numbers numbers_;
   Numbers cosines_;
+  Numbers turns_;
+  std::int64_t turn_ = 0;
 };
 
 // Computes the weights that a Weigher leaves: of arcs to lower faces that are not unique, or have
@@ -313,8 +359,9 @@ double round_to_whole(double x) {
 
 }  // namespace
 
-void superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
-                        const WeightOptions& options, ThreadTeam& team, std::span<double> weights) {
+std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
+                                const WeightOptions& options, const NetTurn* net_turn,
+                                ThreadTeam& team, std::span<double> weights) {
   SUPERFACETS_ASSERT(std::cmp_equal(faces.centroids.size(), surface.n_cells()) &&
                      faces.areas.size() == faces.centroids.size());
   SUPERFACETS_ASSERT(faces.normals.empty() || faces.normals.size() == faces.areas.size());
@@ -323,13 +370,17 @@ void superfacet_weights(const TriangleSurface& surface, const FaceMeasures& face
   const Buffer<Point> normals = is_given ? Buffer<Point>() : unit_normals(surface, team);
   const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};
   std::atomic<std::int64_t> n_weighed = 0;
+  std::atomic<std::int64_t> net = 0;  // of whole numbers: the same in any order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    n_weighed += Weigher(geometry, options, weights).weigh_range(begin, end);
+    Weigher weigher(geometry, options, net_turn, weights);
+    n_weighed += weigher.weigh_range(begin, end);
+    net += weigher.turn();
   });
-  if (n_weighed == surface.arcs().n_arcs()) return;
+  if (n_weighed == surface.arcs().n_arcs()) return net;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     weigh_other_arcs(geometry, options, begin, end, weights);
   });
+  return net;
 }
 
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..mesh.polygon_mesh import PolygonMesh
 from .cell_graph import ArcMeasures, CellGraph, box_diagonal
 from .face_graph import FaceGraph
 
-__all__ = ["Surface", "arc_measures", "face_surface", "is_inside_out"]
+__all__ = ["Surface", "arc_measures", "enclosed", "face_surface", "is_inside_out"]
 
 VOLUME_NOISE = 1e-12
 """Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
@@ -34,13 +34,19 @@ class Surface:
     n_threads: int
     mesh: FaceMesh | None = None  # that the cells are the faces of
     weights: npt.NDArray[np.float64] | None = None  # of the arcs, where the cells came with some
+    volume: float = 0.0  # that faces enclose; 0 where they do not, or where it is not known
     dimension: int = 2  # 3 where measures are volumes, and lengths of borders areas
     order: npt.NDArray[np.int32] | None = None  # (N,) numbers in the input; None: 0 to N - 1
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
         """Return the faces of a mesh as cells."""
-        return cls._of_handle(face_surface(mesh, graph, n_threads), mesh, graph, n_threads)
+        _check_of_mesh(mesh, graph)
+        volume = _signed_volume(mesh, graph, n_threads)
+        handle = _face_handle(mesh, graph, _is_negative(volume, graph.diagonal), n_threads)
+        surface = cls._of_handle(handle, mesh, graph, n_threads)
+        volume = 0.0 if graph.same_turn.any() else enclosed(volume, graph.diagonal)
+        return replace(surface, volume=volume)
 
     @classmethod
     def of_turned_faces(
@@ -122,10 +128,14 @@ def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
     """Return what the kernels take for a mesh and its graph; a ValueError if it is another's."""
-    if graph.n_cells != mesh.n_faces:
-        raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
+    _check_of_mesh(mesh, graph)
     is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
     return _face_handle(mesh, graph, is_turned, n_threads)
+
+
+def _check_of_mesh(mesh: FaceMesh, graph: FaceGraph) -> None:
+    if graph.n_cells != mesh.n_faces:
+        raise ValueError(f"the graph has {graph.n_cells} cells but the mesh {mesh.n_faces} faces")
 
 
 def _face_handle(
@@ -198,24 +208,28 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
     """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
+    volume = _signed_volume(mesh, graph, checked_threads(n_threads))
+    return _is_negative(volume, graph.diagonal)
+
+
+def enclosed(volume: float, diagonal: float) -> float:
+    """The size of a signed volume; 0 where that is rounding error."""
+    return abs(volume) if abs(volume) > VOLUME_NOISE * diagonal**3 else 0.0
+
+
+def _is_negative(volume: float, diagonal: float) -> bool:
+    return volume < -VOLUME_NOISE * diagonal**3
+
+
+def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
+    """The volume that a mesh encloses, negative where normals point inwards; 0 if it is open."""
     if graph.edge_counts.boundary:
-        return False
-    threads = checked_threads(n_threads)
-    return _has_negative_volume(mesh, graph.positions, graph.measures, graph.diagonal, threads)
-
-
-def _has_negative_volume(
-    mesh: FaceMesh,
-    positions: npt.NDArray[np.float64],
-    measures: npt.NDArray[np.float64],
-    diagonal: float,
-    n_threads: int,
-) -> bool:
+        return 0.0
+    positions, measures = graph.positions, graph.measures
     # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
     # and turns with the mesh.
     # Not measures @ positions: threads of a BLAS go on spinning for a while after it.
     total = _core.sum_of(measures, n_threads)
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()
-    volume = signed_volume(mesh, (x, y, z), n_threads)
-    return volume < -VOLUME_NOISE * diagonal**3
+    return signed_volume(mesh, (x, y, z), n_threads)

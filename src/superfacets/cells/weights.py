@@ -12,23 +12,30 @@ from .._options import WEIGHTS, WeightOptions
 from .._validate import checked_number, checked_share, checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from .face_graph import FaceGraph
+from .hollows import evened_share
 from .surface import Surface, face_surface
 
 __all__ = [
+    "ALL_COUNT",
     "NO_NORMALS",
     "Cells",
     "arc_weights",
     "crease_weights",
+    "creases_and_turn",
     "creases_of",
     "scaled",
     "stk02_weights",
     "superfacet_weights",
+    "weights_and_turn",
     "weights_of",
 ]
 
 
 NO_NORMALS = np.empty((0, 3))
 """What the core takes for normals that it is to compute."""
+
+ALL_COUNT = np.empty(0, np.uint8)
+"""What the core takes for arcs that all count."""
 
 
 class Cells(Protocol):
@@ -133,6 +140,7 @@ def crease_weights(
     alpha: float = 20.0,
     eta_convex: float = 0.0,
     ridges: float = 0.35,
+    hollows: bool = True,
     n_threads: int | None = None,
 ) -> npt.NDArray[np.float64]:
     r"""Return the weight of each arc, with a cost of creases that does not depend on resolution.
@@ -151,6 +159,16 @@ def crease_weights(
     the two by less than 0.7 of the other; but a triangle may have one of them at most. And a ridge
     goes on: at both of its ends it meets another such edge, or the border of an open mesh.
 
+    Smooth edges, of less than 40 degrees, count otherwise on a hollow shape, a cup or a ring, whose
+    surface turns inward about as much as outward: with concave edges alone, its inside would be one
+    crease and its outside none. With the volume V that a closed mesh encloses, its area A and its
+    total mean curvature M (half the sum over edges of length times angle, negative where they are
+    concave, without ridges that count), :math:`y = 3 V M / A^2` is 1 for a ball and less for any
+    other convex body, 3/4 for a long rod, below 0.2 for cups, and near 0 or less for rings. Smooth
+    convex edges then count s = min(2 - y / 0.15, 1) / 4, and smooth concave ones 1 - s; nothing
+    changes from y = 0.3 on. A mesh that is open, or whose faces are inconsistently oriented, is not
+    hollow.
+
     Parameters
     ----------
     mesh, graph, n_threads
@@ -165,6 +183,8 @@ def crease_weights(
     ridges : float, default 0.35
         Weight of ridges relative to concave edges, >= 0, where that is more than `eta_convex`. 0
         turns it off.
+    hollows : bool, default True
+        Whether smooth edges count otherwise where the shape is hollow.
 
     Returns
     -------
@@ -199,7 +219,10 @@ def crease_weights(
     ridges = checked_number(ridges, "ridges", zero=True)
     surface = Surface.of_faces(mesh, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    return weights_of(surface, cells, alpha, eta_convex, length, ridges)
+    numbers = (alpha, eta_convex, length, ridges)
+    if hollows:
+        return _evened_weights(surface, cells, *numbers)
+    return weights_of(surface, cells, *numbers)
 
 
 def stk02_weights(
@@ -277,8 +300,10 @@ def arc_weights(
         )
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     alpha, length = scaled(params["alpha"], None if params["weights"] == "superfacets" else radius)
-    ridges = params.get("ridges", 0.0)
-    return weights_of(surface, cells, alpha, params["eta_convex"], length, ridges)
+    numbers = (alpha, params["eta_convex"], length, params.get("ridges", 0.0))
+    if params["weights"] == "creases":
+        return _evened_weights(surface, cells, *numbers)
+    return weights_of(surface, cells, *numbers)
 
 
 def creases_of(
@@ -308,13 +333,76 @@ def weights_of(
 
     Points have no edges, and no ridges.
     """
-    handle, threads = surface.handle, surface.n_threads
-    factors = (alpha, eta_convex, crease_length, surface.diagonal)
+    if isinstance(surface.handle, _core.PointSurface):
+        factors = (alpha, eta_convex, crease_length, surface.diagonal)
+        return _core.point_weights(surface.handle, *factors, surface.n_threads)
+    numbers = (alpha, eta_convex, crease_length, ridges)
+    return weights_and_turn(surface, cells, *numbers, 0.0, None)[0]
+
+
+def creases_and_turn(
+    surface: Surface,
+    faces: Cells,
+    radius: float,
+    options: WeightOptions,
+    normals: npt.NDArray[np.float64] | None,
+    evened: float,
+    counted: npt.NDArray[np.uint8],
+) -> tuple[npt.NDArray[np.float64], int]:
+    """As `arc_weights` for ``"creases"`` of a part of a mesh, evened as the whole says.
+
+    And the turn of the arcs from the faces that are `counted`, see `weights_and_turn`.
+    """
+    params = options.params
+    cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
+    alpha, length = scaled(params["alpha"], radius)
+    numbers = (alpha, params["eta_convex"], length, params["ridges"])
+    return weights_and_turn(surface, cells, *numbers, evened, counted)
+
+
+def weights_and_turn(
+    surface: Surface,
+    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    alpha: float,
+    eta_convex: float,
+    crease_length: float,
+    ridges: float,
+    evened: float,
+    counted: npt.NDArray[np.uint8] | None,
+) -> tuple[npt.NDArray[np.float64], int]:
+    """Weights of faces as `weights_of`, and by how much the arcs from some faces turn outward.
+
+    `evened` is what smooth concave edges count less than 1, and smooth convex ones count. The turn
+    is that of `evened_share`, over the faces that are `counted`, shape (N,), or over `ALL_COUNT`;
+    0 where that is None.
+    """
+    handle = surface.handle
+    is_counted = ALL_COUNT if counted is None else counted
+    factors = (alpha, eta_convex, crease_length, surface.diagonal, ridges, evened)
+    turning = (counted is not None, is_counted, surface.n_threads)
     if isinstance(handle, _core.TriangleSurface):
-        return _core.superfacet_weights(handle, *cells, *factors, ridges, threads)
-    if isinstance(handle, _core.PointSurface):
-        return _core.point_weights(handle, *factors, threads)
-    return _core.surface_weights(handle, *factors, ridges, threads)
+        return _core.superfacet_weights(handle, *cells, *factors, *turning)
+    return _core.surface_weights(handle, *factors, *turning)
+
+
+def _evened_weights(
+    surface: Surface,
+    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
+    alpha: float,
+    eta_convex: float,
+    crease_length: float,
+    ridges: float,
+) -> npt.NDArray[np.float64]:
+    """As `weights_of`, and smooth edges are evened where a shape is hollow."""
+    numbers = (alpha, eta_convex, crease_length, ridges)
+    if not surface.volume or not alpha:
+        return weights_of(surface, cells, *numbers)
+    weights, turn = weights_and_turn(surface, cells, *numbers, 0.0, ALL_COUNT)
+    area = _core.sum_of(cells[1], surface.n_threads)
+    evened = evened_share(turn, surface.volume, area, surface.diagonal)
+    if not evened:
+        return weights
+    return weights_and_turn(surface, cells, *numbers, evened, None)[0]
 
 
 def _stk02_weights_of(

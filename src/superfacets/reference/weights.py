@@ -25,18 +25,22 @@ def superfacet_weights(
     eta_convex: float,
     crease_length: float | None = None,
     ridges: float = 0.0,
+    hollows: bool = False,
     weld: bool = True,
 ) -> Floats:
     """Weight of each arc, eq. 1-3 of the paper; `crease_length` stands for |e| in eq. 2.
 
-    Ridges count `ridges` where that is more than `eta_convex`.
+    Ridges count `ridges` where that is more than `eta_convex`. With `hollows`, smooth edges are
+    evened where a shape is hollow.
     """
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
-    inside_out = _is_inside_out(mesh, arcs, diagonal, weld)
+    volume = _signed_volume(mesh, arcs, weld)
+    inside_out = volume < -1e-12 * diagonal**3
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
     terms = []
+    edges = []
     concave = []
     for face, side, neighbor, same_turn in arcs:
         start = mesh.vertices[mesh.faces[face, side]]
@@ -51,17 +55,33 @@ def superfacet_weights(
             n_i, n_j = (n_i, -n_j) if turn_j else (-n_i, n_j)
         rise = dot(n_i - n_j, centroids[neighbor] - centroids[face])
         concave.append(bool(rise < 0 if inside_out else rise > 0))
-        length = norm(end - start) if crease_length is None else crease_length
+        edges.append(norm(end - start))
+        length = edges[-1] if crease_length is None else crease_length
         terms.append((geodesic, length, norm(cross(n_i, n_j)), dot(n_i, n_j)))
     geodesics, lengths, sines, cosines = np.array(terms).reshape(-1, 4).T
     thetas = arctangent(sines, cosines)
     of_convex = np.full(len(arcs), eta_convex)
     is_ridge = _find_ridges(mesh, arcs, thetas, concave, weld=weld)
+    of_concave = np.ones(len(arcs))
+    if hollows and abs(volume) > 1e-12 * diagonal**3 and not any(arc.same_turn for arc in arcs):
+        turns = np.where(concave, -thetas, thetas) * np.array(edges)
+        turns[is_ridge if ridges > eta_convex else []] = 0.0
+        evened = _evened_share(float(turns.sum()), abs(volume), float(areas.sum()))
+        is_smooth = thetas < math.pi * 2 / 9
+        of_concave[is_smooth] = 1.0 - evened
+        of_convex[is_smooth] = max(eta_convex, evened)
     of_convex[is_ridge] = max(ridges, eta_convex)
-    eta = np.where(np.array(concave, dtype=bool), 1.0, of_convex)
+    eta = np.where(np.array(concave, dtype=bool), of_concave, of_convex)
     angular = alpha * eta * lengths * thetas / math.pi  # eq. 2
     weights: Floats = (geodesics + angular) / diagonal  # eq. 3
     return weights
+
+
+def _evened_share(turn: float, volume: float, area: float) -> float:
+    """A quarter for hollow shapes, 0 for solid ones; the turn is over arcs, two for each edge."""
+    roundness = 3.0 * volume * turn / 4.0 / area**2
+    share = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
+    return 0.25 * round(2**16 * share) / 2**16
 
 
 def _find_ridges(
@@ -142,8 +162,8 @@ def unit_normals(mesh: Mesh) -> Floats:
     return np.where(exists[:, None], normals / np.where(exists, lengths, 1.0)[:, None], 0.0)
 
 
-def _is_inside_out(mesh: Mesh, arcs: list[Arc], diagonal: float, weld: bool) -> bool:
-    """Whether the mesh is closed and encloses a negative volume."""
+def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
+    """What the mesh encloses, negative where normals point inwards; 0 if it is open."""
     corners = mesh.vertices[mesh.faces]
     names = corners.tolist() if weld else [[[v] for v in face] for face in mesh.faces.tolist()]
     # A side without an arc is on the boundary, unless its two ends are one vertex or its face runs
@@ -153,12 +173,12 @@ def _is_inside_out(mesh: Mesh, arcs: list[Arc], diagonal: float, weld: bool) -> 
         edges = [frozenset((tuple(ends[s]), tuple(ends[(s + 1) % 3]))) for s in range(3)]
         reached = {edges[side] for side in range(3) if (face, side) in with_arc}
         if any(len(edge) == 2 and edge not in reached for edge in edges):
-            return False
+            return 0.0
     centroids, areas = measure_faces(mesh)
     weights = areas if areas.any() else np.ones(mesh.n_faces)
     origin = np.cumsum(weights[:, None] * centroids, axis=0)[-1] / np.cumsum(weights)[-1]
     a, b, c = (corners[:, corner] - origin for corner in range(3))
-    return float(np.sum(dot(a, cross(b, c)))) / 6.0 < -1e-12 * diagonal**3
+    return float(np.sum(dot(a, cross(b, c)))) / 6.0
 
 
 def quantize_weights(weights: Floats) -> tuple[npt.NDArray[np.float32], float]:

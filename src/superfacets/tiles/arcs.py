@@ -11,11 +11,13 @@ import numpy.typing as npt
 
 from .. import _core
 from .._options import WeightOptions
+from ..cells.cell_graph import box_diagonal
 from ..cells.face_graph import FaceGraph
+from ..cells.hollows import evened_share
 from ..cells.kinds import kind_of
 from ..cells.slivers import area_of_slivers
-from ..cells.surface import VOLUME_NOISE, Surface
-from ..cells.weights import creases_of
+from ..cells.surface import VOLUME_NOISE, Surface, enclosed
+from ..cells.weights import creases_and_turn, creases_of
 from ..mesh.faces import signed_volume
 from .faces import Faces, read_faces, rows
 from .rims import find_rims, halo_of
@@ -40,6 +42,8 @@ class WeightRule:
     has_prices : bool
         Whether the default weights are needed as well, for borders.
     n_threads : int
+    evened : float
+        What smooth concave edges count less, and convex ones count: see `evened_share`.
     """
 
     radius: float
@@ -47,6 +51,7 @@ class WeightRule:
     is_turned: bool
     has_prices: bool
     n_threads: int
+    evened: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -77,6 +82,8 @@ class _TileSums:
     weights: float
     prices: float
     has_boundary: bool
+    is_inconsistent: bool
+    turn: int
     volume: float
     sliver_area: float
 
@@ -92,12 +99,23 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     meeting = find_rims(store, run)
     origin = _centroid(store, run)
     tiles = range(store.n_tiles)
-    sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
+
+    def weigh(rule: WeightRule) -> list[_TileSums]:
+        return run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
+
+    sums = weigh(rule)
+    diagonal = box_diagonal(store.bounds)
+    volume = sum(some.volume for some in sums)
     is_closed = not any(some.has_boundary for some in sums)
-    diagonal = float(np.linalg.norm(store.bounds[1] - store.bounds[0]))
-    if is_closed and sum(some.volume for some in sums) < -VOLUME_NOISE * diagonal**3:
+    if is_closed and volume < -VOLUME_NOISE * diagonal**3:
         rule = replace(rule, is_turned=True)
-        sums = run(_weigh_tile, store, [(tile, meeting[tile], rule, origin) for tile in tiles])
+        sums = weigh(rule)
+    if _are_creases(rule) and is_closed and not any(some.is_inconsistent for some in sums):
+        turn = sum(some.turn for some in sums)
+        inside = enclosed(volume, diagonal)
+        rule = replace(rule, evened=evened_share(turn, inside, store.total_measure, diagonal))
+    if rule.evened:
+        sums = weigh(rule)
     unit, price_unit = round_all(store, rule, sums, run)
     return ArcFacts(rule, unit, price_unit, sum(some.sliver_area for some in sums))
 
@@ -135,16 +153,30 @@ def prices_of(surface: Surface, rule: WeightRule) -> npt.NDArray[np.float64]:
     return creases_of(surface, rule.radius, ridges=0.0)
 
 
+def _are_creases(rule: WeightRule) -> bool:
+    """Whether weights are those that depend on how hollow a shape is."""
+    return bool(rule.options.params["weights"] == "creases")
+
+
 def weighed(
-    store: TileStore, faces: Faces, rule: WeightRule
-) -> tuple[Surface, npt.NDArray[np.float64], FaceGraph]:
-    """The surface of some faces, which are in the order of the input, and weights of its arcs."""
+    store: TileStore, faces: Faces, rule: WeightRule, is_own: npt.NDArray[np.bool_]
+) -> tuple[Surface, npt.NDArray[np.float64], FaceGraph, int]:
+    """The surface of some faces, which are in the order of the input, and weights of its arcs.
+
+    And the turn of the arcs from own faces, where weights depend on it.
+    """
     mesh = faces.mesh(store)
     kind = kind_of(mesh)
     graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
     surface = Surface.of_turned_faces(mesh, graph, rule.is_turned, rule.n_threads)
-    weights = kind.weights(surface, graph, shapes, rule.radius, rule.options)
-    return surface, np.asarray(weights), graph
+    if not _are_creases(rule):
+        weights = kind.weights(surface, graph, shapes, rule.radius, rule.options)
+        return surface, np.asarray(weights), graph, 0
+    normals = None if shapes is None else shapes.normals
+    priced, turn = creases_and_turn(
+        surface, graph, rule.radius, rule.options, normals, rule.evened, is_own.view(np.uint8)
+    )
+    return surface, priced, graph, turn
 
 
 def _centroid(store: TileStore, run: Run) -> tuple[float, float, float]:
@@ -170,9 +202,9 @@ def _weigh_tile(
 ) -> _TileSums:
     own = read_faces(store, tile)
     faces = Faces.joined([own, *halo_of(store, own, others)])
-    surface, weights, graph = weighed(store, faces, rule)
     first = store.starts[tile]
     is_own = (faces.places >= first) & (faces.places < store.starts[tile + 1])
+    surface, weights, graph, turn = weighed(store, faces, rule, is_own)
     at = np.empty(len(own), np.int64)  # of each place of the tile
     at[faces.places[is_own] - first] = np.flatnonzero(is_own)
     offsets, arcs = rows(graph.offsets, at)
@@ -190,6 +222,8 @@ def _weigh_tile(
         _core.sum_of(weights, rule.n_threads),
         prices,
         _has_boundary(own, graph.sides[arcs], offsets),
+        bool(graph.same_turn[arcs].any()),
+        turn,
         signed_volume(mesh, origin, rule.n_threads),
         area_of_slivers(mesh, rule.radius, rule.n_threads),
     )
