@@ -65,6 +65,14 @@ def test_a_group_that_a_container_does_not_see_is_that_of_its_root(groups):
     assert usable_memory() == 123456789
 
 
+def test_a_list_of_groups_in_another_form_tells_nothing(groups):
+    folder, enter = groups
+    whole = usable_memory()
+    write(folder, "memory.max", "100000000")
+    enter("nothing of the kind\n")
+    assert usable_memory() == whole
+
+
 LIMITED = """
 import resource
 from superfacets._memory import memory_of_process, usable_memory

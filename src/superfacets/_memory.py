@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-__all__ = ["memory_of_process", "usable_memory"]
+__all__ = ["address_limit", "memory_of_process", "usable_memory"]
 
 _OWN_GROUPS = Path("/proc/self/cgroup")
 _GROUPS = Path("/sys/fs/cgroup")
@@ -24,7 +24,8 @@ def usable_memory() -> int:
 
 def memory_of_process() -> int:
     """Bytes that this process may use: of these, or as far as its address space is limited."""
-    return min([usable_memory(), *_address_limits()])
+    limit = address_limit()
+    return usable_memory() if limit is None else min(usable_memory(), limit)
 
 
 def _machine_memory() -> int:
@@ -40,7 +41,7 @@ def _machine_memory() -> int:
 def _group_limits() -> list[int]:
     """What the groups of this process, and those around them, may use, if not all."""
     limits = []
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError, ValueError):  # not there, or of another form
         for line in _OWN_GROUPS.read_text().splitlines():
             _, kinds, name = line.split(":", 2)
             if not kinds:
@@ -62,11 +63,11 @@ def _limits_above(root: Path, name: str, file: str) -> list[int]:
     return limits
 
 
-def _address_limits() -> list[int]:
-    """What this process may have mapped, if not all."""
+def address_limit() -> int | None:
+    """Bytes that this process may have mapped; None for all."""
     try:
         import resource
     except ImportError:  # Windows
-        return []
+        return None
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    return [] if limit == resource.RLIM_INFINITY else [limit]
+    return None if limit == resource.RLIM_INFINITY else limit

@@ -147,6 +147,7 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--tiled", "--to", "seg"], "--tiled writes one .npy of labels"),
         (["--tiled", "-o", "-"], "--tiled reads and writes files"),
         (["--tiled", "--cache", "-1"], "'-1' is not a whole number of 0 or more"),
+        (["--tiled", "--cache", 1, "--workers", 2], "--cache goes with one process"),
     ],
 )
 def test_what_is_not_done_in_tiles_is_refused(run, bear, options, message):

@@ -42,7 +42,7 @@ def test_an_array_that_is_written_again_is_replaced_and_one_removed_is_gone(fold
     folder.save("deep/b", np.arange(2))
     assert folder.load("a").tolist() == [0, 1, 2]
     folder.remove("a")
-    folder.remove("deep")
+    folder.remove_folder("deep")
     assert not folder.has("a")
     assert not folder.has("deep/b")
     folder.remove("a")
@@ -67,10 +67,20 @@ def test_arrays_stay_in_memory_while_there_is_room(tmp_path):
         made.save("c/d", np.arange(10))
         assert made.has("c/d")
         assert made.load("c/d", 3, 5).tolist() == [3, 4]
-        made.remove("c")
+        made.remove_folder("c")
         assert not made.has("c/d")
         made.save("e", np.arange(10))  # in the room of that
         assert on_disk(made) == ["b.npy"]
+
+
+def test_what_is_kept_in_memory_or_not_at_all(tmp_path):
+    with scratch_folder(tmp_path, 100) as made:
+        made.save("a", np.arange(20))
+        assert made.keep("a", np.arange(5))
+        assert made.load("a").tolist() == list(range(5))
+        assert not made.keep("b", np.arange(10))
+        assert not made.has("b")
+        assert on_disk(made) == []
 
 
 def test_a_renamed_array_is_in_the_place_of_another(tmp_path):

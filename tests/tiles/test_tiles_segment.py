@@ -357,6 +357,8 @@ def test_warnings_name_the_caller(torn, tmp_path):
         ({"tile_size": 0}, ValueError, "tile_size"),
         ({"cache": -1}, ValueError, "cache must be at least 0, got -1"),
         ({"cache": 0.5}, TypeError, "cache must be an integer"),
+        ({"cache": 1, "workers": 2}, ValueError, "cache goes with one worker"),
+        ({"cache": 1, "scheduler": "tcp://a:1"}, ValueError, "cache goes with one worker"),
         ({"workers": 0}, ValueError, "workers"),
         ({"weld": 1}, TypeError, "weld"),
         ({"radius_factor": -1.0}, ValueError, "radius_factor"),

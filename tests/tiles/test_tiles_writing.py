@@ -137,3 +137,17 @@ def test_a_folder_that_changes_while_the_run_begins(city, tmp_path, monkeypatch)
     with pytest.raises(OSError, match="held 2 files when the run began, and holds 3 now"):
         segment_tiled(city, 12, scratch=tmp_path, out=tmp_path / "out")
     assert named(tmp_path / "out") == []
+
+
+def test_labels_do_not_take_the_place_of_what_is_read(sheet, city, tmp_path):
+    points = tmp_path / "points.npy"
+    np.save(points, sheet.vertices)
+    before = points.read_bytes()
+    with pytest.raises(ValueError, match=r"points\.npy: the labels would take the place"):
+        segment_tiled(points, 5, out=points)
+    assert points.read_bytes() == before
+    out = tmp_path / "labels"
+    out.mkdir()
+    (out / "c.npy").symlink_to(city / "c.obj")
+    with pytest.raises(ValueError, match=r"c\.npy: the labels would take the place"):
+        segment_tiled(city, 5, out=out)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import threading
 from collections.abc import Iterator
 from typing import NoReturn
 
@@ -23,7 +24,8 @@ def while_importing() -> Iterator[None]:
 
     An error that is raised amid imports may be lost there, or change the exit status.
     """
-    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+    is_main = threading.current_thread() is threading.main_thread()  # others cannot set it
+    if not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield  # whoever has started the process wants something else, as that it is ignored
         return
     signal.signal(signal.SIGINT, _end)

@@ -121,6 +121,8 @@ class TileOptions:
             return None
         if found["workers"] is not None and found["scheduler"] is not None:
             raise click.UsageError("give --scheduler or --workers: a scheduler has its own")
+        if found["cache"] and (found["workers"] or found["scheduler"]):
+            raise click.UsageError("--cache goes with one process: workers have theirs on the disk")
         if found["cache"] is not None:
             found["cache"] *= 1_000_000
         return cls(**found)

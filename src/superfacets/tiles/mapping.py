@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any
 
@@ -96,8 +97,12 @@ def open_run(
     elif workers > 1:
         team = local_team(workers)
     elif n_threads > 1:
-        with ThreadPoolExecutor(n_threads) as pool:
-            yield _reporting(_on_threads(pool), on_done)
+        threads = _Threads(n_threads)
+        try:
+            threads.start()
+            yield _reporting(threads.each, on_done)
+        finally:
+            threads.end()
         return
     else:
         yield _reporting(_in_turn, on_done)
@@ -106,22 +111,56 @@ def open_run(
         yield on_team(opened, on_done)
 
 
-def _on_threads(pool: ThreadPoolExecutor) -> Each:
-    """Do jobs on a pool. No job is left waiting if one fails, or the user interrupts it."""
+class _Threads:
+    """Threads of this process that do a job each."""
 
-    def each(work: Work, store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
+    def __init__(self, n_threads: int) -> None:
+        self._pool = ThreadPoolExecutor(n_threads)
+        self._n_threads = n_threads
+        self._given: list[Future[Any]] = []
+
+    def start(self) -> None:
+        """Start all of them: one that a Ctrl-C comes upon while it starts would be lost sight of.
+
+        A MemoryError if the system has no room for so many.
+        """
+        barrier = threading.Barrier(self._n_threads)
+        try:
+            for started in [self._pool.submit(barrier.wait) for _ in range(self._n_threads)]:
+                started.result()
+        except RuntimeError:
+            raise MemoryError(f"no room for {self._n_threads} threads") from None
+        finally:
+            barrier.abort()  # those that wait for others
+
+    def each(self, work: Work, store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
+        """Do jobs. None is left waiting if one fails, or the user interrupts it."""
         if len(jobs) == 1:  # as many visits of a tile are
             yield from _in_turn(work, store, jobs)
             return
-        waiting = [pool.submit(work, store, *job) for job in jobs]
+        self._given = []
         try:
-            for place, done in enumerate(waiting):
+            for job in jobs:
+                self._given.append(self._pool.submit(work, store, *job))
+            for place, done in enumerate(self._given):
                 yield place, done.result()
         finally:
-            for left in waiting:
+            for left in self._given:
                 left.cancel()
 
-    return each
+    def end(self) -> None:
+        """Return when nothing is at work any more, whatever comes meanwhile: it may write."""
+        interrupt: KeyboardInterrupt | None = None
+        is_at_work = True
+        while is_at_work:
+            try:
+                self._pool.shutdown(wait=False, cancel_futures=True)
+                wait([job for job in self._given if not job.cancelled()])
+                is_at_work = False
+            except KeyboardInterrupt as error:
+                interrupt = error
+        if interrupt is not None:
+            raise interrupt
 
 
 def _in_turn(work: Work, store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:

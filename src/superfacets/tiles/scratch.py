@@ -140,16 +140,21 @@ class Scratch:
 
         It may stay in memory as it is, and is read-only from then on.
         """
+        if self.keep(name, array):
+            return
+        for parent in reversed(Path(name).parents[:-1]):  # not the folder itself: it may be gone
+            (self.folder / parent).mkdir(exist_ok=True)
+        save_array(self._path(name), array)
+
+    def keep(self, name: str, array: npt.NDArray[Any]) -> bool:
+        """As `save`, but only if the array stays in memory; return whether it does."""
         self._forget(name)
         with self._lock:
             is_kept = array.nbytes < self._room
             self._room -= array.nbytes if is_kept else 0
         if is_kept:
             self._keep(name, array)
-            return
-        path = self._path(name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        save_array(path, array)
+        return is_kept
 
     def load(self, name: str, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
         """Rows of an array, read into memory; not to be written to."""
@@ -174,15 +179,15 @@ class Scratch:
             self._kept[new] = array
 
     def remove(self, name: str) -> None:
-        """Remove an array, or a folder of arrays, to make room."""
+        """Remove an array, to make room."""
+        self._forget(name)
+        self._path(name).unlink(missing_ok=True)
+
+    def remove_folder(self, name: str) -> None:
+        """Remove all arrays whose names begin with a folder."""
         for kept in [other for other in list(self._kept) if other.startswith(f"{name}/")]:
             self._forget(kept)
-        self._forget(name)
-        folder = self.folder / name
-        if folder.is_dir():
-            shutil.rmtree(folder, ignore_errors=True)
-        else:
-            self._path(name).unlink(missing_ok=True)
+        shutil.rmtree(self.folder / name, ignore_errors=True)
 
     def _keep(self, name: str, array: npt.NDArray[Any]) -> None:
         if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:

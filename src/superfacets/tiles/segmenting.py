@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._memory import memory_of_process
+from .._memory import address_limit, memory_of_process
 from .._options import (
     INITS,
     WEIGHTS,
@@ -66,6 +66,9 @@ BYTES_PER_POINT = 400
 MEMORY_PART = 8
 """Of the memory that a process may use, the part in which arrays stay that would go to the disk,
 and that the tiles take that are worked on at the same time, if that is not just one."""
+
+ADDRESSES_OF_THREAD = 150 << 20
+"""Bytes of the address space that a thread has for its stack and its heap, used or not."""
 
 KEPT_HEAP = 1 << 28
 """Bytes that are freed and kept for arrays of the next tile."""
@@ -131,7 +134,7 @@ def segment_tiled(
         files. What is written there is removed in the end.
     cache : int, optional
         Bytes of what would be written there that stay in memory instead; by default an eighth of
-        the memory that this process may use. None does with several workers.
+        the memory that this process may use. Nothing does with several workers.
     out : path, optional
         A ``.npy`` file for the labels of all. Where the source is a folder, it may be a folder,
         too, which is made: it gets a ``.npy`` with the labels of each file, called as that
@@ -142,8 +145,8 @@ def segment_tiled(
     scheduler : str, optional
         Address of a Dask scheduler instead, whose workers see the source and `scratch`.
     n_threads : int, optional
-        As for `segment`, of this process: each has a tile at a time, as long as they take an eighth
-        of the memory together, or all have the same one.
+        As for `segment`, of this process: each has a tile at a time, as long as these take an
+        eighth of the memory together. With `radius_factor` all have the same one.
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
@@ -225,21 +228,28 @@ class Place:
         out: StrPath | None, workers: int, scheduler: str | None,
     ) -> Place:  # fmt: skip
         """Arguments as for `segment_tiled`."""
+        workers = checked_count(workers, "workers")
         if cache is None:
             cache = memory_of_process() // MEMORY_PART
+        elif checked_count(cache, "cache", low=0) and (workers > 1 or scheduler is not None):
+            raise ValueError("cache goes with one worker: several have their arrays on the disk")
         return cls(
             checked_count(tile_size, "tile_size"),
             Path(tempfile.gettempdir() if scratch is None else scratch).absolute(),
-            checked_count(cache, "cache", low=0),
+            cache,
             () if out is None else tuple(label_files(source, out)),
-            checked_count(workers, "workers"),
+            workers,
             scheduler,
         )
 
-    def tiles_at_once(self, n_threads: int) -> int:
+    def tiles_at_once(self, loop: LoopOptions) -> int:
         """How many tiles are worked on in this process at the same time, on a thread each."""
-        fitting = memory_of_process() // MEMORY_PART // (BYTES_AT_WORK * self.tile_size)
-        return min(n_threads, max(fitting, 1))
+        if loop.radius_factor is not None:
+            return 1  # with all faces within four radii: few regions are larger than tiles
+        each = BYTES_AT_WORK * self.tile_size
+        if address_limit() is not None:
+            each += ADDRESSES_OF_THREAD
+        return min(loop.n_threads, max(memory_of_process() // MEMORY_PART // each, 1))
 
 
 def _run(
@@ -248,7 +258,7 @@ def _run(
     """Run all stages; the caller of `segment_tiled` is warned."""
     timings: dict[str, float] = {}
     is_remote = place.workers > 1 or place.scheduler is not None
-    at_once = place.tiles_at_once(options.loop.n_threads)
+    at_once = place.tiles_at_once(options.loop)
     # Each thread of a worker has a tile of its own.
     is_parallel = is_remote or at_once > 1
     tile_threads = 1 if is_parallel else options.loop.n_threads

@@ -99,8 +99,9 @@ def make_tiles(
 
     No more than about `tile_cells` faces, or as many vertices, are in memory at a time. The input
     is read three times: to weld its vertices, for the box of all centroids, and to write each chunk
-    of faces sorted by code. How much tiles take of each of these runs is found by counting codes;
-    then each tile is merged. Each pass but the counting runs on all workers.
+    of faces sorted by code (once less where there is room for what was read). How
+    much tiles take of each of these runs is found by counting codes; then each tile is merged. Each
+    pass but the counting runs on all workers.
 
     Parameters
     ----------
@@ -131,12 +132,12 @@ def make_tiles(
     facts = _summed_up(run_all(run, _measure_chunk, scratch, chunks.n_chunks, chunks))
     counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, *facts.curve))
     starts = tile_starts(pieces.n_faces, -(-pieces.n_faces // size))
-    scratch.remove("representatives")
+    scratch.remove_folder("representatives")
     scratch.save("cuts", find_cuts(scratch, counts, np.array(starts)))
     kind: Literal["triangles", "polygons"] = "triangles" if pieces.offsets is None else "polygons"
     store = TileStore(scratch, kind, starts, facts.bounds, facts.curve, facts.total_measure)
     run_all(run, _write_tile, store, store.n_tiles, n_threads)
-    scratch.remove("runs")
+    scratch.remove_folder("runs")
     return store
 
 
@@ -163,6 +164,7 @@ def box_of(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> _Measured:
     faces, positions = chunks.read(chunk)
+    _keep_chunk(scratch, chunk, faces, positions)
     corners = positions.astype(np.float64)
     every = np.arange(len(corners), dtype=np.int32)
     centroids, areas = _measured(corners, every, faces.offsets, chunks.n_threads)
@@ -171,6 +173,33 @@ def _measure_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> _Measured:
         for first in range(0, len(areas), BlockedSum.BLOCK)
     ]
     return _Measured(box_of(corners), box_of(centroids), np.array(sums))
+
+
+def _keep_chunk(scratch: Scratch, chunk: int, faces: Faces, positions: npt.NDArray[Any]) -> None:
+    """Leave what was read of a chunk in memory, if there is room for all of it."""
+    arrays = positions, faces.corners, faces.offsets
+    for name, array in zip(_names_in(chunk), arrays, strict=True):
+        if array is not None and not scratch.keep(name, array):
+            _forget_chunk(scratch, chunk)
+            return
+
+
+def _kept_chunk(scratch: Scratch, chunk: int) -> tuple[Faces, npt.NDArray[Any]] | None:
+    """What was read of a chunk before, which is no longer kept then; None if it was not."""
+    positions, corners, offsets = (
+        scratch.load(name) if scratch.has(name) else None for name in _names_in(chunk)
+    )
+    _forget_chunk(scratch, chunk)
+    return None if positions is None or corners is None else (Faces(corners, offsets), positions)
+
+
+def _forget_chunk(scratch: Scratch, chunk: int) -> None:
+    for name in _names_in(chunk):
+        scratch.remove(name)
+
+
+def _names_in(chunk: int) -> list[str]:
+    return [f"chunks/{chunk}/{name}" for name in ("positions", "corners", "offsets")]
 
 
 def _measured(
@@ -194,7 +223,7 @@ def _sort_chunk(
     high: npt.NDArray[np.float64],
 ) -> npt.NDArray[np.int32]:
     """Write the faces of a chunk in the order of their codes; counts of the codes' upper bits."""
-    faces, positions = chunks.read(chunk)
+    faces, positions = _kept_chunk(scratch, chunk) or chunks.read(chunk)
     every = np.arange(len(positions), dtype=np.int32)
     points = positions.astype(np.float64)
     centroids, _ = _measured(points, every, faces.offsets, chunks.n_threads)

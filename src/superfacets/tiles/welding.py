@@ -63,8 +63,8 @@ def weld(
     n_shared = run_all(run, _weld_bucket, scratch, n_buckets, size, n_blocks, n_threads)
     if any(n_shared):
         run_all(run, _list_block, scratch, n_blocks, vertices.n_rows, size, n_buckets)
-    scratch.remove("buckets")
-    scratch.remove("welded")
+    scratch.remove_folder("buckets")
+    scratch.remove_folder("welded")
     if not any(n_shared):
         return None
     return BlockRows(scratch, "representatives", size, vertices.n_rows)

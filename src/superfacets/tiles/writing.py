@@ -30,7 +30,8 @@ def label_files(source: TiledSource, out: StrPath) -> list[Path]:
     Raises
     ------
     ValueError
-        If `out` is something else, or two files of the source have the same stem.
+        If `out` is something else, or would take the place of what is read; or if two files of the
+        source have the same stem.
     OSError
         If a file cannot be written, or the source cannot be read.
     """
@@ -47,6 +48,11 @@ def label_files(source: TiledSource, out: StrPath) -> list[Path]:
         files = [Path(out, name) for name in label_names(Path(source))]
         writable_folder(Path(out))
     checked_targets(files)
+    if isinstance(source, (str, os.PathLike)) and Path(source).exists():
+        inputs = {path.resolve() for path in files_of(Path(source))}
+        for file in files:
+            if file.resolve() in inputs:
+                raise ValueError(f"{file}: the labels would take the place of what is read")
     return files
 
 

@@ -39,7 +39,7 @@ def in_halves(scratch: Scratch, names: list[str], most: int) -> Iterator[Columns
         if sizes:
             columns = joined_columns([load_columns(scratch, name, NAMES) for name in names])
             for name in names:
-                scratch.remove(name)
+                scratch.remove_folder(name)
             yield taken(columns, np.argsort(columns["numbers"]))
         return
     axis = _longest_axis(scratch, names)
@@ -53,7 +53,7 @@ def in_halves(scratch: Scratch, names: list[str], most: int) -> Iterator[Columns
             if chosen.any():
                 halves[half].append(f"{name}.{half}")  # no name that is given: after 1 comes 10
                 save_columns(scratch, halves[half][-1], taken(columns, np.flatnonzero(chosen)))
-        scratch.remove(name)
+        scratch.remove_folder(name)
     for part in halves:
         yield from in_halves(scratch, part, most)
 

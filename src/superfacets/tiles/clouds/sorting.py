@@ -120,17 +120,17 @@ def sort_cloud(
     found = run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, bounds, n_threads)
     counts = np.stack([count for count, _ in found])
     copies_before = np.append(0, np.cumsum([n_copies for _, n_copies in found]))
-    scratch.remove("representatives")
+    scratch.remove_folder("representatives")
     starts = tile_starts(pieces.n_points, -(-pieces.n_points // size))
     cuts = _block_cuts(scratch, counts, np.array(starts), size)
     scratch.save("blocks", cuts)
     n_apart = pieces.n_points - int(copies_before[-1])
     jobs = [(block, size, n_apart, copies_before, n_threads) for block in range(len(cuts) - 1)]
     parts = [part for block in run(_order_block, scratch, jobs) for part in block]
-    scratch.remove("runs")
+    scratch.remove_folder("runs")
     store = TileStore(scratch, "points", starts, bounds, bounds, 0.0)
     boxes = run_all(run, _write_tile, store, store.n_tiles, parts)
-    scratch.remove("ordered")
+    scratch.remove_folder("ordered")
     return SortedCloud(store, n_apart, np.concatenate(boxes), pieces.normals is not None)
 
 
