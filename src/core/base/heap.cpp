@@ -24,7 +24,8 @@ constexpr int kUsuallyKept = 2 * kLargestFromHeap;
 
 bool is_told() {
   return std::getenv("MALLOC_TRIM_THRESHOLD_") != nullptr ||
-         std::getenv("MALLOC_MMAP_THRESHOLD_") != nullptr || std::getenv("GLIBC_TUNABLES") != nullptr;
+         std::getenv("MALLOC_MMAP_THRESHOLD_") != nullptr ||
+         std::getenv("GLIBC_TUNABLES") != nullptr;
 }
 
 }  // namespace
