@@ -1,4 +1,4 @@
-"""Draw regions by default and within parts, side by side, and the features they are made of.
+"""Draw regions by default and within parts, side by side, the features they are made of, a cup.
 
 ``python docs/make_parts_figures.py psb fandisk.obj``: the folder of the Princeton benchmark, and
 further meshes, whose pictures get their names.
@@ -41,6 +41,16 @@ def main(folder: Path, further: list[Path]) -> None:
     thickness, first, second = sf.shape_diameter(mesh), *sf.spectral_embedding(mesh).T[:2]
     bands = [shades(np.log(thickness)), shades(first), shades(second)]
     save_side_by_side(mesh, bands, view, "parts-features.png")
+    save_cup(benchmark.load(29).mesh)
+
+
+def save_cup(mesh: sf.Mesh) -> None:
+    """Draw a hollow shape as if it were solid, and by default."""
+    by_default = sf.segment(mesh, N_SEGMENTS)
+    radius = by_default.params["expected_radius"]
+    weights = sf.crease_weights(mesh, sf.build_face_graph(mesh), radius, hollows=False)
+    labels = [sf.segment(mesh, N_SEGMENTS, weights=weights).labels, by_default.labels]
+    save_side_by_side(mesh, labels, sf.View(azimuth=30, elevation=35), "hollows-cup.png")
 
 
 def shades(values: np.ndarray) -> np.ndarray:
