@@ -1,5 +1,6 @@
 """What a process may use: of the machine, its groups, or by a limit of its own."""
 
+import os
 import subprocess
 import sys
 
@@ -85,5 +86,6 @@ assert usable_memory() == whole
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a limit of the address space")
+@pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer needs more")
 def test_a_limit_of_the_address_space_counts_for_a_process():
     subprocess.run([sys.executable, "-c", LIMITED], check=True, timeout=60)
