@@ -22,7 +22,7 @@ from ._options import WEIGHTS
 from ._validate import check_spread, checked_count, checked_number, checked_threads
 from .cells.cell_graph import CellGraph
 from .cells.point_graph import PointGraph, point_surface
-from .cells.weights import NO_NORMALS, scaled, weights_of
+from .cells.weights import NO_NORMALS, EdgeFactors, scaled, weights_of
 from .clustering.loop import segment_graph
 from .errors import IslandWarning, MeshError
 from .mesh.faces import area_vectors
@@ -336,7 +336,7 @@ def _graph_of_points(cloud: PointCloud, edges: npt.NDArray[Any], number: int) ->
     creases = WEIGHTS["creases"]
     alpha, radius = scaled(creases["alpha"], float(np.sqrt(areas.sum() / (np.pi * number))))
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    weights = weights_of(surface, cells, alpha, creases["eta_convex"], radius)
+    weights = weights_of(surface, cells, EdgeFactors(alpha, creases["eta_convex"], radius))
     return CellGraph(
         graph.positions, areas, graph.offsets, graph.neighbors, weights, graph.bounds,
         weight_unit=graph.diagonal,

@@ -15,7 +15,7 @@ from ..adapters.clouds import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import ArcMeasures, CellGraph, box_diagonal, checked_measures, checked_weights
 from .surface import Surface
-from .weights import NO_NORMALS, scaled, weights_of
+from .weights import NO_NORMALS, EdgeFactors, scaled, weights_of
 
 __all__ = [
     "N_AROUND",
@@ -210,7 +210,7 @@ def build_point_graph(
         graph.measures,
         graph.offsets,
         graph.neighbors,
-        weights_of(surface, cells, alpha, eta_convex, length),
+        weights_of(surface, cells, EdgeFactors(alpha, eta_convex, length)),
         graph.bounds,
         weight_unit=graph.diagonal,
         arc_measures=ArcMeasures(borders, steps, angles, sides, open_lengths),

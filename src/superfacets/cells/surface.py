@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..mesh.polygon_mesh import PolygonMesh
 from .cell_graph import ArcMeasures, CellGraph, box_diagonal
 from .face_graph import FaceGraph
 
-__all__ = ["Surface", "arc_measures", "enclosed", "face_surface", "is_inside_out"]
+__all__ = ["Surface", "arc_measures", "enclosed", "face_surface", "is_inside_out", "is_negative"]
 
 VOLUME_NOISE = 1e-12
 """Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
@@ -43,10 +43,9 @@ class Surface:
         """Return the faces of a mesh as cells."""
         _check_of_mesh(mesh, graph)
         volume = _signed_volume(mesh, graph, n_threads)
-        handle = _face_handle(mesh, graph, _is_negative(volume, graph.diagonal), n_threads)
-        surface = cls._of_handle(handle, mesh, graph, n_threads)
+        handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
         volume = 0.0 if graph.same_turn.any() else enclosed(volume, graph.diagonal)
-        return replace(surface, volume=volume)
+        return cls._of_handle(handle, mesh, graph, n_threads, volume)
 
     @classmethod
     def of_turned_faces(
@@ -58,11 +57,12 @@ class Surface:
 
     @classmethod
     def _of_handle(
-        cls, handle: _core.Surface, mesh: FaceMesh, graph: FaceGraph, n_threads: int
-    ) -> Surface:
+        cls, handle: _core.Surface, mesh: FaceMesh, graph: FaceGraph, n_threads: int,
+        volume: float = 0.0,
+    ) -> Surface:  # fmt: skip
         return cls(
             handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
-            mesh,
+            mesh, volume=volume,
         )  # fmt: skip
 
     @classmethod
@@ -209,7 +209,7 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
     """Whether the mesh is closed and its normals point inwards: its signed volume is negative."""
     volume = _signed_volume(mesh, graph, checked_threads(n_threads))
-    return _is_negative(volume, graph.diagonal)
+    return is_negative(volume, graph.diagonal)
 
 
 def enclosed(volume: float, diagonal: float) -> float:
@@ -217,7 +217,8 @@ def enclosed(volume: float, diagonal: float) -> float:
     return abs(volume) if abs(volume) > VOLUME_NOISE * diagonal**3 else 0.0
 
 
-def _is_negative(volume: float, diagonal: float) -> bool:
+def is_negative(volume: float, diagonal: float) -> bool:
+    """Whether a signed volume is below zero by more than rounding errors."""
     return volume < -VOLUME_NOISE * diagonal**3
 
 

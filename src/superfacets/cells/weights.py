@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,7 @@ __all__ = [
     "ALL_COUNT",
     "NO_NORMALS",
     "Cells",
+    "EdgeFactors",
     "arc_weights",
     "crease_weights",
     "creases_and_turn",
@@ -50,6 +51,19 @@ class Cells(Protocol):
     def measures(self) -> npt.NDArray[np.float64]:
         """Area of each cell, shape (N,)."""
         ...
+
+
+CellArrays = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]
+"""Positions, measures, and unit normals or `NO_NORMALS`."""
+
+
+class EdgeFactors(NamedTuple):
+    """What edges cost, as kernels take it: see `scaled` for the first and the third."""
+
+    alpha: float
+    eta_convex: float
+    crease_length: float  # 0 stands for the length of each edge
+    ridges: float = 0.0
 
 
 def superfacet_weights(
@@ -129,7 +143,7 @@ def superfacet_weights(
         crease_length = checked_number(crease_length, "crease_length", zero=False)
     surface = Surface.of_faces(mesh, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    return weights_of(surface, cells, alpha, eta_convex, crease_length or 0.0)
+    return weights_of(surface, cells, EdgeFactors(alpha, eta_convex, crease_length or 0.0))
 
 
 def crease_weights(
@@ -219,10 +233,8 @@ def crease_weights(
     ridges = checked_number(ridges, "ridges", zero=True)
     surface = Surface.of_faces(mesh, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    numbers = (alpha, eta_convex, length, ridges)
-    if hollows:
-        return _evened_weights(surface, cells, *numbers)
-    return weights_of(surface, cells, *numbers)
+    factors = EdgeFactors(alpha, eta_convex, length, ridges)
+    return (_evened_weights if hollows else weights_of)(surface, cells, factors)
 
 
 def stk02_weights(
@@ -300,10 +312,9 @@ def arc_weights(
         )
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     alpha, length = scaled(params["alpha"], None if params["weights"] == "superfacets" else radius)
-    numbers = (alpha, params["eta_convex"], length, params.get("ridges", 0.0))
-    if params["weights"] == "creases":
-        return _evened_weights(surface, cells, *numbers)
-    return weights_of(surface, cells, *numbers)
+    factors = EdgeFactors(alpha, params["eta_convex"], length, params.get("ridges", 0.0))
+    is_evened = params["weights"] == "creases"
+    return (_evened_weights if is_evened else weights_of)(surface, cells, factors)
 
 
 def creases_of(
@@ -313,7 +324,7 @@ def creases_of(
     options = WEIGHTS["creases"]
     cells = (surface.positions, surface.measures, NO_NORMALS)
     alpha, length = scaled(options["alpha"], radius)
-    return weights_of(surface, cells, alpha, options["eta_convex"], length, ridges)
+    return weights_of(surface, cells, EdgeFactors(alpha, options["eta_convex"], length, ridges))
 
 
 def scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
@@ -322,22 +333,13 @@ def scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
 
 
 def weights_of(
-    surface: Surface,
-    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
-    alpha: float,
-    eta_convex: float,
-    crease_length: float,
-    ridges: float = 0.0,
+    surface: Surface, cells: CellArrays, factors: EdgeFactors
 ) -> npt.NDArray[np.float64]:
-    """Weights by eq. 1 to 3; a `crease_length` of 0 stands for the length of each edge.
-
-    Points have no edges, and no ridges.
-    """
+    """Weights by eq. 1 to 3. Points have no edges, and no ridges."""
     if isinstance(surface.handle, _core.PointSurface):
-        factors = (alpha, eta_convex, crease_length, surface.diagonal)
-        return _core.point_weights(surface.handle, *factors, surface.n_threads)
-    numbers = (alpha, eta_convex, crease_length, ridges)
-    return weights_and_turn(surface, cells, *numbers, 0.0, None)[0]
+        numbers = (*factors[:3], surface.diagonal)
+        return _core.point_weights(surface.handle, *numbers, surface.n_threads)
+    return weights_and_turn(surface, cells, factors, 0.0, None)[0]
 
 
 def creases_and_turn(
@@ -356,17 +358,14 @@ def creases_and_turn(
     params = options.params
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
     alpha, length = scaled(params["alpha"], radius)
-    numbers = (alpha, params["eta_convex"], length, params["ridges"])
-    return weights_and_turn(surface, cells, *numbers, evened, counted)
+    factors = EdgeFactors(alpha, params["eta_convex"], length, params["ridges"])
+    return weights_and_turn(surface, cells, factors, evened, counted)
 
 
 def weights_and_turn(
     surface: Surface,
-    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
-    alpha: float,
-    eta_convex: float,
-    crease_length: float,
-    ridges: float,
+    cells: CellArrays,
+    factors: EdgeFactors,
     evened: float,
     counted: npt.NDArray[np.uint8] | None,
 ) -> tuple[npt.NDArray[np.float64], int]:
@@ -378,31 +377,23 @@ def weights_and_turn(
     """
     handle = surface.handle
     is_counted = ALL_COUNT if counted is None else counted
-    factors = (alpha, eta_convex, crease_length, surface.diagonal, ridges, evened)
+    numbers = (*factors[:3], surface.diagonal, factors.ridges, evened)
     turning = (counted is not None, is_counted, surface.n_threads)
     if isinstance(handle, _core.TriangleSurface):
-        return _core.superfacet_weights(handle, *cells, *factors, *turning)
-    return _core.surface_weights(handle, *factors, *turning)
+        return _core.superfacet_weights(handle, *cells, *numbers, *turning)
+    return _core.surface_weights(handle, *numbers, *turning)
 
 
 def _evened_weights(
-    surface: Surface,
-    cells: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]],
-    alpha: float,
-    eta_convex: float,
-    crease_length: float,
-    ridges: float,
+    surface: Surface, cells: CellArrays, factors: EdgeFactors
 ) -> npt.NDArray[np.float64]:
     """As `weights_of`, and smooth edges are evened where a shape is hollow."""
-    numbers = (alpha, eta_convex, crease_length, ridges)
-    if not surface.volume or not alpha:
-        return weights_of(surface, cells, *numbers)
-    weights, turn = weights_and_turn(surface, cells, *numbers, 0.0, ALL_COUNT)
+    if not surface.volume or not factors.alpha:
+        return weights_of(surface, cells, factors)
+    weights, turn = weights_and_turn(surface, cells, factors, 0.0, ALL_COUNT)
     area = _core.sum_of(cells[1], surface.n_threads)
     evened = evened_share(turn, surface.volume, area, surface.diagonal)
-    if not evened:
-        return weights
-    return weights_and_turn(surface, cells, *numbers, evened, None)[0]
+    return weights_and_turn(surface, cells, factors, evened, None)[0] if evened else weights
 
 
 def _stk02_weights_of(

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from ..mesh.triangle_mesh import Mesh
 from .elementary import arctangent
 from .face_graph import Arc, measure_faces
+from .ridges import SHARP_ANGLE, find_ridges
 from .vectors import cross, dot, norm
 
 __all__ = ["quantize_weights", "superfacet_weights", "unit_normals"]
@@ -36,12 +37,33 @@ def superfacet_weights(
     used = mesh.vertices[np.unique(mesh.faces)]
     diagonal = float(norm(used.max(axis=0) - used.min(axis=0)))
     volume = _signed_volume(mesh, arcs, weld)
-    inside_out = volume < -1e-12 * diagonal**3
+    noise = 1e-12 * diagonal**3
+    geodesics, edges, thetas, concave = _measure_arcs(mesh, arcs, inside_out=volume < -noise)
+    lengths = edges if crease_length is None else crease_length
+    of_concave, of_convex = np.ones(len(arcs)), np.full(len(arcs), eta_convex)
+    is_ridge = find_ridges(mesh, arcs, thetas, concave, weld=weld)
+    if hollows and abs(volume) > noise and not any(arc.same_turn for arc in arcs):
+        turns = np.where(concave, -thetas, thetas) * edges
+        turns[is_ridge if ridges > eta_convex else []] = 0.0
+        area = float(measure_faces(mesh)[1].sum())
+        evened = _evened_share(float(turns.sum()), abs(volume), area)
+        is_smooth = thetas < SHARP_ANGLE
+        of_concave[is_smooth] = 1.0 - evened
+        of_convex[is_smooth] = max(eta_convex, evened)
+    of_convex[is_ridge] = max(ridges, eta_convex)
+    eta = np.where(concave, of_concave, of_convex)
+    angular = alpha * eta * lengths * thetas / math.pi  # eq. 2
+    weights: Floats = (geodesics + angular) / diagonal  # eq. 3
+    return weights
+
+
+def _measure_arcs(
+    mesh: Mesh, arcs: list[Arc], *, inside_out: bool
+) -> tuple[Floats, Floats, Floats, npt.NDArray[np.bool_]]:
+    """Of each arc the way over its edge, the length of that, its angle, and if it is concave."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
-    terms = []
-    edges = []
-    concave = []
+    terms, concave = [], []
     for face, side, neighbor, same_turn in arcs:
         start = mesh.vertices[mesh.faces[face, side]]
         end = mesh.vertices[mesh.faces[face, (side + 1) % 3]]
@@ -55,26 +77,9 @@ def superfacet_weights(
             n_i, n_j = (n_i, -n_j) if turn_j else (-n_i, n_j)
         rise = dot(n_i - n_j, centroids[neighbor] - centroids[face])
         concave.append(bool(rise < 0 if inside_out else rise > 0))
-        edges.append(norm(end - start))
-        length = edges[-1] if crease_length is None else crease_length
-        terms.append((geodesic, length, norm(cross(n_i, n_j)), dot(n_i, n_j)))
-    geodesics, lengths, sines, cosines = np.array(terms).reshape(-1, 4).T
-    thetas = arctangent(sines, cosines)
-    of_convex = np.full(len(arcs), eta_convex)
-    is_ridge = _find_ridges(mesh, arcs, thetas, concave, weld=weld)
-    of_concave = np.ones(len(arcs))
-    if hollows and abs(volume) > 1e-12 * diagonal**3 and not any(arc.same_turn for arc in arcs):
-        turns = np.where(concave, -thetas, thetas) * np.array(edges)
-        turns[is_ridge if ridges > eta_convex else []] = 0.0
-        evened = _evened_share(float(turns.sum()), abs(volume), float(areas.sum()))
-        is_smooth = thetas < math.pi * 2 / 9
-        of_concave[is_smooth] = 1.0 - evened
-        of_convex[is_smooth] = max(eta_convex, evened)
-    of_convex[is_ridge] = max(ridges, eta_convex)
-    eta = np.where(np.array(concave, dtype=bool), of_concave, of_convex)
-    angular = alpha * eta * lengths * thetas / math.pi  # eq. 2
-    weights: Floats = (geodesics + angular) / diagonal  # eq. 3
-    return weights
+        terms.append((geodesic, norm(end - start), norm(cross(n_i, n_j)), dot(n_i, n_j)))
+    geodesics, edges, sines, cosines = np.array(terms).reshape(-1, 4).T
+    return geodesics, edges, arctangent(sines, cosines), np.array(concave, dtype=bool)
 
 
 def _evened_share(turn: float, volume: float, area: float) -> float:
@@ -82,74 +87,6 @@ def _evened_share(turn: float, volume: float, area: float) -> float:
     roundness = 3.0 * volume * turn / 4.0 / area**2
     share = min(max((0.3 - roundness) / (0.3 - 0.15), 0.0), 1.0)
     return 0.25 * round(2**16 * share) / 2**16
-
-
-def _find_ridges(
-    mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: list[bool], *, weld: bool
-) -> list[int]:
-    """Arcs across sharp convex edges between triangles that are flat beside them.
-
-    At both ends such an edge must meet another one, or a border of the surface.
-    """
-    sharp = math.pi * 2 / 9  # 40 degrees
-    of_face: dict[int, list[tuple[int, int]]] = {}  # neighbor and arc
-    for index, arc in enumerate(arcs):
-        of_face.setdefault(arc.face, []).append((arc.neighbor, index))
-
-    def is_flat(face: int, other: int, theta: float) -> bool:
-        bends = [float(thetas[i]) for neighbor, i in of_face[face] if neighbor != other]
-        bent = [bend for bend in bends if bend >= 0.3 * theta]
-        alike = [max(sharp, 0.7 * theta) <= bend and 0.7 * bend <= theta for bend in bent]
-        return len(bent) <= 1 and all(alike)
-
-    def is_only(face: int, other: int) -> bool:
-        return [neighbor for neighbor, _ in of_face[face]].count(other) == 1
-
-    def name(vertex: int) -> object:
-        return tuple(mesh.vertices[vertex].tolist()) if weld else vertex
-
-    found = {
-        index
-        for index, (arc, theta) in enumerate(zip(arcs, thetas.tolist(), strict=True))
-        if theta >= sharp
-        and not concave[index]
-        and is_only(arc.face, arc.neighbor)
-        and is_flat(arc.face, arc.neighbor, theta)
-        and is_flat(arc.neighbor, arc.face, theta)
-    }
-
-    def next_around(corner: object, before: int, here: int) -> tuple[int, int] | None:
-        names = [name(vertex) for vertex in mesh.faces[here]]
-        opposite = (names.index(corner) + 1) % 3
-        further = [
-            (neighbor, index)
-            for neighbor, index in of_face[here]
-            if arcs[index].side != opposite and neighbor != before
-        ]
-        return further[0] if len(further) == 1 else None
-
-    def leads_to_another(corner: object, before: int, here: int) -> bool:
-        start = before
-        for _ in range(64):
-            step = next_around(corner, before, here)
-            if step is None:
-                return True  # a border
-            if step[1] in found:
-                return True
-            before, here = here, step[0]
-            if here == start:
-                return False
-        return False
-
-    def continues(index: int) -> bool:
-        face, side, neighbor, _ = arcs[index]
-        ends = [name(mesh.faces[face, corner % 3]) for corner in (side, side + 1)]
-        return all(
-            leads_to_another(end, face, neighbor) or leads_to_another(end, neighbor, face)
-            for end in ends
-        )
-
-    return [index for index in sorted(found) if continues(index)]
 
 
 def unit_normals(mesh: Mesh) -> Floats:

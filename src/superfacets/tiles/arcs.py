@@ -16,7 +16,7 @@ from ..cells.face_graph import FaceGraph
 from ..cells.hollows import evened_share
 from ..cells.kinds import kind_of
 from ..cells.slivers import area_of_slivers
-from ..cells.surface import VOLUME_NOISE, Surface, enclosed
+from ..cells.surface import Surface, enclosed, is_negative
 from ..cells.weights import creases_and_turn, creases_of
 from ..mesh.faces import signed_volume
 from .faces import Faces, read_faces, rows
@@ -107,7 +107,7 @@ def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     diagonal = box_diagonal(store.bounds)
     volume = sum(some.volume for some in sums)
     is_closed = not any(some.has_boundary for some in sums)
-    if is_closed and volume < -VOLUME_NOISE * diagonal**3:
+    if is_closed and is_negative(volume, diagonal):
         rule = replace(rule, is_turned=True)
         sums = weigh(rule)
     if _are_creases(rule) and is_closed and not any(some.is_inconsistent for some in sums):
@@ -155,7 +155,7 @@ def prices_of(surface: Surface, rule: WeightRule) -> npt.NDArray[np.float64]:
 
 def _are_creases(rule: WeightRule) -> bool:
     """Whether weights are those that depend on how hollow a shape is."""
-    return bool(rule.options.params["weights"] == "creases")
+    return bool(rule.options.params["weights"] == "creases" and rule.options.params["alpha"])
 
 
 def weighed(

@@ -108,12 +108,12 @@ def _mark_borders(store: TileStore, tile: int) -> Bytes:
 
 def _mark_more(store: TileStore, tile: int, cells: Ints) -> Bytes:
     """Mark the vertices around some faces."""
-    return _mark_faces(store, tile, store.read(tile, "rings"), find_cells(store, tile, cells)[1])
+    rings = store.read(tile, "rings").copy()
+    return _mark_faces(store, tile, rings, find_cells(store, tile, cells)[1])
 
 
 def _mark_faces(store: TileStore, tile: int, rings: Bytes, faces: Longs) -> Bytes:
     offsets, corners = read_corners(store, tile)
-    rings = rings.copy()
     rings[corners[rows(offsets, faces)[1]]] = RINGS
     return _spread(store, tile, offsets, corners, rings)
 

@@ -21,7 +21,6 @@ import numpy.typing as npt
 from ..io.atomic import writable_folder
 
 __all__ = [
-    "ArrayFile",
     "Scratch",
     "check_room",
     "header_of",
@@ -247,12 +246,6 @@ def write_all(file: IO[bytes], data: Any) -> None:
         view = view[file.write(view) :]
 
 
-def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
-    """Rows of an array in a .npy file, read into memory, and no more than these."""
-    with ArrayFile(path) as file:
-        return file.rows(begin, file.shape[0] if end is None else end)
-
-
 _PREFIX = 10
 """Bytes of a .npy file before its header: what it is, and the length of the header."""
 
@@ -265,34 +258,22 @@ def _facts_of(header: bytes) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
-class ArrayFile:
-    """An array in a .npy file, of which rows are read one range after the other.
+def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
+    """Rows of an array in a .npy file, read into memory, and no more than these.
 
     Not a memory map: that would count as memory where the address space is limited.
     """
-
-    def __init__(self, path: Path) -> None:
-        self._file = path.open("rb", buffering=0)
-        start = self._file.read(_PREFIX)
+    with path.open("rb", buffering=0) as file:
+        start = file.read(_PREFIX)
         assert start[:8] == np.lib.format.magic(1, 0)
-        header = self._file.read(int.from_bytes(start[8:], "little"))
-        self.shape, self.dtype = _facts_of(header)
-        self._begin = _PREFIX + len(header)
-        self._row_size = self.dtype.itemsize * int(np.prod(self.shape[1:], dtype=np.int64))
-
-    def __enter__(self) -> ArrayFile:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-
-    def rows(self, begin: int, end: int) -> npt.NDArray[Any]:
-        """Rows begin to end - 1."""
-        rows = np.empty((end - begin, *self.shape[1:]), self.dtype)
+        header = file.read(int.from_bytes(start[8:], "little"))
+        shape, dtype = _facts_of(header)
+        rows = np.empty(((shape[0] if end is None else end) - begin, *shape[1:]), dtype)
         if rows.size:
-            self._file.seek(self._begin + begin * self._row_size)
-            read_all(self._file, rows)
-        return rows
+            row_size = dtype.itemsize * int(np.prod(shape[1:], dtype=np.int64))
+            file.seek(_PREFIX + len(header) + begin * row_size)
+            read_all(file, rows)
+    return rows
 
 
 def read_all(file: Any, array: npt.NDArray[Any]) -> None:

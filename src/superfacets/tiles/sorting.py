@@ -99,9 +99,9 @@ def make_tiles(
 
     No more than about `tile_cells` faces, or as many vertices, are in memory at a time. The input
     is read three times: to weld its vertices, for the box of all centroids, and to write each chunk
-    of faces sorted by code (once less where there is room for what was read). How
-    much tiles take of each of these runs is found by counting codes; then each tile is merged. Each
-    pass but the counting runs on all workers.
+    of faces sorted by code (once less where there is room for what was read). How much tiles take
+    of each of these runs is found by counting codes; then each tile is merged. Each pass but the
+    counting runs on all workers.
 
     Parameters
     ----------
