@@ -7,6 +7,7 @@ import shlex
 import warnings
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 import gallery_meshes
@@ -148,7 +149,12 @@ def test_only_what_needs_other_libraries_or_the_benchmark_may_be_left_out(path):
 def public_names():
     """The full name of everything public, as the API reference lists it."""
     modules = [sf, sf.metrics, sf.segmentator, sf.baselines, sf.princeton]
-    return [f"{module.__name__}.{name}" for module in modules for name in module.__all__]
+    return [
+        f"{module.__name__}.{name}"
+        for module in modules
+        for name in module.__all__
+        if not isinstance(getattr(module, name), ModuleType)
+    ]
 
 
 def listed_names(page):
