@@ -2,7 +2,6 @@
 
 from . import metrics as metrics
 from . import reference as reference
-from . import segmentator as segmentator
 from .batches.runs import BatchProgress as BatchProgress
 from .batches.runs import BatchResult as BatchResult
 from .batches.runs import batch as batch
@@ -45,6 +44,7 @@ from .errors import MeshError as MeshError
 from .errors import MissingExtraError as MissingExtraError
 from .errors import RenderError as RenderError
 from .errors import SliverWarning as SliverWarning
+from .interop import segmentator as segmentator
 from .interop.attach import attach_labels as attach_labels
 from .io.attributes import MeshAttributes as MeshAttributes
 from .io.readers.labels import read_labels as read_labels

@@ -13,9 +13,9 @@ from .._timing import timed
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
+from .coarsening import can_be_coarse, coarse_graphs
 from .graphs import AnyGraph, CoarseCells, in_memory, join_islands
 from .iteration import Iteration
-from .levels import can_be_coarse, coarse_graphs
 from .plan import Plan
 from .seeding import run_seeding
 from .segmentation import Segmentation

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from ..clustering.levels import are_few
+from ..clustering.coarsening import are_few
 from .coarse import TiledCoarseGraph, coarse_graph
 from .halting import HaltedRegions
 from .islands import join_islands

@@ -10,7 +10,7 @@ from numpy.testing import assert_array_equal
 
 import superfacets as sf
 from superfacets import segmentator
-from superfacets.segmentator import segment_mesh, segment_point
+from superfacets.interop.segmentator import segment_mesh, segment_point
 
 
 class Tensor:

@@ -3,7 +3,7 @@
 Scripts that prepare ScanNet and other scans for SPFormer, MAFT, OneFormer3D and their kin import
 ``segmentator``, an extension that has to be compiled against torch. With
 
-    import superfacets.segmentator as segmentator
+    from superfacets import segmentator
 
 they run as they are, and get regions of the same number and so of the same mean size, which are
 connected and compact.
@@ -17,19 +17,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _core
-from ._options import WEIGHTS
-from ._validate import check_spread, checked_count, checked_number, checked_threads
-from .cells.cell_graph import CellGraph
-from .cells.point_graph import PointGraph, point_surface
-from .cells.weights import NO_NORMALS, EdgeFactors, scaled, weights_of
-from .clustering.loop import segment_graph
-from .errors import IslandWarning, MeshError
-from .mesh.faces import area_vectors
-from .mesh.point_cloud import PointCloud
-from .mesh.triangle_mesh import Mesh
-from .pipeline import segment
-from .regions.vertices import vertex_ids
+from .. import _core
+from .._options import WEIGHTS
+from .._validate import check_spread, checked_count, checked_number, checked_threads
+from ..cells.cell_graph import CellGraph
+from ..cells.point_graph import PointGraph, point_surface
+from ..cells.weights import NO_NORMALS, EdgeFactors, scaled, weights_of
+from ..clustering.loop import segment_graph
+from ..errors import IslandWarning, MeshError
+from ..mesh.faces import area_vectors
+from ..mesh.point_cloud import PointCloud
+from ..mesh.triangle_mesh import Mesh
+from ..pipeline import segment
+from ..regions.vertices import vertex_ids
 
 __all__ = ["segment_mesh", "segment_point"]
 
@@ -102,7 +102,7 @@ def segment_mesh(
 
     Examples
     --------
-    >>> import superfacets.segmentator as segmentator
+    >>> from superfacets import segmentator
     >>> from superfacets import sample_mesh
     >>> bear = sample_mesh(3000)
     >>> ids = segmentator.segment_mesh(bear.vertices, bear.faces, n_segments=40)
@@ -165,7 +165,7 @@ def segment_point(
     --------
     A row of points that turns a corner:
 
-    >>> import superfacets.segmentator as segmentator
+    >>> from superfacets import segmentator
     >>> points = [[x, 0, 0] for x in range(4)] + [[4, 0, z] for z in range(1, 5)]
     >>> normals = [[0, 0, 1]] * 4 + [[-1, 0, 0]] * 4
     >>> edges = [[i, i + 1] for i in range(7)]
