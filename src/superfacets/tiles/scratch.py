@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import functools
 import io
 import os
 import re
@@ -19,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.atomic import writable_folder
+from ..io.readers.npy import npy_header
 
 __all__ = [
     "Scratch",
@@ -246,32 +246,21 @@ def write_all(file: IO[bytes], data: Any) -> None:
         view = view[file.write(view) :]
 
 
-_PREFIX = 10
-"""Bytes of a .npy file before its header: what it is, and the length of the header."""
-
-
-@functools.lru_cache(maxsize=1024)
-def _facts_of(header: bytes) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and type of an array. Most headers are read many times, and it takes long."""
-    file = io.BytesIO(len(header).to_bytes(2, "little") + header)
-    shape, _, dtype = np.lib.format.read_array_header_1_0(file)
-    return shape, dtype
+_HEADER_SIZE = 128
+"""Bytes of the header that `header_of` makes; numpy pads headers of few dimensions to this size."""
 
 
 def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
-    """Rows of an array in a .npy file, read into memory, and no more than these.
+    """Rows of an array in a .npy file that `write_array` wrote, read into memory, and no others.
 
     Not a memory map: that would count as memory where the address space is limited.
     """
     with path.open("rb", buffering=0) as file:
-        start = file.read(_PREFIX)
-        assert start[:8] == np.lib.format.magic(1, 0)
-        header = file.read(int.from_bytes(start[8:], "little"))
-        shape, dtype = _facts_of(header)
+        shape, dtype, _, start = npy_header(file.read(_HEADER_SIZE))
         rows = np.empty(((shape[0] if end is None else end) - begin, *shape[1:]), dtype)
         if rows.size:
             row_size = dtype.itemsize * int(np.prod(shape[1:], dtype=np.int64))
-            file.seek(_PREFIX + len(header) + begin * row_size)
+            file.seek(start + begin * row_size)
             read_all(file, rows)
     return rows
 
