@@ -154,6 +154,20 @@ def test_a_folder_is_removed_after_errors_too(tmp_path):
         assert list(tmp_path.iterdir()) == []
 
 
+def test_a_folder_is_removed_though_ctrl_c_comes_meanwhile(tmp_path, monkeypatch):
+    whole, interrupts = shutil.rmtree, [KeyboardInterrupt, KeyboardInterrupt]
+
+    def remove(*args, **options):
+        if interrupts:
+            raise interrupts.pop()
+        whole(*args, **options)
+
+    monkeypatch.setattr(shutil, "rmtree", remove)
+    with pytest.raises(KeyboardInterrupt), scratch_folder(tmp_path) as made:
+        made.save("a", np.arange(5))
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_too_little_room_is_told_before_any_work(tmp_path, monkeypatch):
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(shutil, "disk_usage", lambda path: usage(10**12, 10**12, 3 * 10**9))

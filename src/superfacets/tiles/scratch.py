@@ -10,7 +10,7 @@ import re
 import secrets
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
@@ -23,6 +23,7 @@ from ..io.readers.npy import npy_header
 __all__ = [
     "Scratch",
     "check_room",
+    "despite_interrupts",
     "header_of",
     "load_array",
     "read_all",
@@ -43,7 +44,7 @@ LOCK = ".lock"
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
-    """Make a folder below `parent`, and remove it when the block ends, however that may be.
+    """Make a folder below `parent`, and remove it when the block ends, also by errors and Ctrl-C.
 
     Folders that killed runs have left there are removed first.
 
@@ -66,7 +67,21 @@ def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
         with _held(folder):
             yield Scratch(folder, cache)
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        despite_interrupts(lambda: shutil.rmtree(folder, ignore_errors=True))
+
+
+def despite_interrupts(work: Callable[[], object]) -> None:
+    """Call `work` until it ends without a Ctrl-C; then raise the last one, if there was any."""
+    interrupt: KeyboardInterrupt | None = None
+    is_done = False
+    while not is_done:
+        try:
+            work()
+            is_done = True
+        except KeyboardInterrupt as error:
+            interrupt = error
+    if interrupt is not None:
+        raise interrupt
 
 
 def check_room(parent: Path, needed: int) -> None:
