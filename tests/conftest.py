@@ -8,9 +8,11 @@ from pathlib import Path
 
 import pytest
 
-# A shell may have started us such that Ctrl-C is ignored, and what we start would ignore it too.
+# A shell, or nohup, may have started us to ignore signals; programs that tests start would, too.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def _find_data() -> Path | None:

@@ -48,21 +48,29 @@ import os, signal, sys
 class Interrupt:
     def find_spec(self, name, *_):
         if name == "NAME":
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), signal.SENT)
 
 sys.meta_path.insert(0, Interrupt())
 from superfacets.__main__ import main
 main()
 """
-"""The command, and a Ctrl-C when a module is imported."""
+"""The command, and a signal when a module is imported."""
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 @pytest.mark.parametrize(
-    "name", ["superfacets.cli.main", "click", "superfacets.cli.segment", "numpy"]
+    ("name", "sent"),
+    [
+        ("superfacets.cli.main", "SIGINT"),
+        ("click", "SIGINT"),
+        ("superfacets.cli.segment", "SIGINT"),
+        ("superfacets.cli.segment", "SIGTERM"),
+        ("superfacets.cli.segment", "SIGHUP"),
+        ("numpy", "SIGINT"),
+    ],
 )
-def test_ctrl_c_while_the_command_is_imported_ends_it_as_later(sheet, name):
-    code = INTERRUPTED.replace("NAME", name)
+def test_a_signal_while_the_command_is_imported_ends_it_as_later(sheet, name, sent):
+    code = INTERRUPTED.replace("NAME", name).replace("SENT", sent)
     command = [sys.executable, "-c", code, "segment", str(sheet)]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stdout) == (130, "")
@@ -72,7 +80,8 @@ def test_ctrl_c_while_the_command_is_imported_ends_it_as_later(sheet, name):
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
 def test_ctrl_c_is_not_heard_where_it_is_ignored(sheet):
     code = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)" + INTERRUPTED
-    command = [sys.executable, "-c", code.replace("NAME", "click"), "info", str(sheet)]
+    code = code.replace("NAME", "click").replace("SENT", "SIGINT")
+    command = [sys.executable, "-c", code, "info", str(sheet)]
     ended = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "1152" in ended.stdout
 

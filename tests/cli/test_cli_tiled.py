@@ -2,6 +2,8 @@
 
 import io
 import json
+import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -186,20 +188,46 @@ def test_megabytes_that_stay_in_memory(run, bear, monkeypatch):
     assert [keywords.get("cache") for keywords in given] == [3_000_000, 0, None]
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_leaves_nothing(large, tmp_path, sent):
-    out = tmp_path / "out.npy"
-    command = [*COMMAND, "segment", str(large), "-o", str(out), "--tiled", "--tile-size", "50000"]
-    command += ["--cache", "0"]
+def at_work_on_tiles(path, out, before=()):
+    """A process that has begun to write tiles of a mesh to a scratch folder beside the output."""
+    command = [*before, *COMMAND, "segment", str(path), "-o", str(out), "--tiled", "-q"]
+    command += ["--tile-size", "50000", "--cache", "0"]
     process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
-    while not any(tmp_path.glob(".superfacets-tiles-*/tile0/cells.npy")):
+    while not any(out.parent.glob(".superfacets-tiles-*/tile0/cells.npy")):
         assert time.monotonic() < deadline
         time.sleep(0.01)
-    process.send_signal(sent)
+    return process
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_that_ends_the_run_leaves_nothing(large, tmp_path, name):
+    process = at_work_on_tiles(large, tmp_path / "out.npy")
+    process.send_signal(getattr(signal, name))
     _, errors = process.communicate(timeout=60)
     assert (process.returncode, errors.strip()) == (130, "superfacets: error: interrupted")
     assert files_in(tmp_path) == []
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no such signals")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_repeated_signals_do_not_keep_a_run_from_removing_its_scratch(large, tmp_path, name):
+    process = at_work_on_tiles(large, tmp_path / "out.npy")
+    while files_in(tmp_path) and process.poll() is None:
+        process.send_signal(getattr(signal, name))
+        time.sleep(0.0005)
+    _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors.strip()) == (130, "superfacets: error: interrupted")
+    assert files_in(tmp_path) == []
+
+
+@pytest.mark.skipif(shutil.which("nohup") is None, reason="there is no nohup")
+def test_a_run_under_nohup_outlives_its_terminal(large, tmp_path):
+    process = at_work_on_tiles(large, tmp_path / "out.npy", before=["nohup"])
+    process.send_signal(signal.SIGHUP)
+    process.communicate(timeout=120)
+    assert (process.returncode, files_in(tmp_path)) == (0, ["out.npy"])
 
 
 class Terminal(io.StringIO):

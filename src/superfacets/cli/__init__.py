@@ -1,6 +1,6 @@
 """The command `superfacets`.
 
-- `main`: the group of commands, and how the process ends. `interrupts`: before it has begun.
+- `main`: the group of commands, and how the process ends. `interrupts`: signals that end it.
 - `segment`, `levels`, `batch`, `info`, `convert`, `render`, `regions`, `transfer`, `evaluate`,
   `demo`, `reproduce`, `quality`: one command each, imported when it is called.
 - `inputs`, `outputs`: which files a command line means. `failures`: errors as lines and statuses.

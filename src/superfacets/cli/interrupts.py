@@ -1,4 +1,7 @@
-"""Ctrl-C before the command has begun its work; nothing is imported here that takes long."""
+"""Signals that end the command in order: Ctrl-C, SIGTERM, and SIGHUP, as a closed terminal sends.
+
+Nothing is imported here that takes long.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import threading
 from collections.abc import Iterator
 from typing import NoReturn
 
-__all__ = ["EXIT_INTERRUPTED", "INTERRUPTED", "while_importing"]
+__all__ = ["EXIT_INTERRUPTED", "INTERRUPTED", "hear_signals", "while_importing"]
 
 EXIT_INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""
@@ -17,22 +20,54 @@ EXIT_INTERRUPTED = 130
 INTERRUPTED = "interrupted"
 """What is said then."""
 
+_ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+"""Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
+
+
+def hear_signals() -> None:
+    """Let SIGTERM and SIGHUP raise a KeyboardInterrupt, so that temporary files are removed.
+
+    Only the first of them does: `timeout` sends two, and the second would cut the removal short. A
+    signal that the process was started to ignore stays ignored, as SIGHUP under nohup.
+    """
+    for number in _ENDING:
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _interrupt)
+
 
 @contextlib.contextmanager
 def while_importing() -> Iterator[None]:
-    """Let Ctrl-C end the process at once, with the same words and status as later.
+    """Let these signals end the process at once, with the same words and status as later.
 
     An error that is raised amid imports may be lost there, or change the exit status.
     """
-    is_main = threading.current_thread() is threading.main_thread()  # others cannot set it
-    if not is_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield  # whoever has started the process wants something else, as that it is ignored
+    if threading.current_thread() is not threading.main_thread():  # others cannot set handlers
+        yield
         return
-    signal.signal(signal.SIGINT, _end)
+    raising = (signal.default_int_handler, _interrupt)  # with others, the starter wants them
+    heard = {
+        number: handler
+        for number in (signal.SIGINT, *_ENDING)
+        if (handler := signal.getsignal(number)) in raising
+    }
+    for number in heard:
+        signal.signal(number, _end)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for number, handler in heard.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(*_: object) -> NoReturn:
+    for number in _ENDING:
+        if signal.getsignal(number) is _interrupt:
+            signal.signal(number, _ignore)
+    raise KeyboardInterrupt
+
+
+def _ignore(*_: object) -> None:
+    """Go on. Unlike SIG_IGN, this is not inherited by programs that are started now."""
 
 
 def _end(*_: object) -> NoReturn:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
 import sys
 from importlib import import_module
 from typing import NoReturn
@@ -15,7 +14,7 @@ from .. import __version__
 from ..batches.template import prepare
 from . import background
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
-from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, while_importing
+from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, while_importing
 
 __all__ = ["COMMANDS", "main"]
 
@@ -43,7 +42,7 @@ _NO_WORKERS = {"-h", "--help", "--scheduler"}
 
 def main() -> NoReturn:
     """Run the command. Wrong input gives one line on stderr and an exit status."""
-    signal.signal(signal.SIGTERM, _terminate)
+    hear_signals()
     try:
         if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(map(_option_of, sys.argv)):
             with contextlib.suppress(OSError):  # then they are started when they are needed
@@ -89,7 +88,7 @@ class LazyGroup(click.Group):
     subcommand_metavar="COMMAND [ARGS]...",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit status: 0 if all went well, 1 if a file or the machine failed, 2 if the command"
-    " line is wrong, 130 after Ctrl-C.",
+    " line is wrong, 130 after Ctrl-C, SIGTERM or SIGHUP.",
 )
 @click.version_option(__version__, message="superfacets %(version)s")
 @click.pass_context
@@ -111,21 +110,18 @@ def _command_path() -> str:
     return " ".join(["superfacets", *called])
 
 
-def _terminate(*_: object) -> NoReturn:
-    """End as after Ctrl-C, so that temporary files are removed."""
-    raise KeyboardInterrupt
-
-
 def _fail(message: str, status: int) -> NoReturn:
     print_error(message)
     sys.exit(status)
 
 
 def _interrupted() -> NoReturn:
-    print_error(INTERRUPTED)
+    with contextlib.suppress(OSError):  # the terminal is closed
+        print_error(INTERRUPTED)
     if background.is_busy():
         # The interpreter must not exit while a thread is in the core.
-        sys.stdout.flush()
-        sys.stderr.flush()
+        with contextlib.suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
         os._exit(EXIT_INTERRUPTED)
     sys.exit(EXIT_INTERRUPTED)

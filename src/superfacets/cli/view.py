@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
 from ..io.guards import read_content
 from ..io.readers.labels import read_labels
+from ..io.readers.npy import npz_array
 from ..io.readers.read import read_cells
 from ..mesh.faces import n_cells_of
 from .failures import print_note
@@ -96,9 +95,8 @@ def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> npt.ND
 
 def _read_levels(path: Path) -> npt.NDArray[Any]:
     """The labels in what ``superfacets levels`` has written, (L, N)."""
-    content = io.BytesIO(read_content(path))
+    content = read_content(path)
     try:
-        with np.load(content, allow_pickle=False) as arrays:
-            return np.asarray(arrays["labels"])
-    except Exception:  # zipfile, zlib and numpy have errors of their own for damaged files
+        return npz_array(content, "labels")
+    except Exception:  # zipfile and zlib have errors of their own for damaged files
         raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from .._validate import checked_count
+from ..io.readers.npy import npz_array
 from ..mesh.quarters import split_in_four
 from ..mesh.triangle_mesh import Mesh
 
@@ -59,9 +60,9 @@ def sample_mesh(n_faces: int = 60_000) -> Mesh:
     if count < MIN_FACES:
         raise ValueError(f"n_faces must be at least {MIN_FACES}, got {count}")
     name, n_splits = _nearest(count)
-    with np.load(_FOLDER / name) as file:
-        vertices = file["vertices"].astype(np.float64)
-        faces = np.cumsum(file["steps"], dtype=np.int32).reshape(-1, 3)
+    content = (_FOLDER / name).read_bytes()
+    vertices = npz_array(content, "vertices").astype(np.float64)
+    faces = np.cumsum(npz_array(content, "steps"), dtype=np.int32).reshape(-1, 3)
     for _ in range(n_splits):
         vertices, faces = split_in_four(vertices, faces)
     return Mesh(vertices, faces)

@@ -12,6 +12,7 @@ from typing import Any
 from ..batches.cluster import remote_team
 from ..batches.processes import local_team
 from ..batches.teams import Team
+from .scratch import despite_interrupts
 from .store import Job, Run
 
 __all__ = ["OnDone", "on_team", "open_run", "run_all"]
@@ -150,17 +151,11 @@ class _Threads:
 
     def end(self) -> None:
         """Return when nothing is at work any more, whatever comes meanwhile: it may write."""
-        interrupt: KeyboardInterrupt | None = None
-        is_at_work = True
-        while is_at_work:
-            try:
-                self._pool.shutdown(wait=False, cancel_futures=True)
-                wait([job for job in self._given if not job.cancelled()])
-                is_at_work = False
-            except KeyboardInterrupt as error:
-                interrupt = error
-        if interrupt is not None:
-            raise interrupt
+        despite_interrupts(self._wait)
+
+    def _wait(self) -> None:
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        wait([job for job in self._given if not job.cancelled()])
 
 
 def _in_turn(work: Work, store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:

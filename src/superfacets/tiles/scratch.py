@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import functools
 import io
 import os
 import re
 import secrets
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, Any
 
@@ -19,10 +18,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.atomic import writable_folder
+from ..io.readers.npy import npy_header
 
 __all__ = [
     "Scratch",
     "check_room",
+    "despite_interrupts",
     "header_of",
     "load_array",
     "read_all",
@@ -43,7 +44,7 @@ LOCK = ".lock"
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
-    """Make a folder below `parent`, and remove it when the block ends, however that may be.
+    """Make a folder below `parent`, and remove it when the block ends, also by errors and Ctrl-C.
 
     Folders that killed runs have left there are removed first.
 
@@ -66,7 +67,21 @@ def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
         with _held(folder):
             yield Scratch(folder, cache)
     finally:
-        shutil.rmtree(folder, ignore_errors=True)
+        despite_interrupts(lambda: shutil.rmtree(folder, ignore_errors=True))
+
+
+def despite_interrupts(work: Callable[[], object]) -> None:
+    """Call `work` until it ends without a Ctrl-C; then raise the last one, if there was any."""
+    interrupt: KeyboardInterrupt | None = None
+    is_done = False
+    while not is_done:
+        try:
+            work()
+            is_done = True
+        except KeyboardInterrupt as error:
+            interrupt = error
+    if interrupt is not None:
+        raise interrupt
 
 
 def check_room(parent: Path, needed: int) -> None:
@@ -246,32 +261,21 @@ def write_all(file: IO[bytes], data: Any) -> None:
         view = view[file.write(view) :]
 
 
-_PREFIX = 10
-"""Bytes of a .npy file before its header: what it is, and the length of the header."""
-
-
-@functools.lru_cache(maxsize=1024)
-def _facts_of(header: bytes) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and type of an array. Most headers are read many times, and it takes long."""
-    file = io.BytesIO(len(header).to_bytes(2, "little") + header)
-    shape, _, dtype = np.lib.format.read_array_header_1_0(file)
-    return shape, dtype
+_HEADER_SIZE = 128
+"""Bytes of the header that `header_of` makes; numpy pads headers of few dimensions to this size."""
 
 
 def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
-    """Rows of an array in a .npy file, read into memory, and no more than these.
+    """Rows of an array in a .npy file that `write_array` wrote, read into memory, and no others.
 
     Not a memory map: that would count as memory where the address space is limited.
     """
     with path.open("rb", buffering=0) as file:
-        start = file.read(_PREFIX)
-        assert start[:8] == np.lib.format.magic(1, 0)
-        header = file.read(int.from_bytes(start[8:], "little"))
-        shape, dtype = _facts_of(header)
+        shape, dtype, _, start = npy_header(file.read(_HEADER_SIZE))
         rows = np.empty(((shape[0] if end is None else end) - begin, *shape[1:]), dtype)
         if rows.size:
             row_size = dtype.itemsize * int(np.prod(shape[1:], dtype=np.int64))
-            file.seek(_PREFIX + len(header) + begin * row_size)
+            file.seek(start + begin * row_size)
             read_all(file, rows)
     return rows
 

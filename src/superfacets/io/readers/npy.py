@@ -1,34 +1,53 @@
-"""NPY: one array of numbers."""
+"""NPY: one array of numbers. NPZ: several, by name, in a ZIP archive.
+
+Headers are parsed here and not by numpy, which gives them to `ast`: threads that use `ast` at the
+same time can fail with a SystemError in CPython 3.11 and early 3.12.
+"""
 
 from __future__ import annotations
 
 import io
 import math
+import re
 import reprlib
-import warnings
+import zipfile
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
-from numpy.lib import format as npy
 
 from ...errors import MeshError
 from ..guards import Content
 
-__all__ = ["npy_array", "npy_header"]
+__all__ = ["MAX_NPY_HEADER", "npy_array", "npy_header", "npz_array"]
 
 MAX_NPY_HEADER = 10_000
-"""Bytes of text, numpy's own bound; labels need some 60. It is evaluated, so it must be short."""
+"""Longest text of a header, in bytes: numpy's limit. Headers of labels have about 60."""
 
-_NPY_FIXED = 12
-"""The bytes before that text: magic, version and the length of the text."""
+_MAGIC = b"\x93NUMPY"
+
+_SIZE_BYTES = {1: 2, 2: 4, 3: 4}
+"""Bytes of the number that tells how long the text is, by version of the format."""
+
+_FIELD = re.compile(
+    r"\s*(['\"])(?P<key>descr|fortran_order|shape)\1\s*:"
+    r"\s*(?P<value>'[^']*'|\"[^\"]*\"|\[.*\]|True|False|\([^()]*\))\s*(?:,\s*|(?=\}))",
+    re.DOTALL,
+)
+
+_TYPE = re.compile(r"['\"]([<>|=]?[A-Za-z]\d{0,9}(?:\[\w+\])?)['\"]")
+
+_COUNT = re.compile(r"-?\d{1,19}")
+
+_SHAPE = re.compile(r"\(\s*(?:(?:N,\s*)+(?:N)?)?\)".replace("N", r"-?\d{1,19}L?\s*"))
+"""Python 2 wrote (3L,)."""
 
 
 def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
     """The array of a .npy file.
 
-    numpy.load would take the memory that a damaged header claims, and would run what a pickle
-    holds: only the header is left to numpy, and compared with the size of the file.
+    numpy.load would allocate the memory that a damaged header claims, and would run the code in a
+    pickle. Here the size that the header declares must be the size of the file.
     """
     shape, dtype, is_fortran, begin = npy_header(data)
     if dtype.hasobject:
@@ -43,16 +62,71 @@ def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
     return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)
 
 
+def npz_array(data: Content, name: str) -> npt.NDArray[Any]:
+    """One array of a .npz file, by its name.
+
+    A damaged archive raises errors of zipfile, of zlib, a KeyError or a MeshError.
+    """
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return npy_array(archive.read(f"{name}.npy"))
+
+
 def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
-    """Shape, type and order that a .npy file declares, and where the numbers begin."""
-    start = io.BytesIO(data[: _NPY_FIXED + MAX_NPY_HEADER])
+    """Shape, type and Fortran order that a .npy file declares, and where its numbers begin."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of Python 2's integers, and of odd escapes in strings
-            version = npy.read_magic(start)
-            read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-            shape, is_fortran, dtype = read(start, max_header_size=MAX_NPY_HEADER)
-    except Exception as error:  # numpy evaluates the header: a damaged one may raise anything
-        reason = reprlib.repr(str(error))
-        raise MeshError(f"the header of the .npy file cannot be read: {reason}") from None
-    return shape, dtype, is_fortran, start.tell()
+        text, begin = _text_of(data)
+        return *_parsed(text), begin
+    except ValueError as error:
+        raise MeshError(f"the header of the .npy file cannot be read: {error}") from None
+
+
+def _text_of(data: Content) -> tuple[str, int]:
+    """The text of a header, and where it ends."""
+    if bytes(data[: len(_MAGIC)]) != _MAGIC:
+        raise ValueError(f"expected it to begin with {_MAGIC!r}")
+    version = bytes(data[6:8])
+    if len(version) < 2 or version[0] not in _SIZE_BYTES or version[1]:
+        raise ValueError(f"its version is {list(version)}; expected [1, 0], [2, 0] or [3, 0]")
+    begin = 8 + _SIZE_BYTES[version[0]]
+    size = int.from_bytes(data[8:begin], "little")
+    if size > MAX_NPY_HEADER:
+        raise ValueError(f"it has {size} bytes; expected at most {MAX_NPY_HEADER}")
+    if len(data) < begin + size:
+        raise ValueError(f"the file ends after {len(data)} bytes, within the header")
+    return bytes(data[begin : begin + size]).decode("latin-1"), begin + size
+
+
+def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
+    """Shape, type and Fortran order in the text of a header, a dictionary as Python writes it."""
+    fields, at = dict[str, str](), 1
+    inner = text.strip()
+    while found := _FIELD.match(inner, at):
+        fields[found["key"]] = found["value"]
+        at = found.end()
+    if inner[:1] + inner[at:] != "{}" or len(fields) != 3:
+        raise ValueError(f"expected descr, fortran_order and shape, got {reprlib.repr(inner)}")
+    return _shape_of(fields["shape"]), _type_of(fields["descr"]), _flag_of(fields["fortran_order"])
+
+
+def _shape_of(value: str) -> tuple[int, ...]:
+    """The numbers in parentheses; there is a comma after a single one."""
+    if not _SHAPE.fullmatch(value):
+        raise ValueError(f"its shape is {reprlib.repr(value)}; expected a tuple of integers")
+    return tuple(map(int, _COUNT.findall(value)))
+
+
+def _type_of(value: str) -> np.dtype[Any]:
+    """The type in quotes. Records, which have a list there, are no arrays of numbers."""
+    found = _TYPE.fullmatch(value)
+    if found is None:
+        raise ValueError(f"its type is {reprlib.repr(value)}; expected a number, as '<i4'")
+    try:
+        return np.dtype(found[1])
+    except TypeError:
+        raise ValueError(f"numpy knows no type {value}") from None
+
+
+def _flag_of(value: str) -> bool:
+    if value not in ("True", "False"):
+        raise ValueError(f"its fortran_order is {reprlib.repr(value)}; expected True or False")
+    return value == "True"
