@@ -10,7 +10,7 @@ import click
 
 from ..batches.runs import MANIFEST, BatchProgress, BatchResult, batch
 from ..io.guards import counted
-from .failures import EXIT_DATA, print_error
+from .failures import EXIT_DATA, print_error, print_note
 from .options import COUNT, FOLDER, quiet_option
 from .outputs import OUTPUT_FORMATS
 from .progress import FileBar
@@ -96,6 +96,8 @@ def batch_command(
             inputs, output, formats=formats, scheduler=scheduler, workers=workers,
             retry_failed=retry_failed, progress=progress, **options.arguments,
         )  # fmt: skip
+    for note in result.notes:
+        print_note(note)
     if as_json:
         click.echo(json.dumps(_facts(result, output)))
     elif not is_quiet:
