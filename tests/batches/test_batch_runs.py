@@ -113,23 +113,33 @@ class Endless:
     def read(self, n):
         if not shown.is_set():
             shown.set()
-            print("hashing", flush=True)
+            print("at work", flush=True)
         return b"x"
 shown = threading.Event()
 jobs.open_regular = lambda path: Endless()
-sys.argv[:] = ["superfacets", "batch", *sys.argv[1:]]
-from superfacets.__main__ import main
-main()
+"""
+
+STUCK = """
+import ctypes, os, signal
+from superfacets.batches import runs
+def wait(job):
+    signal.siginterrupt(signal.SIGTERM, False)
+    print("at work", flush=True)
+    ctypes.CDLL(None).read(os.pipe()[0], bytes(1), 1)
+runs.run_job = wait
 """
 
 
 @pytest.mark.skipif(os.name == "nt", reason="SIGTERM ends every process there")
-def test_sigterm_ends_a_batch_that_hashes_files(scans, out):
-    sf.batch(scans, out, formats=["npy"])
-    command = [sys.executable, "-c", ENDLESS, str(scans), "-o", str(out), "--to", "npy"]
+@pytest.mark.parametrize("script", [ENDLESS, STUCK], ids=["hashing", "in one call"])
+def test_sigterm_ends_a_batch_whatever_it_does(scan, out, script):
+    if script is ENDLESS:
+        sf.batch(scan, out)
+    begin = "import sys; from superfacets.__main__ import main; main()"
+    command = [sys.executable, "-c", script + begin, "batch", str(scan), "-o", str(out)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with subprocess.Popen(command, **pipes) as process:
-        assert process.stdout.readline() == b"hashing\n"
+        assert process.stdout.readline() == b"at work\n"
         process.terminate()
         _, errors = process.communicate(timeout=20)
     assert (process.returncode, errors.strip()) == (130, b"superfacets: error: interrupted")

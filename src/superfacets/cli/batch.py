@@ -11,6 +11,7 @@ import click
 from ..batches.runs import MANIFEST, BatchProgress, BatchResult, batch
 from ..io.guards import counted
 from .failures import EXIT_DATA, print_error, print_note
+from .interrupts import soon_ended
 from .options import COUNT, FOLDER, quiet_option
 from .outputs import OUTPUT_FORMATS
 from .progress import FileBar
@@ -83,7 +84,7 @@ def batch_command(
     """
     options = options_of(**given)
     tried: list[str] = []
-    with FileBar(is_quiet=is_quiet) as bar:
+    with FileBar(is_quiet=is_quiet) as bar, soon_ended():
 
         def progress(state: BatchProgress) -> None:
             bar.draw(state)
