@@ -43,14 +43,39 @@ def test_what_was_written_is_read_and_left_as_it_is(path):
 
 
 @pytest.mark.parametrize(
-    "rest", ['{"name": "b", "ce', '{"name": "b"}', "\0\0\0\n", "[]\n", '{"cells": 3}\n']
+    ("rest", "is_noted"),
+    [
+        ('{"name": "b", "ce', False),
+        ('{"name": "b"}', False),
+        ("\0\0\0\n", True),
+        ("[]\n", True),
+        ('{"cells": 3}\n', True),
+        ("[" * 200_000 + "\n", True),
+        ('{"name": "b", "outputs": []}\n', True),
+        ('{"name": "b", "outputs": null}\n', True),
+        ('{"name": "b", "outputs": 5}\n', True),
+    ],
 )
-def test_a_line_that_is_cut_or_damaged_counts_for_nothing_and_goes(path, rest):
+def test_a_damaged_line_is_ignored_with_a_note_and_goes(path, rest, is_noted):
     path.write_text('{"name": "a"}\n' + rest)
     with Manifest(path) as manifest:
         assert list(manifest.records) == ["a"]
+        note = f"{path}: line 2 is damaged and ignored: its file is done again"
+        assert manifest.notes == [note] * is_noted
         manifest.append(record("c"))
     assert path.read_text() == '{"name": "a"}\n{"name": "c"}\n'
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_a_manifest_that_is_a_link_or_a_pipe_is_refused(path, tmp_path):
+    path.symlink_to(tmp_path / "made")
+    with pytest.raises(OSError, match=r"manifest\.jsonl: expected a file, got a link"):
+        write(path, record("a"))
+    path.unlink()
+    os.mkfifo(path)
+    with pytest.raises(OSError, match=r"manifest\.jsonl: is not a regular file"):
+        write(path, record("a"))
+    assert not (tmp_path / "made").exists()
 
 
 def test_a_later_record_replaces_an_earlier_one(path):

@@ -4,6 +4,8 @@ import errno
 import hashlib
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import gallery_meshes
@@ -38,7 +40,9 @@ def test_a_record_says_what_was_done(scan, out):
         "sha256": jobs.hash_of(scan),
         "cells": len(labels),
         "regions": 20,
-        "outputs": {name: len(data) for name, data in results_in(out).items()},
+        "outputs": {
+            name: hashlib.sha256(data).hexdigest() for name, data in results_in(out).items()
+        },
     }  # fmt: skip
     assert (result.n_done, result.n_kept, result.n_failed) == (1, 0, 0)
     assert result.n_cells == len(labels)
@@ -56,13 +60,117 @@ CHANGES = {
     "version": lambda scan, out, keywords, patch: set_version(patch, "9.9"),
     "result gone": lambda scan, out, keywords, patch: (out / "one.superfacets.npy").unlink(),
     "result cut": lambda scan, out, keywords, patch: (out / "one.superfacets.npy").write_bytes(b""),
+    "result damaged": lambda scan, out, keywords, patch: damage(out / "one.superfacets.npy"),
+    "result unknown": lambda scan, out, keywords, patch: forget_results(out / "manifest.jsonl"),
     "record cut": lambda scan, out, keywords, patch: os.truncate(out / "manifest.jsonl", 99),
 }
+
+
+def damage(path):
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
+
+
+def forget_results(path):
+    record = json.loads(path.read_text())
+    path.write_text(json.dumps({**record, "outputs": {}}) + "\n")
 
 
 def set_version(patch, version):
     patch.setattr(runs, "__version__", version)
     patch.setattr(jobs, "__version__", version)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no pipes and links here")
+def test_inputs_that_are_no_regular_files_fail_at_once_at_every_start(tmp_path, out):
+    scans = tmp_path / "scans"
+    scans.mkdir()
+    os.mkfifo(scans / "pipe.ply")
+    (scans / "zeros.ply").symlink_to("/dev/zero")
+    for _ in range(2):
+        result = sf.batch(scans, out)
+        assert [record["sha256"] for record in result.records] == [None, None]
+        assert all("is not a regular file" in record["error"] for record in result.records)
+    assert result.n_failed == 2
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no pipes here")
+def test_an_output_that_became_a_pipe_is_told(scan, out):
+    sf.batch(scan, out, formats=["npy"])
+    (out / "one.superfacets.npy").unlink()
+    os.mkfifo(out / "one.superfacets.npy")
+    assert "is not a regular file" in sf.batch(scan, out, formats=["npy"]).records[0]["error"]
+
+
+ENDLESS = """
+import sys, threading
+from superfacets.batches import jobs
+jobs._CHUNK = 1
+class Endless:
+    def __enter__(self): return self
+    def __exit__(self, *_): pass
+    def read(self, n):
+        if not shown.is_set():
+            shown.set()
+            print("at work", flush=True)
+        return b"x"
+shown = threading.Event()
+jobs.open_regular = lambda path: Endless()
+"""
+
+STUCK = """
+import ctypes, os, signal
+from superfacets.batches import runs
+def wait(job):
+    signal.siginterrupt(signal.SIGTERM, False)
+    print("at work", flush=True)
+    ctypes.CDLL(None).read(os.pipe()[0], bytes(1), 1)
+runs.run_job = wait
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="SIGTERM ends every process there")
+@pytest.mark.parametrize("script", [ENDLESS, STUCK], ids=["hashing", "in one call"])
+def test_sigterm_ends_a_batch_whatever_it_does(scan, out, script):
+    if script is ENDLESS:
+        sf.batch(scan, out)
+    begin = "import sys; from superfacets.__main__ import main; main()"
+    command = [sys.executable, "-c", script + begin, "batch", str(scan), "-o", str(out)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, **pipes) as process:
+        assert process.stdout.readline() == b"at work\n"
+        process.terminate()
+        _, errors = process.communicate(timeout=20)
+    assert (process.returncode, errors.strip()) == (130, b"superfacets: error: interrupted")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_links_at_names_of_ours_lead_nowhere(scan, out, tmp_path):
+    private = tmp_path / "private"
+    private.write_text("mine")
+    out.mkdir()
+    (out / "one.superfacets.npy").symlink_to(private)
+    assert sf.batch(scan, out, formats=["npy"]).n_done == 1
+    assert not (out / "one.superfacets.npy").is_symlink()
+    for name in ("manifest.jsonl", ".lock"):
+        (out / name).unlink()
+        (out / name).symlink_to(tmp_path / "made")
+        with pytest.raises(OSError, match=f"{name}: expected a file, got a link"):
+            sf.batch(scan, out, formats=["npy"])
+        (out / name).unlink()
+    assert private.read_text() == "mine"
+    assert not (tmp_path / "made").exists()
+
+
+def test_a_damaged_line_of_the_manifest_is_noted_and_its_file_done_again(scan, out):
+    sf.batch(scan, out, formats=["npy"])
+    with (out / "manifest.jsonl").open("a") as file:
+        file.write('{"name": "one.ply", "outputs": null}\n')
+    result = sf.batch(scan, out, formats=["npy"])
+    manifest = out / "manifest.jsonl"
+    assert result.notes == (f"{manifest}: line 2 is damaged and ignored: its file is done again",)
+    assert result.n_kept == len(lines_of(out)) == 1
 
 
 @pytest.mark.parametrize("change", CHANGES)
@@ -222,7 +330,6 @@ def test_what_killed_processes_left_behind_goes(scan, out):
 
 
 def test_two_batches_do_not_share_a_folder(scan, out):
-    pytest.importorskip("fcntl")
     with locked(out), pytest.raises(ValueError, match="another run is writing there"):
         sf.batch(scan, out)
 

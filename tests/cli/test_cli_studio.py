@@ -65,7 +65,6 @@ def test_a_port_that_may_not_be_opened_is_an_error(monkeypatch):
 
 
 def test_a_second_studio_on_the_same_work_is_an_error(run, sheet, served):
-    pytest.importorskip("fcntl")
     assert run("studio", sheet, "--no-browser")[0] == 0
     status, _, err = run("studio", sheet, "--no-browser")
     assert status != 0

@@ -107,12 +107,18 @@ def test_a_replaced_file_keeps_its_permissions(tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
-def test_a_link_stays_and_its_file_is_replaced(tmp_path):
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "a.seg").symlink_to(tmp_path / "folder" / "b.seg")
-    write_labels(tmp_path / "a.seg", [5])
-    assert (tmp_path / "a.seg").is_symlink()
-    assert (tmp_path / "folder" / "b.seg").read_text() == "5\n"
+def test_a_link_is_replaced_and_the_file_behind_it_is_left_alone(tmp_path):
+    private = tmp_path / "private"
+    private.write_text("mine")
+    private.chmod(0o400)
+    for name, there in (("a.seg", private), ("b.seg", tmp_path / "nothing")):
+        (tmp_path / name).symlink_to(there)
+        write_labels(tmp_path / name, [5])
+        assert not (tmp_path / name).is_symlink()
+        assert (tmp_path / name).read_text() == "5\n"
+        assert permissions(tmp_path / name) & 0o200
+    assert private.read_text() == "mine"
+    assert not (tmp_path / "nothing").exists()
 
 
 def test_names_as_long_as_can_be(tmp_path):

@@ -4,6 +4,7 @@ import base64
 import csv
 import io
 import json
+import os
 
 import numpy as np
 import pytest
@@ -31,6 +32,16 @@ def test_classes_of_cells_are_read_back(painted, format):
     path = export(painted, "cells", format)
     assert path.name == f"sheet.classes.{format}"
     assert np.array_equal(read_labels(path), painted.state.classes)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_an_export_replaces_a_link_and_not_the_file_behind_it(painted, tmp_path):
+    private = tmp_path / "private"
+    private.write_text("mine")
+    (tmp_path / "sheet.classes.npy").symlink_to(private)
+    path = export(painted, "cells", "npy")
+    assert np.array_equal(read_labels(path), painted.state.classes)
+    assert private.read_text() == "mine"
 
 
 def test_a_mesh_has_the_colors_of_the_classes(painted):

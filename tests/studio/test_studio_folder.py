@@ -56,6 +56,27 @@ def test_classes_are_those_of_the_folder(serve, folder):
     assert serve(folder).state(3)["classes"] == classes
 
 
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_a_link_in_the_place_of_the_classes_makes_no_file_outside(serve, folder, tmp_path_factory):
+    outside = tmp_path_factory.mktemp("outside") / "made"
+    (folder / CLASSES_FILE).symlink_to(outside)
+    client = serve(folder)
+    client.state(1)
+    client.done("classes", classes=[{"id": 4, "name": "door", "color": "#112233", "key": "d"}])
+    assert read_classes(folder / CLASSES_FILE)[0]["name"] == "door"
+    assert not outside.exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no pipes there")
+def test_pipes_at_names_of_ours_do_not_stop_the_studio(serve, folder):
+    os.mkfifo(folder / CLASSES_FILE)
+    os.mkfifo(folder / "a.ply.studio.jsonl")
+    client = serve(folder)
+    assert client.http.get("/api/files").json()[0]["done"] == 0
+    answer = client.get("state", 0)
+    assert "a.ply.studio.jsonl: is not a regular file" in answer.json()["error"]
+
+
 def test_a_class_that_another_mesh_has_is_shown_with_it(serve, folder):
     client = serve(folder)
     client.done("paint", **{"class": 6}, regions=[0], revision=client.state()["revision"])
@@ -139,7 +160,6 @@ def test_classes_that_cells_have_are_added():
 
 
 def test_a_mesh_that_another_studio_has_open_is_told(serve, folder):
-    pytest.importorskip("fcntl")
     first, second = serve(folder), serve(folder)
     first.state(1)
     answer = second.get("state", 1)

@@ -71,8 +71,22 @@ def test_a_file_of_something_else_is_left_alone(tmp_path):
     with pytest.raises(JournalError, match=r"thesis\.txt: is no work file of superfacets studio"):
         opened(path)
     assert path.read_text() == "all my words"
-    with pytest.raises(JournalError, match="is not a regular file"):
+    with pytest.raises(OSError, match="is not a regular file"):
         opened(tmp_path)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="links need rights on Windows")
+def test_a_link_is_followed_where_the_user_names_it_and_nowhere_else(sheet, tmp_path):
+    behind = tmp_path / "behind"
+    behind.touch()
+    link = tmp_path / "sheet.ply.studio.jsonl"
+    link.symlink_to(behind)
+    with pytest.raises(OSError, match=r"sheet\.ply\.studio\.jsonl: expected a file, got a link"):
+        Document.open(sheet)
+    assert summary(link) is None
+    assert behind.read_bytes() == b""
+    Document.open(sheet, link).close()
+    assert behind.read_bytes() != b""
 
 
 def test_damage_before_the_last_line_is_told_and_nothing_is_cut_off(tmp_path):
@@ -98,7 +112,6 @@ def test_a_later_version_is_refused(tmp_path, monkeypatch):
 
 
 def test_a_second_studio_is_refused_as_long_as_the_first_is_there(document, sheet):
-    pytest.importorskip("fcntl")
     with pytest.raises(JournalError, match="another studio has this work file open"):
         Document.open(sheet)
     document.paint(cells(1), 1)

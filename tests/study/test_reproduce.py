@@ -410,7 +410,6 @@ def test_what_is_not_installed_is_named_before_anything_runs(run, benchmark, tmp
 
 
 def test_two_starts_do_not_share_a_folder(run, benchmark, tmp_path):
-    pytest.importorskip("fcntl")
     out = tmp_path / "out"
     with locked(out):
         status, _, stderr = run(benchmark, "-o", out, *FAST)

@@ -192,7 +192,19 @@ with scratch_folder(Path(sys.argv[1])) as made:
 """
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no locks there that end with a process")
+@pytest.mark.skipif(os.name == "nt", reason="no pipes and links there")
+def test_a_folder_whose_lock_is_a_pipe_or_a_link_is_left_alone(tmp_path):
+    private = tmp_path / "private"
+    private.touch()
+    folders = [tmp_path / f".superfacets-tiles-{number:012x}" for number in (1, 2)]
+    for folder in folders:
+        folder.mkdir()
+    os.mkfifo(folders[0] / ".lock")
+    (folders[1] / ".lock").symlink_to(private)
+    with scratch_folder(tmp_path):
+        assert all(folder.exists() for folder in folders)
+
+
 def test_what_a_killed_run_left_is_removed_by_the_next_and_nothing_else(tmp_path):
     others = [".superfacets-tiles-x", ".superfacets-tiles-0123456789abcdef", "mine"]
     for name in others:

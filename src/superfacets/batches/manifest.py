@@ -8,6 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from ..io.atomic import atomic_outputs
+from ..io.locks import open_own
 from .jobs import Record
 
 __all__ = ["Manifest"]
@@ -16,9 +17,9 @@ __all__ = ["Manifest"]
 class Manifest:
     """The records in a file, to be used in a `with` by one process at a time.
 
-    Each record is on the disk before `append` returns. A last line that a killed process left half
-    written counts for nothing, and neither does a line that a later one of the same name replaces:
-    both are gone when the manifest is next written or closed.
+    Each record is on the disk before `append` returns. A damaged line is ignored, as the last one
+    that a killed process has written in part, and so is a line with the name of a later one. Both
+    are gone when the manifest is next written or closed.
 
     Parameters
     ----------
@@ -29,12 +30,15 @@ class Manifest:
     ----------
     records : dict
         The last record of each name.
+    notes : list of str
+        A line of text for each damaged line, but for a last one that was written in part.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file: int | None = None
-        self.records, self._is_tidy = _read(path)
+        self.notes: list[str] = []
+        self.records, self._is_tidy = _read(path, self.notes)
 
     def __enter__(self) -> Manifest:
         return self
@@ -61,8 +65,7 @@ class Manifest:
         if self._file is None:
             if not self._is_tidy:
                 self._write_anew()
-            flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-            self._file = os.open(self._path, flags, 0o666)
+            self._file = open_own(self._path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
         size = os.fstat(self._file).st_size
         try:
             _write_all(self._file, line)
@@ -94,25 +97,39 @@ def _write_all(file: int, data: bytes) -> None:
     os.fsync(file)
 
 
-def _read(path: Path) -> tuple[dict[str, Record], bool]:
-    """The last record of each name, and whether the file holds those and nothing else."""
+def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
+    """Return the last record of each name, and whether the file holds these and nothing else."""
     records: dict[str, Record] = {}
     is_tidy = True
-    content = path.read_bytes() if path.exists() else b""
-    for line in content.splitlines(keepends=True):
+    for number, line in enumerate(_content(path).splitlines(keepends=True), 1):
         record = _record_of(line)
         if record is None or record["name"] in records:
             is_tidy = False
         if record is not None:
             records[record["name"]] = record
+        elif line.endswith(b"\n"):
+            notes.append(f"{path}: line {number} is damaged and ignored: its file is done again")
     return records, is_tidy
+
+
+def _content(path: Path) -> bytes:
+    try:
+        file = open_own(path, os.O_RDONLY)
+    except FileNotFoundError:
+        return b""
+    with os.fdopen(file, "rb") as reader:
+        return reader.read()
 
 
 def _record_of(line: bytes) -> Record | None:
     """The record in a line; None where that is cut or damaged."""
     try:
         record = json.loads(line)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
-    is_record = isinstance(record, dict) and isinstance(record.get("name"), str)
+    is_record = (
+        isinstance(record, dict)
+        and isinstance(record.get("name"), str)
+        and isinstance(record.get("outputs", {}), dict)
+    )
     return record if is_record and line.endswith(b"\n") else None

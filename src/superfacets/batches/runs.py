@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -36,7 +37,7 @@ START_CELLS = 2_000
 
 @dataclass(frozen=True)
 class BatchResult:
-    """What came of a batch.
+    """Result of `batch`: a record for each file, and counts.
 
     Parameters
     ----------
@@ -54,6 +55,8 @@ class BatchResult:
         Cells of the files that were segmented by this call.
     seconds : float
         Wall time.
+    notes : tuple of str
+        A line of text for each damaged line of `manifest.jsonl`, which was ignored.
     """
 
     records: tuple[Record, ...]
@@ -62,6 +65,7 @@ class BatchResult:
     n_failed: int
     n_cells: int
     seconds: float
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -112,8 +116,8 @@ def batch(
 ) -> BatchResult:
     """Segment many files, on all cores or on a cluster, and write their labels into a folder.
 
-    A file that fails does not stop the others. A second call does what is missing, and what has
-    changed: the file (by its hash), what is asked for, the version of the package.
+    A file that fails does not stop the others. A second call does again what is missing and what
+    has changed: the file or a result (by their hashes), the parameters, the version of the package.
 
     Parameters
     ----------
@@ -219,9 +223,10 @@ def batch(
                     progress(tally.seen(record))
         records = tuple(manifest.records[job.name] for job in jobs)
     n_failed = sum("error" in record for record in records)
-    n_kept = len(jobs) - n_failed - tally.n_done
-    seconds = time.perf_counter() - began
-    return BatchResult(records, tally.n_done, n_kept, n_failed, tally.n_cells, seconds)
+    return BatchResult(
+        records, tally.n_done, len(jobs) - n_failed - tally.n_done, n_failed, tally.n_cells,
+        time.perf_counter() - began, tuple(manifest.notes),
+    )  # fmt: skip
 
 
 def _plan(
@@ -260,10 +265,12 @@ def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
 
 
 def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -> list[BatchJob]:
-    """The jobs that have no valid record; files are read for their hashes, several at a time."""
+    """Return the jobs that have no valid record; files are hashed in several threads."""
     if not manifest.records:
         return list(jobs)
     from concurrent.futures import ThreadPoolExecutor
+
+    stop = threading.Event()
 
     def is_done(job: BatchJob) -> bool:
         record = manifest.records.get(job.name)
@@ -271,17 +278,21 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
             return False
         if any(record.get(key) != job.head[key] for key in ("version", "params")):
             return False
-        if not all(_has_size(job, *output) for output in record.get("outputs", {}).items()):
+        outputs = record.get("outputs", {})
+        hashes = {} if "error" in record else {name: outputs.get(name) for name in job.outputs}
+        if any(
+            known is None or hash_of(Path(job.folder, name), stop) != known
+            for name, known in hashes.items()
+        ):
             return False
-        return hash_of(job.path) == record.get("sha256")
+        return hash_of(job.path, stop) == record.get("sha256")
 
-    with ThreadPoolExecutor() as pool:
+    pool = ThreadPoolExecutor()
+    try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-
-
-def _has_size(job: BatchJob, name: str, size: int) -> bool:
-    path = Path(job.folder, name)
-    return path.is_file() and path.stat().st_size == size
+    finally:  # all are done, or a signal has come, and then no thread may go on
+        stop.set()
+        pool.shutdown(cancel_futures=True)
 
 
 def _do(

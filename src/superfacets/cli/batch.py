@@ -10,7 +10,8 @@ import click
 
 from ..batches.runs import MANIFEST, BatchProgress, BatchResult, batch
 from ..io.guards import counted
-from .failures import EXIT_DATA, print_error
+from .failures import EXIT_DATA, print_error, print_note
+from .interrupts import soon_ended
 from .options import COUNT, FOLDER, quiet_option
 from .outputs import OUTPUT_FORMATS
 from .progress import FileBar
@@ -83,7 +84,7 @@ def batch_command(
     """
     options = options_of(**given)
     tried: list[str] = []
-    with FileBar(is_quiet=is_quiet) as bar:
+    with FileBar(is_quiet=is_quiet) as bar, soon_ended():
 
         def progress(state: BatchProgress) -> None:
             bar.draw(state)
@@ -96,6 +97,8 @@ def batch_command(
             inputs, output, formats=formats, scheduler=scheduler, workers=workers,
             retry_failed=retry_failed, progress=progress, **options.arguments,
         )  # fmt: skip
+    for note in result.notes:
+        print_note(note)
     if as_json:
         click.echo(json.dumps(_facts(result, output)))
     elif not is_quiet:

@@ -8,11 +8,12 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import socket
 import threading
 from collections.abc import Iterator
 from typing import NoReturn
 
-__all__ = ["EXIT_INTERRUPTED", "INTERRUPTED", "hear_signals", "while_importing"]
+__all__ = ["EXIT_INTERRUPTED", "INTERRUPTED", "hear_signals", "soon_ended", "while_importing"]
 
 EXIT_INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""
@@ -22,6 +23,9 @@ INTERRUPTED = "interrupted"
 
 _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
+
+GRACE = 3.0
+"""Seconds that a command has to tidy up after such a signal: ending workers takes 0.3."""
 
 
 def hear_signals() -> None:
@@ -68,6 +72,38 @@ def _interrupt(*_: object) -> NoReturn:
 
 def _ignore(*_: object) -> None:
     """Go on. Unlike SIG_IGN, this is not inherited by programs that are started now."""
+
+
+@contextlib.contextmanager
+def soon_ended() -> Iterator[None]:
+    """Let a signal end the process after a few seconds if the block has not ended then.
+
+    Python handles signals between two of its instructions. One that reads from a dead network
+    drive, or computes in the core, may take forever.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    ours, theirs = socket.socketpair()
+    theirs.setblocking(False)
+    is_over = threading.Event()
+
+    def watch() -> None:
+        while received := ours.recv(1):
+            if received[0] in (signal.SIGINT, *_ENDING) and not is_over.wait(GRACE):
+                _end()
+
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    before = signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)
+    try:
+        yield
+    finally:
+        is_over.set()
+        signal.set_wakeup_fd(before)
+        theirs.close()
+        watcher.join()
+        ours.close()
 
 
 def _end(*_: object) -> NoReturn:

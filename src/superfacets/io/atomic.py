@@ -31,7 +31,8 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     The temporary files lie in the folders of `paths`, exist, and are empty. If the block raises,
     be it KeyboardInterrupt, they are removed and files at `paths` are left as they were. A new
     file gets the permissions that any new file gets; a file that replaces another keeps the
-    other's. A link stays: the file that it points to is replaced.
+    other's. A link is replaced by the file, and the file that the link points to stays as it was:
+    a folder from somebody else may hold a link of the name of an output.
 
     All is written before anything is renamed, but several renames are not one step: if a later one
     fails (the folder was taken away meanwhile), the earlier ones stand. A process that is killed
@@ -95,7 +96,9 @@ def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
 
 
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
-    """The files that outputs at `paths` would make or replace, links followed.
+    """Return the files or links that outputs at `paths` would make or replace.
+
+    Links to folders on the way are followed, so that two names of one file are found out.
 
     Raises
     ------
@@ -107,7 +110,8 @@ def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
     """
     targets: dict[Path, None] = {}  # a set that keeps their order
     for path in paths:
-        target = Path(os.path.realpath(path))
+        given = Path(path)
+        target = Path(os.path.realpath(given.parent), given.name)
         _check_target(path, target)
         if target in targets:
             raise ValueError(f"{path}: the same output is given twice")
@@ -146,12 +150,12 @@ def _check_target(path: StrPath, target: Path) -> None:
         raise IsADirectoryError(f"{path}: is a folder, not a file")
     if target.exists() and not target.is_file():
         raise OSError(f"{path}: is not a regular file")
-    if target.exists() and not os.access(target, os.W_OK):
+    if target.exists() and not target.is_symlink() and not os.access(target, os.W_OK):
         raise PermissionError(f"{path}: the file is write-protected")
 
 
 def _create(temporary: Path, target: Path) -> None:
     """Make an empty file with the permissions of the target, or of any new file."""
     temporary.touch(exist_ok=False)
-    if target.exists():
+    if target.exists() and not target.is_symlink():
         temporary.chmod(stat.S_IMODE(target.stat().st_mode))

@@ -28,6 +28,7 @@ __all__ = [
     "checked_faces",
     "counted",
     "known_ending",
+    "open_regular",
     "read_content",
     "side_by_side",
 ]
@@ -69,6 +70,20 @@ def read_content(path: Path) -> mmap.mmap:
 
     It is a copy in memory: a file that shrinks while it is mapped would end the process.
     """
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if not size:
+            raise MeshError(f"{path}: the file is empty")
+        content = _new_memory(size)
+        _fill(content, file)
+    return content
+
+
+def open_regular(path: Path) -> io.FileIO:
+    """Open a regular file to read it; an OSError if it is none.
+
+    Nothing else is opened: a pipe would block, and a device may have no end.
+    """
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -79,13 +94,7 @@ def read_content(path: Path) -> mmap.mmap:
         raise OSError(f"{path}: is not a regular file")
     if not os.access(path, os.R_OK):
         raise PermissionError(f"{path}: may not be read")
-    with path.open("rb", buffering=0) as file:
-        size = os.fstat(file.fileno()).st_size
-        if not size:
-            raise MeshError(f"{path}: the file is empty")
-        content = _new_memory(size)
-        _fill(content, file)
-    return content
+    return path.open("rb", buffering=0)
 
 
 def _new_memory(size: int) -> mmap.mmap:

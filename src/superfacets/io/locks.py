@@ -1,40 +1,103 @@
-"""Folders and files that one process at a time writes to."""
+"""Files of ours in folders of users: opened safely, and used by one process at a time."""
 
 from __future__ import annotations
 
 import contextlib
+import os
+import stat
 from collections.abc import Iterator
 from pathlib import Path
 
 from .atomic import writable_folder
 
-__all__ = ["lock_file", "locked"]
+__all__ = ["held", "is_left_behind", "lock_file", "locked", "open_own"]
+
+_FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+"""Windows has the first alone. A pipe is opened without waiting for who writes to it."""
+
+
+def open_own(path: Path, flags: int) -> int:
+    """Open a file whose name we chose, and return its descriptor; a link is not followed.
+
+    The folder may come from somebody else, with a link to any file of the user under that name.
+
+    Raises
+    ------
+    OSError
+        If it is a link, or anything else than a regular file, or cannot be opened.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        mode = path.lstat().st_mode
+        if stat.S_ISLNK(mode):
+            raise OSError(f"{path}: expected a file, got a link: remove it")
+        if not stat.S_ISREG(mode):
+            raise OSError(f"{path}: is not a regular file")
+    return os.open(path, flags | _FLAGS, 0o666)
 
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Make the folder and lock it against other starts, if the system can.
+    """Make the folder and lock it against other starts.
 
     Raises
     ------
     ValueError
         If another start is using it.
     OSError
-        If it cannot be made or written, or is a file.
+        If it cannot be made, written or locked, or is a file.
     """
     writable_folder(folder)
-    with (folder / ".lock").open("a") as file:
-        lock_file(file.fileno(), f"{folder}: another run is writing there")
+    with held(folder / ".lock", f"{folder}: another run is writing there"):
         yield
 
 
-def lock_file(file: int, message: str) -> None:
-    """Lock an open file until it is closed, if the system can; a ValueError if another has it."""
+@contextlib.contextmanager
+def held(path: Path, message: str) -> Iterator[None]:
+    """Hold the lock of a file, which is made if it is not there; a ValueError if another has it.
+
+    The file stays. The lock ends with this process, however that ends, and child processes that
+    run another program do not inherit it.
+    """
+    file = open_own(path, os.O_RDWR | os.O_CREAT)
     try:
-        import fcntl
-    except ImportError:  # Windows
-        return
+        lock_file(file, path, message)
+        yield
+    finally:
+        os.close(file)
+
+
+def is_left_behind(path: Path) -> bool:
+    """Whether a lock file is there that no process holds."""
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        file = open_own(path, os.O_RDWR)
     except OSError:
-        raise ValueError(message) from None
+        return False
+    try:
+        return _is_locked_now(file)
+    except OSError:
+        return False
+    finally:
+        os.close(file)
+
+
+def lock_file(file: int, path: Path, message: str) -> None:
+    """Lock an open file until it is closed; a ValueError with the message if another has it.
+
+    Raises
+    ------
+    OSError
+        If the file system has no locks.
+    """
+    try:
+        is_ours = _is_locked_now(file)
+    except OSError as error:
+        raise OSError(error.errno, f"cannot be locked: {error.strerror}", str(path)) from None
+    if not is_ours:
+        raise ValueError(message)
+
+
+def _is_locked_now(file: int) -> bool:
+    """Try to lock an open file; return whether it is locked now."""
+    from filelock import lock_descriptor
+
+    return lock_descriptor(file, blocking=False)

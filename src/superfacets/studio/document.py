@@ -95,7 +95,7 @@ class Document:
         own = None if share_classes else list(classes or default_classes())
         parameters = default_parameters(source.n_cells, n_segments)
         header = {**source.facts, "parameters": parameters, "classes": own}
-        journal = Journal.open(work or work_file_of(path), header)
+        journal = Journal.open(work.resolve() if work else work_file_of(path), header)
         try:
             source.check_work(journal)
             replay = Replay.of(journal, source.n_cells, classes if share_classes else None)

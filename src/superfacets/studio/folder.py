@@ -69,7 +69,7 @@ class Files:
             raise FileNotFoundError(f"{path}: holds exported files alone, and no mesh to label")
         shared = path / CLASSES_FILE
         if not classes:
-            classes = read_classes(shared) if shared.exists() else default_classes()
+            classes = read_classes(shared) if shared.is_file() else default_classes()
         return cls(paths, None, n_segments, classes, path)
 
     @property

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..io.locks import lock_file
+from ..io.locks import lock_file, open_own
 
 __all__ = ["FORMAT", "VERSION", "Journal", "JournalError", "Line", "WriteError", "summary"]
 
@@ -77,9 +77,9 @@ class Journal:
         OSError
             If it cannot be read or written.
         """
-        file = _opened(path)
+        file = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         try:
-            lock_file(file, f"{path}: another studio has this work file open")
+            lock_file(file, path, f"{path}: another studio has this work file open")
             data = _content(file)
             if data and not data.startswith(_BEGIN[: len(data)]):
                 raise JournalError(f"{path}: is no work file of superfacets studio")
@@ -159,9 +159,9 @@ class Journal:
 def summary(path: Path) -> tuple[Line, Line] | None:
     """The first and the last whole line of a work file, for a look at how far the work is.
 
-    None if there is none. The file is not locked, and need not be good.
+    None if there is none, or if it is a link. The file is not locked, and need not be good.
     """
-    with contextlib.suppress(OSError), path.open("rb") as file:
+    with contextlib.suppress(OSError), os.fdopen(open_own(path, os.O_RDONLY), "rb") as file:
         first = _parsed(file.readline()[:-1])
         size = file.seek(0, os.SEEK_END)
         n_bytes = _LAST_BYTES
@@ -173,13 +173,6 @@ def summary(path: Path) -> tuple[Line, Line] | None:
                 return first, last or first
             n_bytes *= 8
     return None
-
-
-def _opened(path: Path) -> int:
-    flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-    if path.exists() and not path.is_file():
-        raise JournalError(f"{path}: is not a regular file")
-    return os.open(path, flags, 0o666)
 
 
 def _content(file: int) -> bytes:

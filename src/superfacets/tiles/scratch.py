@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.atomic import writable_folder
+from ..io.locks import held, is_left_behind
 from ..io.readers.npy import npy_header
 
 __all__ = [
@@ -39,7 +40,7 @@ MARK = ".superfacets-tiles-"
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""A file in the folder that the run holds locked: what is not locked was left behind."""
+"""A file in the folder, which the run holds locked. A folder without a lock was left behind."""
 
 
 @contextlib.contextmanager
@@ -64,7 +65,7 @@ def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
     folder = parent / f"{MARK}{secrets.token_hex(6)}"
     try:
         folder.mkdir()
-        with _held(folder):
+        with held(folder / LOCK, f"{folder}: another run has taken it away: start again"):
             yield Scratch(folder, cache)
     finally:
         despite_interrupts(lambda: shutil.rmtree(folder, ignore_errors=True))
@@ -98,30 +99,11 @@ def check_room(parent: Path, needed: int) -> None:
         )
 
 
-@contextlib.contextmanager
-def _held(folder: Path) -> Iterator[None]:
-    """Lock the folder, if the system can."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        yield
-        return
-    with (folder / LOCK).open("a") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
-
-
 def _remove_leftovers(parent: Path) -> None:
     """Remove scratch folders that no run holds; nothing else, whatever its name."""
-    try:
-        import fcntl
-    except ImportError:  # Windows: whether a run holds one cannot be told
-        return
     for folder in parent.glob(f"{MARK}*"):
-        if not _FOLDER.fullmatch(folder.name) or folder.is_symlink():
-            continue
-        with contextlib.suppress(OSError), (folder / LOCK).open("r") as file:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        is_ours = _FOLDER.fullmatch(folder.name) and not folder.is_symlink()
+        if is_ours and is_left_behind(folder / LOCK):
             shutil.rmtree(folder, ignore_errors=True)
 
 
