@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from . import segmentator as segmentator
     from .batches.runs import BatchProgress, BatchResult, batch
     from .cells.cell_graph import ArcMeasures, CellGraph
-    from .cells.cloud_facts import CloudInfo, cloud_info
     from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .cells.nearest import NearestFaces, nearest_faces
@@ -199,8 +198,8 @@ _LAZY_NAMES = {
     "BatchProgress": "batches.runs",
     "BatchResult": "batches.runs",
     "batch": "batches.runs",
-    "CloudInfo": "cells.cloud_facts",
-    "cloud_info": "cells.cloud_facts",
+    "CloudInfo": "cells.info",
+    "cloud_info": "cells.info",
     "Hierarchy": "regions.hierarchy",
     "hierarchy": "levels",
     "MeshInfo": "cells.info",
