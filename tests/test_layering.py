@@ -169,3 +169,66 @@ def test_no_module_imports_itself_in_a_circle():
     for module in graph:
         if module != "__init__":
             visit(module, ())
+
+
+CELL_CLASSES = {
+    "Cells",
+    "Mesh",
+    "PolygonMesh",
+    "TetMesh",
+    "PointCloud",
+    "FaceMesh",
+    "AnyMesh",
+    "AnyCells",
+}
+CELL_ROOMS = ("mesh", "adapters", "cells.kinds")
+YET_TO_CHANGE = {"tiles.band", "tiles.cutting", "tiles.opening"}
+
+
+def cell_tests(tree: ast.AST) -> list[int]:
+    """Lines that ask for the class of cells: by isinstance, by type or by match."""
+    lines = []
+    for node in ast.walk(tree):
+        asked: list[ast.AST] = []
+        if isinstance(node, ast.Call) and getattr(node.func, "id", None) in (
+            "isinstance",
+            "issubclass",
+        ):
+            asked = [node.args[1]]
+        elif isinstance(node, ast.Compare) and any(map(is_call_of_type, ast.walk(node))):
+            asked = [node]
+        elif isinstance(node, ast.MatchClass):
+            asked = [node.cls]
+        names = {getattr(part, "id", None) for one in asked for part in ast.walk(one)}
+        if names & CELL_CLASSES:
+            lines.append(node.lineno)
+    return lines
+
+
+def is_call_of_type(node: ast.AST) -> bool:
+    return isinstance(node, ast.Call) and getattr(node.func, "id", None) == "type"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_only_kinds_ask_for_the_class_of_cells(path):
+    name = name_of(path)
+    if name.startswith(CELL_ROOMS):
+        return
+    found = cell_tests(ast.parse(path.read_text(encoding="utf-8")))
+    assert bool(found) == (name in YET_TO_CHANGE), f"lines {found}: ask cells.kinds.kind_of"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "isinstance(x, Mesh)",
+        "isinstance(x, (int, PointCloud))",
+        "isinstance(x, Mesh | TetMesh)",
+        "type(x) is PolygonMesh",
+        "type(x) in (Mesh, TetMesh)",
+        "match x:\n    case TetMesh():\n        pass",
+    ],
+)
+def test_a_test_of_the_class_of_cells_is_found(text):
+    assert cell_tests(ast.parse(text))
+    assert not cell_tests(ast.parse("isinstance(x, CellGraph) and type(x) is int"))

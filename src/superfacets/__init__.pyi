@@ -7,13 +7,13 @@ from .batches.runs import BatchResult as BatchResult
 from .batches.runs import batch as batch
 from .cells.cell_graph import ArcMeasures as ArcMeasures
 from .cells.cell_graph import CellGraph as CellGraph
-from .cells.cloud_facts import CloudInfo as CloudInfo
-from .cells.cloud_facts import cloud_info as cloud_info
 from .cells.face_graph import EdgeCounts as EdgeCounts
 from .cells.face_graph import FaceGraph as FaceGraph
 from .cells.face_graph import build_face_graph as build_face_graph
+from .cells.info import CloudInfo as CloudInfo
 from .cells.info import MeshInfo as MeshInfo
 from .cells.info import TetInfo as TetInfo
+from .cells.info import cloud_info as cloud_info
 from .cells.info import mesh_info as mesh_info
 from .cells.nearest import NearestFaces as NearestFaces
 from .cells.nearest import nearest_faces as nearest_faces

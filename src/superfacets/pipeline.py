@@ -100,8 +100,8 @@ class PreparedCells(NamedTuple):
     ) -> PreparedCells:
         """Find the graph of what `as_cells` returns: stage 1, by far the longest that is kept."""
         kind = kind_of(source)
-        if kind.sorted_graph is not None and is_sorted:
-            graph = kind.sorted_graph(source, n_threads)
+        graph = kind.sorted_graph(source, n_threads) if is_sorted else None
+        if graph is not None:
             return cls(source, kind, graph, None, graph.points)
         return cls(source, kind, *kind.build_graph(source, weld, n_threads), None)
 
@@ -426,8 +426,8 @@ def _build_cells(
         placed = None
         if options.weights.are_parts:
             weights, placed = with_parts(source, graph, surface, weights, radius, options.weights)
-        if kind.bare_surface is not None and not options.weights.has_other_unit:
-            surface = kind.bare_surface(source, graph, n_threads)
+        if not options.weights.has_other_unit:
+            surface = kind.bare_surface(surface, source, graph, n_threads)
         steps = options.features.steps(source, graph.measures, n_threads, surface.order)
         if steps is not None:
             checked = checked_weights(weights, surface.n_arcs, n_threads)

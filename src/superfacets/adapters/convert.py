@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
+from ..mesh.cells import Cells
 from ..mesh.faces import AnyCells, FaceMesh
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
@@ -70,9 +71,7 @@ class _Blocks(Protocol):
 
 
 MeshLike: TypeAlias = (
-    Mesh
-    | PolygonMesh
-    | TetMesh
+    Cells
     | str
     | os.PathLike[str]
     | tuple[npt.ArrayLike, npt.ArrayLike]
@@ -108,7 +107,7 @@ def as_cells(source: MeshLike | CloudLike) -> AnyCells:
     TypeError
         If `source` does not look like a mesh.
     """
-    if isinstance(source, (Mesh, PolygonMesh, TetMesh, PointCloud)):
+    if isinstance(source, Cells):
         return source
     if isinstance(source, (str, os.PathLike)):
         from ..io.readers.read import read_cells
@@ -130,13 +129,23 @@ def as_mesh(source: MeshLike | PointCloud) -> FaceMesh:
 
         source = read_mesh(source)
     cells = as_cells(source)
+    if isinstance(cells, (Mesh, PolygonMesh)):
+        return cells
     if isinstance(cells, PointCloud):
         raise MeshError("this needs a surface, and a point cloud has no faces")
     if isinstance(cells, TetMesh):
         raise MeshError(
             "this needs a surface, and the mesh has tetrahedra: TetMesh.boundary() is their outside"
         )
-    return cells
+    raise MeshError(f"this needs a surface, and a {type(cells).__name__} has no faces")
+
+
+def as_tets(source: MeshLike) -> TetMesh:
+    """Return `source` as a mesh of tetrahedra, as `as_cells`; a MeshError if it has none."""
+    cells = as_cells(source)
+    if isinstance(cells, TetMesh):
+        return cells
+    raise MeshError("the mesh has faces, not tetrahedra")
 
 
 def _cells_of_foreign(source: Any) -> AnyCells:

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..cells.features import means_of_corners
+from ..cells.kinds import kind_of
 from ..cells.point_graph import estimate_normals
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..mesh.faces import AnyCells, area_vectors
-from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh
+from ..mesh.faces import area_vectors
 
 __all__ = ["features_of"]
 
@@ -23,7 +21,7 @@ _COLORS = ("red", "green", "blue")
 
 def features_of(
     names: Sequence[str],
-    cells: AnyCells,
+    cells: Any,
     attributes: MeshAttributes | None,
     n_threads: int,
 ) -> npt.NDArray[np.float64] | None:
@@ -39,14 +37,14 @@ def features_of(
 
 
 def _columns_of(
-    name: str, cells: AnyCells, attributes: MeshAttributes | None, n_threads: int
+    name: str, cells: Any, attributes: MeshAttributes | None, n_threads: int
 ) -> npt.NDArray[np.float64]:
     if name == "normals":
         return _normals_of(cells, n_threads)
     if name == "height":
         return _per_cell(_positions_of(cells)[:, 2:], cells)
-    if name == "color" and isinstance(cells, PointCloud) and cells.colors is not None:
-        return cells.colors.astype(np.float64)
+    if name == "color" and kind_of(cells).are_points and cells.colors is not None:
+        return np.asarray(cells.colors, np.float64)
     wanted = _COLORS if name == "color" else (name,)
     of_faces, of_vertices = _stored(attributes)
     for stored in (of_faces, of_vertices):
@@ -68,21 +66,23 @@ def _stored(
     return ({}, {}) if attributes is None else (dict(attributes.face), dict(attributes.vertex))
 
 
-def _positions_of(cells: AnyCells) -> npt.NDArray[np.float64]:
-    return cells.points if isinstance(cells, PointCloud) else cells.vertices
+def _positions_of(cells: Any) -> npt.NDArray[np.float64]:
+    return np.asarray(cells.points if kind_of(cells).are_points else cells.vertices)
 
 
-def _normals_of(cells: AnyCells, n_threads: int) -> npt.NDArray[np.float64]:
-    if isinstance(cells, PointCloud):
+def _normals_of(cells: Any, n_threads: int) -> npt.NDArray[np.float64]:
+    kind = kind_of(cells)
+    if kind.are_points:
         given = cells.normals
         return estimate_normals(cells, n_threads=n_threads) if given is None else given
-    if isinstance(cells, TetMesh):
-        raise MeshError("features normals: tetrahedra have none")
+    if not kind.has_faces:
+        raise MeshError(f"features normals: {kind.plural} have none")
     vectors = area_vectors(cells, n_threads)
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
 
 
-def _per_cell(table: npt.NDArray[np.float64], cells: AnyCells) -> npt.NDArray[np.float64]:
+def _per_cell(table: npt.NDArray[np.float64], cells: Any) -> npt.NDArray[np.float64]:
     """Rows of points as they are, and the means of the corners of faces of rows of vertices."""
-    return table if isinstance(cells, PointCloud) else means_of_corners(cells, table)
+    corners = kind_of(cells).corners(cells)
+    return table if corners is None else corners.means(table)

@@ -29,7 +29,7 @@ from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, SliverWarning
 from ..io.attributes import MeshAttributes
 from ..io.writers.cells import FormatOptions
-from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.faces import AnyCells
 from ..pipeline import segment
 from .features import features_of
 
@@ -230,7 +230,7 @@ def _segmented(
 
 def _n_kept(mesh: AnyCells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
     """Number of cells that a mask leaves."""
-    return int(of_cells["mask"].sum()) if "mask" in of_cells else n_cells_of(mesh)
+    return int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
 
 
 def attributes_of_parts(attributes: MeshAttributes, parts: Subdivision) -> MeshAttributes:

@@ -130,7 +130,8 @@ def _is_same_file(one: str, other: str) -> bool:
 
 def result_ending(name: str) -> str:
     """The ending of the result for a file, where none is asked for."""
-    return usual_ending(of_tets=PurePosixPath(name).suffix.lower() in TET_ENDINGS)
+    is_of_tets = PurePosixPath(name).suffix.lower() in TET_ENDINGS
+    return usual_ending("tetrahedra" if is_of_tets else "triangles")
 
 
 def output_names(name: str, endings: Sequence[str]) -> tuple[str, ...]:

@@ -25,7 +25,10 @@ from .._validate import (
     restored,
 )
 
-__all__ = ["ArcMeasures", "CellGraph", "box_diagonal", "checked_graph", "owned_weights"]
+__all__ = [
+    "ArcMeasures", "Arcs", "CellGraph", "box_diagonal", "checked_graph", "checked_weights",
+    "owned_weights",
+]  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,8 +90,40 @@ class ArcMeasures:
         return checked
 
 
+class Arcs:
+    """The common part of the graphs of all kinds: cells, and arcs between them in CSR form."""
+
+    positions: npt.NDArray[np.float64]  # (N, 3)
+    measures: npt.NDArray[np.float64]  # (N,)
+    offsets: npt.NDArray[np.int64]  # (N + 1,)
+    neighbors: npt.NDArray[np.int32]  # (M,)
+    bounds: npt.NDArray[np.float64]  # (2, 3)
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return len(self.positions)
+
+    @property
+    def n_arcs(self) -> int:
+        """Number of arcs, M: two for each pair of neighbors."""
+        return len(self.neighbors)
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the diagonal of ``bounds``, in the unit of the positions."""
+        return box_diagonal(self.bounds)
+
+    def quantized(
+        self, weights: npt.ArrayLike, n_threads: int
+    ) -> tuple[npt.NDArray[np.float32], float]:
+        """Return weights of the arcs as `CellGraph.lengths`, and the unit of these."""
+        checked_measures(self.measures, self.n_cells, n_threads)
+        return _core.quantize_weights(checked_weights(weights, self.n_arcs, n_threads), n_threads)
+
+
 @dataclass(frozen=True, eq=False)
-class CellGraph:
+class CellGraph(Arcs):
     """Cells and weighted arcs, in CSR form: the input of seeding and clustering.
 
     Faces of a mesh make one (`FaceGraph.with_weights`), but cells can be anything. Arcs and their
@@ -192,21 +227,6 @@ class CellGraph:
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
-
-    @property
-    def n_cells(self) -> int:
-        """Number of cells, N."""
-        return len(self.positions)
-
-    @property
-    def n_arcs(self) -> int:
-        """Number of arcs, M: two for each pair of neighbors."""
-        return len(self.neighbors)
-
-    @property
-    def diagonal(self) -> float:
-        """Length of the diagonal of ``bounds``, in the unit of the positions."""
-        return box_diagonal(self.bounds)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
         """Return the graph as the kernels take it; made when first asked for, then kept."""

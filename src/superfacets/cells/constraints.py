@@ -16,8 +16,6 @@ from .._validate import (
     refuse_mask,
 )
 from ..mesh.faces import ends_of_sides, face_sizes
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.triangle_mesh import Mesh
 from .face_graph import FaceGraph
 from .surface import Surface
 
@@ -174,10 +172,10 @@ def _checked_sides(barriers: Any, n_cells: int) -> Ints:
 
 
 def _crossed_by(
-    barriers: Any, source: object, graph: Any, sources: Ints, weld: bool, n_threads: int
+    barriers: Any, source: Any, graph: Any, sources: Ints, weld: bool, n_threads: int
 ) -> Bools:
     """Which arcs cross one of these edges of a mesh."""
-    if not isinstance(source, (Mesh, PolygonMesh)) or not isinstance(graph, FaceGraph):
+    if not isinstance(graph, FaceGraph):
         raise ValueError("barriers of shape (E, 2) are edges of a mesh: give a label per cell")
     given = checked_edges(barriers, source.n_vertices, "barriers")
     lowest = np.arange(source.n_vertices, dtype=np.int32)

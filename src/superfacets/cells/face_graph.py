@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,12 +20,22 @@ from .._validate import (
     restored,
 )
 from ..adapters.convert import MeshLike, as_mesh
-from ..errors import MeshError
-from ..mesh.faces import FaceMesh, measure_faces
-from ..mesh.polygon_mesh import PolygonMesh
-from .cell_graph import CellGraph, box_diagonal, checked_measures, checked_weights
+from ..mesh.cells import lowest_vertices
+from ..mesh.faces import (
+    FaceMesh,
+    FoundArcs,
+    arcs_of_faces,
+    arcs_of_triangles,
+    measure_faces,
+    measure_shapes,
+)
+from ..mesh.triangle_mesh import Mesh
+from .cell_graph import Arcs, CellGraph
 
-__all__ = ["EdgeCounts", "FaceGraph", "build_face_graph", "find_arcs"]
+__all__ = [
+    "EdgeCounts", "FaceGraph", "FaceShapes", "arcs_at_borders", "build_face_graph",
+    "graph_and_shapes",
+]  # fmt: skip
 
 
 class EdgeCounts(NamedTuple):
@@ -42,7 +52,7 @@ class EdgeCounts(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FaceGraph:
+class FaceGraph(Arcs):
     """Faces as cells, and an arc from each face to each face it shares an edge with.
 
     Attributes
@@ -114,21 +124,6 @@ class FaceGraph:
         object.__setattr__(graph, "edge_counts", edge_counts)
         return graph
 
-    @property
-    def n_cells(self) -> int:
-        """Number of faces, N."""
-        return len(self.positions)
-
-    @property
-    def n_arcs(self) -> int:
-        """Number of arcs, M: two for each pair of neighbors on an edge."""
-        return len(self.neighbors)
-
-    @property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box, d in eq. 3, in the unit of the vertices; > 0."""
-        return box_diagonal(self.bounds)
-
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
         """Return the graph that the clusterer takes, with one weight per arc (finite, >= 0)."""
         return CellGraph._of_checked_arcs(
@@ -143,13 +138,6 @@ class FaceGraph:
             arc_measures=None,
             dimension=2,
         )
-
-    def quantized(
-        self, weights: npt.ArrayLike, n_threads: int
-    ) -> tuple[npt.NDArray[np.float32], float]:
-        """Return what is left of weights in `CellGraph.lengths`, and the unit of these."""
-        checked_measures(self.measures, self.n_cells, n_threads)
-        return _core.quantize_weights(checked_weights(weights, self.n_arcs, n_threads), n_threads)
 
     def __repr__(self) -> str:
         return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"
@@ -194,87 +182,63 @@ def build_face_graph(
     """
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
-    arcs = _welded_arcs(mesh, weld, threads)
+    arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, threads), threads)
     return _graph_of(mesh, arcs, *measure_faces(mesh, threads))
 
 
 class FaceShapes(NamedTuple):
-    """What is known of faces beside their graph, for as long as weights are computed."""
+    """Facts about faces that weights need, and that take memory."""
 
-    normals: npt.NDArray[np.float64]
-    """Unit normals, shape (F, 3), 0 where a face has none."""
-    longest: npt.NDArray[np.float64]
-    """Square of the longest side in each of the core's blocks of faces."""
-
-
-def graph_and_shapes(
-    mesh: FaceMesh, *, weld: bool, n_threads: int
-) -> tuple[FaceGraph, FaceShapes | None]:
-    """Return what `build_face_graph` does, and what the same pass over triangles can measure."""
-    arcs = _welded_arcs(mesh, weld, n_threads)
-    if isinstance(mesh, PolygonMesh):  # their surface measures normals anyhow
-        return _graph_of(mesh, arcs, *measure_faces(mesh, n_threads)), None
-    *cells, normals, longest = _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
-    return _graph_of(mesh, arcs, *cells), FaceShapes(normals, longest)
+    normals: npt.NDArray[np.float64] | None
+    """Unit normals, shape (F, 3), 0 where a face has none; None for polygons."""
+    longest: npt.NDArray[np.float64] | None
+    """Square of the longest side in each of the core's blocks of triangles."""
 
 
-_FoundArcs: TypeAlias = tuple[
-    npt.NDArray[np.int64],
-    npt.NDArray[np.int32],
-    npt.NDArray[Any],
-    npt.NDArray[np.uint8],
-    tuple[int, int, int, int],
-]
-
-
-def _welded_arcs(mesh: FaceMesh, weld: bool, n_threads: int) -> _FoundArcs:
-    if weld:
-        representative = _core.weld_vertices(mesh.vertices, n_threads)
-    else:
-        representative = np.arange(mesh.n_vertices, dtype=np.int32)
-    if isinstance(mesh, PolygonMesh):
-        return _find_polygon_arcs(mesh, representative, n_threads)
-    return find_arcs(mesh.faces, representative, n_threads)
+def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
+    """Return the result of `build_face_graph`, and shapes that the same pass can measure."""
+    arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
+    positions, measures, *shapes = measure_shapes(mesh, n_threads)
+    return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
 
 
 def _graph_of(
     mesh: FaceMesh,
-    arcs: _FoundArcs,
+    arcs: FoundArcs,
     positions: npt.NDArray[np.float64],
     measures: npt.NDArray[np.float64],
 ) -> FaceGraph:
-    offsets, neighbors, sides, same_turn, counts = arcs
     return FaceGraph._unchecked(
-        EdgeCounts(*counts),
+        EdgeCounts(*arcs.counts),
         positions=positions,
         measures=measures,
-        offsets=offsets,
-        neighbors=neighbors,
-        sides=sides,
-        same_turn=same_turn,
+        offsets=arcs.offsets,
+        neighbors=arcs.neighbors,
+        sides=arcs.sides,
+        same_turn=arcs.same_turn,
         bounds=mesh.bounds,
     )
 
 
-def _find_polygon_arcs(
-    mesh: PolygonMesh, representative: npt.NDArray[np.int32], n_threads: int
-) -> _FoundArcs:
-    """Return the same as `find_arcs`, with sides as int32."""
-    try:
-        return _core.build_polygon_graph(mesh.offsets, mesh.indices, representative, n_threads)
-    except ValueError as error:  # std::length_error
-        raise MeshError(str(error)) from None
+def arcs_at_borders(
+    mesh: Mesh, labels: npt.NDArray[np.int32], n_threads: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+    """Return arcs of the triangles at borders between labels, in CSR form, and their labels.
 
-
-def find_arcs(
-    faces: npt.NDArray[np.int32], representative: npt.NDArray[np.int32], n_threads: int
-) -> _FoundArcs:
-    """Offsets, neighbors, sides and turns of the arcs between faces, and counts of edges.
-
-    `representative` holds the lowest vertex at the position of each. A MeshError if there are too
-    many arcs; see `build_face_graph`.
+    Few triangles of a large mesh are at borders, and the graph of these takes a fraction of the
+    time of the whole one.
     """
-    try:
-        return _core.build_face_graph(faces, representative, n_threads)
-    except ValueError as error:  # std::length_error
-        raise MeshError(str(error)) from None
+    lowest = _core.weld_vertices(mesh.vertices, n_threads)
+    corners = lowest[mesh.faces]
+    some_label = np.empty(mesh.n_vertices, dtype=np.int32)  # of any of the faces at each vertex
+    for vertices in corners.T:
+        some_label[vertices] = labels
+    is_shared = np.zeros(mesh.n_vertices, dtype=bool)
+    is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
+    first, second, third = is_shared[corners].T
+    # All faces that share an edge with another label have two such corners.
+    faces = np.flatnonzero((first & second) | (second & third) | (third & first))
+    if not len(faces):
+        return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), labels[faces]
+    arcs = arcs_of_triangles(mesh.faces[faces], lowest, n_threads)
+    return arcs.offsets, arcs.neighbors, labels[faces]

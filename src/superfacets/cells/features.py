@@ -10,11 +10,9 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_flag, checked_number, exact_doubles, refuse_mask
-from ..mesh.faces import corners_in_a_row
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh
+from .kinds import kind_of
 
-__all__ = ["FEATURE_WEIGHT", "FeatureOptions", "FeatureSteps", "means_of_corners"]
+__all__ = ["FEATURE_WEIGHT", "FeatureOptions", "FeatureSteps"]
 
 FEATURE_WEIGHT = 5.0
 """Default: a step by one standard deviation costs as much as five radii of a region. Of three color
@@ -51,7 +49,7 @@ class FeatureOptions:
 
     def steps(
         self,
-        source: object,
+        source: Any,
         measures: Floats,
         n_threads: int,
         order: npt.NDArray[np.int32] | None = None,
@@ -68,7 +66,7 @@ class FeatureOptions:
         return FeatureSteps(table, self.weight, n_threads)
 
     def table(
-        self, source: object, measures: Floats, order: npt.NDArray[np.int32] | None = None
+        self, source: Any, measures: Floats, order: npt.NDArray[np.int32] | None = None
     ) -> Floats | None:
         """Return features of the cells of a source, (N, F), scaled if asked for; as `steps`."""
         if self.given is None:
@@ -104,7 +102,7 @@ class FeatureSteps:
         return _core.add_feature_steps(*arcs, given, self.features, factor, self.n_threads)
 
 
-def _checked_table(given: Any, n_cells: int, source: object) -> Floats:
+def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:
     """One row of finite features per cell, (N, F)."""
     refuse_mask(given, "features")
     array = np.asarray(given)
@@ -121,22 +119,12 @@ def _checked_table(given: Any, n_cells: int, source: object) -> Floats:
         raise ValueError(f"features[{first}] is not finite: {table[first].tolist()}")
     if len(table) == n_cells:
         return table
-    n_vertices = getattr(source, "n_vertices", None)
-    if len(table) == n_vertices:
-        return means_of_corners(source, table)
+    corners = kind_of(source).corners(source)
+    n_vertices = None if corners is None else source.n_vertices
+    if corners is not None and len(table) == n_vertices:
+        return corners.means(table)
     vertices = "" if n_vertices is None else f" and {n_vertices} vertices"
     raise ValueError(f"there are {len(table)} features for {n_cells} cells{vertices}")
-
-
-def means_of_corners(mesh: Any, table: Floats) -> Floats:
-    """The mean over the corners of each face or tetrahedron."""
-    if isinstance(mesh, TetMesh):
-        return np.asarray(table[mesh.tets].mean(axis=1))
-    corners = corners_in_a_row(mesh)
-    if not isinstance(mesh, PolygonMesh):
-        return np.asarray(table[corners.reshape(-1, 3)].mean(axis=1))
-    sums = np.add.reduceat(table[corners], mesh.offsets[:-1], axis=0)
-    return np.asarray(sums / mesh.sizes[:, np.newaxis])
 
 
 def _scales(table: Floats, measures: Floats) -> Floats:

@@ -1,25 +1,33 @@
-"""Facts about a mesh that decide what can be done with it."""
+"""Facts about a mesh or a cloud that decide its uses."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_threads
+from ..adapters.clouds import CloudLike, as_cloud
 from ..adapters.convert import MeshLike, as_cells
 from ..errors import MeshError
-from ..mesh.faces import count_degenerate
+from ..mesh.cells import Cells
+from ..mesh.faces import FaceMesh, count_degenerate
 from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh, lowest_vertices, signed_volumes
+from ..mesh.tet_mesh import TetMesh, signed_volumes
+from .cell_graph import Arcs
 from .face_graph import FaceGraph, graph_and_shapes
+from .kinds import kind_of
+from .point_graph import find_point_graph
 from .size import checked_n_segments, radius_of
 from .slivers import sliver_share
 from .surface import is_inside_out
-from .tet_graph import TetGraph, build_tet_graph
+from .tet_graph import build_tet_graph
 
-__all__ = ["MeshInfo", "TetInfo", "mesh_info"]
+__all__ = ["CloudInfo", "MeshInfo", "TetInfo", "cloud_info", "facts_of", "mesh_info"]
 
 _VOLUME_NOISE = 4e-16
 """Of the cubed length of an edge, up to which a volume is rounding error."""
@@ -90,6 +98,32 @@ class TetInfo:
     """Length of the diagonal of that box."""
 
 
+@dataclass(frozen=True)
+class CloudInfo:
+    """Counts and sizes of a point cloud."""
+
+    n_points: int
+    """Points."""
+    n_positions: int
+    """Different positions of points."""
+    n_components: int
+    """Sets of points that are connected by arcs between near ones; see `build_point_graph`."""
+    n_isolated: int
+    """Points that no arc leads to."""
+    has_normals: bool
+    """Whether the cloud has normals."""
+    has_colors: bool
+    """Whether the cloud has colors."""
+    spacing: float
+    """Median over the points of the square root of the area around each."""
+    area: float
+    """Sum of the areas around the points, in the squared unit of the points."""
+    bounds: tuple[tuple[float, float, float], tuple[float, float, float]]
+    """Low and high corner of the bounding box."""
+    diagonal: float
+    """Length of the diagonal of that box."""
+
+
 def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     """Return counts and sizes of a mesh: a `TetInfo` of tetrahedra, else a `MeshInfo`.
 
@@ -108,20 +142,46 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
     (1, 4, 1.0)
     """
     cells = as_cells(mesh)
-    if isinstance(cells, TetMesh):
-        return _tet_info(cells, weld)
-    if isinstance(cells, PointCloud):
+    if kind_of(cells).are_points:
         raise MeshError("a point cloud has no faces: cloud_info counts its points")
-    mesh = cells
+    found: MeshInfo | TetInfo = facts_of(cells, weld=weld)
+    return found
+
+
+def cloud_info(cloud: CloudLike) -> CloudInfo:
+    """Return counts and sizes of a point cloud.
+
+    Parameters
+    ----------
+    cloud : PointCloud or cloud-like
+        As for `segment`.
+
+    Examples
+    --------
+    >>> info = cloud_info([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 0, 0]])
+    >>> info.n_points, info.n_positions, info.n_components, info.n_isolated
+    (4, 3, 1, 0)
+    """
+    return _cloud_info(as_cloud(cloud))
+
+
+def facts_of(cells: Cells, *, weld: bool = True) -> Any:
+    """Return counts and sizes of cells that `as_cells` has returned."""
+    kind = kind_of(cells)
+    if kind.name not in _FACTS:
+        raise MeshError(f"there are no facts to tell about {kind.plural}")
+    return _FACTS[kind.name](cells, weld)
+
+
+def _face_info(mesh: FaceMesh, weld: bool) -> MeshInfo:
     n_threads = checked_threads(None)
     graph, shapes = graph_and_shapes(mesh, weld=weld, n_threads=n_threads)
-    longest = None if shapes is None else shapes.longest
     edges, boundary, non_manifold, inconsistent = graph.edge_counts
     low, high = graph.bounds.tolist()
     return MeshInfo(
         n_faces=mesh.n_faces,
         n_vertices=mesh.n_vertices,
-        n_positions=len(np.unique(_core.weld_vertices(mesh.vertices, n_threads))),
+        n_positions=_count_positions(mesh.vertices),
         n_components=_count_components(graph),
         n_edges=edges,
         n_boundary_edges=boundary,
@@ -133,7 +193,7 @@ def mesh_info(mesh: MeshLike, *, weld: bool = True) -> MeshInfo | TetInfo:
         bounds=(tuple(low), tuple(high)),
         diagonal=graph.diagonal,
         sliver_share=sliver_share(
-            mesh, graph, longest, _default_radius(graph, n_threads), n_threads
+            mesh, graph, shapes.longest, _default_radius(graph, n_threads), n_threads
         ),
     )
 
@@ -152,7 +212,7 @@ def _tet_info(mesh: TetMesh, weld: bool) -> TetInfo:
     return TetInfo(
         n_tets=mesh.n_tets,
         n_vertices=mesh.n_vertices,
-        n_positions=len(np.unique(lowest_vertices(mesh, weld=True))),
+        n_positions=_count_positions(mesh.vertices),
         n_components=_count_components(graph),
         n_triangles=graph.triangle_counts.triangles,
         n_boundary_triangles=graph.triangle_counts.boundary,
@@ -165,7 +225,38 @@ def _tet_info(mesh: TetMesh, weld: bool) -> TetInfo:
     )
 
 
-def _count_components(graph: FaceGraph | TetGraph) -> int:
+def _cloud_info(cloud: PointCloud, weld: bool = True) -> CloudInfo:
+    threads = checked_threads(None)
+    graph = find_point_graph(cloud, threads)
+    low, high = cloud.bounds.tolist()
+    return CloudInfo(
+        n_points=cloud.n_points,
+        n_positions=_count_positions(cloud.points),
+        n_components=_count_components(graph),
+        n_isolated=int(np.count_nonzero(np.diff(graph.offsets) == 0)),
+        has_normals=cloud.normals is not None,
+        has_colors=cloud.colors is not None,
+        spacing=float(np.sqrt(np.median(graph.measures))),
+        area=_core.sum_of(graph.measures, threads),
+        bounds=(tuple(low), tuple(high)),
+        diagonal=graph.diagonal,
+    )
+
+
+_FACTS: dict[str, Callable[[Any, bool], Any]] = {
+    "triangles": _face_info,
+    "polygons": _face_info,
+    "tetrahedra": _tet_info,
+    "points": _cloud_info,
+}
+"""By the name of the kind."""
+
+
+def _count_positions(points: npt.NDArray[np.float64]) -> int:
+    return len(np.unique(_core.weld_vertices(points, checked_threads(None))))
+
+
+def _count_components(graph: Arcs) -> int:
     same_label = np.zeros(graph.n_cells, np.int32)
     _, n_components = _core.find_components(graph.offsets, graph.neighbors, same_label)
     return n_components

@@ -1,129 +1,354 @@
-"""What each kind of cells offers to the stages: found by the type of the input, in one place.
+"""All that one kind of cells knows, found by the class of the cells, in one place.
 
-A new kind is a class for its input, and an entry in `_KINDS`.
+A new kind is a class of cells, which derives from `Cells`, a subclass of `Kind`, and a call of
+`register`. Rooms above this one have tables by the name of a kind where they offer more for some:
+formats of files (`io.writers.cells`), facts (`cells.info`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, NamedTuple, TypeAlias
 
+import numpy as np
 import numpy.typing as npt
 
+from .. import _core
 from .._options import WeightOptions
 from .._validate import checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
-from ..mesh.faces import AnyCells
+from ..errors import MeshError
+from ..mesh.cells import Cells
+from ..mesh.faces import (
+    AnyMesh,
+    Corners,
+    FaceMesh,
+    corners_of,
+    cut_into_triangles,
+    measure_faces,
+    mesh_like,
+)
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh
+from ..mesh.tet_mesh import TetMesh, signed_volumes
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import CellGraph
-from .face_graph import graph_and_shapes
-from .point_graph import bare_point_surface, find_point_graph, find_sorted_graph, point_surface
+from .face_graph import FaceGraph, FaceShapes, arcs_at_borders, graph_and_shapes
+from .point_graph import (
+    PointGraph,
+    bare_point_surface,
+    find_point_graph,
+    find_sorted_graph,
+    point_surface,
+)
 from .slivers import sliver_share
 from .surface import Surface
-from .tet_graph import build_tet_graph, tet_surface, tet_weights
-from .weights import arc_weights
+from .tet_graph import TetGraph, build_tet_graph, tet_surface
+from .weights import arc_weights, step_weights
 
-__all__ = ["Kind", "as_surface", "graph_and_surface", "kind_of"]
+__all__ = [
+    "Kind",
+    "Outside",
+    "as_known",
+    "as_surface",
+    "graph_and_surface",
+    "kind_of",
+    "measures_of",
+    "register",
+]
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Ints: TypeAlias = npt.NDArray[np.int32]
+Arcs: TypeAlias = tuple[npt.NDArray[np.int64], Ints]
+Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 
 
-@dataclass(frozen=True)
+class Outside(NamedTuple):
+    """The faces that are drawn of cells."""
+
+    mesh: FaceMesh
+    sources: Ints | None  # the cell that each face belongs to; None: faces are the cells
+
+
 class Kind:
-    """The stages 1 and 2 of one kind of cells. The source is of the class that the kind is for.
+    """All that one kind of cells knows.
 
-    Parameters
-    ----------
-    build_graph : callable
-        (source, weld, n_threads): who is a neighbor of whom, as an object with ``positions``,
-        ``measures``, ``offsets``, ``neighbors``, ``diagonal`` and ``quantized`` as `FaceGraph` has;
-        and whatever else was found on the way that sliver_share and weights can use, or None.
-    surface : callable
-        (source, graph, n_threads): what stages 5 to 7 take.
-    weights : callable
-        (surface, graph, found, radius, options): one weight per arc, as `segment` is asked for; the
-        same both ways.
-    sliver_share : callable
-        (source, graph, found, radius, n_threads): share of the measure in cells that are long and
-        thin beside regions of this radius.
-    dimension : int
-        2 if measures are areas, 3 if they are volumes.
-    bare_surface : callable, optional
-        As `surface`, without what the weights alone need, to make room.
-    sorted_graph : callable, optional
-        (source, n_threads): the graph of cells in another order, in which later stages are faster,
-        and whose ``points`` are the cells' numbers in the source.
+    The methods here serve `CellGraph`, and any kind whose `build_graph` returns one with
+    `ArcMeasures`: that method alone has to be replaced then. `cells` are of the class that the kind
+    is registered for.
     """
 
-    build_graph: Callable[[Any, bool, int], tuple[Any, Any]]
-    surface: Callable[[Any, Any, int], Surface]
-    weights: Callable[[Surface, Any, Any, float, WeightOptions], npt.ArrayLike]
-    sliver_share: Callable[[Any, Any, Any, float, int], float]
-    dimension: int = 2
-    bare_surface: Callable[[Any, Any, int], Surface] | None = None
-    sorted_graph: Callable[[Any, int], Any] | None = None
+    name: ClassVar[str] = "cells"
+    """In the tables of other rooms."""
+    noun: ClassVar[str] = "cell"
+    """A cell in messages; with an s, in the names of counts."""
+    plural: ClassVar[str] = "cells"
+    """Cells in messages."""
+    dimension: ClassVar[int] = 2
+    """2 if measures are areas, 3 if they are volumes."""
+    has_faces: ClassVar[bool] = False
+    """Whether cells are faces of a surface, which have normals, and edges between them."""
+    are_points: ClassVar[bool] = False
+    """Whether each cell is a vertex."""
+
+    def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
+        """Return which cells are neighbors, and other findings, which weights may use, or None.
+
+        The graph has the members of `cell_graph.Arcs`.
+        """
+        return cells, None
+
+    def sorted_graph(self, cells: Any, n_threads: int) -> Any:
+        """Return the graph of cells in an order in which later stages are faster, or None.
+
+        Its ``points`` are the numbers of its cells in the source.
+        """
+        return None
+
+    def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
+        """Return the cells with their arcs, as stages 5 to 7 take them."""
+        return Surface.of_graph(graph, n_threads)
+
+    def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
+        """Return the surface without arrays that the weights alone need, to make room."""
+        return surface
+
+    def weights(
+        self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions
+    ) -> npt.ArrayLike:
+        """Return one weight per arc, as `segment` is asked for; the same both ways."""
+        return step_weights(surface, options, self.plural)
+
+    def sliver_share(
+        self, cells: Any, graph: Any, found: Any, radius: float, n_threads: int
+    ) -> float:
+        """Return the share of the measure in cells that are long and thin beside the regions."""
+        return 0.0
+
+    def measures(self, cells: Any, n_threads: int) -> Floats:
+        """Return the area or volume of each cell, (N,)."""
+        graph, _ = self.build_graph(cells, True, n_threads)
+        return np.asarray(graph.measures)
+
+    def positions(self, cells: Any) -> Floats:
+        """Return a point that stands for each cell, (N, 3)."""
+        graph, _ = self.build_graph(cells, True, checked_threads(None))
+        return np.asarray(graph.positions)
+
+    def nearest(self, cells: Any, queries: Floats, max_distance: float, n_threads: int) -> Nearest:
+        """Return the nearest cell to each query, its distance, and the nearest point of it.
+
+        The cell is -1 where all are farther than the distance.
+        """
+        return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
+
+    def corners(self, cells: Any) -> Corners | None:
+        """Return which of the ``vertices`` of the cells each has; None if it has none."""
+        return None
+
+    def part(self, cells: Any, chosen: Ints) -> Any:
+        """Return some of the cells, ascending, as cells of the same kind, if they have no corners.
+
+        `with_corners` does this for kinds that have.
+        """
+        raise MeshError(f"{self.plural} cannot be taken apart: only their labels can be written")
+
+    def with_corners(
+        self, cells: Any, vertices: Floats, corners: Ints, offsets: npt.NDArray[np.int64],
+        bounds: Floats | None = None,
+    ) -> Any:  # fmt: skip
+        """Return cells of the same class with these corners; not checked if `bounds` are given."""
+        return mesh_like(cells, vertices, corners, offsets, bounds)
+
+    def outside(self, cells: Any, keep: npt.NDArray[np.bool_] | None = None) -> Outside | None:
+        """Return the faces that are drawn of the cells, or of those to keep; None for points."""
+        return None
+
+    def cloud(self, cells: Any) -> PointCloud:
+        """Return the points that are drawn of the cells where these have no outside."""
+        return PointCloud(self.positions(cells))
+
+    def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[Arcs, Ints]:
+        """Return all arcs that cross from label to label, and perhaps others; and their labels."""
+        graph, _ = self.build_graph(cells, True, n_threads)
+        return (graph.offsets, graph.neighbors), labels
 
 
-_FACES = Kind(
-    build_graph=lambda mesh, weld, n_threads: graph_and_shapes(
-        mesh, weld=weld, n_threads=n_threads
-    ),
-    surface=Surface.of_faces,
-    weights=lambda surface, graph, shapes, radius, options: arc_weights(
-        surface, graph, radius, options, None if shapes is None else shapes.normals
-    ),
-    sliver_share=lambda mesh, graph, shapes, radius, n_threads: sliver_share(
-        mesh, graph, None if shapes is None else shapes.longest, radius, n_threads
-    ),
-)
+class _Faces(Kind):
+    """Faces of a surface."""
 
-_TETS = Kind(
-    build_graph=lambda mesh, weld, n_threads: (
-        build_tet_graph(mesh, weld=weld, n_threads=n_threads),
-        None,
-    ),
-    surface=tet_surface,
-    weights=lambda surface, graph, found, radius, options: tet_weights(surface, options),
-    sliver_share=lambda *_: 0.0,
-    dimension=3,
-)
+    noun = "face"
+    plural = "faces"
+    has_faces = True
 
-_POINTS = Kind(
-    build_graph=lambda cloud, weld, n_threads: (find_point_graph(cloud, n_threads), None),
-    surface=point_surface,
-    weights=lambda surface, graph, found, radius, options: arc_weights(
-        surface, graph, radius, options
-    ),
-    sliver_share=lambda *_: 0.0,
-    bare_surface=bare_point_surface,
-    sorted_graph=find_sorted_graph,
-)
+    def build_graph(self, cells: FaceMesh, weld: bool, n_threads: int) -> tuple[Any, FaceShapes]:
+        return graph_and_shapes(cells, weld=weld, n_threads=n_threads)
 
-_KINDS: dict[type, Kind] = {Mesh: _FACES, PolygonMesh: _FACES, TetMesh: _TETS, PointCloud: _POINTS}
+    def surface(self, cells: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
+        return Surface.of_faces(cells, graph, n_threads)
+
+    def weights(
+        self, surface: Surface, graph: Any, found: FaceShapes, radius: float,
+        options: WeightOptions,
+    ) -> npt.ArrayLike:  # fmt: skip
+        return arc_weights(surface, graph, radius, options, found.normals)
+
+    def sliver_share(
+        self, cells: FaceMesh, graph: FaceGraph, found: FaceShapes, radius: float, n_threads: int
+    ) -> float:
+        return sliver_share(cells, graph, found.longest, radius, n_threads)
+
+    def measures(self, cells: FaceMesh, n_threads: int) -> Floats:
+        return measure_faces(cells, n_threads)[1]
+
+    def positions(self, cells: FaceMesh) -> Floats:
+        return measure_faces(cells, checked_threads(None))[0]
+
+    def nearest(
+        self, cells: FaceMesh, queries: Floats, max_distance: float, n_threads: int
+    ) -> Nearest:
+        triangles, sources = cut_into_triangles(cells)
+        nearest, distances, points = _core.nearest_triangles(
+            cells.vertices, triangles, queries, max_distance, n_threads
+        )
+        if sources is not None:
+            nearest = np.append(sources, np.int32(-1))[nearest]  # -1 stays -1
+        return nearest, distances, points
+
+    def corners(self, cells: AnyMesh) -> Corners:
+        return corners_of(cells)
+
+    def outside(self, cells: FaceMesh, keep: npt.NDArray[np.bool_] | None = None) -> Outside:
+        return Outside(cells, None)
 
 
-def kind_of(source: object) -> Kind:
-    """Return what is made of a source that `as_cells` has returned."""
-    return _KINDS[type(source)]
+class _Triangles(_Faces):
+    """Triangles, of which kernels can do more in one pass."""
+
+    name = "triangles"
+
+    def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[Arcs, Ints]:
+        offsets, neighbors, of_cells = arcs_at_borders(cells, labels, n_threads)
+        return (offsets, neighbors), of_cells
+
+
+class _Polygons(_Faces):
+    name = "polygons"
+
+
+class _Tets(Kind):
+    """Tetrahedra of a volume."""
+
+    name = "tetrahedra"
+    noun = "tet"
+    plural = "tetrahedra"
+    dimension = 3
+
+    def build_graph(self, cells: TetMesh, weld: bool, n_threads: int) -> tuple[TetGraph, None]:
+        return build_tet_graph(cells, weld=weld, n_threads=n_threads), None
+
+    def surface(self, cells: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
+        return tet_surface(cells, graph, n_threads)
+
+    def measures(self, cells: TetMesh, n_threads: int) -> Floats:
+        return np.abs(signed_volumes(cells))
+
+    def positions(self, cells: TetMesh) -> Floats:
+        return np.asarray(cells.vertices[cells.tets].mean(axis=1))
+
+    def nearest(
+        self, cells: TetMesh, queries: Floats, max_distance: float, n_threads: int
+    ) -> Nearest:
+        return _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
+
+    def corners(self, cells: TetMesh) -> Corners:
+        return corners_of(cells)
+
+    def outside(self, cells: TetMesh, keep: npt.NDArray[np.bool_] | None = None) -> Outside:
+        return Outside(*cells.boundary(keep))
+
+
+class _Points(Kind):
+    """Points of a cloud."""
+
+    name = "points"
+    noun = "point"
+    plural = "points"
+    are_points = True
+
+    def build_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> tuple[PointGraph, None]:
+        return find_point_graph(cells, n_threads), None
+
+    def sorted_graph(self, cells: PointCloud, n_threads: int) -> PointGraph:
+        return find_sorted_graph(cells, n_threads)
+
+    def surface(self, cells: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
+        return point_surface(cells, graph, n_threads)
+
+    def bare_surface(
+        self, surface: Surface, cells: PointCloud, graph: PointGraph, n_threads: int
+    ) -> Surface:
+        return bare_point_surface(cells, graph, n_threads)
+
+    def weights(
+        self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions
+    ) -> npt.ArrayLike:
+        return arc_weights(surface, graph, radius, options)
+
+    def positions(self, cells: PointCloud) -> Floats:
+        return cells.points
+
+    def part(self, cells: PointCloud, chosen: Ints) -> PointCloud:
+        return cells.taken(chosen)
+
+    def cloud(self, cells: PointCloud) -> PointCloud:
+        return cells
+
+
+_KINDS: dict[type, Kind] = {}
+
+
+def register(cells: type, kind: Kind) -> None:
+    """Let every stage take cells of this class, as cells of this kind."""
+    _KINDS[cells] = kind
+
+
+register(CellGraph, Kind())
+register(Mesh, _Triangles())
+register(PolygonMesh, _Polygons())
+register(TetMesh, _Tets())
+register(PointCloud, _Points())
+
+
+def kind_of(cells: object) -> Kind:
+    """Return the kind of cells that `as_known` has returned."""
+    try:
+        return _KINDS[type(cells)]
+    except KeyError:
+        raise TypeError(
+            f"{type(cells).__name__} is no registered class of cells: see cells.kinds.register"
+        ) from None
+
+
+def as_known(source: MeshLike | CloudLike | CellGraph) -> Any:
+    """Return the graph itself, or the result of `as_cells` for anything else."""
+    return source if isinstance(source, CellGraph) else as_cells(source)
 
 
 def as_surface(
     source: MeshLike | CloudLike | CellGraph, *, weld: bool, n_threads: int | None
 ) -> Surface:
     """Return the cells of a mesh, or of a graph with `ArcMeasures`; arguments as for `segment`."""
-    cells = source if isinstance(source, CellGraph) else as_cells(source)
-    return graph_and_surface(cells, weld, checked_threads(n_threads))[1]
+    return graph_and_surface(as_known(source), weld, checked_threads(n_threads))[1]
 
 
-def graph_and_surface(
-    cells: AnyCells | CellGraph, weld: bool, n_threads: int
-) -> tuple[Any, Surface]:
-    """Return the graph of what `as_cells` has returned, or of a graph itself, and its surface."""
-    if isinstance(cells, CellGraph):
-        return cells, Surface.of_graph(cells, n_threads)
+def graph_and_surface(cells: Cells | CellGraph, weld: bool, n_threads: int) -> tuple[Any, Surface]:
+    """Return the graph of cells that `as_known` has returned, and their surface."""
     kind = kind_of(cells)
     graph, _ = kind.build_graph(cells, weld, n_threads)
     return graph, kind.surface(cells, graph, n_threads)
+
+
+def measures_of(cells: Cells | CellGraph, n_threads: int) -> Floats:
+    """Area of each face, volume of each tetrahedron, area around each point, shape (N,)."""
+    return kind_of(cells).measures(cells, n_threads)

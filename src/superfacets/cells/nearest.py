@@ -8,14 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
 from .._validate import checked_number, checked_queries, checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.faces import AnyCells, cut_into_triangles
-from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh
+from ..mesh.cells import Cells
 from .cell_graph import CellGraph
+from .kinds import kind_of
 
 __all__ = ["NearestFaces", "checked_distance", "nearest_cells", "nearest_faces", "query_points"]
 
@@ -106,7 +104,7 @@ def query_points(points: Any) -> npt.NDArray[np.float64]:
 
 
 def nearest_cells(
-    cells: AnyCells | CellGraph,
+    cells: Cells | CellGraph,
     queries: npt.NDArray[np.float64],
     max_distance: float,
     n_threads: int,
@@ -115,17 +113,4 @@ def nearest_cells(
 
     The cells of a graph are points.
     """
-    if isinstance(cells, (PointCloud, CellGraph)):
-        positions = cells.points if isinstance(cells, PointCloud) else cells.positions
-        found = _core.nearest_points(positions, queries, max_distance, n_threads)
-        return NearestFaces(*found)
-    if isinstance(cells, TetMesh):
-        found = _core.nearest_tets(cells.vertices, cells.tets, queries, max_distance, n_threads)
-        return NearestFaces(*found)
-    triangles, sources = cut_into_triangles(cells)
-    nearest, distances, points = _core.nearest_triangles(
-        cells.vertices, triangles, queries, max_distance, n_threads
-    )
-    if sources is not None:
-        nearest = np.append(sources, np.int32(-1))[nearest]  # -1 stays -1
-    return NearestFaces(nearest, distances, points)
+    return NearestFaces(*kind_of(cells).nearest(cells, queries, max_distance, n_threads))

@@ -13,7 +13,7 @@ from .._options import WEIGHTS
 from .._validate import check_spread, checked_count, checked_number, checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
-from .cell_graph import ArcMeasures, CellGraph, box_diagonal, checked_measures, checked_weights
+from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
 from .weights import NO_NORMALS, EdgeFactors, scaled, weights_of
 
@@ -41,7 +41,7 @@ thousand of the six nearest neighbors is farther than 3.3."""
 
 
 @dataclass(frozen=True, eq=False)
-class PointGraph:
+class PointGraph(Arcs):
     """Points as cells, with arcs between near ones. What our own kernel made: not checked."""
 
     positions: npt.NDArray[np.float64]  # (N, 3)
@@ -52,19 +52,6 @@ class PointGraph:
     order: npt.NDArray[np.int32]  # (N,) all cells, near ones after each other
     bounds: npt.NDArray[np.float64]  # (2, 3)
     points: npt.NDArray[np.int32] | None = None  # (N,) of the cloud; None if cells are in its order
-
-    @property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box, in the unit of the points; > 0."""
-        return box_diagonal(self.bounds)
-
-    def quantized(
-        self, weights: npt.ArrayLike, n_threads: int
-    ) -> tuple[npt.NDArray[np.float32], float]:
-        """Return what is left of weights in `CellGraph.lengths`, and the unit of these."""
-        checked_measures(self.measures, len(self.measures), n_threads)
-        checked = checked_weights(weights, len(self.neighbors), n_threads)
-        return _core.quantize_weights(checked, n_threads)
 
 
 def find_point_graph(

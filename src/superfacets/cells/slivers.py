@@ -7,8 +7,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_threads
-from ..mesh.faces import FaceMesh, measure_faces, sliver_area
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 from .face_graph import FaceGraph
 from .size import DEFAULT_N_SEGMENTS, radius_of
 
@@ -65,11 +64,7 @@ def sliver_share(
 
 def area_of_slivers(mesh: FaceMesh, radius: float, n_threads: int) -> float:
     """Return the area, for `sliver_share`, of long and thin faces."""
-    longest = None
-    if isinstance(mesh, Mesh):
-        _, areas, _, longest = _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
-    else:
-        _, areas = measure_faces(mesh, n_threads)
+    _, areas, _, longest = measure_shapes(mesh, n_threads)
     limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
     return sliver_area(mesh, areas, longest, *limits, n_threads)
 

@@ -11,8 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.faces import FaceMesh, signed_volume
-from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.faces import FaceMesh, FoundArcs, signed_volume, surface_of_faces
 from .cell_graph import ArcMeasures, CellGraph, box_diagonal
 from .face_graph import FaceGraph
 
@@ -141,28 +140,10 @@ def _check_of_mesh(mesh: FaceMesh, graph: FaceGraph) -> None:
 def _face_handle(
     mesh: FaceMesh, graph: FaceGraph, is_turned: bool, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    if isinstance(mesh, PolygonMesh):
-        return _polygon_surface(mesh, graph, is_turned, n_threads)
-    if graph.sides.dtype != np.uint8:
-        raise ValueError("the graph is of polygons but the mesh has triangles")
-    same_turn = graph.same_turn if graph.same_turn.any() else np.empty(0, np.uint8)
-    return _core.TriangleSurface(
-        mesh.vertices, mesh.faces, graph.offsets, graph.neighbors, graph.sides,
-        same_turn, is_turned,
-    )  # fmt: skip
-
-
-def _polygon_surface(
-    mesh: PolygonMesh, graph: FaceGraph, is_turned: bool, n_threads: int
-) -> _core.PolygonSurface:
-    if graph.sides.dtype != np.int32:
-        raise ValueError("the graph is of triangles but the mesh has polygons")
-    if np.any(graph.sides >= np.repeat(mesh.sizes, np.diff(graph.offsets))):
-        raise ValueError("the graph is of another mesh: a side is none of its face")
-    return _core.PolygonSurface(
-        mesh.vertices, mesh.offsets, mesh.indices, graph.offsets, graph.neighbors, graph.sides,
-        graph.same_turn, is_turned, n_threads,
-    )  # fmt: skip
+    arcs = FoundArcs(
+        graph.offsets, graph.neighbors, graph.sides, graph.same_turn, graph.edge_counts
+    )
+    return surface_of_faces(mesh, arcs, is_turned, n_threads)
 
 
 def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = None) -> ArcMeasures:

@@ -9,15 +9,15 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import WeightOptions
 from .._validate import checked_threads, freeze
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import MeshLike, as_tets
 from ..errors import MeshError
-from ..mesh.tet_mesh import TetMesh, lowest_vertices
-from .cell_graph import ArcMeasures, CellGraph, box_diagonal, checked_weights
+from ..mesh.cells import lowest_vertices
+from ..mesh.tet_mesh import TetMesh
+from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
 
-__all__ = ["TetGraph", "TriangleCounts", "build_tet_graph", "tet_surface", "tet_weights"]
+__all__ = ["TetGraph", "TriangleCounts", "build_tet_graph", "tet_surface"]
 
 
 class TriangleCounts(NamedTuple):
@@ -32,7 +32,7 @@ class TriangleCounts(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TetGraph:
+class TetGraph(Arcs):
     """Tetrahedra as cells, and an arc from each to each that it shares a triangle with.
 
     Made by `build_tet_graph`.
@@ -65,21 +65,6 @@ class TetGraph:
     arc_measures: ArcMeasures
     triangle_counts: TriangleCounts
 
-    @property
-    def n_cells(self) -> int:
-        """Number of tetrahedra, N."""
-        return len(self.positions)
-
-    @property
-    def n_arcs(self) -> int:
-        """Number of arcs, M: two for each shared triangle of two tetrahedra."""
-        return len(self.neighbors)
-
-    @property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box, in the unit of the vertices; > 0."""
-        return box_diagonal(self.bounds)
-
     def with_weights(
         self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
     ) -> CellGraph:
@@ -98,12 +83,6 @@ class TetGraph:
             arc_measures=self.arc_measures,
             dimension=3,
         )
-
-    def quantized(
-        self, weights: npt.ArrayLike, n_threads: int
-    ) -> tuple[npt.NDArray[np.float32], float]:
-        """Return what is left of weights in `CellGraph.lengths`, and the unit of these."""
-        return _core.quantize_weights(checked_weights(weights, self.n_arcs, n_threads), n_threads)
 
     def __repr__(self) -> str:
         return f"TetGraph({self.n_cells} tets, {self.n_arcs} arcs)"
@@ -139,13 +118,12 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
     >>> graph.neighbors, graph.triangle_counts
     (array([1, 0], dtype=int32), TriangleCounts(triangles=7, boundary=6, non_manifold=0))
     """
-    cells = as_cells(mesh)
-    if not isinstance(cells, TetMesh):
-        raise MeshError("the mesh has faces, not tetrahedra")
+    cells = as_tets(mesh)
     threads = checked_threads(n_threads)
+    lowest = lowest_vertices(cells.vertices, weld, threads)
     try:
         offsets, neighbors, sides, positions, volumes, *measures, counts = _core.build_tet_graph(
-            cells.vertices, cells.tets, lowest_vertices(cells, weld), threads
+            cells.vertices, cells.tets, lowest, threads
         )
     except ValueError as error:  # std::length_error
         raise MeshError(str(error)) from None
@@ -175,16 +153,3 @@ def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
         handle, graph.offsets, graph.neighbors, graph.bounds, graph.diagonal, n_threads,
         weights=given.step_lengths / graph.diagonal, dimension=3,
     )  # fmt: skip
-
-
-def tet_weights(surface: Surface, options: WeightOptions) -> npt.ArrayLike:
-    """Return one weight per arc: the step in diagonals, as cells of a volume meet at no angle."""
-    if options.given is not None:
-        return options.given
-    if options.params["weights"] not in ("creases", "parts"):
-        raise ValueError(
-            f"weights={options.params['weights']!r} needs faces, which meet at angles:"
-            " leave it out for tetrahedra"
-        )
-    assert surface.weights is not None
-    return surface.weights

@@ -12,10 +12,8 @@ from .._validate import checked_count, checked_number, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..mesh.faces import FaceMesh, area_vectors, cut_into_triangles
-from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh
 from .face_graph import FaceGraph
-from .kinds import graph_and_surface
+from .kinds import graph_and_surface, kind_of
 from .surface import is_inside_out
 
 __all__ = ["N_RAYS", "rays_from", "rays_from_patches", "shape_diameter", "smoothed"]
@@ -99,9 +97,9 @@ def shape_diameter(
     t = checked_number(smoothing, "smoothing", zero=True)
     n_rays = checked_count(n_rays, "n_rays", MOST_RAYS, "that are allowed")
     threads = checked_threads(n_threads)
-    cells = as_cells(mesh)
+    cells: Any = as_cells(mesh)
     graph, surface = graph_and_surface(cells, weld, threads)
-    if isinstance(cells, (PointCloud, TetMesh)):
+    if not kind_of(cells).has_faces:
         return np.full(surface.n_cells, np.nan)
     thickness = rays_from(cells, graph, np.arange(surface.n_cells), n_rays, threads)
     if t == 0.0:

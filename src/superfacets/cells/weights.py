@@ -18,13 +18,13 @@ from .surface import Surface, face_surface
 __all__ = [
     "ALL_COUNT",
     "NO_NORMALS",
-    "Cells",
     "EdgeFactors",
     "arc_weights",
     "crease_weights",
     "creases_and_turn",
     "creases_of",
     "scaled",
+    "step_weights",
     "stk02_weights",
     "superfacet_weights",
     "weights_and_turn",
@@ -39,7 +39,7 @@ ALL_COUNT = np.empty(0, np.uint8)
 """What the core takes for arcs that all count."""
 
 
-class Cells(Protocol):
+class PlacedCells(Protocol):
     """What a graph of cells of any kind has."""
 
     @property
@@ -294,7 +294,7 @@ def stk02_weights(
 
 def arc_weights(
     surface: Surface,
-    faces: Cells,
+    faces: PlacedCells,
     radius: float,
     options: WeightOptions,
     normals: npt.NDArray[np.float64] | None = None,
@@ -315,6 +315,19 @@ def arc_weights(
     factors = EdgeFactors(alpha, params["eta_convex"], length, params.get("ridges", 0.0))
     is_evened = params["weights"] == "creases"
     return (_evened_weights if is_evened else weights_of)(surface, cells, factors)
+
+
+def step_weights(surface: Surface, options: WeightOptions, plural: str) -> npt.ArrayLike:
+    """Return one weight per arc for cells that meet at no angle: those of the surface, or given."""
+    if options.given is not None:
+        return options.given
+    name = options.params["weights"]
+    if name not in ("creases", "parts"):
+        raise ValueError(
+            f"weights={name!r} needs faces, which meet at angles: leave it out for {plural}"
+        )
+    assert surface.weights is not None
+    return surface.weights
 
 
 def creases_of(
@@ -344,7 +357,7 @@ def weights_of(
 
 def creases_and_turn(
     surface: Surface,
-    faces: Cells,
+    faces: PlacedCells,
     radius: float,
     options: WeightOptions,
     normals: npt.NDArray[np.float64] | None,

@@ -11,13 +11,13 @@ import click
 import numpy as np
 import numpy.typing as npt
 
+from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.writers.cells import FormatOptions
 from ..io.writers.regions import write_regions
 from ..io.writers.write import ENDING_OF_FORMAT, check_outputs, write_outputs
-from ..mesh.faces import AnyCells, n_cells_of, noun_of
-from ..mesh.point_cloud import PointCloud
+from ..mesh.faces import AnyCells
 from .background import run_in_background
 from .failures import print_note
 from .inputs import labels_beside, load_cells_and_attributes
@@ -108,7 +108,7 @@ class _Found:
     @property
     def facts(self) -> dict[str, int | None]:
         """Number of cells, and of labels: None where there are none."""
-        count = {f"n_{noun_of(self.cells)}s": n_cells_of(self.cells)}
+        count = {f"n_{kind_of(self.cells).noun}s": self.cells.n_cells}
         if self.labels is None:
             return {**count, "n_labels": None}
         return {**count, "n_labels": len(np.unique(self.labels[self.labels >= 0]))}
@@ -117,7 +117,7 @@ class _Found:
         """Notes on attributes that the outputs lack."""
         if self.attributes is None:
             return []
-        is_cloud = isinstance(self.cells, PointCloud)
+        is_cloud = kind_of(self.cells).are_points
         return notes_on_attributes(self.attributes, of_points=is_cloud, are_replaced=self.are_named)
 
 
@@ -149,7 +149,7 @@ def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, ke
     cells, attributes = load_cells_and_attributes(str(mesh), format, keep=keep)
     if labels is None and format is not None:  # its ending does not tell how to read it
         return _Found(cells, None, attributes, False)
-    found = labels_beside(mesh, labels, n_cells_of(cells), named)
+    found = labels_beside(mesh, labels, cells.n_cells, named)
     return _Found(cells, found, attributes, labels is not None)
 
 

@@ -9,7 +9,6 @@ import click
 
 from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
-from ..mesh.faces import n_cells_of
 from ..metrics.cuts import DEFAULT_TOLERANCE
 from .background import run_in_background
 from .options import FILE, NOT_NEGATIVE, labels_named_option
@@ -55,7 +54,7 @@ def evaluate_command(
 
     def compute() -> dict[str, float]:
         cells = read_cells(mesh)
-        n_cells = n_cells_of(cells)
+        n_cells = cells.n_cells
         regions = read_labels(labels, n_cells, name=labels_named)
         segments = [read_labels(path, n_cells, name=labels_named) for path in (*truths, *more)]
         return evaluate(cells, regions, segments, tolerance=tolerance)

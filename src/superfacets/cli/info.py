@@ -8,11 +8,9 @@ from functools import partial
 
 import click
 
-from ..cells.cloud_facts import CloudInfo, cloud_info
-from ..cells.info import MeshInfo, TetInfo, mesh_info
+from ..cells.info import CloudInfo, MeshInfo, TetInfo, facts_of
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.slivers import sliver_note
-from ..mesh.point_cloud import PointCloud
 from .background import run_in_background
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells, name_of
@@ -62,8 +60,8 @@ def info_command(
 
 
 def _info_of(text: str, format: str | None) -> MeshInfo | TetInfo | CloudInfo:
-    cells = load_cells(text, format)
-    return cloud_info(cells) if isinstance(cells, PointCloud) else mesh_info(cells)
+    found: MeshInfo | TetInfo | CloudInfo = facts_of(load_cells(text, format))
+    return found
 
 
 def _slivers_of(info: MeshInfo | TetInfo | CloudInfo) -> float:

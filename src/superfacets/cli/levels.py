@@ -17,6 +17,7 @@ import numpy as np
 from .._options import ISLANDS, Islands
 from .._validate import checked_threads, ranked_labels
 from ..batches.features import features_of
+from ..cells.kinds import kind_of
 from ..errors import IslandWarning, SliverWarning
 from ..io.atomic import atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
@@ -27,8 +28,7 @@ from ..io.writers.ids import IdWriter
 from ..io.writers.sstk import write_sstk
 from ..io.writers.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..levels import hierarchy
-from ..mesh.faces import AnyCells, n_cells_of, noun_of
-from ..mesh.point_cloud import PointCloud
+from ..mesh.faces import AnyCells
 from ..regions.hierarchy import Hierarchy
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
@@ -134,7 +134,7 @@ def levels_command(
     cells, attributes, nested = run_in_background(compute)
     _write(plan, cells, attributes, nested)
     if attributes is not None and not is_quiet:
-        for note in notes_on_attributes(attributes, of_points=isinstance(cells, PointCloud)):
+        for note in notes_on_attributes(attributes, of_points=kind_of(cells).are_points):
             print_note(note)
     if as_json or not is_quiet:
         _report(job, cells, nested, as_json=as_json)
@@ -151,7 +151,7 @@ def _report(job: Job, cells: AnyCells, nested: Hierarchy, *, as_json: bool) -> N
     is_file = job.input != STANDARD_STREAM
     name = Path(job.input).name if is_file else name_of(job.input)
     listed = ", ".join(map(str, nested.counts))
-    size = counted(n_cells_of(cells), noun_of(cells))
+    size = counted(cells.n_cells, kind_of(cells).noun)
     names = ["standard output" if name == STANDARD_STREAM else name for name in job.names]
     click.echo(f"{name}: {size}, levels of {listed} regions", err=is_to_stderr)
     click.echo("wrote " + ", ".join(names), err=is_to_stderr)
@@ -224,7 +224,7 @@ def _computed(
     """Read the files, and make the levels; an error before that if no output can hold them."""
     keeps_any = keeps or bool(features)
     cells, attributes = load_cells_and_attributes(source.input, format, keep=keeps_any)
-    n_cells = n_cells_of(cells)
+    n_cells = cells.n_cells
     given = None
     if source.labels is not None:  # a file's labels may have gaps
         given, _ = ranked_labels(read_labels(source.labels, n_cells, name=source.labels_named))

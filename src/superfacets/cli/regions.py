@@ -6,12 +6,14 @@ import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
 import numpy.typing as npt
 
 from .._validate import ranked_labels
+from ..cells.kinds import kind_of
 from ..cells.region_adjacency import RegionGraph, region_graph
 from ..errors import MeshError
 from ..io.atomic import checked_targets
@@ -25,9 +27,6 @@ from ..io.writers.tables import (
     write_lines,
     write_tables,
 )
-from ..mesh.faces import n_cells_of
-from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh
 from ..regions.lines import BorderLines, border_lines
 from .background import run_in_background
 from .inputs import check_inputs, load_cells
@@ -76,16 +75,16 @@ def regions_command(
     checked_targets(files)
 
     def compute() -> tuple[RegionGraph, npt.NDArray[np.int32], _Drawn | None]:
-        whole = load_cells(cells, format)
-        given = read_labels(labels, n_cells_of(whole), name=labels_named)
-        if borders is not None and isinstance(whole, (PointCloud, TetMesh)):
+        whole: Any = load_cells(cells, format)
+        given = read_labels(labels, whole.n_cells, name=labels_named)
+        if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError("--borders needs a mesh of faces")
         compact, names = ranked_labels(given)  # a file's labels may have gaps
         if not len(names):
             raise MeshError(f"{labels}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
         drawn: _Drawn | None = None
-        if borders is not None and not isinstance(whole, (PointCloud, TetMesh)):
+        if borders is not None:
             drawn = whole.vertices, list(_named(border_lines(whole, compact), names))
         return graph, names, drawn
 

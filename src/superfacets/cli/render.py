@@ -12,7 +12,6 @@ from .._options import CLIPS
 from ..errors import MeshError
 from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
-from ..mesh.faces import n_cells_of
 from .failures import print_note
 from .inputs import labels_beside
 from .options import FILE, camera_options, labels_named_option
@@ -62,7 +61,7 @@ def render_command(
         raise click.UsageError(f"{output}: pictures are written as .png")
     view = chosen_view(side, azimuth=azimuth, elevation=elevation, up=up)
     cells = read_cells(mesh)
-    shown, others, titles = _series_of(mesh, labels, compare, n_cells_of(cells), labels_named)
+    shown, others, titles = _series_of(mesh, labels, compare, cells.n_cells, labels_named)
     values = values_named(color_by)
     named = None if values is None or isinstance(values, str) else Path(str(color_by))
     for path in [path for path in (output, turntable) if path is not None]:

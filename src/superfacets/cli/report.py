@@ -10,14 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..batches.files import Outcome
+from ..cells.kinds import kind_of
 from ..cells.slivers import sliver_note
 from ..clustering.segmentation import Segmentation
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.writers.ids import VERTEX_OUTPUTS
 from ..io.writers.ply import names_replaced
-from ..mesh.faces import n_cells_of, noun_of
-from ..mesh.point_cloud import PointCloud
 from .options import STANDARD_STREAM
 
 __all__ = [
@@ -54,23 +53,23 @@ def notes_of(
         Number of regions that no vertex has in files of labels of vertices.
     """
     mesh, result, listed = outcome.mesh, outcome.result, outcome.listed
+    kind = kind_of(mesh)
     notes = []
     if listed is not None:
-        notes.append(f"{len(listed)} faces were subdivided into {n_cells_of(mesh)}")
+        notes.append(f"{len(listed)} faces were subdivided into {mesh.n_cells}")
     n_kept = int(np.count_nonzero(result.labels >= 0))
     if asked is not None and asked > n_kept:
-        whole = "cloud" if isinstance(mesh, PointCloud) else "mesh"
+        whole = "cloud" if kind.are_points else "mesh"
         notes.append(
             f"{asked} regions were asked for; the {whole} has"
-            f" {counted(n_kept, noun_of(mesh))}, each of which became a region"
+            f" {counted(n_kept, kind.noun)}, each of which became a region"
         )
     notes += notes_on_result(result)
     if listed is not None and holds_labels:
         notes += _notes_on_listed(result, listed)
     notes += notes_on_vertices(n_lost, endings)
     if outcome.attributes is not None:
-        of_points = isinstance(mesh, PointCloud)
-        notes += notes_on_attributes(outcome.attributes, of_points=of_points)
+        notes += notes_on_attributes(outcome.attributes, of_points=kind.are_points)
     return notes
 
 

@@ -14,10 +14,11 @@ import click
 
 from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
+from ..cells.kinds import kind_of
 from ..io.attributes import MeshAttributes
 from ..io.writers.cells import FormatOptions
 from ..io.writers.write import check_fit, check_outputs, write_outputs
-from ..mesh.faces import AnyCells, n_cells_of, noun_of
+from ..mesh.faces import AnyCells
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
@@ -146,7 +147,7 @@ class _Run:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
             with timed(timings, "export", bar.on_stage):
                 n_lost = _write(job, outcome, self.form)
-        result, noun = outcome.result, noun_of(outcome.mesh)
+        result, noun = outcome.result, kind_of(outcome.mesh).noun
         timings = {**result.timings, **timings}
         if not self.is_quiet:
             asked = self.options.keywords.get("n_segments")
@@ -185,7 +186,7 @@ class _Run:
             self.options,
             holds_attributes=job.holds_attributes,
             timings=timings,
-            constraints=lambda cells: self.constraints(n_cells_of(cells)),
+            constraints=lambda cells: self.constraints(cells.n_cells),
             progress=bar.on_iteration,
             on_stage=bar.on_stage,
         )

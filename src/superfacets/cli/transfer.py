@@ -10,13 +10,13 @@ import click
 import numpy as np
 import numpy.typing as npt
 
+from ..cells.kinds import kind_of
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.labels import read_labels
 from ..io.writers.cells import FormatOptions
 from ..io.writers.write import check_fit, check_outputs, write_outputs
-from ..mesh.faces import AnyCells, n_cells_of, noun_of
-from ..mesh.point_cloud import PointCloud
+from ..mesh.faces import AnyCells
 from ..regions.nearest_labels import transfer
 from .background import run_in_background
 from .failures import print_note
@@ -80,7 +80,7 @@ def transfer_command(
 
     def compute() -> tuple[AnyCells, MeshAttributes | None, npt.NDArray[np.int32]]:
         cells = load_cells(str(source), format)
-        given = read_labels(labels, n_cells_of(cells), name=labels_named)
+        given = read_labels(labels, cells.n_cells, name=labels_named)
         keeps = job.holds_attributes and not drop_attributes
         goal, attributes = load_cells_and_attributes(str(target), target_format, keep=keeps)
         check_fit(goal, None, job.endings, form)
@@ -103,7 +103,7 @@ def _notes(job: Job, goal: AnyCells, attributes: MeshAttributes | None, n_lost: 
     """Notes on what the outputs lack."""
     notes = notes_on_vertices(n_lost, job.endings)
     if attributes is not None:
-        notes += notes_on_attributes(attributes, of_points=isinstance(goal, PointCloud))
+        notes += notes_on_attributes(attributes, of_points=kind_of(goal).are_points)
     return notes
 
 
@@ -112,12 +112,12 @@ def _report(job: Job, goal: AnyCells, labels: npt.NDArray[np.int32], *, as_json:
     n_without = int(np.count_nonzero(labels < 0))
     n_labels = len(np.unique(labels[labels >= 0]))
     if as_json:
-        counts = {f"n_{noun_of(goal)}s": len(labels), "n_labels": n_labels, "n_without": n_without}
-        printed = json.dumps({"file": job.input, **counts, "outputs": job.names})
-        click.echo(printed, err=job.stream is not None)
+        values = {"file": job.input, f"n_{kind_of(goal).noun}s": len(labels)}
+        values |= {"n_labels": n_labels, "n_without": n_without, "outputs": job.names}
+        click.echo(json.dumps(values), err=job.stream is not None)
         return
     lines = [f"wrote {path}" for path in job.files]
     without = f", {n_without} without" if n_without else ""
     name = Path(job.input).name
-    facts = f"{counted(len(labels), noun_of(goal))}, {counted(n_labels, 'label')}{without}"
+    facts = f"{counted(len(labels), kind_of(goal).noun)}, {counted(n_labels, 'label')}{without}"
     click.echo("\n".join([*lines, f"{name}: {facts}"]), err=job.stream is not None)

@@ -13,7 +13,6 @@ from ..io.guards import read_content
 from ..io.readers.labels import read_labels
 from ..io.readers.npy import npz_array
 from ..io.readers.read import read_cells
-from ..mesh.faces import n_cells_of
 from .failures import print_note
 from .inputs import labels_beside, read_values
 from .options import FILE, camera_options, labels_named_option
@@ -68,7 +67,7 @@ def view_command(
     if len(set(names)) < len(names):
         raise click.UsageError("two features have the same name, that of their files")
     cells = read_cells(mesh)
-    n_cells = n_cells_of(cells)
+    n_cells = cells.n_cells
     shown = _levels_of(mesh, labels, n_cells, labels_named)
     if shown is None:
         print_note(f"{mesh} holds no labels: --labels names a file of them")

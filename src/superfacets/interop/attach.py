@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .._validate import checked_choice, checked_face_labels
 from ..adapters.convert import as_cells
 from ..adapters.results import NO_COLOR, Results, put_results
-from ..mesh.faces import AnyCells, n_cells_of
-from ..mesh.point_cloud import PointCloud
+from ..cells.kinds import kind_of
+from ..mesh.faces import AnyCells
 from ..pictures.colors import face_colors
 from ..pictures.scene import checked_colors
 
@@ -82,14 +82,14 @@ def attach_labels(
     if not isinstance(name, str) or not name:
         raise TypeError(f"name must be a string that is not empty, got {name!r}")
     checked_choice(location, "location", get_args(Location))
-    cells = as_cells(target)
-    n_rows, of_vertices = n_cells_of(cells), False
-    if location == "points" and not isinstance(cells, PointCloud):
+    cells: Any = as_cells(target)
+    are_points = kind_of(cells).are_points
+    n_rows, of_vertices = cells.n_cells, False
+    if location == "points" and not are_points:
         n_rows, of_vertices = cells.n_vertices, True
     checked = _checked_labels(labels, n_rows)
     shades = _checked_colors(cells, checked, colors, of_vertices)
-    on_points = of_vertices or isinstance(cells, PointCloud)
-    put_results(target, Results(name, checked, shades, on_points))
+    put_results(target, Results(name, checked, shades, on_points=of_vertices or are_points))
 
 
 def _checked_labels(labels: npt.ArrayLike, n_rows: int) -> npt.NDArray[np.int32]:

@@ -1,14 +1,17 @@
-"""What is asked of the faces of a mesh, of triangles or of polygons: the one place that tells."""
+"""Triangles, polygons and tetrahedra by their corners: the one place that tells them apart."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .point_cloud import PointCloud
+from .._validate import freeze
+from ..errors import MeshError
+from .cells import Cells
 from .polygon_mesh import PolygonMesh
 from .tet_mesh import TetMesh
 from .triangle_mesh import Mesh
@@ -16,26 +19,32 @@ from .triangle_mesh import Mesh
 __all__ = [
     "AnyCells",
     "AnyMesh",
+    "Corners",
     "FaceMesh",
+    "FoundArcs",
     "VertexGraph",
+    "arcs_of_faces",
+    "arcs_of_triangles",
     "area_vectors",
     "corners_in_a_row",
+    "corners_of",
     "count_degenerate",
     "cut_into_triangles",
     "ends_of_sides",
     "face_sizes",
     "is_same_mesh",
     "measure_faces",
-    "n_cells_of",
-    "noun_of",
+    "measure_shapes",
+    "mesh_like",
     "signed_volume",
     "sliver_area",
+    "surface_of_faces",
     "vertex_graph",
 ]
 
 FaceMesh: TypeAlias = Mesh | PolygonMesh
 AnyMesh: TypeAlias = FaceMesh | TetMesh
-AnyCells: TypeAlias = AnyMesh | PointCloud
+AnyCells: TypeAlias = Cells
 
 Floats = npt.NDArray[np.float64]
 
@@ -48,18 +57,68 @@ class VertexGraph(NamedTuple):
     lengths: Floats
 
 
-def n_cells_of(mesh: AnyCells) -> int:
-    """Return the number of faces, tetrahedra or points, which is that of labels."""
-    if isinstance(mesh, PointCloud):
-        return mesh.n_points
-    return mesh.n_tets if isinstance(mesh, TetMesh) else mesh.n_faces
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Vertices of the corners of all cells of a mesh, one cell after the other."""
+
+    vertices: npt.NDArray[np.int32]  # (C,)
+    size: int | None  # corners of each cell; None where cells differ
+    offsets: npt.NDArray[np.int64] | None = None  # (N + 1,), where cells differ
+
+    @property
+    def sizes(self) -> npt.NDArray[np.int64] | int:
+        """Number of corners of each cell, as `numpy.repeat` takes it."""
+        return np.diff(self.offsets) if self.offsets is not None else self.size or 0
+
+    def of(
+        self, cells: npt.NDArray[np.integer]
+    ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
+        """Return the corners of some cells in a row, and the offsets of each cell's corners."""
+        if self.offsets is None:
+            table = self.vertices.reshape(-1, self.size or 0)[cells]
+            return table.ravel(), np.arange(len(cells) + 1) * table.shape[1]
+        sizes = self.offsets[cells + 1] - self.offsets[cells]
+        offsets = np.concatenate([[0], np.cumsum(sizes)])
+        firsts = np.repeat(self.offsets[cells] - offsets[:-1], sizes)
+        return self.vertices[firsts + np.arange(offsets[-1])], offsets
+
+    def means(self, table: Floats) -> Floats:
+        """Return the mean over the corners of each cell of rows of the vertices, (N, F)."""
+        if self.offsets is None:
+            return np.asarray(table[self.vertices.reshape(-1, self.size or 0)].mean(axis=1))
+        sums = np.add.reduceat(table[self.vertices], self.offsets[:-1], axis=0)
+        return np.asarray(sums / np.diff(self.offsets)[:, np.newaxis])
 
 
-def noun_of(mesh: AnyCells) -> str:
-    """What messages call a cell of a mesh."""
-    if isinstance(mesh, PointCloud):
-        return "point"
-    return "tet" if isinstance(mesh, TetMesh) else "face"
+def corners_of(mesh: AnyMesh) -> Corners:
+    """Return the corners of the faces or tetrahedra of a mesh; nothing is copied."""
+    if isinstance(mesh, PolygonMesh):
+        return Corners(mesh.indices, None, mesh.offsets)
+    if isinstance(mesh, TetMesh):
+        return Corners(mesh.tets.reshape(-1), 4)
+    return Corners(mesh.faces.reshape(-1), 3)
+
+
+def mesh_like(
+    mesh: AnyMesh,
+    vertices: Floats,
+    corners: npt.NDArray[np.int32],
+    offsets: npt.NDArray[np.int64],
+    bounds: Floats | None = None,
+) -> AnyMesh:
+    """Return a mesh of the same class with these cells; it is not checked if `bounds` are given."""
+    arrays: dict[str, npt.NDArray[Any]] = {"vertices": vertices}
+    if isinstance(mesh, PolygonMesh):
+        arrays |= {"offsets": offsets, "indices": corners}
+    elif isinstance(mesh, TetMesh):
+        arrays["tets"] = corners.reshape(-1, 4)
+    else:
+        arrays["faces"] = corners.reshape(-1, 3)
+    if bounds is None:
+        return type(mesh)(**arrays)
+    made: AnyMesh = object.__new__(type(mesh))
+    freeze(made, **arrays, bounds=bounds)
+    return made
 
 
 def corners_in_a_row(mesh: FaceMesh) -> npt.NDArray[np.int32]:
@@ -109,6 +168,19 @@ def measure_faces(mesh: FaceMesh, n_threads: int) -> tuple[Floats, Floats]:
         return _core.measure_faces(mesh.vertices, mesh.faces, n_threads)
     centroids, areas, _ = _measure_polygons(mesh, n_threads)
     return centroids, areas
+
+
+def measure_shapes(
+    mesh: FaceMesh, n_threads: int
+) -> tuple[Floats, Floats, Floats | None, Floats | None]:
+    """Centroids and areas, and for triangles unit normals and the longest sides as well.
+
+    Normals have shape (F, 3), 0 where a face has none. The longest sides are squared, one for each
+    of the core's blocks of faces. Polygons have None for both.
+    """
+    if isinstance(mesh, Mesh):
+        return _core.measure_shapes(mesh.vertices, mesh.faces, n_threads)
+    return *measure_faces(mesh, n_threads), None, None
 
 
 def area_vectors(mesh: FaceMesh, n_threads: int) -> Floats:
@@ -167,3 +239,58 @@ def vertex_graph(
 def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats, Floats]:
     """Centroids, areas, and normals, which are zero where there are none."""
     return _core.measure_polygons(mesh.vertices, mesh.offsets, mesh.indices, n_threads)
+
+
+class FoundArcs(NamedTuple):
+    """Arcs between faces that share an edge, in CSR form."""
+
+    offsets: npt.NDArray[np.int64]
+    neighbors: npt.NDArray[np.int32]
+    sides: npt.NDArray[Any]
+    same_turn: npt.NDArray[np.uint8]
+    counts: tuple[int, int, int, int]  # of edges
+
+
+def arcs_of_faces(mesh: FaceMesh, lowest: npt.NDArray[np.int32], n_threads: int) -> FoundArcs:
+    """Return the arcs between the faces of a mesh; a MeshError if there are too many.
+
+    `lowest` holds the lowest vertex at the position of each.
+    """
+    if isinstance(mesh, Mesh):
+        return arcs_of_triangles(mesh.faces, lowest, n_threads)
+    try:
+        return FoundArcs(*_core.build_polygon_graph(mesh.offsets, mesh.indices, lowest, n_threads))
+    except ValueError as error:  # std::length_error
+        raise MeshError(str(error)) from None
+
+
+def arcs_of_triangles(
+    faces: npt.NDArray[np.int32], lowest: npt.NDArray[np.int32], n_threads: int
+) -> FoundArcs:
+    """As `arcs_of_faces`, of an array of triangles, shape (F, 3)."""
+    try:
+        return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))
+    except ValueError as error:  # std::length_error
+        raise MeshError(str(error)) from None
+
+
+def surface_of_faces(
+    mesh: FaceMesh, arcs: FoundArcs, is_turned: bool, n_threads: int
+) -> _core.TriangleSurface | _core.PolygonSurface:
+    """Return what the kernels take for a mesh and the arcs between its faces.
+
+    A ValueError if the arcs are of another mesh.
+    """
+    is_of_triangles = arcs.sides.dtype == np.uint8
+    if isinstance(mesh, Mesh):
+        if not is_of_triangles:
+            raise ValueError("the graph is of polygons but the mesh has triangles")
+        same_turn = arcs.same_turn if arcs.same_turn.any() else np.empty(0, np.uint8)
+        return _core.TriangleSurface(mesh.vertices, mesh.faces, *arcs[:3], same_turn, is_turned)
+    if is_of_triangles:
+        raise ValueError("the graph is of triangles but the mesh has polygons")
+    if np.any(arcs.sides >= np.repeat(mesh.sizes, np.diff(arcs.offsets))):
+        raise ValueError("the graph is of another mesh: a side is none of its face")
+    return _core.PolygonSurface(
+        mesh.vertices, mesh.offsets, mesh.indices, *arcs[:4], is_turned, n_threads
+    )

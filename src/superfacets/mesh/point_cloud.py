@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_colors, checked_normals, checked_points, freeze, restored
+from .cells import Cells
 
 __all__ = ["PointCloud"]
 
 
 @dataclass(frozen=True, eq=False)
-class PointCloud:
+class PointCloud(Cells):
     """A point cloud: checked, and safe to hand to every stage.
 
     Points are kept as they are, in their order; several may be at the same position.
@@ -69,9 +70,20 @@ class PointCloud:
         PointCloud.__init__(self, *restored(state, ("points", "normals", "colors")))
 
     @property
+    def n_cells(self) -> int:
+        """Number of cells, which are the points."""
+        return len(self.points)
+
+    @property
     def n_points(self) -> int:
         """Number of points, N."""
         return len(self.points)
+
+    def taken(self, chosen: npt.NDArray[np.integer[Any]]) -> PointCloud:
+        """Return the cloud of some of the points, with their normals and colors."""
+        normals = None if self.normals is None else self.normals[chosen]
+        colors = None if self.colors is None else self.colors[chosen]
+        return PointCloud(self.points[chosen], normals, colors)
 
     def __repr__(self) -> str:
         also = [name for name in ("normals", "colors") if getattr(self, name) is not None]

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_polygons, checked_threads, freeze, polygon_arrays, restored
+from .cells import Cells
 from .triangle_mesh import Mesh
 
 __all__ = ["PolygonMesh", "Triangulation"]
@@ -33,7 +34,7 @@ class Triangulation(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PolygonMesh:
+class PolygonMesh(Cells):
     """A mesh of faces with any number of corners: checked, and safe to hand to every stage.
 
     Faces are kept as they are, in their order, one label each. Concave and non-planar faces are
@@ -113,6 +114,11 @@ class PolygonMesh:
     def __setstate__(self, state: Any) -> None:
         """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
         PolygonMesh.__init__(self, *restored(state, ("vertices", "offsets", "indices")))
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, which are the faces."""
+        return len(self.offsets) - 1
 
     @property
     def n_faces(self) -> int:

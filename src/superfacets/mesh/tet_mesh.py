@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import checked_mask, checked_tets, checked_threads, freeze, restored
 from ..errors import MeshError
+from .cells import Cells, lowest_vertices
 from .triangle_mesh import Mesh
 
 __all__ = ["TetBoundary", "TetMesh", "signed_volumes"]
@@ -36,7 +37,7 @@ class TetBoundary(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TetMesh:
+class TetMesh(Cells):
     """A mesh of tetrahedra: checked, and safe to hand to every stage.
 
     Tetrahedra are kept as they are, in their order, one label each. Those that are turned inside
@@ -80,6 +81,11 @@ class TetMesh:
         TetMesh.__init__(self, *restored(state, ("vertices", "tets")))
 
     @property
+    def n_cells(self) -> int:
+        """Number of cells, which are the tetrahedra."""
+        return len(self.tets)
+
+    @property
     def n_tets(self) -> int:
         """Number of tetrahedra, N."""
         return len(self.tets)
@@ -108,8 +114,10 @@ class TetMesh:
             If there is not one bool per tetrahedron.
         """
         kept = checked_mask(keep, self.n_tets, "keep")
+        threads = checked_threads(None)
+        lowest = lowest_vertices(self.vertices, weld, threads)
         offsets, neighbors, sides, *_ = _core.build_tet_graph(
-            self.vertices, self.tets, lowest_vertices(self, weld), checked_threads(None)
+            self.vertices, self.tets, lowest, threads
         )
         is_outside = np.repeat(kept[:, np.newaxis], 4, axis=1)
         sources = np.repeat(np.arange(self.n_tets), np.diff(offsets))
@@ -125,13 +133,6 @@ class TetMesh:
 
     def __repr__(self) -> str:
         return f"TetMesh({self.n_vertices} vertices, {self.n_tets} tets)"
-
-
-def lowest_vertices(mesh: TetMesh, weld: bool) -> npt.NDArray[np.int32]:
-    """The lowest vertex at the position of each, or each vertex itself where it is not welded."""
-    if weld:
-        return _core.weld_vertices(mesh.vertices, checked_threads(None))
-    return np.arange(mesh.n_vertices, dtype=np.int32)
 
 
 def signed_volumes(mesh: TetMesh) -> npt.NDArray[np.float64]:

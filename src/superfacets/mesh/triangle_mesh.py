@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_mesh, freeze, restored
+from .cells import Cells
 
 __all__ = ["Mesh"]
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(Cells):
     """A triangle mesh: checked, and safe to hand to every stage.
 
     Open, non-manifold, inconsistently oriented, degenerate and disconnected meshes and soups of
@@ -67,6 +68,11 @@ class Mesh:
     def __setstate__(self, state: Any) -> None:
         """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
         Mesh.__init__(self, *restored(state, ("vertices", "faces")))
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, which are the faces."""
+        return len(self.faces)
 
     @property
     def n_faces(self) -> int:

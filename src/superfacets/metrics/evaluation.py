@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +12,10 @@ import numpy.typing as npt
 from .._validate import checked_number, compact_complete
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
-from ..cells.kinds import as_surface
+from ..cells.kinds import as_surface, kind_of
 from ..cells.sums import positive_total
 from ..cells.surface import Surface
 from ..mesh.faces import FaceMesh, is_same_mesh
-from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh
 from .cuts import DEFAULT_TOLERANCE, Cuts, boundary_agreement_of, cut_discrepancy_of
 from .edges import MeshEdges
 from .overlap import (
@@ -141,8 +140,8 @@ def evaluate(
     (2, 0.0, 0.5)
     """
     tolerance = checked_number(tolerance, "tolerance", zero=True)
-    cells = as_cells(mesh)
-    if isinstance(cells, (TetMesh, PointCloud)):
+    cells: Any = as_cells(mesh)
+    if not kind_of(cells).has_faces:
         if isinstance(ground_truths, GroundTruths):
             raise ValueError("the ground truths were prepared for another mesh")
         return _of_volume(as_surface(cells, weld=weld, n_threads=n_threads), labels, ground_truths)

@@ -9,13 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_complete
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
-from ..cells.point_graph import find_point_graph
+from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
-from ..mesh.faces import measure_faces
-from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh, signed_volumes
 
 __all__ = [
     "Consistency",
@@ -354,15 +351,7 @@ def _prepared(
         return source
     if labels is None or truth is None:
         raise TypeError("labels and truth are needed with a mesh")
-    if isinstance(source, CellGraph):
-        return area_overlap(labels, truth, source.measures)
-    mesh = as_cells(source)
-    if isinstance(mesh, TetMesh):
-        return area_overlap(labels, truth, np.abs(signed_volumes(mesh)))
-    if isinstance(mesh, PointCloud):
-        return area_overlap(labels, truth, find_point_graph(mesh, checked_threads(None)).measures)
-    _, areas = measure_faces(mesh, checked_threads(None))
-    return area_overlap(labels, truth, areas)
+    return area_overlap(labels, truth, measures_of(as_known(source), checked_threads(None)))
 
 
 def _best_shared(groups: Ints, areas: Floats, n_groups: int) -> float:

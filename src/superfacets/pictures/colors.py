@@ -8,19 +8,13 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from .. import _core
 from .._validate import checked_partial_labels, checked_threads, compact_partial_labels
 from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import MeshLike
 from ..adapters.results import NO_COLOR
 from ..cells.cell_graph import CellGraph
-from ..cells.face_graph import build_face_graph, find_arcs
-from ..cells.point_graph import find_point_graph
-from ..cells.tet_graph import build_tet_graph
-from ..mesh.faces import AnyCells, n_cells_of
-from ..mesh.point_cloud import PointCloud
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh
+from ..cells.kinds import as_known, kind_of
+from ..mesh.faces import AnyCells
 from .vision import color_distances, from_oklab, oklab
 
 __all__ = [
@@ -97,9 +91,8 @@ def face_colors(
     array([[245, 195, 170],
            [150, 180, 250]], dtype=uint8)
     """
-    cells = mesh if isinstance(mesh, CellGraph) else as_cells(mesh)
-    n_cells = cells.n_cells if isinstance(cells, CellGraph) else n_cells_of(cells)
-    compact, _ = compact_partial_labels(labels, n_cells)
+    cells = as_known(mesh)
+    compact, _ = compact_partial_labels(labels, cells.n_cells)
     return colors_of_cells(_colors_of(cells, compact), compact)
 
 
@@ -112,19 +105,9 @@ def colors_of_cells(
 
 def _colors_of(cells: AnyCells | CellGraph, labels: npt.NDArray[np.int32]) -> npt.NDArray[np.uint8]:
     """Color of each region of any kind of cells."""
-    if isinstance(cells, CellGraph):
-        return region_colors(cells, labels)
-    if isinstance(cells, TetMesh):
-        return region_colors(build_tet_graph(cells), labels)
-    if isinstance(cells, PointCloud):
-        return region_colors(find_point_graph(cells, checked_threads(None)), labels)
-    if isinstance(cells, PolygonMesh):
-        return region_colors(build_face_graph(cells), labels)
-    representative = _core.weld_vertices(cells.vertices, checked_threads(None))
-    at_border = _faces_at_borders(representative[cells.faces], labels, cells.n_vertices)
-    arcs = _arcs_between(cells.faces[at_border], representative)
+    arcs, of_cells = kind_of(cells).border_arcs(cells, labels, checked_threads(None))
     n_regions = int(labels.max()) + 1
-    return _colors_of_adjacency(*_region_adjacency(arcs, labels[at_border], n_regions))
+    return _colors_of_adjacency(*_region_adjacency(arcs, of_cells, n_regions))
 
 
 def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
@@ -192,32 +175,6 @@ def _peeled_order(
         np.subtract.at(n_left, touching[np.arange(counts.sum()) + skipped], 1)
         rounds.append(taken)
     return np.concatenate(rounds[::-1])
-
-
-def _faces_at_borders(
-    corners: npt.NDArray[np.int32], labels: npt.NDArray[np.int32], n_vertices: int
-) -> npt.NDArray[np.int64]:
-    """Faces with two corners or more where regions meet: all that share an edge with another.
-
-    Few of a large mesh do, and the graph of these takes a fraction of the time of the whole one.
-    """
-    some_label = np.empty(n_vertices, dtype=np.int32)  # of any of the faces at each vertex
-    for vertices in corners.T:
-        some_label[vertices] = labels
-    is_shared = np.zeros(n_vertices, dtype=bool)
-    is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
-    first, second, third = is_shared[corners].T
-    return np.flatnonzero((first & second) | (second & third) | (third & first))
-
-
-def _arcs_between(
-    faces: npt.NDArray[np.int32], representative: npt.NDArray[np.int32]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
-    """Arcs, in CSR form, between faces that share an edge."""
-    if not len(faces):
-        return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32)
-    offsets, neighbors, *_ = find_arcs(faces, representative, checked_threads(None))
-    return offsets, neighbors
 
 
 def _region_adjacency(

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..cells.cell_graph import CellGraph
+from ..cells.kinds import kind_of
 from ..errors import MissingExtraError, RenderError
-from ..mesh.faces import AnyCells, n_cells_of, noun_of
-from ..mesh.point_cloud import PointCloud
+from ..mesh.faces import AnyCells
 from .colors import PALETTE
 from .needs import import_pillow
 from .rendering import render
@@ -72,7 +72,7 @@ def png_of(result: _Result) -> bytes | None:
 def _draw(labels: npt.NDArray[np.int32], cells: AnyCells | CellGraph | None) -> bytes | None:
     if cells is None or isinstance(cells, CellGraph):
         return None
-    if n_cells_of(cells) > (MAX_DRAWN_POINTS if isinstance(cells, PointCloud) else MAX_DRAWN):
+    if cells.n_cells > (MAX_DRAWN_POINTS if kind_of(cells).are_points else MAX_DRAWN):
         return None
     file = io.BytesIO()
     try:
@@ -94,7 +94,7 @@ def html_of(result: _Result) -> str:
             f' src="data:image/png;base64,{data}">'
         )
     cells = result.cells
-    noun = "cell" if cells is None or isinstance(cells, CellGraph) else noun_of(cells)
+    noun = "cell" if cells is None else kind_of(cells).noun
     sizes = np.bincount(result.labels[result.labels >= 0], minlength=result.n_segments)
     rows = "".join(
         f'<tr><th style="text-align:left">{name}</th><td style="text-align:left">{value}</td></tr>'

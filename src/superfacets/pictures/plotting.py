@@ -18,7 +18,7 @@ from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.region_adjacency import region_graph
 from ..io.atomic import atomic_outputs
-from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.faces import AnyCells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .camera import View, place_camera, turned_cameras
@@ -252,7 +252,7 @@ def _colors_by(
 
 def _values_of(cells: AnyCells, labels: Any, color_by: Any, n_series: int) -> Floats:
     """A value for each cell; NaN where there is none, and where it is in no region."""
-    n_cells = n_cells_of(cells)
+    n_cells = cells.n_cells
     if labels is None:
         if isinstance(color_by, str):
             raise ValueError(f"color_by {color_by!r} is a column of regions: it needs labels")

@@ -16,10 +16,9 @@ from .._options import CLIPS, Clip
 from .._validate import checked_choice, checked_count, checked_number, compact_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
+from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
-from ..mesh.faces import AnyCells, AnyMesh, FaceMesh
-from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh
+from ..mesh.faces import AnyCells
 from .borders import default_border_width
 from .camera import Camera, View, place_camera
 from .colors import face_colors
@@ -154,11 +153,33 @@ def scene_of(
     clip: Clip | None,
 ) -> Scene:
     """What is drawn of cells of any kind."""
-    if isinstance(cells, PointCloud):
-        if clip is not None:
-            raise ValueError("clip is for tetrahedra: points have nothing inside")
-        return build_cloud_scene(cells, labels, colors)
-    return build_scene(*_outside(cells, labels, colors, clip))
+    kind = kind_of(cells)
+    keep = None if clip is None else _half(cells, clip)
+    outside = kind.outside(cells, keep)
+    if outside is None:
+        return build_cloud_scene(kind.cloud(cells), labels, colors)
+    surface, sources = outside
+    if sources is None:
+        return build_scene(surface, labels, colors)
+    if labels is not None:
+        labels, _ = compact_partial_labels(labels, cells.n_cells)
+        colors = face_colors(cells, labels) if colors is None else colors  # the same in each view
+        labels = labels[sources]
+    if colors is not None:
+        colors = _colors_of(colors, cells.n_cells)[sources]
+    return build_scene(surface, labels, colors)
+
+
+def _half(cells: Any, clip: Clip) -> npt.NDArray[np.bool_]:
+    """Which cells of a volume are in one half of its bounding box."""
+    checked_choice(clip, "clip", CLIPS)
+    kind = kind_of(cells)
+    if kind.dimension != 3:
+        noun = "a surface has" if kind.has_faces else f"{kind.plural} have"
+        raise ValueError(f"clip is for tetrahedra: {noun} nothing inside")
+    axis = "xyz".index(clip[-1])
+    heights = kind.positions(cells)[:, axis] - cells.bounds[:, axis].mean()
+    return np.asarray(heights < 0 if clip.startswith("-") else heights >= 0)
 
 
 def upright(view: View, scene: Scene) -> View:
@@ -180,31 +201,6 @@ def png_of_picture(picture: Picture) -> bytes:
     image = import_pillow("Image").fromarray(picture)
     image.save(file, format="PNG", compress_level=4, compress_type=_PNG_RUNS)
     return file.getvalue()
-
-
-def _outside(
-    mesh: AnyMesh, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None
-) -> tuple[FaceMesh, npt.ArrayLike | None, npt.ArrayLike | None]:
-    """The surface to draw with its labels and colors: the mesh, or the outside of tetrahedra."""
-    if clip is not None:
-        checked_choice(clip, "clip", CLIPS)
-    if not isinstance(mesh, TetMesh):
-        if clip is not None:
-            raise ValueError("clip is for tetrahedra: a surface has nothing inside")
-        return mesh, labels, colors
-    keep = None
-    if clip is not None:
-        axis = "xyz".index(clip[-1])
-        heights = mesh.vertices[mesh.tets, axis].mean(axis=1) - mesh.bounds[:, axis].mean()
-        keep = heights < 0 if clip.startswith("-") else heights >= 0
-    surface, sources = mesh.boundary(keep)
-    if labels is not None:
-        labels, _ = compact_partial_labels(labels, mesh.n_tets)
-        colors = face_colors(mesh, labels) if colors is None else colors  # the same in each view
-        labels = labels[sources]
-    if colors is not None:
-        colors = _colors_of(colors, mesh.n_tets)[sources]
-    return surface, labels, colors
 
 
 def _colors_of(colors: npt.ArrayLike, n_cells: int) -> npt.NDArray[Any]:

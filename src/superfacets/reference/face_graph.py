@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..mesh.faces import FaceMesh
+from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
@@ -62,10 +62,9 @@ def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
 
 
 def _faces_of(mesh: FaceMesh) -> list[list[int]]:
-    if isinstance(mesh, Mesh):
-        faces: list[list[int]] = mesh.faces.tolist()
-        return faces
-    return [mesh.face(i).tolist() for i in range(mesh.n_faces)]
+    corners = corners_of(mesh)
+    ends = np.cumsum(np.broadcast_to(corners.sizes, mesh.n_faces))
+    return [face.tolist() for face in np.split(corners.vertices, ends[:-1])]
 
 
 def _arcs_over(sides: dict[tuple[int, ...], dict[int, tuple[int, bool]]]) -> list[Arc]:

@@ -11,9 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..cells.cell_graph import ArcMeasures
-from ..mesh.faces import AnyMesh
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh
+from ..cells.kinds import kind_of
+from ..mesh.faces import AnyMesh, corners_of
 
 __all__ = ["RegionArc", "RegionShape", "region_arcs", "region_shapes"]
 
@@ -62,13 +61,13 @@ def region_shapes(mesh: AnyMesh, labels: npt.ArrayLike) -> list[RegionShape]:
 
 def _simplices(mesh: AnyMesh) -> list[list[_Simplex]]:
     """The simplices of each cell: of a polygon, the triangles of the fan of its first corner."""
-    if isinstance(mesh, TetMesh):
-        return [[_Simplex(corners, _volume(corners))] for corners in mesh.vertices[mesh.tets]]
-    if not isinstance(mesh, PolygonMesh):
-        return [[_Simplex(c, _length(_area_vector(c)))] for c in mesh.vertices[mesh.faces]]
+    corners_of_cells = corners_of(mesh)
+    ends = np.cumsum(np.broadcast_to(corners_of_cells.sizes, mesh.n_cells))
+    table = np.split(mesh.vertices[corners_of_cells.vertices], ends[:-1])
+    if kind_of(mesh).dimension == 3:
+        return [[_Simplex(corners, _volume(corners))] for corners in table]
     cells = []
-    for face in range(mesh.n_faces):
-        first, *others = mesh.vertices[mesh.face(face)]
+    for first, *others in table:
         fan = [np.array([first, second, third]) for second, third in pairwise(others)]
         total = np.sum([_area_vector(corners) for corners in fan], axis=0)
         normal = total / _length(total)

@@ -293,6 +293,6 @@ def find_boundaries(
 def _arcs_of(
     cells: MeshLike | CloudLike | CellGraph, weld: bool, n_threads: int | None
 ) -> tuple[Longs, Ints]:
-    if isinstance(cells, CellGraph):
+    if isinstance(cells, CellGraph):  # which need not have measures of arcs
         return cells.offsets, cells.neighbors
     return as_surface(cells, weld=weld, n_threads=n_threads).arcs

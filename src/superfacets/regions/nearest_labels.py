@@ -9,14 +9,12 @@ import numpy.typing as npt
 
 from .._validate import checked_classes, checked_threads
 from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
+from ..cells.kinds import as_known, kind_of
 from ..cells.majority import weighted_majority
 from ..cells.nearest import checked_distance, nearest_cells, query_points
-from ..mesh.faces import AnyCells, n_cells_of
-from ..mesh.point_cloud import PointCloud
 from ..mesh.samples import sample_faces
-from ..mesh.tet_mesh import TetMesh
 
 __all__ = ["transfer"]
 
@@ -89,12 +87,11 @@ def transfer(
     """
     threads = checked_threads(n_threads)
     limit = checked_distance(max_distance)
-    source = mesh if isinstance(mesh, CellGraph) else as_cells(mesh)
-    n_cells = source.n_cells if isinstance(source, CellGraph) else n_cells_of(source)
-    given = checked_classes(labels, n_cells, "labels")
+    source = as_known(mesh)
+    given = checked_classes(labels, source.n_cells, "labels")
 
     goal = _as_target(target)
-    limit += _ROUNDING * _largest_coordinate(source)
+    limit += _ROUNDING * float(np.abs(source.bounds).max())
 
     def labels_at(points: npt.NDArray[np.float64]) -> Ints:
         nearest = nearest_cells(source, points, limit, threads).faces
@@ -102,27 +99,18 @@ def transfer(
 
     if isinstance(goal, np.ndarray):
         return labels_at(goal)
-    samples = sample_faces(goal, n_cells, threads)
+    samples = sample_faces(goal, source.n_cells, threads)
     found = labels_at(samples.points)
     return weighted_majority(samples.faces, found, samples.areas, goal.n_faces)
 
 
-def _largest_coordinate(source: AnyCells | CellGraph) -> float:
-    return float(np.abs(source.bounds).max())
-
-
 def _as_target(target: Any) -> Any:
     """A mesh of faces, or the points that stand for the cells of anything else, (M, 3)."""
-    if isinstance(target, CellGraph):
-        return query_points(target.positions)
     if isinstance(target, np.ndarray) or _is_list_of_points(target):
         return query_points(target)
-    cells: AnyCells = as_cells(target)
-    if isinstance(cells, PointCloud):
-        return query_points(cells.points)
-    if isinstance(cells, TetMesh):
-        return query_points(cells.vertices[cells.tets].mean(axis=1))
-    return cells
+    cells = as_known(target)
+    kind = kind_of(cells)
+    return cells if kind.has_faces else query_points(kind.positions(cells))
 
 
 def _is_list_of_points(target: Any) -> bool:

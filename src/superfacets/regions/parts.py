@@ -5,20 +5,17 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_regions, freeze, is_extent_valid
+from .._validate import checked_regions, is_extent_valid
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
+from ..cells.kinds import kind_of
 from ..errors import MeshError
-from ..mesh.faces import AnyCells, AnyMesh, n_cells_of
-from ..mesh.point_cloud import PointCloud
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh
-from ..mesh.triangle_mesh import Mesh
+from ..mesh.faces import AnyCells
 
 __all__ = ["Splitter", "Submesh", "split_regions", "submesh"]
 
@@ -77,7 +74,7 @@ def submesh(cells: MeshLike | CloudLike, labels: npt.ArrayLike, region: int) -> 
     (Mesh(3 vertices, 1 faces), [1], [0, 2, 3])
     """
     whole = as_cells(cells)
-    array, n_regions = checked_regions(labels, n_cells_of(whole))
+    array, n_regions = checked_regions(labels, whole.n_cells)
     number = operator.index(region)
     if not 0 <= number < n_regions:
         raise ValueError(f"there is no region {number}: there are {n_regions}")
@@ -110,37 +107,27 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     [[0, 1, 2], [0, 2, 3]]
     """
     whole = as_cells(cells)
-    array, n_regions = checked_regions(labels, n_cells_of(whole))
+    array, n_regions = checked_regions(labels, whole.n_cells)
     order = np.argsort(array, kind="stable").astype(np.int32)
     starts = np.searchsorted(array[order], np.arange(n_regions + 1))
-    if isinstance(whole, PointCloud):
+    if kind_of(whole).corners(whole) is None:
         splitter = Splitter(whole)
         return (splitter.part(order[a:b]) for a, b in pairwise(starts))
     return _all_parts(whole, order[starts[0] :], starts - starts[0])
 
 
-def _corners_of(whole: AnyMesh, cells: Ints) -> tuple[Ints, npt.NDArray[np.int64]]:
-    """Corners of cells in a row, and where those of each cell begin and end."""
-    if isinstance(whole, PolygonMesh):
-        sizes = whole.sizes[cells]
-        offsets = np.concatenate([[0], np.cumsum(sizes)])
-        firsts = np.repeat(whole.offsets[cells] - offsets[:-1], sizes)
-        return whole.indices[firsts + np.arange(offsets[-1])], offsets
-    corners = (whole.tets if isinstance(whole, TetMesh) else whole.faces)[cells]
-    return corners.ravel(), np.arange(len(cells) + 1) * corners.shape[1]
-
-
-def _all_parts(whole: AnyMesh, order: Ints, starts: npt.NDArray[np.int64]) -> Iterator[Submesh]:
+def _all_parts(whole: Any, order: Ints, starts: npt.NDArray[np.int64]) -> Iterator[Submesh]:
     """Yield all parts; what takes long, numbers of vertices and checks, is done for all at once.
 
     Cells of part i are ``order[starts[i]:starts[i + 1]]``.
     """
-    corners, offsets = _corners_of(whole, order)
+    kind = kind_of(whole)
+    corners, offsets = kind.corners(whole).of(order)  # type: ignore[union-attr]  # it has some
     part_of_corner = np.repeat(np.arange(len(starts) - 1), np.diff(offsets[starts]))
     keys, numbers = np.unique(part_of_corner * whole.n_vertices + corners, return_inverse=True)
     part_of_vertex, vertices = np.divmod(keys, whole.n_vertices)
     firsts = np.searchsorted(part_of_vertex, np.arange(len(starts)))
-    numbers = (numbers - firsts[part_of_corner]).astype(np.int32)
+    corners = (numbers - firsts[part_of_corner]).astype(np.int32)
     vertices = vertices.astype(np.int32)
     points = whole.vertices[vertices]
     bounds = np.stack(
@@ -155,52 +142,33 @@ def _all_parts(whole: AnyMesh, order: Ints, starts: npt.NDArray[np.int64]) -> It
             yield splitter.named_part(order[a:b], part)  # which raises
             continue
         ends = offsets[a : b + 1]
-        arrays = (points[low:high].copy(), bounds[part].copy(), numbers[ends[0] : ends[-1]].copy())
-        mesh = _part_of_checked(whole, *arrays, ends - ends[0])
+        mesh = kind.with_corners(
+            whole, points[low:high].copy(), corners[ends[0] : ends[-1]].copy(), ends - ends[0],
+            bounds[part].copy(),
+        )  # fmt: skip
         yield Submesh(mesh, order[a:b].copy(), vertices[low:high].copy())
-
-
-def _part_of_checked(
-    whole: AnyMesh,
-    points: npt.NDArray[np.float64],
-    bounds: npt.NDArray[np.float64],
-    corners: Ints,
-    offsets: npt.NDArray[np.int64],
-) -> AnyMesh:
-    """A mesh of arrays that need no check, as they are of one that was checked."""
-    mesh: AnyMesh = object.__new__(type(whole))
-    if isinstance(whole, PolygonMesh):
-        freeze(mesh, vertices=points, offsets=offsets, indices=corners, bounds=bounds)
-    elif isinstance(whole, TetMesh):
-        freeze(mesh, vertices=points, tets=corners.reshape(-1, 4), bounds=bounds)
-    else:
-        freeze(mesh, vertices=points, faces=corners.reshape(-1, 3), bounds=bounds)
-    return mesh
 
 
 class Splitter:
     """Cuts parts out of a mesh, in time and memory of the part once it is made."""
 
-    def __init__(self, whole: AnyCells) -> None:
+    def __init__(self, whole: Any) -> None:
         self._whole = whole
-        n_vertices = 0 if isinstance(whole, PointCloud) else whole.n_vertices
+        self._corners = kind_of(whole).corners(whole)
+        n_vertices = 0 if self._corners is None else whole.n_vertices
         # By vertex, its number in the part at hand; of other vertices, anything.
         self._numbers = np.empty(n_vertices, dtype=np.int32)
 
     def part(self, cells: Ints) -> Submesh:
         """Return the mesh of these cells."""
         whole = self._whole
-        if isinstance(whole, PointCloud):
-            normals = None if whole.normals is None else whole.normals[cells]
-            colors = None if whole.colors is None else whole.colors[cells]
-            return Submesh(PointCloud(whole.points[cells], normals, colors), cells, cells)
-        corners, offsets = _corners_of(whole, cells)
+        kind = kind_of(whole)
+        if self._corners is None:
+            return Submesh(kind.part(whole, cells), cells, cells)
+        corners, offsets = self._corners.of(cells)
         vertices = self._renumber(corners)
         points, numbers = whole.vertices[vertices], self._numbers[corners]
-        if isinstance(whole, PolygonMesh):
-            return Submesh(PolygonMesh(points, offsets, numbers), cells, vertices)
-        kind = TetMesh if isinstance(whole, TetMesh) else Mesh
-        return Submesh(kind(points, numbers.reshape(len(cells), -1)), cells, vertices)
+        return Submesh(kind.with_corners(whole, points, numbers, offsets), cells, vertices)
 
     def named_part(self, cells: Ints, region: int) -> Submesh:
         """Return the mesh of the cells of a region, which an error names."""

@@ -18,11 +18,11 @@ from .._validate import (
     refuse_mask,
 )
 from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
+from ..cells.kinds import as_known, measures_of
 from ..cells.majority import weighted_majority
-from ..cells.measures import measures_of
-from ..mesh.faces import AnyCells, n_cells_of
+from ..mesh.faces import AnyCells
 from .vertices import corner_groups
 
 __all__ = ["Pooling", "pool", "snap", "unpool"]
@@ -254,7 +254,7 @@ def _members_of(
         if len(values) != n_vertices:
             also = "" if n_vertices is None else f" and {n_vertices} vertices"
             raise ValueError(f"there are {len(values)} values for {len(labels)} cells{also}")
-        rows, sizes = corner_groups(source)  # type: ignore[arg-type]  # it has vertices
+        rows, sizes = corner_groups(source)
         labels = np.repeat(labels, sizes)
         weights = None if weights is None else np.repeat(weights / sizes, sizes)
     order = np.argsort(labels, kind="stable")[np.count_nonzero(labels < 0) :]
@@ -363,16 +363,14 @@ def _checked_values(values: npt.ArrayLike, how: str) -> npt.NDArray[Any]:
 def _checked_source(cells: Any, measures: Any) -> AnyCells | CellGraph | None:
     if cells is not None and measures is not None:
         raise ValueError("give cells or measures, not both: cells have measures of their own")
-    if cells is None or isinstance(cells, CellGraph):
-        return cells
-    return as_cells(cells)
+    return None if cells is None else as_known(cells)
 
 
 def _count(labels: npt.ArrayLike, source: AnyCells | CellGraph | None) -> int:
     """The number of labels that there must be."""
     if source is None:
         return int(np.size(labels))
-    return source.n_cells if isinstance(source, CellGraph) else n_cells_of(source)
+    return source.n_cells
 
 
 def _weights_of(

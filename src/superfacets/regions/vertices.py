@@ -10,11 +10,9 @@ import numpy.typing as npt
 from .._validate import checked_classes, checked_threads, ranked_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
+from ..cells.kinds import kind_of, measures_of
 from ..cells.majority import weighted_majority
-from ..cells.measures import measures_of
-from ..mesh.faces import AnyCells, AnyMesh, corners_in_a_row, face_sizes, n_cells_of
-from ..mesh.point_cloud import PointCloud
-from ..mesh.tet_mesh import TetMesh
+from ..errors import MeshError
 
 __all__ = ["corner_groups", "vertex_ids", "vertex_labels"]
 
@@ -57,9 +55,9 @@ def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> npt.NDAr
     >>> vertex_labels(Mesh(corners, [[0, 1, 2], [0, 2, 3]]), [7, 4])
     array([ 4,  7,  4,  4, -1], dtype=int32)
     """
-    cells = as_cells(mesh)
-    array = checked_classes(labels, n_cells_of(cells), "labels")
-    if isinstance(cells, PointCloud):
+    cells: Any = as_cells(mesh)
+    array = checked_classes(labels, cells.n_cells, "labels")
+    if kind_of(cells).are_points:
         return array
     vertices, sizes = corner_groups(cells)
     weights = np.repeat(measures_of(cells, checked_threads(None)), sizes)
@@ -70,14 +68,14 @@ def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> npt.NDAr
     return weighted_majority(vertices, of_corners, weights, cells.n_vertices)
 
 
-def vertex_ids(cells: AnyCells, labels: npt.NDArray[np.integer[Any]]) -> npt.NDArray[np.int64]:
+def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> npt.NDArray[np.int64]:
     """Return an id for each vertex: its label, by `vertex_labels`, but all regions have a vertex.
 
     A region that has most of the area around no vertex gets the first of its corners of which the
     region has others; none, if there is no such corner. A vertex that no cell has gets an id of its
     own, behind the labels. Labels are 0 and up, gaps allowed.
     """
-    if isinstance(cells, PointCloud):
+    if kind_of(cells).are_points:
         return labels.astype(np.int64)
     ranks, names = ranked_labels(labels)
     of_vertices = vertex_labels(cells, ranks)
@@ -89,7 +87,7 @@ def vertex_ids(cells: AnyCells, labels: npt.NDArray[np.integer[Any]]) -> npt.NDA
 
 
 def _give_vertices(
-    of_vertices: npt.NDArray[np.int32], cells: AnyMesh, labels: npt.NDArray[np.int32], n: int
+    of_vertices: npt.NDArray[np.int32], cells: Any, labels: npt.NDArray[np.int32], n: int
 ) -> None:
     """Give a vertex to each of the n regions that has none, where another has one to spare."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=n)
@@ -110,8 +108,10 @@ def _give_vertices(
             of_vertices[spare[0]] = region
 
 
-def corner_groups(mesh: AnyMesh) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64] | int]:
+def corner_groups(cells: Any) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64] | int]:
     """Vertices of the corners of all cells in a row, and the number of corners of each cell."""
-    if isinstance(mesh, TetMesh):
-        return mesh.tets.ravel(), 4
-    return corners_in_a_row(mesh), face_sizes(mesh)
+    kind = kind_of(cells)
+    corners = kind.corners(cells)
+    if corners is None:
+        raise MeshError(f"{kind.plural} have no vertices to label")
+    return corners.vertices, corners.sizes

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._validate import checked_threads
-from ..cells.measures import measures_of
+from ..cells.kinds import measures_of
 from ..mesh.faces import AnyCells
 from .changes import Change, Painted, Partition, State, last_stroke
 from .classes import ClassList, checked_class_list, default_classes, with_missing

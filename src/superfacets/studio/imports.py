@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..cells.kinds import kind_of
 from ..cells.majority import weighted_majority
 from ..errors import MeshError
 from ..io.guards import known_ending
 from ..io.readers.labels import read_labels
 from ..io.writers.scannet import NO_CLASS
-from ..mesh.faces import AnyCells, n_cells_of
-from ..mesh.point_cloud import PointCloud
+from ..mesh.faces import AnyCells
 from ..regions.vertices import corner_groups
 from .classes import MAX_CLASS, ClassList, new_class
 
@@ -105,7 +105,7 @@ def _told(error: Exception) -> str:
 
 def _labels_in(data: bytes, ending: str, cells: AnyCells) -> Ints:
     """One label per cell."""
-    n_cells = n_cells_of(cells)
+    n_cells = cells.n_cells
     if ending in LISTS:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
             path = Path(folder, f"labels{ending}")
@@ -132,16 +132,17 @@ def _integers(values: Any, name: str) -> Ints:
     return array.astype(np.int64)
 
 
-def _of_corners(cells: AnyCells, of_vertices: Ints) -> Ints:
+def _of_corners(cells: Any, of_vertices: Ints) -> Ints:
     """What most corners of a cell have; the lowest of equals."""
-    n_vertices = cells.n_points if isinstance(cells, PointCloud) else cells.n_vertices
+    are_points = kind_of(cells).are_points
+    n_vertices = cells.n_cells if are_points else cells.n_vertices
     if len(of_vertices) != n_vertices:
         raise MeshError(f"it has {len(of_vertices)} labels, and the mesh {n_vertices} vertices")
-    if isinstance(cells, PointCloud):
+    if are_points:
         return of_vertices
     names, ranks = np.unique(of_vertices, return_inverse=True)
     vertices, sizes = corner_groups(cells)
-    n_cells = n_cells_of(cells)
+    n_cells = cells.n_cells
     groups = np.repeat(np.arange(n_cells), sizes)
     voters = ranks[vertices].astype(np.int32)
     winners = weighted_majority(groups, voters, np.ones(len(voters)), n_cells)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..mesh.tet_mesh import TetMesh
+from ..cells.kinds import kind_of
 from ..pictures.page.shape import Shape, shape_of
 from ..pictures.upright import guess_up
 from .coding import packet
@@ -49,7 +49,7 @@ def _header(document: Document, shape: Shape, center: list[float]) -> dict[str, 
         "scale": shape.diagonal,
         "up": _guessed_up(shape),
         "point_size": shape.point_size * shape.diagonal,
-        "measure": "volume" if isinstance(document.cells, TetMesh) else "area",
+        "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
     }
 
 

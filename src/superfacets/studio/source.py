@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.guards import read_content
 from ..io.readers.read import cell_ending, parse_cells
-from ..mesh.faces import AnyCells, n_cells_of
-from ..mesh.point_cloud import PointCloud
-from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh
+from ..mesh.faces import AnyCells
 from .journal import Journal, JournalError
 
 __all__ = ["ChangedError", "Source"]
@@ -57,16 +55,13 @@ class Source:
     @property
     def n_cells(self) -> int:
         """Number of cells, N."""
-        return n_cells_of(self.cells)
+        return self.cells.n_cells
 
     @property
     def kind(self) -> str:
         """What the front end calls this kind of cells."""
-        if isinstance(self.cells, PointCloud):
-            return "points"
-        if isinstance(self.cells, TetMesh):
-            return "tets"
-        return "polygons" if isinstance(self.cells, PolygonMesh) else "triangles"
+        name = kind_of(self.cells).name
+        return "tets" if name == "tetrahedra" else name
 
     @property
     def facts(self) -> dict[str, Any]:

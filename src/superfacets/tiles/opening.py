@@ -18,7 +18,6 @@ from ..io.readers.clouds import holds_cloud
 from ..io.readers.obj import read_blocks, without_continuations
 from ..io.readers.ply_header import Header, parse_header
 from ..io.readers.read import CELL_ENDINGS, cell_ending, read_cells
-from ..mesh.faces import AnyCells
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
@@ -141,7 +140,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
     return ply_pieces(path, header)
 
 
-def _pieces_of_cells(cells: AnyCells, where: str = "") -> Pieces:
+def _pieces_of_cells(cells: Any, where: str = "") -> Pieces:
     if isinstance(cells, TetMesh):
         raise MeshError(f"{where}tiles are of faces or points, and this holds tetrahedra")
     return cloud_pieces(cells) if isinstance(cells, PointCloud) else _pieces_of_mesh(cells)

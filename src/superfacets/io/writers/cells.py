@@ -12,17 +12,16 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._validate import refuse_mask
+from ...cells.kinds import Kind, kind_of
 from ...errors import MeshError
-from ...mesh.faces import AnyCells, FaceMesh, n_cells_of, noun_of
-from ...mesh.point_cloud import PointCloud
-from ...mesh.tet_mesh import TetMesh
+from ...mesh.faces import AnyCells
 from ..attributes import MeshAttributes
 from .clouds import CLOUD_WRITERS
 from .glb import write_glb
 from .obj import write_obj
 from .off import write_off
 from .ply import write_ply
-from .tets import TET_OUTPUTS, write_tets
+from .tets import TET_WRITERS
 from .vtp import write_vtp
 
 __all__ = [
@@ -34,7 +33,7 @@ __all__ = [
     "usual_ending",
 ]
 
-FACE_WRITERS: dict[str, Callable[..., None]] = {
+FACE_WRITERS: Mapping[str, Callable[..., None]] = {
     ".ply": write_ply,
     ".vtp": write_vtp,
     ".obj": write_obj,
@@ -42,19 +41,28 @@ FACE_WRITERS: dict[str, Callable[..., None]] = {
     ".glb": write_glb,
 }
 
-MESH_OUTPUTS = (*FACE_WRITERS, *TET_OUTPUTS)
+WRITERS: dict[str, Mapping[str, Callable[..., None]]] = {
+    "triangles": FACE_WRITERS,
+    "polygons": FACE_WRITERS,
+    "tetrahedra": TET_WRITERS,
+    "points": CLOUD_WRITERS,
+}
+"""By the name of the kind of cells, then by ending, the usual one first. Kinds that are not listed
+have files of labels alone."""
+
+MESH_OUTPUTS = (*FACE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".las", ".laz")
 """Of point clouds alone."""
 
 ATTRIBUTE_OUTPUTS = (".ply", ".vtp", ".las", ".laz")
 """Files that have a place for attributes of vertices and faces."""
 
-NAMED_OUTPUTS = (".vtp", *TET_OUTPUTS)
+NAMED_OUTPUTS = (".vtp", *TET_WRITERS)
 """Files whose array of labels may have any name."""
 
 CLASS_OUTPUTS = (".glb", ".aggregation.json")
 
-COLORLESS_OUTPUTS = (".obj", ".csv")
+COLORLESS_OUTPUTS = (".obj", ".csv", *TET_WRITERS)
 """Files that have no place for colors, which take a while to find."""
 
 
@@ -133,15 +141,16 @@ class CellWriter:
         """Return self; an error if files with these endings could not be written."""
         if not endings:
             return self
+        kind = kind_of(self.cells)
         for ending in endings:
-            _check_kind(self.cells, ending)
+            _check_kind(kind, ending)
         self.options.check_classes(self.labels)
-        if isinstance(self.cells, TetMesh):
+        if not {*endings}.isdisjoint(TET_WRITERS):
             if self.given_colors is not None or self.attributes is not None:
                 raise ValueError("files of tetrahedra hold labels: leave out colors and attributes")
             return self
         _check_attributes(self.attributes, self.cells)
-        if self.options.vertex_labels and (self.labels is None or not _has_faces(self.cells)):
+        if self.options.vertex_labels and (self.labels is None or not kind.has_faces):
             raise MeshError("vertex_labels needs faces with labels")
         colors = _checked_colors(self.given_colors, self.cells)
         return replace(self, given_colors=colors)
@@ -149,14 +158,9 @@ class CellWriter:
     def write(self, file: IO[bytes], ending: str, path: Path | None = None) -> None:
         """Write a file that ends so."""
         cells, labels, options = self.cells, self.labels, self.options
-        if isinstance(cells, TetMesh):
-            name = options.label_name
-            write_tets(file, cells, labels, ending, ascii=options.ascii, label_name=name)
-            return
         colors = self.given_colors if ending in COLORLESS_OUTPUTS else self._colors
-        write = (CLOUD_WRITERS if isinstance(cells, PointCloud) else FACE_WRITERS)[ending]
         keywords: dict[str, Any] = {"ascii": options.ascii, "attributes": self.attributes}
-        if ending == ".vtp":
+        if ending in NAMED_OUTPUTS:
             keywords["label_name"] = options.label_name
         if ending == ".glb":
             keywords["classes"] = options.classes
@@ -165,7 +169,7 @@ class CellWriter:
 
             assert labels is not None
             keywords["vertex_labels"] = vertex_labels(cells, labels)
-        write(file, cells, labels, colors, **keywords)
+        WRITERS[kind_of(cells).name][ending](file, cells, labels, colors, **keywords)
 
     @cached_property
     def _colors(self) -> npt.NDArray[np.uint8] | None:
@@ -177,34 +181,33 @@ class CellWriter:
         return face_colors(self.cells, self.labels)
 
 
-def usual_ending(*, of_tets: bool) -> str:
-    """The ending of files with labels where none is asked for."""
-    return ".vtu" if of_tets else ".ply"
+def usual_ending(kind: str) -> str:
+    """The ending of files with labels, by the name of the kind of cells, if none is asked for."""
+    return next(iter(WRITERS.get(kind, FACE_WRITERS)))
 
 
-def _has_faces(cells: AnyCells) -> bool:
-    return not isinstance(cells, (PointCloud, TetMesh))
+def _writers_of(kind: Kind) -> Mapping[str, Callable[..., None]]:
+    if kind.name not in WRITERS:
+        raise MeshError(
+            f"{kind.plural} are in no format of meshes: write their labels, as .npy, .seg or .txt"
+        )
+    return WRITERS[kind.name]
 
 
-def _check_kind(mesh: AnyCells, ending: str) -> None:
-    """Raise a MeshError if files of this kind hold other cells."""
-    fitting: tuple[str, ...] = tuple(FACE_WRITERS)
-    if isinstance(mesh, PointCloud):
-        fitting = tuple(CLOUD_WRITERS)
-    elif isinstance(mesh, TetMesh):
-        fitting = TET_OUTPUTS
+def _check_kind(kind: Kind, ending: str) -> None:
+    """Raise a MeshError if files with this ending hold other cells."""
+    fitting = tuple(_writers_of(kind))
     if ending not in fitting:
-        what = "tetrahedra" if isinstance(mesh, TetMesh) else f"{noun_of(mesh)}s"
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
-        raise MeshError(f"{what} are written as {listed}, not as {ending}")
+        raise MeshError(f"{kind.plural} are written as {listed}, not as {ending}")
 
 
-def _checked_colors(colors: Any, mesh: FaceMesh | PointCloud) -> npt.NDArray[np.uint8] | None:
+def _checked_colors(colors: Any, mesh: AnyCells) -> npt.NDArray[np.uint8] | None:
     if colors is None:
         return None
     refuse_mask(colors, "colors")
     array = np.asarray(colors)
-    n_cells = n_cells_of(mesh)
+    n_cells = mesh.n_cells
     if array.shape != (n_cells, 3):
         raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")
     if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > 255:
@@ -212,16 +215,16 @@ def _checked_colors(colors: Any, mesh: FaceMesh | PointCloud) -> npt.NDArray[np.
     return array.astype(np.uint8)
 
 
-def _check_attributes(attributes: Any, mesh: FaceMesh | PointCloud) -> None:
-    """Raise an error where they are no attributes, or not of this mesh."""
+def _check_attributes(attributes: Any, cells: Any) -> None:
+    """Raise an error where they are no attributes, or not of these cells."""
     if attributes is None:
         return
     if not isinstance(attributes, MeshAttributes):
         raise TypeError(f"attributes must be MeshAttributes, got {type(attributes).__name__}")
-    if isinstance(mesh, PointCloud):
-        n_vertices, n_faces = mesh.n_points, 0
+    if kind_of(cells).are_points:
+        n_vertices, n_faces = cells.n_cells, 0
     else:
-        n_vertices, n_faces = mesh.n_vertices, mesh.n_faces
+        n_vertices, n_faces = cells.n_vertices, cells.n_cells
     owners: tuple[tuple[str, Mapping[str, npt.NDArray[Any]], int], ...] = (
         ("vertex", attributes.vertex, n_vertices),
         ("face", attributes.face, n_faces),

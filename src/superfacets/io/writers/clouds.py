@@ -14,7 +14,7 @@ from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
 from ..foreign import file_to_fill
 from ..readers.clouds import las_module
-from .ply import write_ply
+from .ply import write_cloud_ply
 from .text import write_rows
 
 __all__ = ["CLOUD_WRITERS"]
@@ -89,7 +89,7 @@ def _round_step(least: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 
 CLOUD_WRITERS: Mapping[str, Callable[..., None]] = {
-    ".ply": write_ply,
+    ".ply": write_cloud_ply,
     ".csv": _write_csv,
     ".las": _write_las,
     ".laz": partial(_write_las, ending=".laz"),

@@ -13,10 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._validate import ranked_labels
+from ...cells.kinds import kind_of
 from ...errors import MeshError
-from ...mesh.faces import AnyCells, noun_of
-from ...mesh.polygon_mesh import PolygonMesh
-from ...mesh.triangle_mesh import Mesh
+from ...mesh.faces import AnyCells
 from ..readers.labels import checked_labels
 from .cells import FormatOptions
 from .pyg import GRAPH_OUTPUTS, write_arrays
@@ -128,12 +127,13 @@ def _write(
 
 
 def _check_triangles(cells: AnyCells) -> None:
-    if isinstance(cells, PolygonMesh):
+    kind = kind_of(cells)
+    if kind.name == "polygons":
         raise MeshError(
             ".sstk.json holds labels of triangles: write those of PolygonMesh.triangulate()"
         )
-    if not isinstance(cells, Mesh):
-        raise MeshError(f".sstk.json holds labels of triangles, and these are {noun_of(cells)}s")
+    if kind.name != "triangles":
+        raise MeshError(f".sstk.json holds labels of triangles, and these are {kind.noun}s")
 
 
 def _check_all_in_regions(labels: npt.NDArray[np.int32], ending: str) -> None:

@@ -8,8 +8,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...mesh.faces import FaceMesh, corners_in_a_row
-from ...mesh.polygon_mesh import PolygonMesh
+from ...mesh.faces import FaceMesh, corners_of
 from ..attributes import MeshAttributes
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 
@@ -67,20 +66,17 @@ def face_lines(
 
 def _lines_of(
     mesh: FaceMesh,
-    faces: npt.NDArray[np.intp],
+    faces: npt.NDArray[np.integer],
     begin: str,
     first: int,
     ends: tuple[npt.NDArray[Any], ...],
 ) -> list[bytes]:
     lines = np.empty(len(faces), dtype=object)
-    corners = corners_in_a_row(mesh)
-    if isinstance(mesh, PolygonMesh):
-        starts, sizes = mesh.offsets[faces], mesh.offsets[faces + 1] - mesh.offsets[faces]
-    else:
-        starts, sizes = 3 * faces, np.full(len(faces), 3)
+    corners, offsets = corners_of(mesh).of(faces)
+    sizes = np.diff(offsets)
     for size in np.unique(sizes).tolist():
         alike = np.flatnonzero(sizes == size)
-        columns = [corners[starts[alike] + place] + first for place in range(size)]
+        columns = [corners[offsets[alike] + place] + first for place in range(size)]
         columns += [values[faces[alike]] for values in ends]
         row = begin.replace("#", str(size)) + " ".join(["%d"] * len(columns)) + "\n"
         lines[alike] = text_rows(row, columns).splitlines(keepends=True)

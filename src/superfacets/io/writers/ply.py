@@ -9,14 +9,13 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...mesh.faces import FaceMesh
+from ...mesh.faces import FaceMesh, corners_of
 from ...mesh.point_cloud import PointCloud
-from ...mesh.polygon_mesh import PolygonMesh
 from ..attributes import PLY_TYPES, MeshAttributes
 from ..readers.ply_header import INDEX_NAMES
 from .text import ROWS_AT_ONCE, fits_single, text_rows
 
-__all__ = ["names_replaced", "write_ply"]
+__all__ = ["names_replaced", "write_cloud_ply", "write_ply"]
 
 OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
@@ -40,7 +39,7 @@ def names_replaced(attributes: MeshAttributes, *, of_points: bool = False) -> li
 
 def write_ply(
     file: IO[bytes],
-    mesh: FaceMesh | PointCloud,
+    mesh: FaceMesh,
     labels: npt.NDArray[np.int32] | None,
     colors: npt.NDArray[np.uint8] | None,
     *,
@@ -49,29 +48,48 @@ def write_ply(
     vertex_labels: npt.NDArray[np.int32] | None = None,
 ) -> None:
     """Write checked arrays; see `superfacets.write_mesh` for what the file holds."""
-    if isinstance(mesh, PointCloud):
-        vertices, faces = _point_columns(mesh, labels, colors), []
-        counts = (mesh.n_points, 0)
-    else:
-        vertices, faces = _vertex_columns(mesh.vertices), _face_columns(mesh, labels, colors)
-        counts = (mesh.n_vertices, mesh.n_faces)
+    vertices = _Element("vertex", mesh.n_vertices, _vertex_columns(mesh.vertices))
+    faces = _Element("face", mesh.n_faces, [_corner_column(mesh), *_label_columns(labels, colors)])
     if vertex_labels is not None:
-        vertices.append(_Column("label", "<i4", vertex_labels))
+        vertices.columns.append(_Column("label", "<i4", vertex_labels))
+    if attributes is not None:
+        left_out = ("label",) if _has_other_labels(attributes, labels) else ()
+        vertices.add(attributes.vertex, left_out)
+        faces.add(attributes.face)
+    _write_elements(file, [vertices, faces], attributes, ascii=ascii)
+
+
+def write_cloud_ply(
+    file: IO[bytes],
+    cloud: PointCloud,
+    labels: npt.NDArray[np.int32] | None,
+    colors: npt.NDArray[np.uint8] | None,
+    *,
+    ascii: bool,
+    attributes: MeshAttributes | None = None,
+) -> None:
+    """As `write_ply`, of the points of a cloud, which have the labels."""
+    points = _Element("vertex", cloud.n_points, _point_columns(cloud, labels, colors))
+    if attributes is not None:
+        points.add(attributes.vertex)
+    _write_elements(file, [points], attributes, ascii=ascii)
+
+
+def _write_elements(
+    file: IO[bytes], elements: list[_Element], attributes: MeshAttributes | None, *, ascii: bool
+) -> None:
+    """Write the header and the rows of all elements."""
     lines = ["ply", f"format {'ascii' if ascii else 'binary_little_endian'} 1.0"]
     if attributes is not None:
         lines += attributes.comments
-        is_old = not isinstance(mesh, PointCloud) and _has_other_labels(attributes, labels)
-        left_out = ("label",) if is_old else ()  # of vertices
-        vertices += _further_columns(attributes.vertex, vertices, left_out)
-        faces += _further_columns(attributes.face, faces) if faces else []
-    for name, columns, n_rows in zip(("vertex", "face"), (vertices, faces), counts, strict=True):
-        if columns:
-            lines += [f"element {name} {n_rows}", *map(_declaration, columns)]
+    for element in elements:
+        lines += [f"element {element.name} {element.n_rows}"]
+        lines += map(_declaration, element.columns)
     file.write("\n".join([*lines, "end_header\n"]).encode("utf-8", "surrogateescape"))
-    for columns, n_rows in zip((vertices, faces), counts, strict=True):
-        for begin in range(0, n_rows, ROWS_AT_ONCE):
-            end = min(begin + ROWS_AT_ONCE, n_rows)
-            file.write(b"".join(_rows(columns, slice(begin, end), ascii=ascii)))
+    for element in elements:
+        for begin in range(0, element.n_rows, ROWS_AT_ONCE):
+            end = min(begin + ROWS_AT_ONCE, element.n_rows)
+            file.write(b"".join(_rows(element.columns, slice(begin, end), ascii=ascii)))
 
 
 @dataclass(frozen=True)
@@ -98,6 +116,28 @@ class _Column:
         return _Column(self.name, self.dtype, values, self.length)
 
 
+@dataclass(frozen=True)
+class _Element:
+    """An element of the file: rows of columns."""
+
+    name: str
+    n_rows: int
+    columns: list[_Column]
+
+    def add(
+        self, attributes: Mapping[str, npt.NDArray[Any]], left_out: Collection[str] = ()
+    ) -> None:
+        """Append attributes but for those whose names the file's own columns have."""
+        taken = {column.name for column in self.columns} | {*left_out}
+        if "vertex_indices" in taken:
+            taken |= {*INDEX_NAMES}
+        for name, values in attributes.items():
+            if name not in taken:
+                dtype = values.dtype.newbyteorder("<").str
+                length = None if values.ndim == 1 else values.shape[1]
+                self.columns.append(_Column(name, dtype, values, length))
+
+
 def _vertex_columns(vertices: npt.NDArray[np.float64]) -> list[_Column]:
     dtype = "<f4" if fits_single(vertices) else "<f8"
     return [_Column(axis, dtype, values) for axis, values in zip("xyz", vertices.T, strict=True)]
@@ -120,14 +160,6 @@ def _point_columns(
     return columns + _label_columns(labels, colors)
 
 
-def _face_columns(
-    mesh: FaceMesh,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
-) -> list[_Column]:
-    return [_corner_column(mesh), *_label_columns(labels, colors)]
-
-
 def _label_columns(
     labels: npt.NDArray[np.int32] | None, colors: npt.NDArray[np.uint8] | None
 ) -> list[_Column]:
@@ -145,12 +177,11 @@ def _label_columns(
 
 def _corner_column(mesh: FaceMesh) -> _Column:
     name, dtype = "vertex_indices", "<i4"
-    if not isinstance(mesh, PolygonMesh):
-        return _Column(name, dtype, mesh.faces, 3)
-    sizes = mesh.sizes
-    longest = int(sizes.max())
-    if sizes.min() == longest:
-        return _Column(name, dtype, mesh.indices.reshape(-1, longest), longest)
+    corners = corners_of(mesh)
+    sizes = corners.sizes
+    longest = int(np.max(sizes))
+    if np.min(sizes) == longest:
+        return _Column(name, dtype, corners.vertices.reshape(-1, longest), longest)
     return _Column(name, dtype, mesh, longest=longest)
 
 
@@ -175,25 +206,6 @@ def _rows(columns: list[_Column], part: slice, *, ascii: bool) -> list[bytes]:
 def _has_other_labels(attributes: MeshAttributes, labels: npt.NDArray[np.int32] | None) -> bool:
     """Whether labels that came with the attributes are not those of the faces now."""
     return labels is not None and not np.array_equal(attributes.face.get("label", ()), labels)
-
-
-def _further_columns(
-    attributes: Mapping[str, npt.NDArray[Any]], own: list[_Column], left_out: Collection[str] = ()
-) -> list[_Column]:
-    """Columns of attributes but for those whose names the file's own columns have."""
-    taken = {column.name for column in own} | {*left_out}
-    if "vertex_indices" in taken:
-        taken |= {*INDEX_NAMES}
-    return [
-        _Column(
-            name,
-            values.dtype.newbyteorder("<").str,
-            values,
-            None if values.ndim == 1 else values.shape[1],
-        )
-        for name, values in attributes.items()
-        if name not in taken
-    ]
 
 
 def _fill_rows(columns: list[_Column], n_rows: int) -> npt.NDArray[Any]:

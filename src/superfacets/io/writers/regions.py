@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...adapters.convert import as_cells
+from ...cells.kinds import kind_of
 from ...errors import MeshError
-from ...mesh.faces import n_cells_of
-from ...mesh.tet_mesh import TetMesh
 from ...regions.parts import Splitter
 from ..atomic import StrPath, atomic_outputs, writable_folder
 from ..readers.labels import checked_labels
@@ -71,8 +70,8 @@ def write_regions(
     ['region_2.obj', 'region_4.obj']
     """
     cells = as_cells(mesh)
-    ending = usual_ending(of_tets=isinstance(cells, TetMesh)) if ending is None else ending
-    cell_labels = checked_labels(labels, n_cells_of(cells))
+    ending = usual_ending(kind_of(cells).name) if ending is None else ending
+    cell_labels = checked_labels(labels, cells.n_cells)
     order = np.argsort(cell_labels, kind="stable").astype(np.int32)
     order = order[np.searchsorted(cell_labels[order], 0) :]
     if not len(order):

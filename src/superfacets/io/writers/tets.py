@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import IO
 
 import numpy as np
@@ -10,19 +12,19 @@ import numpy.typing as npt
 from ...mesh.tet_mesh import TetMesh
 from ..foreign import file_to_fill, run_meshio
 
-__all__ = ["TET_OUTPUTS", "write_tets"]
-
-TET_OUTPUTS = (".vtu", ".vtk")
+__all__ = ["TET_WRITERS"]
 
 
-def write_tets(
+def _write_tets(
     file: IO[bytes],
     mesh: TetMesh,
     labels: npt.NDArray[np.int32] | None,
-    ending: str,
+    colors: None,
     *,
     ascii: bool,
-    label_name: str = "label",
+    attributes: None,
+    label_name: str,
+    ending: str,
 ) -> None:
     """Write checked arrays; labels are cell data."""
     cell_data = {} if labels is None else {label_name: [labels]}
@@ -35,3 +37,9 @@ def write_tets(
         if fault is not None:
             raise OSError(f"meshio cannot write {ending}: {fault}")
         file.write(path.read_bytes())
+
+
+TET_WRITERS: Mapping[str, Callable[..., None]] = {
+    ending: partial(_write_tets, ending=ending) for ending in (".vtu", ".vtk")
+}
+"""As the writers of meshes of faces, but for a `TetMesh`; no colors and attributes are given."""

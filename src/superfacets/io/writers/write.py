@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...adapters.convert import as_cells
-from ...mesh.faces import AnyCells, n_cells_of
+from ...mesh.faces import AnyCells
 from ..atomic import StrPath, atomic_outputs, checked_targets
 from ..attributes import MeshAttributes
 from ..guards import known_ending
@@ -130,7 +130,7 @@ def write_mesh(
         [ending], ascii=ascii, label_name=label_name, vertex_labels=vertex_labels, classes=classes
     )
     cells = as_cells(mesh)
-    cell_labels = None if labels is None else checked_labels(labels, n_cells_of(cells))
+    cell_labels = None if labels is None else checked_labels(labels, cells.n_cells)
     write: Callable[[IO[bytes], str, Path | None], None]
     if ending in DERIVED_OUTPUTS:
         write = IdWriter(cells, cell_labels, options).checked([ending]).write
@@ -232,7 +232,7 @@ def write_outputs(
     endings = [known_ending(Path(path), OUTPUT_ENDINGS) for path in paths]
     options = FormatOptions() if options is None else options
     cells = as_cells(mesh)
-    cell_labels = None if labels is None else checked_labels(labels, n_cells_of(cells))
+    cell_labels = None if labels is None else checked_labels(labels, cells.n_cells)
     of_labels, of_cells = cell_labels, cells
     if listed is not None:
         of_labels = checked_labels(listed)
@@ -299,6 +299,6 @@ def check_fit(
 
     Labels are those given, which others will be made of; without any, each cell will have one.
     """
-    likely = np.zeros(n_cells_of(cells), np.int32) if labels is None else labels
+    likely = np.zeros(cells.n_cells, np.int32) if labels is None else labels
     for ending in endings:
         writer_of(cells, likely, ending, form)

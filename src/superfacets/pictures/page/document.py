@@ -16,9 +16,8 @@ import numpy.typing as npt
 
 from ...adapters.clouds import CloudLike
 from ...adapters.convert import MeshLike, as_cells
+from ...cells.kinds import kind_of
 from ...io.atomic import atomic_outputs, checked_targets
-from ...mesh.faces import n_cells_of, noun_of
-from ...mesh.tet_mesh import TetMesh
 from ..camera import View, view_axes
 from ..colors import scale_colors
 from ..upright import guess_up
@@ -135,7 +134,7 @@ def view(
     True
     """
     cells = as_cells(mesh)
-    n_cells = n_cells_of(cells)
+    kind, n_cells = kind_of(cells), cells.n_cells
     levels = checked_levels(labels, n_cells)
     truth = checked_truth(ground_truth, n_cells)
     values = checked_features(features, n_cells, levels[0].n_regions if levels else None)
@@ -145,15 +144,15 @@ def view(
     arrays = _arrays(shape, levels, truth, values)
     facts = {
         **_facts_of_shape(shape, camera or View()),
-        "noun": noun_of(cells),
+        "noun": kind.noun,
         "n_cells": n_cells,
-        "measure": "volume" if isinstance(cells, TetMesh) else "area",
+        "measure": "volume" if kind.dimension == 3 else "area",
         "levels": [level.facts(shape) for level in levels],
         "truth": None if truth is None else truth.facts(shape),
         "features": [feature.facts() for feature in values],
         "arrays": arrays.entries,
     }
-    size = f"{n_cells:,} {noun_of(cells)}s"
+    size = f"{n_cells:,} {kind.noun}s"
     return Page(_assembled(str(title)[:_MAX_TITLE], size, facts, arrays.text()))
 
 

@@ -12,12 +12,12 @@ import numpy.typing as npt
 
 from ... import _core
 from ..._validate import checked_threads
+from ...cells.cell_graph import Arcs
 from ...cells.face_graph import FaceGraph, build_face_graph
+from ...cells.kinds import kind_of
 from ...cells.point_graph import PointGraph, find_point_graph
-from ...cells.tet_graph import TetGraph, build_tet_graph
 from ...mesh.faces import AnyCells, FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
-from ...mesh.tet_mesh import TetMesh, signed_volumes
 from ..scene import Scene, hexagons_of
 from .coding import Arrays
 
@@ -137,20 +137,23 @@ class _Outline:
 
 def shape_of(cells: AnyCells) -> Shape:
     """Return what is drawn of a mesh (the outside of tetrahedra) or of a cloud."""
-    if isinstance(cells, PointCloud):
-        return _cloud_shape(cells)
-    if isinstance(cells, TetMesh):
-        surface, tets = cells.boundary()
-        volumes = np.abs(signed_volumes(cells))
-        return _surface_shape(surface, tets.astype(np.uint32), volumes, build_tet_graph(cells))
-    return _surface_shape(cells, None, None, None)
+    kind = kind_of(cells)
+    outside = kind.outside(cells)
+    if outside is None:
+        return _cloud_shape(kind.cloud(cells))
+    surface, sources = outside
+    if sources is None:
+        return _surface_shape(surface, None, None, None)
+    threads = checked_threads(None)
+    graph, _ = kind.build_graph(cells, True, threads)
+    return _surface_shape(surface, sources.astype(np.uint32), graph.measures, graph)
 
 
 def _surface_shape(
     mesh: FaceMesh,
     cells: npt.NDArray[np.uint32] | None,
     measures: Floats | None,
-    cell_graph: TetGraph | None,
+    cell_graph: Arcs | None,
 ) -> Shape:
     """The shape of faces, which are the cells, or lie on them."""
     threads = checked_threads(None)

@@ -1,0 +1,35 @@
+"""The base of all classes of cells."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+
+__all__ = ["Cells", "lowest_vertices"]
+
+
+class Cells:
+    """Checked cells: the input of `segment` once it has been read.
+
+    A class of one's own derives from this one, has `n_cells` and `bounds`, and is made known by
+    `cells.kinds.register`.
+    """
+
+    bounds: npt.NDArray[np.float64]
+    """Low and high corner of the bounding box, shape (2, 3)."""
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N: one label each."""
+        raise NotImplementedError
+
+
+def lowest_vertices(
+    vertices: npt.NDArray[np.float64], weld: bool, n_threads: int
+) -> npt.NDArray[np.int32]:
+    """The lowest vertex at the position of each, or each vertex itself where it is not welded."""
+    if weld:
+        return _core.weld_vertices(vertices, n_threads)
+    return np.arange(len(vertices), dtype=np.int32)
