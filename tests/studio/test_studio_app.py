@@ -1,6 +1,7 @@
 """The routes of the studio."""
 
 import asyncio
+import contextlib
 import json
 import time
 from pathlib import Path
@@ -359,3 +360,14 @@ def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
     sheet.write_text("no mesh")
     with pytest.raises(RenderError, match="MeshError"):
         Thumbnails().png(sheet)
+
+
+def test_a_thumbnail_runs_no_code_of_the_current_folder(sheet, tmp_path, monkeypatch):
+    from superfacets.errors import RenderError
+    from superfacets.studio.thumbnails import Thumbnails
+
+    (tmp_path / "superfacets.py").write_text("open('PWNED', 'w')")
+    monkeypatch.chdir(tmp_path)
+    with contextlib.suppress(RenderError):  # without VTK there is no picture
+        Thumbnails().png(sheet)
+    assert not (tmp_path / "PWNED").exists()

@@ -50,7 +50,8 @@ class Thumbnails:
 def _drawn(path: Path) -> bytes:
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         target = Path(folder, "picture.png")
-        command = [sys.executable, "-m", __name__, str(path), str(target)]
+        # -P: -m alone would import what the current folder, which may be of downloads, calls so.
+        command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
         try:
             done = subprocess.run(
                 command, capture_output=True, text=True, timeout=SECONDS, check=False
