@@ -1,9 +1,7 @@
 """The server is killed at random moments: what it had acknowledged is there, and nothing else."""
 
-import os
 import random
 import signal
-import subprocess
 import threading
 import time
 
@@ -11,42 +9,12 @@ import httpx
 import numpy as np
 import pytest
 import shapes
-from studio_client import encoded
+from studio_client import Server, encoded
 
 from superfacets import write_mesh
 from superfacets.studio.changes import Painted
 
 N_ROUNDS = 4
-COMMAND = "from superfacets.cli.main import main; main()"
-
-
-class Server:
-    """A server in a process of its own."""
-
-    def __init__(self, path):
-        import sys
-
-        command = [sys.executable, "-c", COMMAND, "studio", str(path), "--no-browser", "-n", "20"]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        words = self.process.stdout.readline().split()
-        address = next(word for word in words if word.startswith("http"))
-        self.base, self.token = address.split("/?token=")
-        self.address = address
-        self.http = httpx.Client(base_url=f"{self.base}/api/files/0/", timeout=30)
-        self.http.headers["X-Token"] = self.token
-
-    def classes(self):
-        return np.frombuffer(self.http.get("classes").content, "<u2")
-
-    def kill(self):
-        os.kill(self.process.pid, signal.SIGKILL)
-        self.process.wait()
-
-    def close(self):
-        self.process.kill()
-        self.process.wait()
-        self.process.stdout.close()
-        self.http.close()
 
 
 class Worker:

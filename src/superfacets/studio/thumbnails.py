@@ -50,7 +50,7 @@ class Thumbnails:
 def _drawn(path: Path) -> bytes:
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         target = Path(folder, "picture.png")
-        # -P: -m alone would import what the current folder, which may be of downloads, calls so.
+        # Without -P, Python would import modules of the current folder, maybe one of downloads.
         command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
         try:
             done = subprocess.run(

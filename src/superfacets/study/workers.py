@@ -19,7 +19,7 @@ __all__ = ["Death", "Job", "run_jobs"]
 # Libraries read these when they are loaded: one thread each, as every worker has one core.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-# A new Python would look for the modules that start it in the current folder first.
+# Without the safe path, a worker would look for `multiprocessing` in the current folder first.
 _OF_WORKERS = {**_ONE_THREAD, "PYTHONSAFEPATH": "1"}
 
 
