@@ -37,10 +37,10 @@ def test_options_are_handed_on(run, sheet, served, tmp_path):
     work = tmp_path / "elsewhere.jsonl"
     status, _, _ = run("studio", sheet, "--no-browser", "-n", 9, "--work", work,
                        "--classes", tmp_path / "names.txt")  # fmt: skip
-    document = served[0][0].document(0)
-    assert (status, len(served), document.journal.path) == (0, 1, work)
-    assert document.revision.n_regions == 9
-    assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
+    with served[0][0].document(0) as document:
+        assert (status, len(served), document.journal.path) == (0, 1, work)
+        assert document.revision.n_regions == 9
+        assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
 
 
 def test_a_port_in_use_is_an_error(run, sheet, served):

@@ -67,6 +67,10 @@ class Client:
         self.files, self.http = files, http
         self.quits = 0
 
+    def document(self, file=0):
+        with self.files.document(file) as document:
+            return document
+
     def get(self, name, file=0, **query):
         return self.http.get(f"/api/files/{file}/{name}", params=query)
 

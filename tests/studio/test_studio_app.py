@@ -34,7 +34,7 @@ def test_the_mesh_is_as_in_the_file(client, sheet):
     assert (header["kind"], header["n_cells"], header["n_triangles"]) == ("triangles", 1152, 1152)
     corners = arrays["positions"][arrays["triangles"]] + header["center"]
     assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
-    assert arrays["areas"].sum() == pytest.approx(client.files.document(0).areas.sum())
+    assert arrays["areas"].sum() == pytest.approx(client.document().areas.sum())
     assert header["scale"] == pytest.approx(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
 
 
@@ -94,7 +94,7 @@ def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, n
 def test_regions_are_measured(client):
     state = client.state()
     header, arrays = unpacked(client.get("regions", revision=state["revision"]).content)
-    labels, areas = client.labels(), client.files.document(0).areas
+    labels, areas = client.labels(), client.document().areas
     assert np.allclose(arrays["areas"], np.bincount(labels, areas))
     assert header["n_regions"] == 20 == len(arrays["centroids"])
     assert (arrays["arcs"][:, 0] < arrays["arcs"][:, 1]).all()
@@ -214,7 +214,7 @@ def test_old_revisions_are_gone(client):
 def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
     from superfacets.studio import segmenting
 
-    document = client.files.document(0)
+    document = client.document()
     parameters = document.state.partition.parameters
     outcomes = []
     real = segmenting.segment
@@ -247,7 +247,7 @@ def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
 
 
 def test_an_error_in_a_run_is_its_last_line(client):
-    document = client.files.document(0)
+    document = client.document()
     document.journal.close()
     assert "the work file is closed" in client.segment(n_segments=6)[-1]["error"]
     assert client.state()["n_regions"] == 20

@@ -2,10 +2,14 @@
 
 import json
 import os
+import random
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 import shapes
+from studio_client import encoded
 
 from superfacets import write_mesh
 from superfacets.studio.classes import CLASSES_FILE, checked_class_list, read_classes, with_missing
@@ -43,6 +47,41 @@ def test_only_a_few_are_open_and_others_are_opened_again(serve, folder):
     assert len(client.files._open) == MAX_OPEN
     for number in range(5):
         assert np.array_equal(client.classes(number) == 1, client.labels(number) == number)
+
+
+def test_files_that_many_clients_paint_are_never_refused(serve, folder):
+    write_mesh(folder / "f.ply", shapes.bumpy_sheet(8))
+    client = serve(folder)
+
+    def paint(seed):
+        chosen = random.Random(seed)
+        for number in chosen.choices(range(6), k=40):
+            cell = encoded([chosen.randrange(128)])
+            client.done("paint", number, **{"class": chosen.randint(0, 6)}, cells=cell)
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(paint, range(8)))
+    assert len(client.files._open) == MAX_OPEN
+
+
+def test_a_document_in_use_stays_open(serve, folder):
+    client = serve(folder)
+    with client.files.document(0) as used:
+        for number in range(1, 5):
+            client.state(number)
+        assert len(client.files._open) == MAX_OPEN
+        used.paint(np.array([1], np.uint32), 1)
+    assert client.classes(0)[1] == 1
+
+
+def test_closing_waits_for_a_document_that_shares_its_classes(serve, folder):
+    client = serve(folder)
+    with client.files.document(0) as document, ThreadPoolExecutor(1) as pool, document.lock:
+        closing = pool.submit(client.files.close)
+        while client.files._open:
+            time.sleep(0.01)
+        document.set_classes([{"id": 1, "name": "one"}])
+        assert not closing.done()
 
 
 def test_classes_are_those_of_the_folder(serve, folder):

@@ -58,8 +58,9 @@ def studio_command(
     opened, address = open_again(port, kept_address(address_file(files.place)))
     with opened:
         if files.folder is None:
-            for note in files.document(0).notes:
-                print_note(note)
+            with files.document(0) as document:
+                for note in document.notes:
+                    print_note(note)
         serve(files, opened, address, lambda page: _show(page, no_browser=no_browser))
 
 
