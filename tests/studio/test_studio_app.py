@@ -125,13 +125,15 @@ def test_regions_and_cells_are_painted_and_undone(client):
 @pytest.mark.parametrize(
     ("name", "body", "status", "message"),
     [
-        ("paint", {"class": True, "cells": ""}, 400, "class must be the number of a class"),
+        ("paint", {"class": True, "cells": ""}, 400, "class must be a whole number"),
         ("paint", {"class": 1, "cells": "?"}, 400, "cells must be base64"),
         ("paint", {"class": 1, "regions": 3, "revision": 0}, 410, "revision 0 is gone"),
         ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
         ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a text"),
         ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
         ("split", {"red": [0], "blue": [-1], "region": 0}, 400, "blue holds a cell that is none"),
+        ("split", {"red": [1 << 64], "blue": [1], "region": 0}, 400, "number of 64 bits"),
+        ("paint", {"class": 10**400, "cells": ""}, 400, "class must be a whole number of 64 bits"),
         ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
         ("split", {"red": [0], "blue": [1], "region": 0, "revision": 1}, 410, "revision 1 is gone"),
         ("similar", {"revision": "a"}, 410, "revision a is gone"),
@@ -163,7 +165,16 @@ def test_regions_that_are_no_list_and_that_are_not_there(client):
 
 
 def test_what_is_no_json_object(client):
-    for content, message in ((b"{", "is not JSON"), (b"[1]", "is no JSON object")):
+    for content, message in (
+        (b"{", "is not JSON"),
+        (b"[1]", "is no JSON object"),
+        (b"[" * 100_000, "is nested too deeply"),
+        (b'{"a":' * 100_000, "is nested too deeply"),
+        (b'{"alpha":NaN}', "is not JSON"),
+        (b'{"stroke":"\xff"}', "is not JSON"),
+        (b'{"class":' + b"1" * 5000 + b"}", "is not JSON"),
+        (b'{"stroke":"\\udc00"}', "has half of a surrogate pair in a text"),
+    ):
         answer = client.http.post("/api/files/0/paint", content=content)
         assert (answer.status_code, message in answer.json()["error"]) == (400, True)
         answer = client.http.post("/api/files/0/segment", content=content)
@@ -175,6 +186,9 @@ def test_files_and_routes_that_are_not_there(client):
     assert client.get("dance").json() == {"error": "there is no GET /api/files/0/dance"}
     assert client.get("paint").status_code == 405
     assert client.get("labels", revision="x").status_code == 400
+    assert client.get("labels", revision="1" * 5000).status_code == 400
+    assert client.get("state", "1" * 5000).json() == {"error": "the path is too long"}
+    assert client.get("state", "1" * 100).status_code == 404
 
 
 def test_a_run_tells_its_progress_and_ends_with_a_revision(client):

@@ -14,6 +14,7 @@ from studio_client import encoded
 from superfacets import write_mesh
 from superfacets.studio.classes import CLASSES_FILE, checked_class_list, read_classes, with_missing
 from superfacets.studio.folder import MAX_OPEN, Files
+from superfacets.studio.journal import _coded
 
 
 @pytest.fixture
@@ -143,6 +144,26 @@ def test_one_bad_mesh_stops_no_other(serve, folder):
     client.close()
 
 
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (b"words\n", "line 1 of the work file is damaged"),
+        (_coded({"format": "superfacets studio", "n_cells": 9, "done": 1e999}), "how far the work"),
+        (_coded({"format": "superfacets studio", "n_cells": "9", "done": 0}), "how far the work"),
+        (None, "is not a regular file"),
+    ],
+)
+def test_one_bad_work_file_is_told_and_hides_no_other(serve, folder, work, message):
+    path = folder / "b.ply.studio.jsonl"
+    if work is None:
+        path.mkdir()
+    else:
+        path.write_bytes(work)
+    listed = serve(folder).http.get("/api/files").json()
+    assert len(listed) == 5
+    assert [message in entry.get("error", "") for entry in listed] == [0, 1, 0, 0, 0]
+
+
 def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     (tmp_path / "names.txt").write_text("roof\n\n wall \n")
     classes = read_classes(tmp_path / "names.txt")
@@ -153,6 +174,12 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     (tmp_path / "names.json").write_text("{")
     with pytest.raises(ValueError, match=r"names\.json: no list of classes"):
         read_classes(tmp_path / "names.json")
+    (tmp_path / "names.json").write_text("[" * 100_000)
+    with pytest.raises(ValueError, match=r"names\.json: no list of classes: it is nested too"):
+        read_classes(tmp_path / "names.json")
+    (tmp_path / "names.txt").write_bytes(b"\xff")
+    with pytest.raises(ValueError, match=r"names\.txt: no list of classes: 'utf-8' codec"):
+        read_classes(tmp_path / "names.txt")
 
 
 @pytest.mark.parametrize(
@@ -164,6 +191,8 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
         ({"id": 1, "name": " "}, "name must have 1 to 200 characters"),
         ({"id": 1, "name": "a", "color": "red"}, "color must be #rrggbb"),
         ({"id": 1, "name": "a", "key": "ab"}, "key must be one character"),
+        ({"id": 1, "name": "a\ud800"}, "name has half of a surrogate pair"),
+        ({"id": 1, "name": "a", "key": "\udcff"}, "key has half of a surrogate pair"),
         ({"id": 2, "name": "a"}, "two classes have the same id: 2"),
         ({"id": 1, "name": "a", "key": "x"}, "two classes have the same key: x"),
     ],

@@ -89,6 +89,22 @@ def test_too_large_a_request_is_refused_unread(client):
     assert answer.status_code == 413
 
 
+@pytest.mark.parametrize("name", ["paint", "segment"])
+def test_no_more_is_taken_of_a_body_than_there_may_be(client, monkeypatch, name):
+    monkeypatch.setattr("superfacets.studio.replies.MAX_BODY", 10_000)
+    n_taken = 0
+
+    async def endless():
+        nonlocal n_taken
+        while True:
+            n_taken += 1000
+            yield b" " * 1000
+
+    answer = client.http.post(f"/api/files/0/{name}", content=endless())
+    assert (answer.status_code, n_taken) == (413, 11_000)
+    assert answer.json() == {"error": "the request is larger than 10000 bytes"}
+
+
 @pytest.mark.parametrize(
     "path",
     [

@@ -144,7 +144,7 @@ def _writing(studio: Studio, path: str, do: Operation) -> Route:
     async def endpoint(request: Request) -> Response:
         try:
             body = await body_of(request)
-        except ValueError as error:
+        except Exception as error:
             return failure(error)
         return await _with_document(studio, request, do, body)
 

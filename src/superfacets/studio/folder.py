@@ -13,7 +13,7 @@ from typing import Any
 from ..batches.sources import find_sources
 from .classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .document import Document, work_file_of
-from .journal import summary
+from .journal import JournalError, Line, summary
 
 __all__ = ["Files"]
 
@@ -148,11 +148,10 @@ class Files:
         document = self._open.get(number)
         if document is not None:
             return {**entry, "done": document.progress, "n_cells": document.n_cells}
-        found = summary(self.work or work_file_of(self.paths[number]))
-        if found is None:
-            return {**entry, "done": 0.0, "n_cells": None}
-        first, last = found
-        return {**entry, "done": last.get("done", 0.0), "n_cells": first.get("n_cells")}
+        try:
+            return {**entry, **_told(summary(self.work or work_file_of(self.paths[number])))}
+        except JournalError as error:
+            return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
 
     def _share(self, classes: ClassList) -> None:
         """Keep the classes of the folder, for all that are open, too."""
@@ -162,3 +161,13 @@ class Files:
             self.classes = classes
             for document in self._open.values():
                 document.state.class_list = classes
+
+
+def _told(found: tuple[Line, Line] | None) -> dict[str, Any]:
+    """How far the work is, and how many cells there are; a JournalError if that makes no sense."""
+    if found is None:
+        return {"done": 0.0, "n_cells": None}
+    done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")
+    if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
+        raise JournalError("the work file is damaged: it does not say how far the work is")
+    return {"done": done, "n_cells": n_cells}

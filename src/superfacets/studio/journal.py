@@ -159,10 +159,19 @@ class Journal:
 def summary(path: Path) -> tuple[Line, Line] | None:
     """The first and the last whole line of a work file, for a look at how far the work is.
 
-    None if there is none. The file is not locked, and need not be good.
+    None if there is none, or nothing is in it yet. The file is not locked.
+
+    Raises
+    ------
+    JournalError
+        If its first line is damaged.
     """
+    _check_kind(path)
     with contextlib.suppress(OSError), path.open("rb") as file:
-        first = _parsed(file.readline()[:-1])
+        begin = file.readline()
+        first = _parsed(begin[:-1])
+        if first is None and begin.endswith(b"\n"):
+            raise JournalError(f"{path}: line 1 of the work file is damaged")
         size = file.seek(0, os.SEEK_END)
         n_bytes = _LAST_BYTES
         while first is not None:
@@ -177,9 +186,14 @@ def summary(path: Path) -> tuple[Line, Line] | None:
 
 def _opened(path: Path) -> int:
     flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+    _check_kind(path)
+    return os.open(path, flags, 0o666)
+
+
+def _check_kind(path: Path) -> None:
+    """Refuse what may be waited for without end, as a pipe."""
     if path.exists() and not path.is_file():
         raise JournalError(f"{path}: is not a regular file")
-    return os.open(path, flags, 0o666)
 
 
 def _content(file: int) -> bytes:
@@ -217,8 +231,10 @@ def _parsed(text: bytes) -> Line | None:
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
-    line: Line = json.loads(text)
-    return line
+    with contextlib.suppress(ValueError, RecursionError):  # the sum is right, but it is no JSON
+        line: Line = json.loads(text)
+        return line
+    return None
 
 
 def _write_all(file: int, data: bytes) -> None:
