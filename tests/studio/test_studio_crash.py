@@ -109,6 +109,20 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
         server.close()
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="the system ends processes otherwise")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_server_that_is_ended_leaves_no_address(tmp_path, name):
+    write_mesh(tmp_path / "sheet.ply", shapes.bumpy_sheet(4))
+    server = Server(tmp_path / "sheet.ply")
+    try:
+        assert list(tmp_path.glob(".*address"))
+        server.process.send_signal(getattr(signal, name))
+        assert server.process.wait(20) == 128 + getattr(signal, name)
+    finally:
+        server.close()
+    assert not list(tmp_path.glob(".*address"))
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system interrupts otherwise")
 def test_ctrl_c_ends_the_server_with_all_work_on_the_disk(tmp_path):
     path = tmp_path / "sheet.ply"

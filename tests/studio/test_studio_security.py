@@ -1,6 +1,7 @@
 """Who is answered by the studio, and with what."""
 
 import os
+import shutil
 
 import pytest
 from studio_client import PORT, TOKEN, Http
@@ -35,7 +36,10 @@ def test_a_request_of_the_page_is_answered(client):
     assert asked(client, host=f"localhost:{PORT}").status_code == 200
     assert asked(client, Origin=f"http://{OWN}", Sec_Fetch_Site="same-origin").status_code == 200
     assert asked(client, f"/api/files?token={TOKEN}", token=None).status_code == 200
-    assert asked(client, f"/?token={TOKEN}", token=None, Sec_Fetch_Site="none").status_code == 200
+    for site in ("none", "cross-site"):  # a file leads the browser there
+        answer = asked(client, f"/?token={TOKEN}", token=None, Sec_Fetch_Site=site)
+        assert answer.status_code == 200
+    assert asked(client, "/", token=None, Sec_Fetch_Site="cross-site").status_code == 403
 
 
 @pytest.mark.parametrize("path", ["/", "/api/files", "/api/files/0/mesh", "/api/quit", "/nothing"])
@@ -177,8 +181,11 @@ def test_an_address_that_others_may_have_written_is_not_trusted(tmp_path, monkey
         path.write_text(text)
         path.chmod(0o600)
         assert kept_address(path) is None
-    path.write_text(f'{{"port":8765,"token":"{TOKEN}"}}')
+    inode = path.stat().st_ino
+    path.write_text(f'{{"port":8765,"token":"{TOKEN}","inode":{inode}}}')
     assert kept_address(path) == Address(8765, TOKEN)
+    copy = shutil.copy2(path, tmp_path / "copy")  # as from an archive that somebody has sent
+    assert kept_address(copy) is None
     path.chmod(0o604)
     assert kept_address(path) is None
     path.chmod(0o600)

@@ -58,7 +58,8 @@ class Guard:
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
             return 403, "the studio answers at the address that it has printed, and no other"
-        if not self._is_same_page(headers):
+        is_page = path == "/" and scope["method"] == "GET"
+        if not is_page and not self._is_same_page(headers):
             return 403, "the request comes from another page"
         if len(path) > MAX_PATH:
             return 414, "the path is too long"
@@ -67,7 +68,10 @@ class Guard:
         return None
 
     def _is_same_page(self, headers: Headers) -> bool:
-        """Whether no page, or one of this server, sends a request."""
+        """Whether no page, or one of this server, sends a request.
+
+        The page itself may be asked for from elsewhere: a file leads the browser to it.
+        """
         origins = (None, *(f"http://{host}" for host in self._hosts))
         sites = (None, "none", "same-origin")
         return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites
