@@ -1,11 +1,21 @@
 """The command studio."""
 
+import os
 import socket
 import sys
+import urllib.parse
+import urllib.request
+from pathlib import Path
 
 import pytest
 
 pytest.importorskip("uvicorn")
+
+
+def seen(address):
+    """The address that a browser is started with, its file, and what others may do with that."""
+    path = Path(urllib.request.url2pathname(urllib.parse.urlsplit(address).path))
+    return address, path, path.read_text(), path.stat().st_mode & 0o77
 
 
 @pytest.fixture
@@ -18,7 +28,7 @@ def served(monkeypatch):
         on_start("http://127.0.0.1:1/?token=t")
 
     monkeypatch.setattr("superfacets.studio.server.serve", serve)
-    monkeypatch.setattr("webbrowser.open", calls.append)
+    monkeypatch.setattr("webbrowser.open", lambda address: calls.append(seen(address)))
     yield calls
     for files, _ in calls[:1]:
         files.close()
@@ -29,7 +39,12 @@ def test_the_address_is_printed_and_opened(run, sheet, served):
     assert (status, err) == (0, "")
     assert out == "superfacets studio: http://127.0.0.1:1/?token=t (Ctrl-C ends it)\n"
     assert served[0][1][0] == "127.0.0.1"
-    assert served[1] == "http://127.0.0.1:1/?token=t"
+    address, path, text, mode = served[1]
+    assert address.startswith("file:///")
+    assert "token" not in address
+    assert '<meta http-equiv="refresh" content="0; url=http://127.0.0.1:1/?token=t">' in text
+    assert mode == 0 or os.name == "nt"
+    assert not path.exists()
 
 
 def test_options_are_handed_on(run, sheet, served, tmp_path):
@@ -37,10 +52,10 @@ def test_options_are_handed_on(run, sheet, served, tmp_path):
     work = tmp_path / "elsewhere.jsonl"
     status, _, _ = run("studio", sheet, "--no-browser", "-n", 9, "--work", work,
                        "--classes", tmp_path / "names.txt")  # fmt: skip
-    document = served[0][0].document(0)
-    assert (status, len(served), document.journal.path) == (0, 1, work)
-    assert document.revision.n_regions == 9
-    assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
+    with served[0][0].document(0) as document:
+        assert (status, len(served), document.journal.path) == (0, 1, work)
+        assert document.revision.n_regions == 9
+        assert [entry["name"] for entry in document.class_list] == ["roof", "wall"]
 
 
 def test_a_port_in_use_is_an_error(run, sheet, served):

@@ -1,5 +1,7 @@
 """The command `view`."""
 
+import os
+
 import numpy as np
 import pytest
 from shapes import bumpy_sheet, strip
@@ -39,6 +41,24 @@ def test_labels_in_the_file_are_taken_and_their_lack_is_noted(run, tmp_path):
     status, _, err = run("view", mesh, "--html", page)
     assert status == 0
     assert "holds no labels: --labels names a file of them" in err
+
+
+@pytest.mark.parametrize(("title", "shown"), [("a\ud800", "a?"), ("\udcff", "?")])
+def test_a_title_that_is_no_unicode_has_question_marks(run, sheet, tmp_path, title, shown):
+    page = tmp_path / "page.html"
+    assert run("view", sheet, "--html", page, "--title", title)[0] == 0
+    assert f"<title>{shown}</title>" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of files are text there")
+def test_a_name_that_is_no_unicode_is_a_title(run, tmp_path):
+    mesh, page = tmp_path / os.fsdecode(b"a\xff.ply"), tmp_path / "page.html"
+    try:
+        write_mesh(mesh, strip(2), [0, 1])
+    except OSError:
+        pytest.skip("the file system takes no such name")
+    assert run("view", mesh, "--html", page)[::2] == (0, "")
+    assert "<title>a?.ply</title>" in page.read_text(encoding="utf-8")
 
 
 def test_pages_end_in_html(run, sheet, tmp_path):

@@ -1,8 +1,12 @@
-"""A client of the server in this process, as the front end is one."""
+"""Clients of the server, in this process and in one of its own, as the front end is one."""
 
 import asyncio
 import base64
 import json
+import os
+import signal
+import subprocess
+import sys
 
 import httpx
 import numpy as np
@@ -11,6 +15,7 @@ from superfacets.studio.app import Studio, studio_app
 from superfacets.studio.folder import Files
 
 TOKEN, PORT = "a-token-of-the-tests", 8765
+COMMAND = "from superfacets.cli.main import main; main()"
 
 
 def encoded(cells):
@@ -62,6 +67,10 @@ class Client:
         self.files, self.http = files, http
         self.quits = 0
 
+    def document(self, file=0):
+        with self.files.document(file) as document:
+            return document
+
     def get(self, name, file=0, **query):
         return self.http.get(f"/api/files/{file}/{name}", params=query)
 
@@ -104,3 +113,30 @@ def client_of(path, *, work=None, n_segments=None, classes=()):
     app = studio_app(Studio(files, quit_server), TOKEN, PORT)
     client.http = Http(app, base_url=f"http://127.0.0.1:{PORT}", headers={"X-Token": TOKEN})
     return client
+
+
+class Server:
+    """A server in a process of its own."""
+
+    def __init__(self, path, **options):
+        command = [sys.executable, "-c", COMMAND, "studio", str(path), "--no-browser", "-n", "20"]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, **options)
+        words = self.process.stdout.readline().split()
+        address = next(word for word in words if word.startswith("http"))
+        self.base, self.token = address.split("/?token=")
+        self.address = address
+        self.http = httpx.Client(base_url=f"{self.base}/api/files/0/", timeout=30)
+        self.http.headers["X-Token"] = self.token
+
+    def classes(self):
+        return np.frombuffer(self.http.get("classes").content, "<u2")
+
+    def kill(self):
+        os.kill(self.process.pid, signal.SIGKILL)
+        self.process.wait()
+
+    def close(self):
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+        self.http.close()

@@ -1,6 +1,7 @@
 """The routes of the studio."""
 
 import asyncio
+import contextlib
 import json
 import time
 from pathlib import Path
@@ -33,7 +34,7 @@ def test_the_mesh_is_as_in_the_file(client, sheet):
     assert (header["kind"], header["n_cells"], header["n_triangles"]) == ("triangles", 1152, 1152)
     corners = arrays["positions"][arrays["triangles"]] + header["center"]
     assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
-    assert arrays["areas"].sum() == pytest.approx(client.files.document(0).areas.sum())
+    assert arrays["areas"].sum() == pytest.approx(client.document().areas.sum())
     assert header["scale"] == pytest.approx(np.linalg.norm(np.ptp(mesh.bounds, axis=0)))
 
 
@@ -93,7 +94,7 @@ def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, n
 def test_regions_are_measured(client):
     state = client.state()
     header, arrays = unpacked(client.get("regions", revision=state["revision"]).content)
-    labels, areas = client.labels(), client.files.document(0).areas
+    labels, areas = client.labels(), client.document().areas
     assert np.allclose(arrays["areas"], np.bincount(labels, areas))
     assert header["n_regions"] == 20 == len(arrays["centroids"])
     assert (arrays["arcs"][:, 0] < arrays["arcs"][:, 1]).all()
@@ -124,13 +125,15 @@ def test_regions_and_cells_are_painted_and_undone(client):
 @pytest.mark.parametrize(
     ("name", "body", "status", "message"),
     [
-        ("paint", {"class": True, "cells": ""}, 400, "class must be the number of a class"),
+        ("paint", {"class": True, "cells": ""}, 400, "class must be a whole number"),
         ("paint", {"class": 1, "cells": "?"}, 400, "cells must be base64"),
         ("paint", {"class": 1, "regions": 3, "revision": 0}, 410, "revision 0 is gone"),
         ("paint", {"class": 9, "cells": encoded([1])}, 400, "there is no class 9"),
         ("paint", {"class": 1, "cells": "", "stroke": 7}, 400, "stroke must be a text"),
         ("split", {"red": [0], "blue": [1], "revision": 0, "region": "x"}, 400, "whole number"),
         ("split", {"red": [0], "blue": [-1], "region": 0}, 400, "blue holds a cell that is none"),
+        ("split", {"red": [1 << 64], "blue": [1], "region": 0}, 400, "number of 64 bits"),
+        ("paint", {"class": 10**400, "cells": ""}, 400, "class must be a whole number of 64 bits"),
         ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
         ("split", {"red": [0], "blue": [1], "region": 0, "revision": 1}, 410, "revision 1 is gone"),
         ("similar", {"revision": "a"}, 410, "revision a is gone"),
@@ -162,7 +165,16 @@ def test_regions_that_are_no_list_and_that_are_not_there(client):
 
 
 def test_what_is_no_json_object(client):
-    for content, message in ((b"{", "is not JSON"), (b"[1]", "is no JSON object")):
+    for content, message in (
+        (b"{", "is not JSON"),
+        (b"[1]", "is no JSON object"),
+        (b"[" * 100_000, "is nested too deeply"),
+        (b'{"a":' * 100_000, "is nested too deeply"),
+        (b'{"alpha":NaN}', "is not JSON"),
+        (b'{"stroke":"\xff"}', "is not JSON"),
+        (b'{"class":' + b"1" * 5000 + b"}", "is not JSON"),
+        (b'{"stroke":"\\udc00"}', "has half of a surrogate pair in a text"),
+    ):
         answer = client.http.post("/api/files/0/paint", content=content)
         assert (answer.status_code, message in answer.json()["error"]) == (400, True)
         answer = client.http.post("/api/files/0/segment", content=content)
@@ -174,6 +186,9 @@ def test_files_and_routes_that_are_not_there(client):
     assert client.get("dance").json() == {"error": "there is no GET /api/files/0/dance"}
     assert client.get("paint").status_code == 405
     assert client.get("labels", revision="x").status_code == 400
+    assert client.get("labels", revision="1" * 5000).status_code == 400
+    assert client.get("state", "1" * 5000).json() == {"error": "the path is too long"}
+    assert client.get("state", "1" * 100).status_code == 404
 
 
 def test_a_run_tells_its_progress_and_ends_with_a_revision(client):
@@ -213,7 +228,7 @@ def test_old_revisions_are_gone(client):
 def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
     from superfacets.studio import segmenting
 
-    document = client.files.document(0)
+    document = client.document()
     parameters = document.state.partition.parameters
     outcomes = []
     real = segmenting.segment
@@ -246,7 +261,7 @@ def test_a_newer_run_cancels_the_one_before(client, monkeypatch):
 
 
 def test_an_error_in_a_run_is_its_last_line(client):
-    document = client.files.document(0)
+    document = client.document()
     document.journal.close()
     assert "the work file is closed" in client.segment(n_segments=6)[-1]["error"]
     assert client.state()["n_regions"] == 20
@@ -359,3 +374,14 @@ def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):
     sheet.write_text("no mesh")
     with pytest.raises(RenderError, match="MeshError"):
         Thumbnails().png(sheet)
+
+
+def test_a_thumbnail_runs_no_code_of_the_current_folder(sheet, tmp_path, monkeypatch):
+    from superfacets.errors import RenderError
+    from superfacets.studio.thumbnails import Thumbnails
+
+    (tmp_path / "superfacets.py").write_text("open('PWNED', 'w')")
+    monkeypatch.chdir(tmp_path)
+    with contextlib.suppress(RenderError):  # without VTK there is no picture
+        Thumbnails().png(sheet)
+    assert not (tmp_path / "PWNED").exists()

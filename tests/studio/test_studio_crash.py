@@ -1,9 +1,7 @@
 """The server is killed at random moments: what it had acknowledged is there, and nothing else."""
 
-import os
 import random
 import signal
-import subprocess
 import threading
 import time
 
@@ -11,42 +9,12 @@ import httpx
 import numpy as np
 import pytest
 import shapes
-from studio_client import encoded
+from studio_client import Server, encoded
 
 from superfacets import write_mesh
 from superfacets.studio.changes import Painted
 
 N_ROUNDS = 4
-COMMAND = "from superfacets.cli.main import main; main()"
-
-
-class Server:
-    """A server in a process of its own."""
-
-    def __init__(self, path):
-        import sys
-
-        command = [sys.executable, "-c", COMMAND, "studio", str(path), "--no-browser", "-n", "20"]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        words = self.process.stdout.readline().split()
-        address = next(word for word in words if word.startswith("http"))
-        self.base, self.token = address.split("/?token=")
-        self.address = address
-        self.http = httpx.Client(base_url=f"{self.base}/api/files/0/", timeout=30)
-        self.http.headers["X-Token"] = self.token
-
-    def classes(self):
-        return np.frombuffer(self.http.get("classes").content, "<u2")
-
-    def kill(self):
-        os.kill(self.process.pid, signal.SIGKILL)
-        self.process.wait()
-
-    def close(self):
-        self.process.kill()
-        self.process.wait()
-        self.process.stdout.close()
-        self.http.close()
 
 
 class Worker:
@@ -139,6 +107,20 @@ def test_killed_at_any_moment_no_acknowledged_operation_is_lost(tmp_path):
         assert not list(tmp_path.glob(".*address"))
     finally:
         server.close()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="the system ends processes otherwise")
+@pytest.mark.parametrize("name", ["SIGTERM", "SIGHUP"])
+def test_a_server_that_is_ended_leaves_no_address(tmp_path, name):
+    write_mesh(tmp_path / "sheet.ply", shapes.bumpy_sheet(4))
+    server = Server(tmp_path / "sheet.ply")
+    try:
+        assert list(tmp_path.glob(".*address"))
+        server.process.send_signal(getattr(signal, name))
+        assert server.process.wait(20) == 128 + getattr(signal, name)
+    finally:
+        server.close()
+    assert not list(tmp_path.glob(".*address"))
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="the system interrupts otherwise")

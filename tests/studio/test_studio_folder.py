@@ -2,14 +2,19 @@
 
 import json
 import os
+import random
+import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 import shapes
+from studio_client import encoded
 
 from superfacets import write_mesh
 from superfacets.studio.classes import CLASSES_FILE, checked_class_list, read_classes, with_missing
 from superfacets.studio.folder import MAX_OPEN, Files
+from superfacets.studio.journal import _coded
 
 
 @pytest.fixture
@@ -43,6 +48,41 @@ def test_only_a_few_are_open_and_others_are_opened_again(serve, folder):
     assert len(client.files._open) == MAX_OPEN
     for number in range(5):
         assert np.array_equal(client.classes(number) == 1, client.labels(number) == number)
+
+
+def test_files_that_many_clients_paint_are_never_refused(serve, folder):
+    write_mesh(folder / "f.ply", shapes.bumpy_sheet(8))
+    client = serve(folder)
+
+    def paint(seed):
+        chosen = random.Random(seed)
+        for number in chosen.choices(range(6), k=40):
+            cell = encoded([chosen.randrange(128)])
+            client.done("paint", number, **{"class": chosen.randint(0, 6)}, cells=cell)
+
+    with ThreadPoolExecutor(8) as pool:
+        list(pool.map(paint, range(8)))
+    assert len(client.files._open) == MAX_OPEN
+
+
+def test_a_document_in_use_stays_open(serve, folder):
+    client = serve(folder)
+    with client.files.document(0) as used:
+        for number in range(1, 5):
+            client.state(number)
+        assert len(client.files._open) == MAX_OPEN
+        used.paint(np.array([1], np.uint32), 1)
+    assert client.classes(0)[1] == 1
+
+
+def test_closing_waits_for_a_document_that_shares_its_classes(serve, folder):
+    client = serve(folder)
+    with client.files.document(0) as document, ThreadPoolExecutor(1) as pool, document.lock:
+        closing = pool.submit(client.files.close)
+        while client.files._open:
+            time.sleep(0.01)
+        document.set_classes([{"id": 1, "name": "one"}])
+        assert not closing.done()
 
 
 def test_classes_are_those_of_the_folder(serve, folder):
@@ -125,6 +165,26 @@ def test_one_bad_mesh_stops_no_other(serve, folder):
     client.close()
 
 
+@pytest.mark.parametrize(
+    ("work", "message"),
+    [
+        (b"words\n", "line 1 of the work file is damaged"),
+        (_coded({"format": "superfacets studio", "n_cells": 9, "done": 1e999}), "how far the work"),
+        (_coded({"format": "superfacets studio", "n_cells": "9", "done": 0}), "how far the work"),
+        (None, "is not a regular file"),
+    ],
+)
+def test_one_bad_work_file_is_told_and_hides_no_other(serve, folder, work, message):
+    path = folder / "b.ply.studio.jsonl"
+    if work is None:
+        path.mkdir()
+    else:
+        path.write_bytes(work)
+    listed = serve(folder).http.get("/api/files").json()
+    assert len(listed) == 5
+    assert [message in entry.get("error", "") for entry in listed] == [0, 1, 0, 0, 0]
+
+
 def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     (tmp_path / "names.txt").write_text("roof\n\n wall \n")
     classes = read_classes(tmp_path / "names.txt")
@@ -135,6 +195,12 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     (tmp_path / "names.json").write_text("{")
     with pytest.raises(ValueError, match=r"names\.json: no list of classes"):
         read_classes(tmp_path / "names.json")
+    (tmp_path / "names.json").write_text("[" * 100_000)
+    with pytest.raises(ValueError, match=r"names\.json: no list of classes: it is nested too"):
+        read_classes(tmp_path / "names.json")
+    (tmp_path / "names.txt").write_bytes(b"\xff")
+    with pytest.raises(ValueError, match=r"names\.txt: no list of classes: 'utf-8' codec"):
+        read_classes(tmp_path / "names.txt")
 
 
 @pytest.mark.parametrize(
@@ -146,6 +212,8 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
         ({"id": 1, "name": " "}, "name must have 1 to 200 characters"),
         ({"id": 1, "name": "a", "color": "red"}, "color must be #rrggbb"),
         ({"id": 1, "name": "a", "key": "ab"}, "key must be one character"),
+        ({"id": 1, "name": "a\ud800"}, "name has half of a surrogate pair"),
+        ({"id": 1, "name": "a", "key": "\udcff"}, "key has half of a surrogate pair"),
         ({"id": 2, "name": "a"}, "two classes have the same id: 2"),
         ({"id": 1, "name": "a", "key": "x"}, "two classes have the same key: x"),
     ],

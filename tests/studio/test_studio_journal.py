@@ -1,14 +1,24 @@
 """The work file of the studio: what is in it survives whatever happens to the process."""
 
+import contextlib
+import copy
 import errno
+import json
 import os
+import zlib
 
 import numpy as np
 import pytest
+import shapes
 
-from superfacets.studio.document import Document
-from superfacets.studio.journal import Journal, JournalError, summary
+from superfacets import write_mesh
+from superfacets.studio.classes import default_classes
+from superfacets.studio.coding import base64_of, pack_cells
+from superfacets.studio.document import Document, NothingError
+from superfacets.studio.journal import Journal, JournalError, _coded, summary
 from superfacets.studio.replay import Replay
+
+ONE = base64_of(pack_cells(np.array([1], np.uint32)))
 
 
 def cells(*numbers):
@@ -207,14 +217,105 @@ def test_a_line_that_makes_no_sense_is_told_with_its_number(document, sheet):
     [
         ({"seq": 5, "op": "undo"}, "it is number 5, not 1"),
         ({"seq": 1, "op": "paint", "cells": "", "class": 1}, "packed numbers are damaged"),
-        ({"seq": 1, "op": "dance"}, "dance"),
+        ({"seq": 1, "op": "dance"}, "there is no operation dance"),
+        ({"seq": 1, "op": ["undo"]}, "there is no operation"),
+        ({"seq": 1, "op": "paint", "class": 1}, "it has no 'cells'"),
+        ({"seq": 1, "op": "paint", "cells": 3, "class": 1}, "cells must be base64"),
+        ({"seq": 1, "op": "paint", "cells": ONE, "class": 70_000}, "class 70000 is not 0 to 65535"),
+        ({"seq": 1, "op": "paint", "cells": ONE, "class": -1}, "class -1 is not 0 to 65535"),
+        ({"seq": 10**300, "op": "undo"}, "it is number 1000"),
     ],
 )
 def test_lines_that_make_no_sense(document, sheet, line, message):
     document.journal.append(line)
     document.close()
-    with pytest.raises(JournalError, match=message):
+    with pytest.raises(JournalError, match=message) as raised:
         Document.open(sheet)
+    assert len(str(raised.value)) < 400
+
+
+@pytest.mark.parametrize("inside", [b"[" * 100_000, b'{"a":'], ids=["deep", "torn"])
+def test_a_line_that_is_no_json_is_damaged_though_its_sum_is_right(document, sheet, inside):
+    path = document.journal.path
+    document.paint(cells(1), 1)
+    document.close()
+    first, last = path.read_bytes().splitlines(keepends=True)
+    body = b'{"seq":1,"op":' + inside
+    bad = body + b',"crc":"%08x"}\n' % zlib.crc32(body)
+    path.write_bytes(first + bad + last)
+    with pytest.raises(JournalError, match="line 2 of the work file is damaged"):
+        Document.open(sheet)
+    assert summary(path)[1]["seq"] == 1
+    begin = first[: first.index(b'"version"')] + b'"x":' + inside
+    path.write_bytes(begin + b',"crc":"%08x"}\n' % zlib.crc32(begin) + last)
+    for look in (summary, lambda _: Document.open(sheet)):
+        with pytest.raises(JournalError, match="line 1 of the work file is damaged"):
+            look(path)
+
+
+def _places(value, path=()):
+    """Where there is a value in JSON, and in values there."""
+    inside = enumerate(value) if isinstance(value, list) else ()
+    for key, child in value.items() if isinstance(value, dict) else inside:
+        yield (*path, key)
+        yield from _places(child, (*path, key))
+
+
+def _exchanged(line, path, value):
+    changed = copy.deepcopy(line)
+    inner = changed
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = value
+    return changed
+
+
+WRONG = (None, True, -1, 1, 70_000, 2**64, float("nan"), 1e999, "", "x", "\ud800", [], {}, [[1]])
+
+
+def test_a_work_file_with_any_value_exchanged_is_read_or_refused_with_its_name(tmp_path):
+    path = tmp_path / "sheet.ply"
+    write_mesh(path, shapes.bumpy_sheet(4))
+    document = Document.open(path, n_segments=3, classes=default_classes(["one", "two"]))
+    whole = document.revision.cells_of(0)
+    document.paint(whole, 1, "stroke")
+    document.paint(np.arange(4, dtype=np.uint32), np.array([1, 2, 1, 2]))
+    document.split(0, document.revision.number, whole[:1], whole[-1:])
+    document.set_classes([{"id": 1, "name": "one"}, {"id": 2, "name": "two"}])
+    document.close()
+    work = document.journal.path
+    lines = [json.loads(line) for line in work.read_text().splitlines()]
+    n_refused = 0
+    for number, line in enumerate(lines):
+        for place in _places(line):
+            for value in WRONG:
+                changed = [*lines[:number], _exchanged(line, place, value), *lines[number + 1 :]]
+                data = b"".join(_coded({**entry, "crc": 0}) for entry in changed)
+                n_refused += not _is_read(path, work, data)
+    assert n_refused > 500
+
+
+def _is_read(path, work, data):
+    work.write_bytes(data)
+    try:
+        document = Document.open(path)
+    except JournalError as error:
+        return not str(error).startswith(f"{work}: ")
+    with contextlib.suppress(NothingError):
+        for _ in range(5):
+            document.undo()
+    document.close()
+    return True
+
+
+def test_halves_of_surrogate_pairs_in_an_old_work_file_are_left_out(document, sheet):
+    document.journal.append(
+        {"seq": 1, "op": "classes", "classes": [{"id": 1, "name": "a\ud83d", "key": "\ud83d"}]}
+    )
+    document.close()
+    again = Document.open(sheet)
+    assert (again.class_list[0]["name"], again.class_list[0]["key"]) == ("a", "")
+    again.close()
 
 
 def test_a_paint_that_changes_nothing_makes_no_sense(document, sheet):
@@ -243,4 +344,5 @@ def test_the_summary_is_the_first_and_the_last_line(document, tmp_path):
     assert last["done"] == 1
     assert summary(tmp_path / "none") is None
     (tmp_path / "other").write_text("x\ny\n")
-    assert summary(tmp_path / "other") is None
+    with pytest.raises(JournalError, match="other: line 1 of the work file is damaged"):
+        summary(tmp_path / "other")

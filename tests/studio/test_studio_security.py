@@ -1,6 +1,7 @@
 """Who is answered by the studio, and with what."""
 
 import os
+import shutil
 
 import pytest
 from studio_client import PORT, TOKEN, Http
@@ -35,7 +36,10 @@ def test_a_request_of_the_page_is_answered(client):
     assert asked(client, host=f"localhost:{PORT}").status_code == 200
     assert asked(client, Origin=f"http://{OWN}", Sec_Fetch_Site="same-origin").status_code == 200
     assert asked(client, f"/api/files?token={TOKEN}", token=None).status_code == 200
-    assert asked(client, f"/?token={TOKEN}", token=None, Sec_Fetch_Site="none").status_code == 200
+    for site in ("none", "cross-site"):  # a file leads the browser there
+        answer = asked(client, f"/?token={TOKEN}", token=None, Sec_Fetch_Site=site)
+        assert answer.status_code == 200
+    assert asked(client, "/", token=None, Sec_Fetch_Site="cross-site").status_code == 403
 
 
 @pytest.mark.parametrize("path", ["/", "/api/files", "/api/files/0/mesh", "/api/quit", "/nothing"])
@@ -87,6 +91,22 @@ def test_every_answer_has_the_headers(client):
 def test_too_large_a_request_is_refused_unread(client):
     answer = asked(client, "/api/files/0/paint", method="POST", Content_Length=str(1 << 31))
     assert answer.status_code == 413
+
+
+@pytest.mark.parametrize("name", ["paint", "segment"])
+def test_no_more_is_taken_of_a_body_than_there_may_be(client, monkeypatch, name):
+    monkeypatch.setattr("superfacets.studio.replies.MAX_BODY", 10_000)
+    n_taken = 0
+
+    async def endless():
+        nonlocal n_taken
+        while True:
+            n_taken += 1000
+            yield b" " * 1000
+
+    answer = client.http.post(f"/api/files/0/{name}", content=endless())
+    assert (answer.status_code, n_taken) == (413, 11_000)
+    assert answer.json() == {"error": "the request is larger than 10000 bytes"}
 
 
 @pytest.mark.parametrize(
@@ -161,8 +181,11 @@ def test_an_address_that_others_may_have_written_is_not_trusted(tmp_path, monkey
         path.write_text(text)
         path.chmod(0o600)
         assert kept_address(path) is None
-    path.write_text(f'{{"port":8765,"token":"{TOKEN}"}}')
+    inode = path.stat().st_ino
+    path.write_text(f'{{"port":8765,"token":"{TOKEN}","inode":{inode}}}')
     assert kept_address(path) == Address(8765, TOKEN)
+    copy = shutil.copy2(path, tmp_path / "copy")  # as from an archive that somebody has sent
+    assert kept_address(copy) is None
     path.chmod(0o604)
     assert kept_address(path) is None
     path.chmod(0o600)

@@ -54,6 +54,13 @@ class Nap:
         time.sleep(60)
 
 
+def test_a_worker_runs_no_code_of_the_current_folder(tmp_path, monkeypatch):
+    (tmp_path / "multiprocessing.py").write_text("open('PWNED', 'w')")
+    monkeypatch.chdir(tmp_path)
+    assert dict(workers.run_jobs([Square(2)], 1, memory=0)) == {Square(2): 4}
+    assert not (tmp_path / "PWNED").exists()
+
+
 def test_a_worker_that_dies_takes_only_its_job_along():
     jobs = [Square(2), Suicide(), Exit(), Square(3)]
     ends = dict(workers.run_jobs(jobs, 1, memory=0))

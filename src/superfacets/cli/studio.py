@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import signal
 import sys
 import webbrowser
 from pathlib import Path
+from typing import NoReturn
 
 import click
 
@@ -49,22 +52,31 @@ def studio_command(
     from ..studio.server import check_extra, open_again, serve
 
     check_extra()
-    from ..studio.address import address_file, kept_address
+    from ..studio.address import address_file, kept_address, redirection
     from ..studio.classes import read_classes
     from ..studio.folder import Files
 
     given = () if classes is None else read_classes(classes)
     files = Files.of(path, work, n_segments, given)
     opened, address = open_again(port, kept_address(address_file(files.place)))
-    with opened:
+    with opened, contextlib.ExitStack() as stack:
+        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # files with the token are removed
+            number = getattr(signal, name)
+            stack.callback(signal.signal, number, signal.signal(number, _end))
+
+        def show(page: str) -> None:
+            click.echo(f"superfacets studio: {page} (Ctrl-C ends it)")
+            sys.stdout.flush()
+            if not no_browser:
+                with contextlib.suppress(OSError):  # no file can be written: the address is printed
+                    webbrowser.open(stack.enter_context(redirection(page)))
+
         if files.folder is None:
-            for note in files.document(0).notes:
-                print_note(note)
-        serve(files, opened, address, lambda page: _show(page, no_browser=no_browser))
+            with files.document(0) as document:
+                for note in document.notes:
+                    print_note(note)
+        serve(files, opened, address, show)
 
 
-def _show(address: str, *, no_browser: bool) -> None:
-    click.echo(f"superfacets studio: {address} (Ctrl-C ends it)")
-    sys.stdout.flush()
-    if not no_browser:
-        webbrowser.open(address)
+def _end(number: int, _: object) -> NoReturn:
+    sys.exit(128 + number)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from .._validate import owned, refuse_mask
 
-__all__ = ["PLY_TYPES", "MeshAttributes", "is_word"]
+__all__ = ["PLY_TYPES", "MeshAttributes", "is_encodable", "is_word"]
 
 PLY_TYPES = {
     "i1": "char",
@@ -129,7 +129,7 @@ def is_word(name: object) -> bool:
 
 
 def _checked_comment(line: object) -> str:
-    is_line = isinstance(line, str) and not {"\n", "\r"} & set(line) and _is_encodable(line)
+    is_line = isinstance(line, str) and not {"\n", "\r"} & set(line) and is_encodable(line)
     if not is_line or str(line).split(" ")[0] not in ("comment", "obj_info"):
         raise ValueError(
             f"expected one line that begins with comment or obj_info, got {reprlib.repr(line)}"
@@ -137,7 +137,8 @@ def _checked_comment(line: object) -> str:
     return str(line)
 
 
-def _is_encodable(text: str) -> bool:
+def is_encodable(text: str) -> bool:
+    """Whether UTF-8 can hold a text."""
     try:
         text.encode()
     except UnicodeEncodeError:  # half of a surrogate pair

@@ -1,4 +1,4 @@
-"""The port and the token of a server, kept for the next one if this one does not end well.
+"""The port and the token of a server: kept for the next one, and handed to a browser.
 
 A page that was open when a server was killed goes on with the next server for the same work, which
 answers at the same address. The file is for its owner alone, and is removed when a server ends.
@@ -7,16 +7,28 @@ answers at the same address. The file is for its owner alone, and is removed whe
 from __future__ import annotations
 
 import contextlib
+import html
 import json
 import os
 import re
 import secrets
 import stat
+import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
-__all__ = ["HOST", "TOKEN_VARIABLE", "Address", "address_file", "keep", "kept_address", "new_token"]
+__all__ = [
+    "HOST",
+    "TOKEN_VARIABLE",
+    "Address",
+    "address_file",
+    "keep",
+    "kept_address",
+    "new_token",
+    "redirection",
+]
 
 HOST = "127.0.0.1"
 """The only address that the server listens at."""
@@ -25,6 +37,12 @@ TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
 """Environment variable with the token to take, for scripts that have to know it."""
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{16,200}")
+
+_REDIRECTION = """<!DOCTYPE html>
+<html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
+<meta http-equiv="refresh" content="0; url={0}">
+<p><a href="{0}">Open the studio</a></p></html>
+"""
 
 _FOR_OTHERS = stat.S_IRWXG | stat.S_IRWXO
 
@@ -57,7 +75,8 @@ def address_file(work: Path) -> Path:
 def kept_address(path: Path) -> Address | None:
     """The address that a server has left behind; None if there is none that is to be trusted.
 
-    A file that others may read or write, or that is another user's, is not.
+    A file that others may read or write, or that is another user's, is not. A copy is not, either:
+    it may have come with an archive of meshes, from somebody who knows the token in it.
     """
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         status = path.lstat()
@@ -66,7 +85,13 @@ def kept_address(path: Path) -> Address | None:
         if stat.S_ISREG(status.st_mode) and is_own and is_closed:
             found = json.loads(path.read_text(encoding="ascii"))
             port, token = found["port"], found["token"]
-            if isinstance(port, int) and 0 < port < 1 << 16 and _TOKEN.fullmatch(token):
+            is_copy = found["inode"] != status.st_ino
+            if (
+                not is_copy
+                and isinstance(port, int)
+                and 0 < port < 1 << 16
+                and _TOKEN.fullmatch(token)
+            ):
                 return Address(port, token)
     return None
 
@@ -74,11 +99,12 @@ def kept_address(path: Path) -> Address | None:
 @contextlib.contextmanager
 def keep(path: Path, address: Address) -> Iterator[None]:
     """Keep an address as long as the block runs; where it cannot be written, it is not kept."""
-    text = json.dumps({"port": address.port, "token": address.token})
+    text = ""
     with contextlib.suppress(OSError):
         path.unlink(missing_ok=True)
-        file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(file, "w", encoding="ascii") as writer:
+        with _own_file(path) as writer:
+            inode = os.fstat(writer.fileno()).st_ino
+            text = json.dumps({"port": address.port, "token": address.token, "inode": inode})
             writer.write(text)
     try:
         yield
@@ -86,3 +112,23 @@ def keep(path: Path, address: Address) -> Iterator[None]:
         with contextlib.suppress(OSError):
             if path.read_text(encoding="ascii") == text:  # not that of another server by now
                 path.unlink()
+
+
+@contextlib.contextmanager
+def redirection(page: str) -> Iterator[str]:
+    """The address of a file that leads a browser to a page, as long as the block runs.
+
+    All users can see the arguments of a process, so the browser is not started with the token. The
+    file is for its owner alone.
+    """
+    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+        path = Path(folder, "studio.html")
+        with _own_file(path) as writer:
+            writer.write(_REDIRECTION.format(html.escape(page)))
+        yield path.as_uri()
+
+
+def _own_file(path: Path) -> IO[str]:
+    """A new file that its owner alone can read."""
+    file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    return os.fdopen(file, "w", encoding="ascii")

@@ -113,16 +113,20 @@ def _quit(studio: Studio) -> Endpoint:
 
 def _segmenting(studio: Studio) -> Endpoint:
     async def segment(request: Request) -> Response:
+        number = request.path_params["id"]
+
+        def checked(body: Body) -> Body:
+            with studio.files.document(number) as document:
+                now = document.state.partition.parameters
+                return checked_parameters(body, now, document.n_cells)
+
         try:
             body = await body_of(request)
-            document = await run_in_threadpool(studio.files.document, request.path_params["id"])
             is_preview = bool(body.pop("preview", False))
-            parameters = checked_parameters(
-                body, document.state.partition.parameters, document.n_cells
-            )
+            parameters = await run_in_threadpool(checked, body)
         except Exception as error:
             return failure(error)
-        lines = told(document, parameters, is_preview=is_preview)
+        lines = told(studio.files, number, parameters, is_preview=is_preview)
         return StreamingResponse(lines, media_type=_LINES)
 
     return segment
@@ -140,7 +144,7 @@ def _writing(studio: Studio, path: str, do: Operation) -> Route:
     async def endpoint(request: Request) -> Response:
         try:
             body = await body_of(request)
-        except ValueError as error:
+        except Exception as error:
             return failure(error)
         return await _with_document(studio, request, do, body)
 
@@ -150,5 +154,8 @@ def _writing(studio: Studio, path: str, do: Operation) -> Route:
 async def _with_document(
     studio: Studio, request: Request, work: Operation, given: Body
 ) -> Response:
-    number = request.path_params["id"]
-    return await answered(lambda: work(studio.files.document(number), given))
+    def done() -> object:
+        with studio.files.document(request.path_params["id"]) as document:
+            return work(document, given)
+
+    return await answered(done)

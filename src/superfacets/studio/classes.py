@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..io.atomic import atomic_outputs
+from ..io.attributes import is_encodable
 
 __all__ = [
     "CLASSES_FILE", "MAX_CLASS", "checked_class_list", "default_classes", "new_class",
@@ -85,6 +86,9 @@ def _checked(entry: Any, place: int) -> dict[str, Any]:
     key = "" if key is None else key
     if not isinstance(key, str) or len(key) > 1:
         raise ValueError(f"classes[{place}]: key must be one character, or none")
+    for part, text in (("name", name), ("key", key)):
+        if not is_encodable(text):
+            raise ValueError(f"classes[{place}]: {part} has half of a surrogate pair")
     return {"id": number, "name": name.strip(), "color": color.lower(), "key": key}
 
 
@@ -98,14 +102,16 @@ def read_classes(path: Path) -> ClassList:
     OSError
         If it cannot be read.
     """
-    text = path.read_text(encoding="utf-8")
     try:
+        text = path.read_text(encoding="utf-8")
         if path.suffix.lower() == ".json":
             return checked_class_list(json.loads(text))
         names = [line.strip() for line in text.splitlines() if line.strip()]
         if not names:
             raise ValueError("no line has a name")
         return default_classes(names)
+    except RecursionError:
+        raise ValueError(f"{path}: no list of classes: it is nested too deeply") from None
     except ValueError as error:
         raise ValueError(f"{path}: no list of classes: {error}") from None
 

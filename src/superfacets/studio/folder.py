@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
-from collections import OrderedDict
+from collections import Counter, OrderedDict
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,7 @@ from typing import Any
 from ..batches.sources import find_sources
 from .classes import CLASSES_FILE, ClassList, default_classes, read_classes, write_classes
 from .document import Document, work_file_of
-from .journal import summary
+from .journal import JournalError, Line, summary
 
 __all__ = ["Files"]
 
@@ -46,6 +48,7 @@ class Files:
     classes: ClassList = ()
     folder: Path | None = None
     _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
+    _users: Counter[int] = field(default_factory=Counter)  # of each document, at the moment
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
     @classmethod
@@ -92,40 +95,63 @@ class Files:
         """All files with how far each is; none is opened."""
         return [self._entry(number) for number in range(len(self.paths))]
 
-    def document(self, number: int) -> Document:
-        """The document of a file, opened if it is not; an IndexError if there is no such file."""
+    @contextlib.contextmanager
+    def document(self, number: int) -> Iterator[Document]:
+        """The document of a file, opened if it is not. It stays open as long as the block runs.
+
+        Raises
+        ------
+        IndexError
+            If there is no such file.
+        MeshError, JournalError, OSError
+            If it, or the work on it, cannot be opened.
+        """
         with self._lock:
-            if number in self._open:
-                self._open.move_to_end(number)
-                return self._open[number]
-            is_shared = self.folder is not None
-            document = Document.open(
-                self.path(number), self.work, n_segments=self.n_segments, classes=self.classes,
-                share_classes=self._share if is_shared else None,
-            )  # fmt: skip
-            self._open[number] = document
-            n_more = max(0, len(self._open) - MAX_OPEN)
-            surplus = [self._open.popitem(last=False)[1] for _ in range(n_more)]
-        for other in surplus:  # not within our lock: a document may wait for that within its own
-            other.close()
-        return document
+            document = self._open.get(number) or self._opened(number)
+            self._open.move_to_end(number)
+            self._users[number] += 1
+        try:
+            yield document
+        finally:
+            with self._lock:
+                self._users[number] -= 1
+                self._close_surplus()
 
     def close(self) -> None:
         """Close all documents."""
         with self._lock:
-            while self._open:
-                self._open.popitem()[1].close()
+            documents = list(self._open.values())
+            self._open.clear()
+        for document in documents:  # whoever uses one may wait for our lock within the document's
+            document.close()
+
+    def _opened(self, number: int) -> Document:
+        is_shared = self.folder is not None
+        document = self._open[number] = Document.open(
+            self.path(number), self.work, n_segments=self.n_segments, classes=self.classes,
+            share_classes=self._share if is_shared else None,
+        )  # fmt: skip
+        return document
+
+    def _close_surplus(self) -> None:
+        """Close documents that nobody uses, the least recently used first.
+
+        This happens within our lock: the work file must be closed before it is opened again.
+        Nobody holds the lock of such a document, so the closing waits for nobody.
+        """
+        idle = [number for number in self._open if not self._users[number]]
+        for number in idle[: max(0, len(self._open) - MAX_OPEN)]:
+            self._open.pop(number).close()
 
     def _entry(self, number: int) -> dict[str, Any]:
         entry: dict[str, Any] = {"id": number, "name": self.name_of(number)}
         document = self._open.get(number)
         if document is not None:
             return {**entry, "done": document.progress, "n_cells": document.n_cells}
-        found = summary(self.work or work_file_of(self.paths[number]))
-        if found is None:
-            return {**entry, "done": 0.0, "n_cells": None}
-        first, last = found
-        return {**entry, "done": last.get("done", 0.0), "n_cells": first.get("n_cells")}
+        try:
+            return {**entry, **_told(summary(self.work or work_file_of(self.paths[number])))}
+        except JournalError as error:
+            return {**entry, "done": 0.0, "n_cells": None, "error": str(error)}
 
     def _share(self, classes: ClassList) -> None:
         """Keep the classes of the folder, for all that are open, too."""
@@ -135,3 +161,13 @@ class Files:
             self.classes = classes
             for document in self._open.values():
                 document.state.class_list = classes
+
+
+def _told(found: tuple[Line, Line] | None) -> dict[str, Any]:
+    """How far the work is, and how many cells there are; a JournalError if that makes no sense."""
+    if found is None:
+        return {"done": 0.0, "n_cells": None}
+    done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")
+    if not isinstance(done, (int, float)) or not 0 <= done <= 1 or not isinstance(n_cells, int):
+        raise JournalError("the work file is damaged: it does not say how far the work is")
+    return {"done": done, "n_cells": n_cells}

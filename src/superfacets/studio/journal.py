@@ -159,10 +159,24 @@ class Journal:
 def summary(path: Path) -> tuple[Line, Line] | None:
     """The first and the last whole line of a work file, for a look at how far the work is.
 
-    None if there is none, or if it is a link. The file is not locked, and need not be good.
+    None if there is none, or nothing is in it yet. The file is not locked.
+
+    Raises
+    ------
+    JournalError
+        If its first line is damaged, or if it is a link or otherwise no regular file.
     """
-    with contextlib.suppress(OSError), os.fdopen(open_own(path, os.O_RDONLY), "rb") as file:
-        first = _parsed(file.readline()[:-1])
+    try:
+        opened = open_own(path, os.O_RDONLY)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise JournalError(str(error)) from None
+    with contextlib.suppress(OSError), os.fdopen(opened, "rb") as file:
+        begin = file.readline()
+        first = _parsed(begin[:-1])
+        if first is None and begin.endswith(b"\n"):
+            raise JournalError(f"{path}: line 1 of the work file is damaged")
         size = file.seek(0, os.SEEK_END)
         n_bytes = _LAST_BYTES
         while first is not None:
@@ -210,8 +224,10 @@ def _parsed(text: bytes) -> Line | None:
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
-    line: Line = json.loads(text)
-    return line
+    with contextlib.suppress(ValueError, RecursionError):  # the sum is right, but it is no JSON
+        line: Line = json.loads(text)
+        return line
+    return None
 
 
 def _write_all(file: int, data: bytes) -> None:

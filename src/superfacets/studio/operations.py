@@ -25,6 +25,12 @@ Operation = Callable[[Document, Body], Any]
 
 OCTETS = "application/octet-stream"
 
+LARGEST = (1 << 63) - 1
+"""Number that arrays hold."""
+
+MAX_DIGITS = 20
+"""Of the number of a revision."""
+
 MAX_STROKE = 64
 """Characters in the name of a stroke."""
 
@@ -67,9 +73,7 @@ READS: dict[str, Operation] = {
 
 
 def _paint(document: Document, body: Body) -> Body:
-    number = body.get("class")
-    if isinstance(number, bool) or not isinstance(number, int):
-        raise ValueError("class must be the number of a class, or 0")
+    number = _whole(body.get("class"), "class")
     stroke = body.get("stroke")
     if stroke is not None and not (isinstance(stroke, str) and len(stroke) <= MAX_STROKE):
         raise ValueError(f"stroke must be a text of up to {MAX_STROKE} characters")
@@ -162,11 +166,13 @@ def _numbers(value: object, name: str) -> list[int]:
 def _whole(value: object, name: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"{name} must be a whole number")
+    if abs(value) > LARGEST:
+        raise ValueError(f"{name} must be a whole number of 64 bits")
     return value
 
 
 def _number(query: Body) -> int:
     text = str(query.get("revision", ""))
-    if not text.isdecimal():
+    if not text.isdecimal() or len(text) > MAX_DIGITS:
         raise ValueError("revision must be a number, as the state has it")
     return int(text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import base64
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,12 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .changes import Change, Painted, Partition, State, last_stroke
-from .classes import ClassList, checked_class_list, default_classes
-from .coding import inflated, unpack_cells
+from .classes import MAX_CLASS, ClassList, checked_class_list, default_classes
+from .coding import bytes_from, inflated, unpack_cells
 from .journal import Journal, JournalError, Line
 from .parameters import checked_parameters, default_parameters
 
 __all__ = ["Replay"]
+
+
+MAX_REASON = 200
+"""Characters of a message about a line, which may repeat a value of any length."""
 
 
 @dataclass
@@ -43,9 +47,10 @@ class Replay:
                 replay.step(line)
         except (KeyError, TypeError, ValueError) as error:
             number = replay.seq + 2 if "replay" in locals() else 1
-            reason = str(error) or type(error).__name__
+            reason = f"it has no {error}" if isinstance(error, KeyError) else str(error)
             raise JournalError(
-                f"{journal.path}: line {number} of the work file makes no sense: {reason}"
+                f"{journal.path}: line {number} of the work file makes no sense:"
+                f" {' '.join(reason.split())[:MAX_REASON]}"
             ) from None
         if classes is not None:  # whatever the work had before the folder
             replay.state.class_list = classes
@@ -59,7 +64,10 @@ class Replay:
         if line["op"] in ("undo", "redo"):
             self._move(line["op"])
         else:
-            change = _READERS[line["op"]](line, self.state)
+            read = _READERS.get(str(line["op"]))
+            if read is None:
+                raise ValueError(f"there is no operation {line['op']}")
+            change = read(line, self.state)
             change.do(self.state)
             self.undo_stack.append(change)
             self.redo_stack.clear()
@@ -83,18 +91,21 @@ def _first_state(header: Line, n_cells: int, classes: ClassList | None) -> State
     parameters = checked_parameters(header["parameters"], usual, n_cells)
     if classes is None:
         own = header["classes"]  # None: of work that was begun in a folder
-        classes = default_classes() if own is None else checked_class_list(own)
+        classes = default_classes() if own is None else _class_list(own)
     return State(np.zeros(n_cells, np.uint16), classes, Partition(parameters))
 
 
 def _read_paint(line: Line, state: State) -> Change:
     n_cells = len(state.classes)
-    cells = unpack_cells(base64.b64decode(line["cells"]), n_cells)
+    cells = unpack_cells(bytes_from(line["cells"], "cells"), n_cells)
     wanted: int | npt.NDArray[np.uint16]
     if "class" in line:
         wanted = line["class"]
+        if not isinstance(wanted, int) or not 0 <= wanted <= MAX_CLASS:
+            raise ValueError(f"class {wanted} is not 0 to {MAX_CLASS}")
     else:
-        wanted = np.frombuffer(inflated(base64.b64decode(line["classes"]), 2 * n_cells), np.uint16)
+        data = inflated(bytes_from(line["classes"], "classes"), 2 * n_cells)
+        wanted = np.frombuffer(data, np.uint16)
     painted = Painted.of(state.classes, cells, wanted)
     if painted is None:
         raise ValueError("it changes nothing")
@@ -108,13 +119,19 @@ def _read_segment(line: Line, state: State) -> Change:
 
 
 def _read_split(line: Line, state: State) -> Change:
-    cells = unpack_cells(base64.b64decode(line["cells"]), len(state.classes))
+    cells = unpack_cells(bytes_from(line["cells"], "cells"), len(state.classes))
     return Change("split", state.partition, state.partition.with_split(cells, str(line["digest"])))
 
 
 def _read_classes(line: Line, state: State) -> Change:
-    classes = checked_class_list(line["classes"])
+    classes = _class_list(line["classes"])
     return Change("classes", state.class_list, classes, line.get("stroke"))
+
+
+def _class_list(value: Any) -> ClassList:
+    """The classes of a line, without halves of surrogate pairs, which were let in once."""
+    text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
+    return checked_class_list(json.loads(text))
 
 
 _READERS: dict[str, Callable[[Line, Any], Change]] = {

@@ -7,10 +7,11 @@ from collections.abc import Callable
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, Response
 
 from ..errors import MeshError, MissingExtraError, RenderError
+from ..io.attributes import is_encodable
 from .document import NothingError
 from .journal import JournalError, WriteError
 from .revisions import GoneError
@@ -19,6 +20,14 @@ from .source import ChangedError
 __all__ = ["Body", "JsonReply", "answered", "body_of", "failure", "message_of"]
 
 Body = dict[str, Any]
+
+
+MAX_BODY = 1 << 29
+"""Bytes of a request. A page cannot send more, as browsers have no longer strings."""
+
+
+class TooLargeError(ValueError):
+    """A request has more bytes than are taken."""
 
 
 class JsonReply(JSONResponse):
@@ -39,11 +48,13 @@ STATUS_OF = (
     (MissingExtraError, 501),
     (RenderError, 501),
     (MeshError, 422),
+    (TooLargeError, 413),
     (ValueError, 400),
     (TypeError, 400),
     (IndexError, 404),
     (OSError, 500),
     (MemoryError, 507),
+    (ClientDisconnect, 400),  # nobody gets this
 )
 """What the status of an answer says of an error: the first that fits."""
 
@@ -58,15 +69,50 @@ async def answered(work: Callable[[], Any]) -> Response:
 
 
 async def body_of(request: Request) -> Body:
-    """The JSON object of a request; a ValueError if it is none."""
-    data = await request.body()
+    """The JSON object of a request.
+
+    Raises
+    ------
+    TooLargeError
+        If it has more than `MAX_BODY` bytes. No more than these are taken.
+    ValueError
+        If it is no JSON object, or has text that is not valid Unicode.
+    """
+    text = await _content(request)
     try:
-        body = json.loads(data or b"{}")
+        body = json.loads(text.decode("utf-8") or "{}", parse_constant=_no_constant)
+        is_text = b"\\u" not in text or is_encodable(json.dumps(body, ensure_ascii=False))
+    except RecursionError:
+        raise ValueError("the request is nested too deeply") from None
     except ValueError:
         raise ValueError("the request is not JSON") from None
+    if not is_text:
+        raise ValueError("the request has half of a surrogate pair in a text")
     if not isinstance(body, dict):
         raise ValueError("the request is no JSON object")
     return body
+
+
+async def _content(request: Request) -> bytearray:
+    """The bytes of a request; those that its head announces are counted before they come."""
+    data = bytearray()
+    if _announced(request) <= MAX_BODY:
+        async for part in request.stream():
+            data += part
+            if len(data) > MAX_BODY:
+                break
+        else:
+            return data
+    raise TooLargeError(f"the request is larger than {MAX_BODY} bytes")
+
+
+def _announced(request: Request) -> int:
+    text = request.headers.get("content-length", "0")
+    return int(text) if text.isdecimal() else 0
+
+
+def _no_constant(name: str) -> None:
+    raise ValueError(f"{name} is not JSON")
 
 
 def failure(error: Exception) -> Response:

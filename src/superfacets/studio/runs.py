@@ -12,19 +12,22 @@ from starlette.concurrency import run_in_threadpool
 from .answers import counts_of
 from .changes import Partition
 from .document import Document
+from .folder import Files
 from .replies import Body, message_of
 from .segmenting import Cancelled, Turn
 
 __all__ = ["told"]
 
 
-async def told(document: Document, parameters: Body, *, is_preview: bool) -> AsyncIterator[str]:
-    """Lines of progress, and a last one with the revision."""
+async def told(
+    files: Files, number: int, parameters: Body, *, is_preview: bool
+) -> AsyncIterator[str]:
+    """Run the segmentation of a file: lines of progress, and a last one with the revision."""
     loop = asyncio.get_running_loop()
     queue: asyncio.Queue[Body | None] = asyncio.Queue()
     turn = Turn(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))
     work = asyncio.ensure_future(
-        run_in_threadpool(_segmented, document, parameters, turn, is_preview)
+        run_in_threadpool(_segmented, files, number, parameters, turn, is_preview)
     )
     work.add_done_callback(lambda _: queue.put_nowait(None))
     try:
@@ -35,20 +38,25 @@ async def told(document: Document, parameters: Body, *, is_preview: bool) -> Asy
         turn.cancel()
 
 
-def _segmented(document: Document, parameters: Body, turn: Turn, is_preview: bool) -> Body:
-    start = time.perf_counter()
+def _segmented(files: Files, number: int, parameters: Body, turn: Turn, is_preview: bool) -> Body:
     try:
-        base = document.segmenter.run(parameters, turn)
-        turn.check()
-        if is_preview:
-            partition = Partition(parameters, base.digest)
-            revision = document.revisions.add(partition, base.labels, base.n_regions)
-        else:
-            revision = document.set_base(parameters, base)
+        with files.document(number) as document:
+            return _done(document, parameters, turn, is_preview)
     except Cancelled:
         return {"cancelled": True}
     except Exception as error:
         return {"error": message_of(error)}
+
+
+def _done(document: Document, parameters: Body, turn: Turn, is_preview: bool) -> Body:
+    start = time.perf_counter()
+    base = document.segmenter.run(parameters, turn)
+    turn.check()
+    if is_preview:
+        partition = Partition(parameters, base.digest)
+        revision = document.revisions.add(partition, base.labels, base.n_regions)
+    else:
+        revision = document.set_base(parameters, base)
     seconds = round(time.perf_counter() - start, 3)
     found = {"revision": revision.number, "n_regions": revision.n_regions, "seconds": seconds}
     return {**found, "parameters": parameters, "notes": list(base.notes), **counts_of(document)}

@@ -27,8 +27,8 @@ HEADERS = {
     "X-Frame-Options": "DENY",
 }
 
-MAX_BODY = 1 << 30
-"""Bytes of a request, beyond which it is refused unread."""
+MAX_PATH = 200
+"""Characters of a path: no route has as many, and Python refuses to read very long numbers."""
 
 OPEN_PREFIX = "/static/"
 """The files of the front end, which are public: scripts and styles are loaded without a token."""
@@ -58,16 +58,20 @@ class Guard:
         headers, path = Headers(scope=scope), scope["path"]
         if headers.get("host") not in self._hosts:
             return 403, "the studio answers at the address that it has printed, and no other"
-        if not self._is_same_page(headers):
+        is_page = path == "/" and scope["method"] == "GET"
+        if not is_page and not self._is_same_page(headers):
             return 403, "the request comes from another page"
-        if _length(headers) > MAX_BODY:
-            return 413, f"the request is larger than {MAX_BODY} bytes"
+        if len(path) > MAX_PATH:
+            return 414, "the path is too long"
         if not path.startswith(OPEN_PREFIX) and not self._has_token(scope, headers):
             return 403, "the token is missing or wrong: open the address that was printed"
         return None
 
     def _is_same_page(self, headers: Headers) -> bool:
-        """Whether no page, or one of this server, sends a request."""
+        """Whether no page, or one of this server, sends a request.
+
+        The page itself may be asked for from elsewhere: a file leads the browser to it.
+        """
         origins = (None, *(f"http://{host}" for host in self._hosts))
         sites = (None, "none", "same-origin")
         return headers.get("origin") in origins and headers.get("sec-fetch-site") in sites
@@ -79,11 +83,6 @@ class Guard:
     @property
     def _hosts(self) -> tuple[str, ...]:
         return f"{HOST}:{self.port}", f"localhost:{self.port}"
-
-
-def _length(headers: Headers) -> int:
-    text = headers.get("content-length", "0")
-    return int(text) if text.isdecimal() else 0
 
 
 def _refusal(path: str, status: int, message: str) -> Response:

@@ -63,13 +63,14 @@ def serve(
     import uvicorn
 
     from .app import Studio, studio_app
+    from .connections import BACKLOG, Connection
     from .security import page_address
 
     studio = Studio(files, lambda: setattr(server, "should_exit", True))
     config = uvicorn.Config(
         studio_app(studio, address.token, address.port), log_level="error", access_log=False,
-        lifespan="off", ws="none", server_header=False, proxy_headers=False,
-        timeout_graceful_shutdown=2,
+        http=Connection, lifespan="off", ws="none", server_header=False, proxy_headers=False,
+        backlog=BACKLOG, timeout_graceful_shutdown=2,
     )  # fmt: skip
     server: Any = _server(uvicorn, config, lambda: on_start(page_address(address)))
     try:

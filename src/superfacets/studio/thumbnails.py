@@ -50,7 +50,8 @@ class Thumbnails:
 def _drawn(path: Path) -> bytes:
     with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
         target = Path(folder, "picture.png")
-        command = [sys.executable, "-m", __name__, str(path), str(target)]
+        # Without -P, Python would import modules of the current folder, maybe one of downloads.
+        command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
         try:
             done = subprocess.run(
                 command, capture_output=True, text=True, timeout=SECONDS, check=False

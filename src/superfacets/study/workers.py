@@ -19,6 +19,9 @@ __all__ = ["Death", "Job", "run_jobs"]
 # Libraries read these when they are loaded: one thread each, as every worker has one core.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
+# Without the safe path, a worker would look for `multiprocessing` in the current folder first.
+_OF_WORKERS = {**_ONE_THREAD, "PYTHONSAFEPATH": "1"}
+
 
 class Job(Protocol):
     """A job for a worker. The job and its result are pickled."""
@@ -133,9 +136,9 @@ class _Worker:
 
 @contextlib.contextmanager
 def _settings_of_workers() -> Iterator[None]:
-    """One thread per process, ignoring Ctrl-C, which a terminal also sends to the parent."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(_ONE_THREAD)
+    """One thread, no modules of the current folder, and deaf to the Ctrl-C of a terminal."""
+    before = {name: os.environ.get(name) for name in _OF_WORKERS}
+    os.environ.update(_OF_WORKERS)
     is_main = threading.current_thread() is threading.main_thread()
     handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if is_main else None
     try:

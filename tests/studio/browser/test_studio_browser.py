@@ -6,6 +6,7 @@ from studio_page import hue
 
 import superfacets as sf
 from superfacets import Mesh, PolygonMesh, TetMesh, sample_mesh, write_mesh
+from superfacets.studio.address import redirection
 
 
 def test_a_moved_slider_changes_the_labels_and_undo_brings_them_back(studio):
@@ -440,3 +441,9 @@ def test_a_wrong_token_shows_no_mesh(serve, bear, browser):
         assert answer.status == 403
     finally:
         page.close()
+
+
+def test_a_file_leads_the_browser_to_the_page(shared, open_tab):
+    server, _ = shared
+    with redirection(server.address) as file:
+        assert open_tab(file).page.url.startswith(server.address.split("?")[0])
