@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +15,7 @@ import numpy.typing as npt
 from ...errors import MeshError, MissingExtraError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..foreign import file_of
+from ..foreign import reason_of
 from ..guards import Content, counted
 
 __all__ = ["read_e57"]
@@ -44,18 +49,36 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     stands. Colors and intensities are kept if all scans have them.
     """
     pye57 = _module()
-    with file_of(data, ".e57") as path:
+    with _file_of(data) as path:
         try:
             with pye57.E57(path) as file:
                 scans = [_read_scan(pye57, file, i, len(data)) for i in range(file.scan_count)]
         except (MemoryError, MeshError):
             raise
         except Exception as error:  # pye57 raises many kinds on damaged files
-            reason = " ".join(str(error).split())
-            raise MeshError(f"the E57 file cannot be read: {reason}") from None
+            raise MeshError(f"the E57 file cannot be read: {reason_of(error)}") from None
     if not scans:
         raise MeshError("the E57 file has no scans")
     return _joined(scans)
+
+
+@contextlib.contextmanager
+def _file_of(data: Content) -> Iterator[str]:
+    """Give the name of a file with this content, for as long as the context lasts.
+
+    The file has no name in a folder where the system can open it by its descriptor: so a process
+    that is killed leaves nothing behind.
+    """
+    if os.name == "posix":
+        with TemporaryFile() as file:
+            file.write(data)
+            file.flush()
+            yield f"/dev/fd/{file.fileno()}"
+    else:
+        with TemporaryDirectory(prefix="superfacets-") as folder:
+            path = Path(folder, "scans.e57")
+            path.write_bytes(data)
+            yield str(path)
 
 
 def _module() -> Any:
