@@ -236,8 +236,10 @@ def _decompressed(data: Content, header: _Header) -> npt.NDArray[np.uint8]:
             _check_layers(content, table, header.size, n_layers)
         records = np.empty(n_bytes, np.uint8)
         lazrs.decompress_points_with_chunk_table(content, description, records, table)
-    except lazrs.LazrsError as error:
-        raise MeshError(f"the LAZ file cannot be read: {reason_of(error)}") from None
+    except BaseException as error:  # PanicException of Rust is no Exception, and has no module
+        if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
+            raise MeshError(f"the LAZ file cannot be read: {reason_of(error)}") from None
+        raise
     return records
 
 
@@ -284,6 +286,8 @@ def _chunks(
         raise MeshError(f"the file declares {n_chunks} chunks of points in {n_bytes} bytes")
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
+    if any(size > n_bytes for _, size in chunks):  # some have 64 bits
+        raise MeshError(f"a chunk of points takes more than the {n_bytes} bytes of all")
     counts = np.array(chunks, dtype=np.int64).reshape(-1, 2)
     if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the others
         counts[:-1, 0] = vlr.chunk_size()

@@ -1,0 +1,10 @@
+def check_studio(rng, folder):
+    pass
+
+
+def check_work_file(rng, folder):
+    pass
+
+
+def check_manifest(rng, folder):
+    pass
