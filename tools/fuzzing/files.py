@@ -172,10 +172,11 @@ def _with_checksums(data: bytes) -> bytes:
 def _checksum_table() -> tuple[int, ...]:
     """CRC-32C of each byte."""
     table = []
-    for number in range(256):
+    for byte in range(256):
+        rest = byte
         for _ in range(8):
-            number = number >> 1 ^ (0x82F63B78 if number & 1 else 0)
-        table.append(number)
+            rest = rest >> 1 ^ (0x82F63B78 if rest & 1 else 0)
+        table.append(rest)
     return tuple(table)
 
 
