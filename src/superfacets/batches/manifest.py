@@ -114,5 +114,9 @@ def _record_of(line: bytes) -> Record | None:
         record = json.loads(line)
     except ValueError:
         return None
-    is_record = isinstance(record, dict) and isinstance(record.get("name"), str)
+    is_record = (
+        isinstance(record, dict)
+        and isinstance(record.get("name"), str)
+        and isinstance(record.get("outputs", {}), dict)
+    )
     return record if is_record and line.endswith(b"\n") else None

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..io.foreign import shortened
 from .changes import Change, Painted, Partition, State, last_stroke
 from .classes import ClassList, checked_class_list, default_classes
 from .coding import inflated, unpack_cells
@@ -41,9 +42,9 @@ class Replay:
             replay = cls(_first_state(journal.header, n_cells, classes))
             for line in journal.lines:
                 replay.step(line)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             number = replay.seq + 2 if "replay" in locals() else 1
-            reason = str(error) or type(error).__name__
+            reason = shortened(str(error)) or type(error).__name__
             raise JournalError(
                 f"{journal.path}: line {number} of the work file makes no sense: {reason}"
             ) from None

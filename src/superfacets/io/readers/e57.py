@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
+import struct
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory, TemporaryFile
@@ -32,6 +34,11 @@ _KINDS = {
 """What is read of a point, and the type that it is converted to."""
 
 
+_PAGE = 1024
+_CHECKSUM = 4
+"""Bytes of a page, and of its end, which is a checksum of all before."""
+
+
 class _Scan(NamedTuple):
     """The valid points of a scan."""
 
@@ -49,6 +56,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     stands. Colors and intensities are kept if all scans have them.
     """
     pye57 = _module()
+    _check_description(data)
     with _file_of(data) as path:
         try:
             with pye57.E57(path) as file:
@@ -60,6 +68,25 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     if not scans:
         raise MeshError("the E57 file has no scans")
     return _joined(scans)
+
+
+def _check_description(data: Content) -> None:
+    """Raise a MeshError where the XML of the file has entities, of which libE57 makes endless text.
+
+    E57 knows no document types, and no encoding but UTF-8. libE57 finds all else that is wrong.
+    """
+    begin, n_bytes = struct.unpack_from("<QQ", data[24:40].ljust(16, b"\0"))
+    at = begin // _PAGE * _PAGE
+    n_pages = n_bytes // (_PAGE - _CHECKSUM) + 3
+    pages = data[at : at + n_pages * _PAGE]
+    text = b"".join(
+        pages[place : place + _PAGE - _CHECKSUM] for place in range(0, len(pages), _PAGE)
+    )[begin - at :]
+    text = text.removeprefix(b"\xef\xbb\xbf")
+    declared = re.match(rb"<\?xml[^>]*encoding\s*=\s*.([\w-]+)", text)
+    is_utf_8 = not declared or declared[1].lower() == b"utf-8"
+    if not re.match(rb"<[^\0]", text) or not is_utf_8 or b"<!DOCTYPE" in text:
+        raise MeshError("the E57 file cannot be read: expected XML in UTF-8 without document type")
 
 
 @contextlib.contextmanager

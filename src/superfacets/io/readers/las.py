@@ -282,7 +282,7 @@ def _chunks(
 ) -> list[tuple[int, int]]:
     """Points and bytes of each chunk."""
     (n_chunks,) = struct.unpack_from("<I", table, 4)
-    if n_chunks > n_bytes // header.size:  # the first point of each is not compressed
+    if n_chunks > n_bytes // header.size + 1:  # of each but an empty one a point stands as it is
         raise MeshError(f"the file declares {n_chunks} chunks of points in {n_bytes} bytes")
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
@@ -292,6 +292,7 @@ def _chunks(
     if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the others
         counts[:-1, 0] = vlr.chunk_size()
         counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
+    counts = counts[counts.any(axis=1)]  # some writers end with an empty chunk
     n_points, n_used = counts.sum(axis=0)
     if counts.min(initial=1) <= 0 or n_points != header.n_points or n_used > n_bytes:
         raise MeshError(
