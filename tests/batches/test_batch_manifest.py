@@ -43,7 +43,15 @@ def test_what_was_written_is_read_and_left_as_it_is(path):
 
 
 @pytest.mark.parametrize(
-    "rest", ['{"name": "b", "ce', '{"name": "b"}', "\0\0\0\n", "[]\n", '{"cells": 3}\n']
+    "rest",
+    [
+        '{"name": "b", "ce',
+        '{"name": "b"}',
+        "\0\0\0\n",
+        "[]\n",
+        '{"cells": 3}\n',
+        '{"name": "b", "outputs": 7}\n',
+    ],
 )
 def test_a_line_that_is_cut_or_damaged_counts_for_nothing_and_goes(path, rest):
     path.write_text('{"name": "a"}\n' + rest)

@@ -1,14 +1,18 @@
 """The work file of the studio: what is in it survives whatever happens to the process."""
 
+import base64
 import errno
 import os
 
 import numpy as np
 import pytest
 
+from superfacets.studio.coding import pack_cells
 from superfacets.studio.document import Document
 from superfacets.studio.journal import Journal, JournalError, summary
 from superfacets.studio.replay import Replay
+
+PACKED = base64.b64encode(pack_cells(np.array([1], np.uint32))).decode()
 
 
 def cells(*numbers):
@@ -195,6 +199,8 @@ def test_a_line_that_makes_no_sense_is_told_with_its_number(document, sheet):
         ({"seq": 5, "op": "undo"}, "it is number 5, not 1"),
         ({"seq": 1, "op": "paint", "cells": "", "class": 1}, "packed numbers are damaged"),
         ({"seq": 1, "op": "dance"}, "dance"),
+        ({"seq": 10**400, "op": "undo"}, r"it is number 10{180,200}\.\.\.$"),
+        ({"seq": 1, "op": "paint", "cells": PACKED, "class": 10**30}, "int too large"),
     ],
 )
 def test_lines_that_make_no_sense(document, sheet, line, message):

@@ -133,7 +133,7 @@ class Search(NamedTuple):
         tally: Counter[str] = Counter()
         n_failed = 0
         began = time.monotonic()
-        for number, failure in self._outcomes(numbers, n_jobs):
+        for number, failure in self.outcomes(numbers, n_jobs):
             kind = self.kind_of(number)
             tally[kind] += 1
             if failure is not None:
@@ -154,7 +154,7 @@ class Search(NamedTuple):
         words += ["--formats", *self.formats] if self.formats else []
         return " ".join(words)
 
-    def _outcomes(self, numbers: Iterator[int], n_jobs: int) -> Iterator[tuple[int, str | None]]:
+    def outcomes(self, numbers: Iterator[int], n_jobs: int) -> Iterator[tuple[int, str | None]]:
         """Numbers of cases that have ended, and what is wrong with each."""
         methods = multiprocessing.get_all_start_methods()
         context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
