@@ -2,9 +2,9 @@
 
 lazrs ends the process where a file claims more chunks or larger layers than memory holds. So each
 number that it takes memory for is first compared with the size of the file: the count and sizes of
-the chunks, the sizes of the layers, and the parts of a record. Wrong bytes of compressed points then
-make wrong points or an error, never more memory: `tools/fuzz` looks for the contrary. So lazrs needs
-no process of its own.
+the chunks, the sizes of the layers, and the parts of a record. Wrong bytes of compressed points
+then make wrong points or an error, never more memory; `tools/fuzz` searches for the contrary. So
+lazrs needs no process of its own.
 """
 
 from __future__ import annotations
