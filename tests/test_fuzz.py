@@ -1,54 +1,54 @@
 """The search for bad inputs notices what it is there to notice, and shows how to see it again."""
 
+import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from tools.fuzzing.pool import Worker
-from tools.fuzzing.promises import check_labels, check_pieces, refusals
 
 from superfacets import Mesh
 
 ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT / "tests" / room) for room in ("io", "reference")]  # as tools/fuzz does
 
-SERVANT = """
-import os, sys, time
-sys.path.insert(0, sys.argv[1])
-from fuzzing.pool import serve
-def run(number):
-    if number == 1: os.abort()
-    if number == 2: time.sleep(60)
-    if number == 3: bytes(8 << 30)
-    print("not an answer")
-    return "it is wrong" if number == 4 else None
-serve(run)
-"""
+from tools.fuzzing.command import KINDS, Search  # noqa: E402 - found along the path above
+from tools.fuzzing.promises import check_labels, check_pieces, refusals  # noqa: E402
+
+
+class _Bad(Search):
+    """Cases that are wrong in every way."""
+
+    def run_case(self, number, folder):
+        if number == 1:
+            os.abort()
+        if number == 2:
+            time.sleep(60)
+        if number == 3:
+            bytes(8 << 30)
+        assert number != 4, "it is wrong"
 
 
 @pytest.fixture
-def worker():
-    command = [sys.executable, "-c", SERVANT, str(ROOT / "tools")]
-    worker = Worker(command, seconds_per_case=5)
-    yield worker
-    worker.stop()
+def failures(monkeypatch):
+    """Run cases 0 to 5, each for at most 2 seconds, and return what is wrong with them."""
+    monkeypatch.setitem(KINDS, "graphs", KINDS["graphs"]._replace(seconds=2.0))
+    return dict(_Bad(0, ("graphs",), ()).outcomes(iter(range(6)), 2))
 
 
-def test_a_case_that_crashes_hangs_or_takes_all_memory_is_a_failure(worker):
-    assert worker.run(0) is None
-    assert worker.run(1).startswith("the process ended with status")
-    assert worker.run(2).startswith("it did not end within 5 seconds")
-    assert worker.run(4) == "it is wrong"
-    assert worker.run(0) is None
+def test_a_case_that_crashes_hangs_or_is_wrong_is_a_failure(failures):
+    assert failures[0] is failures[5] is None
+    assert failures[1].startswith("the process ended")
+    assert failures[2] == "it did not end within 2 seconds"
+    assert "AssertionError: it is wrong" in failures[4]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not heed the limit")
-def test_a_case_that_takes_too_much_memory_is_a_failure(worker):
-    failure = worker.run(3)
-    assert failure.startswith("the process ended with status")
-    assert "MemoryError" in failure
+def test_a_case_that_takes_too_much_memory_is_a_failure(failures):
+    assert "MemoryError" in failures[3]
 
 
 def test_errors_that_nobody_meant_are_failures():
@@ -72,14 +72,18 @@ def test_labels_that_break_a_promise_are_failures():
         check_pieces([0, 0], build_face_graph(graph))
 
 
-def test_a_second_of_search_finds_nothing():
-    command = [sys.executable, str(ROOT / "tools" / "fuzz"), "--seconds", "1", "--jobs", "1"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+def run_fuzz(*words):
+    command = [sys.executable, str(ROOT / "tools" / "fuzz"), *words]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+def test_some_search_finds_nothing():
+    done = run_fuzz("--cases", "60", "--jobs", "1")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert re.fullmatch(r"seed 0: \d+ cases \(.*\), 0 failed\n", done.stdout)
+    assert re.fullmatch(r"seed 0: 60 cases \(.*\) in \d+ s, 0 failed\n", done.stdout)
 
 
 def test_a_case_can_be_run_again():
-    command = [sys.executable, str(ROOT / "tools" / "fuzz"), "--seed", "3", "--case", "6"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
-    assert done.stdout.startswith("case 6 is a graph; its files are in ")
+    done = run_fuzz("--seed", "3", "--case", "6", "--only", "graphs", "cells")
+    assert done.returncode == 0, done.stderr
+    assert re.match(r"case 6 is of (graphs|cells); its files are in ", done.stdout)

@@ -4,6 +4,7 @@ Arguments: seed, number of damaged files of each format. Prints what is neither 
 """
 
 import random
+import re
 import sys
 import tempfile
 import warnings
@@ -16,25 +17,53 @@ from superfacets.io.readers.labels import LABEL_ENDINGS, read_labels
 from superfacets.io.readers.read import read_mesh
 from superfacets.io.writers.write import write_labels, write_mesh
 
+HUGE = (2**31 - 1, 2**31, 2**32 - 1, 10**8, 10**10, 2**63 - 1, 2**64 - 1, -1, 0)
+"""Counts and places that no small file has."""
+
+WORDS = (b"-1", b"nan", b"1e999", b"\n", b" ", b"\0", b"\xff" * 4, b"/", *(b"%d" % n for n in HUGE))
+
 
 def damaged(data: bytes, source: random.Random) -> bytes:
-    """The file with some bytes replaced, removed, doubled, or swapped for telling text."""
+    """The file with one to five places that are wrong."""
     content = bytearray(data)
     for _ in range(source.choice((1, 1, 2, 5))):
-        place = source.randrange(len(content) + 1)
-        width = source.choice((1, 1, 1, 4, 20))
-        kind = source.randrange(4)
-        if kind == 0:
-            content[place : place + width] = source.randbytes(width)
-        elif kind == 1:
-            del content[place : place + width]
-        elif kind == 2:
-            content[place:place] = content[place : place + width]
-        else:
-            words = (b"-1", b"nan", b"1e999", b"99999999999", b"\n", b" ", b"\0", b"\xff" * 4, b"/")
-            content[place : place + width] = source.choice(words)
+        source.choice((_change_bytes, _change_bytes, _change_count, _change_text))(content, source)
         content = content or bytearray(b"x")
     return bytes(content)
+
+
+def _change_bytes(content: bytearray, source: random.Random) -> None:
+    """Replace, remove or double some bytes, or replace them by a telling word."""
+    place = source.randrange(len(content) + 1)
+    width = source.choice((1, 1, 1, 4, 20))
+    kind = source.randrange(4)
+    if kind == 0:
+        content[place : place + width] = source.randbytes(width)
+    elif kind == 1:
+        del content[place : place + width]
+    elif kind == 2:
+        content[place:place] = content[place : place + width]
+    else:
+        content[place : place + width] = source.choice(WORDS)
+
+
+def _change_count(content: bytearray, source: random.Random) -> None:
+    """Write a huge number of 2, 4 or 8 bytes, mostly where headers are."""
+    width = source.choice((2, 4, 4, 8))
+    place = source.randrange(len(content) if source.random() < 0.5 else min(len(content), 400))
+    place -= place % 2 if source.random() < 0.5 else 0
+    number = source.choice(HUGE) % (1 << 8 * width)
+    content[place : place + width] = number.to_bytes(width, source.choice(("little", "big")))
+
+
+def _change_text(content: bytearray, source: random.Random) -> None:
+    """Replace a number in a text, or the value of an attribute of XML."""
+    pattern = source.choice((rb"(-?[0-9]+)", rb"[a-zA-Z]=\"([^\"]*)\"", rb"<(/?[a-zA-Z]+)"))
+    found = list(re.finditer(pattern, content))
+    if found:
+        begin, end = source.choice(found).span(1)
+        others = [match[1] for match in found]
+        content[begin:end] = source.choice((source.choice(WORDS), source.choice(others), b""))
 
 
 def whole_label_files(folder: Path) -> dict[str, bytes]:

@@ -1,5 +1,6 @@
 """Point clouds in files: what is read, what is written, what is refused."""
 
+import io
 import sys
 
 import numpy as np
@@ -19,6 +20,7 @@ from superfacets import (
     write_mesh,
 )
 from superfacets.adapters.convert import as_cells, as_mesh
+from superfacets.io.readers.las import read_las
 
 POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [1, 1, 0.25], [0, 1, -3]])
 COLORS = np.array([[255, 0, 0], [0, 255, 0], [0, 0, 255], [51, 51, 51]], np.uint8)
@@ -143,30 +145,201 @@ def test_objects_in_an_array_are_not_loaded(tmp_path):
         read_cloud(tmp_path / "a.npy")
 
 
-@pytest.mark.parametrize("content", [b"LASF", b"\0" * 400])
-def test_a_damaged_las_file_is_refused(tmp_path, content):
-    pytest.importorskip("laspy")
-    (tmp_path / "a.las").write_bytes(content)
-    with pytest.raises(MeshError, match="the LAS file cannot be read"):
-        read_cloud(tmp_path / "a.las")
+@pytest.fixture
+def laspy():
+    return pytest.importorskip("laspy")
 
 
-def _fails(*_):
+def las_of(laspy, point_format, n_points=50):
+    """Random numbers in all fields of a point format, and in further ones."""
+    rng = np.random.default_rng(point_format)
+    header = laspy.LasHeader(point_format=point_format, version="1.4")
+    header.scales, header.offsets = [0.01, 0.1, 1e-3], [5.0, -7.0, 1e6]
+    las = laspy.LasData(header)
+    las.x, las.y, las.z = rng.random((3, n_points)) * 100 + [[0], [0], [1e6]]
+    las.add_extra_dim(laspy.ExtraBytesParams(name="two words", type="i2"))
+    las.add_extra_dim(laspy.ExtraBytesParams(name="list", type="3u2"))
+    las.add_extra_dim(laspy.ExtraBytesParams(name="long", type="u8"))
+    scale, offset = np.array([0.5]), np.array([3.0])
+    scaled = laspy.ExtraBytesParams(name="scaled", type="i4", scales=scale, offsets=offset)
+    las.add_extra_dim(scaled)
+    for dimension in las.point_format.dimensions:
+        if dimension.name not in ("X", "Y", "Z", "list"):
+            n_bits = min(dimension.num_bits or 8, 6)
+            las[dimension.name] = rng.integers(0, 1 << n_bits, n_points)
+    return las
+
+
+def begin_of(content):
+    """Where the points begin."""
+    return int.from_bytes(content[96:100], "little")
+
+
+def content_of(las, compressed):
+    stream = io.BytesIO()
+    las.write(stream, do_compress=compressed)
+    return bytearray(stream.getvalue())
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("point_format", range(11))
+def test_las_holds_what_laspy_reads(laspy, point_format, compressed):
+    las = las_of(laspy, point_format)
+    points, columns = read_las(bytes(content_of(las, compressed)))
+    assert all(np.array_equal(points[axis], getattr(las, axis)) for axis in "xyz")
+    waves = ("wavepacket", "return_point_wave", "x_t", "y_t", "z_t", "list", "X", "Y", "Z")
+    names = [name for name in las.point_format.dimension_names if not name.startswith(waves)]
+    assert list(columns) == [name.replace(" ", "_") for name in names]
+    for name in names:
+        assert np.array_equal(columns[name.replace(" ", "_")], las[name]), name
+
+
+def test_chunks_of_any_size_are_read(laspy):
+    lazrs = pytest.importorskip("lazrs")
+    las = las_of(laspy, 6)
+    whole = bytes(content_of(las, True))
+    size = las.point_format.size
+    records = np.frombuffer(bytes(content_of(las, False))[-50 * size :], np.uint8)
+    vlr = lazrs.LazVlr.new_for_compression(6, las.point_format.num_extra_bytes, True)
+    head = whole[: begin_of(whole)].replace(las_description(whole), bytes(vlr.record_data()))
+    stream = io.BytesIO(head)
+    stream.seek(0, 2)
+    compressor = lazrs.LasZipCompressor(stream, vlr)
+    for part in np.split(records, [20 * size]):
+        compressor.compress_many(part)
+        compressor.finish_current_chunk()
+    compressor.done()
+    points, _ = read_las(stream.getvalue())
+    assert np.array_equal(points["x"], las.x)
+
+
+def las_description(content):
+    at = content.index(b"laszip encoded") - 2
+    size = int.from_bytes(content[at + 20 : at + 22], "little")
+    return bytes(content[at + 54 : at + 54 + size])
+
+
+def test_a_table_of_chunks_at_the_end_is_found(laspy):
+    content = content_of(las_of(laspy, 3), True)
+    begin = begin_of(content)
+    moved = content[:begin] + b"\xff" * 8 + content[begin + 8 :] + content[begin : begin + 8]
+    expected, _ = read_las(bytes(content))
+    assert np.array_equal(read_las(bytes(moved))[0]["z"], expected["z"])
+
+
+@pytest.mark.parametrize("point_format", [3, 6])
+def test_a_cut_las_is_refused_wherever_it_is_cut(laspy, point_format):
+    content = bytes(content_of(las_of(laspy, point_format), False))
+    for size in range(0, len(content), 7):
+        with pytest.raises(MeshError):
+            read_las(content[:size])
+
+
+@pytest.mark.parametrize("point_format", [3, 6])
+def test_a_cut_laz_is_refused_wherever_it_is_cut(laspy, point_format):
+    content = bytes(content_of(las_of(laspy, point_format), True))
+    table = int.from_bytes(
+        content[(begin := int.from_bytes(content[96:100], "little")) :][:8], "little"
+    )
+    for size in [*range(0, begin, 50), *range(begin, table + 8)]:
+        with pytest.raises(MeshError):
+            read_las(content[:size])
+
+
+def changed(content, place, number, size=4):
+    content[place : place + size] = number.to_bytes(size, "little")
+    return bytes(content)
+
+
+@pytest.mark.parametrize(
+    ("place", "number", "size", "message"),
+    [
+        (0, 0, 4, "does not begin with the header"),
+        (100, 9, 4, "the points begin within record"),
+        (104, 99, 1, "expected point format 0 to 10, got 35"),
+        (104, 128 + 63, 1, "expected point format 0 to 10, got 63"),
+        (105, 20, 2, "points of format 6 take 30 bytes, not 20"),
+        (105, 42, 2, "the further numbers of a point do not fit in 42 bytes"),
+        (247, 0, 8, "the file has no points"),
+        (247, 10**8, 8, "declares 100000000 points of 50 bytes but 2500 bytes follow"),
+        (375 + 54 + 2, 99, 1, "have the unknown type 99"),
+    ],
+)  # fmt: skip
+def test_a_header_of_las_that_is_wrong_is_named(laspy, place, number, size, message):
+    content = content_of(las_of(laspy, 6), False)
+    with pytest.raises(MeshError, match=message):
+        read_las(changed(content, place, number, size))
+
+
+@pytest.mark.parametrize(
+    ("place", "number", "message"),
+    [
+        ("points", 10**8, "over 1000 times the"),
+        ("points", 51, "chunks of the file do not add up to 51 points|cannot be read"),
+        ("format", 128 + 7, "points of format 7 take|does not fit their format"),
+        ("compressor", 1, "does not fit their format"),
+        ("item", 77, "does not fit their format"),
+        ("chunk size", 0, "chunks of the file do not add up|cannot be read"),
+        ("place of the table", 2**31, "lies outside of the file"),
+        ("chunks", 2**32 - 1, "declares 4294967295 chunks"),
+        ("chunks", 0, "do not add up to 50 points"),
+        ("layer", 2**32 - 1, "the layers of chunk 0 take more than"),
+    ],
+)
+def test_numbers_of_laz_are_compared_with_the_file(laspy, place, number, message):
+    content = content_of(las_of(laspy, 6), True)
+    begin = begin_of(content)
+    described = content.index(las_description(content))
+    places = {
+        "points": 247, "format": 104, "compressor": described, "item": described + 34,
+        "chunk size": described + 12, "place of the table": begin,
+        "chunks": int.from_bytes(content[begin : begin + 8], "little") + 4,
+        "layer": begin + 8 + 50 + 4,
+    }  # fmt: skip
+    size = 1 if place == "format" else 2 if place in ("compressor", "item") else 4
+    with pytest.raises(MeshError, match=message):
+        read_las(changed(content, places[place], number, size))
+
+
+def test_names_that_are_no_words_are_left_out(laspy):
+    content = content_of(las_of(laspy, 6), False)
+    content[content.index(b"scaled")] = 7
+    _, columns = read_las(bytes(content))
+    assert "long" in columns
+    assert "scaled" not in columns
+
+
+def test_a_text_with_an_odd_name_of_a_column_is_read(tmp_path):
+    (tmp_path / "a.csv").write_bytes(b"x,y,z,\x01\n0,0,0,1\n1,0,0,2\n")
+    assert read_cloud(tmp_path / "a.csv").n_points == 2
+
+
+def _fails(*_, **__):
     raise ValueError("no room")
 
 
 def test_what_laspy_cannot_write_is_an_error(cloud, tmp_path, monkeypatch):
     laspy = pytest.importorskip("laspy")
     monkeypatch.setattr(laspy.LasData, "write", _fails)
-    with pytest.raises(MeshError, match=r"cannot be written as \.las: no room"):
+    with pytest.raises(MeshError, match=r"cannot be written as \.las: ValueError: no room"):
         write_mesh(tmp_path / "a.las", cloud)
 
 
-def test_without_laspy_the_extra_is_named(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "laspy", None)
-    (tmp_path / "a.las").write_bytes(b"LASF")
+def test_without_lazrs_the_extra_is_named(laspy, monkeypatch):
+    content = bytes(content_of(las_of(laspy, 0), True))
+    monkeypatch.setitem(sys.modules, "lazrs", None)
     with pytest.raises(MissingExtraError, match=r"superfacets\[las\]"):
-        read_cloud(tmp_path / "a.las")
+        read_las(content)
+
+
+def test_las_is_read_without_laspy_and_written_with_it(cloud, tmp_path, monkeypatch):
+    pytest.importorskip("laspy")
+    write_mesh(tmp_path / "a.las", cloud)
+    monkeypatch.setitem(sys.modules, "laspy", None)
+    monkeypatch.setitem(sys.modules, "lazrs", None)
+    assert read_cloud(tmp_path / "a.las").points == pytest.approx(POINTS, abs=1e-6)
+    with pytest.raises(MissingExtraError, match=r"superfacets\[las\]"):
+        write_mesh(tmp_path / "b.las", cloud)
 
 
 def test_clouds_are_no_meshes(cloud, tmp_path):

@@ -1,5 +1,6 @@
 """Files that were cut or damaged are refused, or hold all that was left whole; nothing crashes."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -57,3 +58,36 @@ def test_randomly_damaged_files_are_read_or_refused():
     n_read, n_refused = (int(number) for number in done.stdout.split())
     assert n_read + n_refused == 13 * 60
     assert n_refused > n_read
+
+
+READ_CRASHES = """
+import contextlib, sys, time
+from superfacets import MeshError
+from superfacets.io.readers.read import read_cells
+with contextlib.suppress(ImportError):  # Windows
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
+for path in sys.argv[1:]:
+    began = time.monotonic()
+    try:
+        read_cells(path)
+        print(path, "was read")
+    except MeshError as error:
+        if len(str(error)) > len(path) + 400 or "\\n" in str(error):
+            print(path, "has the message", error)
+    if time.monotonic() - began > 10:
+        print(path, "took too long")
+"""
+"""Each of these files ended the process, took gigabytes or hours, was read though it was cut, or
+raised another kind of error."""
+
+
+@pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer needs more")
+def test_files_that_once_crashed_are_refused():
+    pytest.importorskip("lazrs")
+    pytest.importorskip("pye57")
+    paths = sorted(map(str, Path(__file__).with_name("crashes").iterdir()))
+    assert len(paths) > 5
+    command = [sys.executable, "-c", READ_CRASHES, *paths]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert (done.returncode, done.stdout) == (0, ""), done.stderr

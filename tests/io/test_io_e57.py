@@ -1,6 +1,8 @@
 """E57: scans with poses, colors and invalid points as one cloud; damaged files are refused."""
 
+import os
 import sys
+import tempfile
 
 import numpy as np
 import pytest
@@ -241,6 +243,43 @@ def test_memory_that_runs_out_is_no_fault_of_the_file(write, monkeypatch, pye57)
     monkeypatch.setattr(pye57.E57, "get_header", fail)
     with pytest.raises(MemoryError):
         read_cloud(path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows opens files by name alone")
+def test_no_file_is_left_by_a_process_that_is_killed(write, tmp_path, monkeypatch, pye57):
+    path = write((scan(), {}))
+    seen = []
+
+    def look(*_):
+        seen.append(list((tmp_path / "temporary").iterdir()))
+        raise MemoryError  # in place of the signal
+
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setattr(pye57.E57, "get_header", look)
+    with pytest.raises(MemoryError):
+        read_cloud(path)
+    assert seen == [[]]
+
+
+def test_messages_of_the_library_are_short(write, tmp_path):
+    content = write((scan(), {})).read_bytes()
+    (tmp_path / "b.e57").write_bytes(content + bytes(1024))
+    with pytest.raises(MeshError) as caught:
+        read_cloud(tmp_path / "b.e57")
+    assert len(str(caught.value)) < len(str(tmp_path)) + 300
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [(b"<e57Root ", b"<!DOCTYPE"), (b'"UTF-8"', b"'UTF-7'"), (b"<?xml", b"<\0?xm")],
+)
+def test_xml_that_e57_does_not_know_is_refused(write, tmp_path, old, new):
+    content = write((scan(), {})).read_bytes()
+    assert old in content
+    (tmp_path / "b.e57").write_bytes(content.replace(old, new))
+    with pytest.raises(MeshError, match="expected XML in UTF-8 without document type"):
+        read_cloud(tmp_path / "b.e57")
 
 
 def test_without_pye57_the_extra_is_named(tmp_path, monkeypatch):

@@ -3,40 +3,61 @@
 from __future__ import annotations
 
 import argparse
+import concurrent.futures
+import contextlib
 import faulthandler
 import itertools
+import multiprocessing
 import os
 import sys
 import tempfile
-import threading
 import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from pebble import ProcessPool
 
 from superfacets import IslandWarning, SliverWarning
 
-from .files import check_label_file, check_mesh_file
+from .batches import check_manifest
+from .cells import check_cells
+from .files import check_file
 from .graphs import check_graph
 from .meshes import check_mesh
-from .pool import Worker, limit_memory, serve
+from .studio import check_work_file
+from .tiles import check_tiles
+
+Check = Callable[[np.random.Generator, Path], None]
+
+
+class Kind(NamedTuple):
+    """What runs a case, the share of the kind in all cases, and how long a case may take.
+
+    The limits are generous, as a machine may be busy; that of a file is a promise.
+    """
+
+    check: Check
+    share: int
+    seconds: float = 60.0
+
 
 KINDS = {
-    "mesh file": check_mesh_file,
-    "label file": check_label_file,
-    "mesh": check_mesh,
-    "graph": check_graph,
+    "files": Kind(check_file, 60, 10.0),
+    "meshes": Kind(check_mesh, 12),
+    "cells": Kind(check_cells, 12),
+    "graphs": Kind(check_graph, 6),
+    "studio": Kind(check_work_file, 5),
+    "batches": Kind(check_manifest, 3),
+    "tiles": Kind(check_tiles, 2),
 }
 
-IN_TURN = ("mesh file", "mesh", "graph", "label file", "mesh", "mesh file", "graph", "mesh")
-"""Kinds of the cases 0, 1, 2 and so on."""
-
-SECONDS_PER_CASE = 60.0
-"""Cases take a second at most; a machine may be busy."""
+MEMORY_LIMIT = 6 << 30
+"""Bytes of address space: cases are small, so more is an amplification."""
 
 MOST_FAILURES = 20
 """After so many, the search ends: they are likely to be one."""
@@ -46,80 +67,129 @@ def main() -> None:
     """Run what the command line says."""
     parser = argparse.ArgumentParser(prog="tools/fuzz", description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="how long to search")
+    parser.add_argument("--cases", type=int, help="how many cases to run, however long it takes")
+    parser.add_argument("--only", nargs="+", choices=KINDS, default=list(KINDS), metavar="KIND",
+                        help=f"kinds of cases, of {', '.join(KINDS)}")  # fmt: skip
+    parser.add_argument("--formats", nargs="+", default=[], metavar="ENDING",
+                        help="files of these formats alone, such as .laz")  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, help="other cases for another seed")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
     parser.add_argument("--case", type=int, help="run this one case here, as a failure is shown")
-    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
+    search = Search(options.seed, tuple(options.only), tuple(options.formats))
+    if options.case is None:
+        sys.exit(search.run(_numbers(options.seconds, options.cases), options.jobs))
+    prepare()
+    folder = Path(tempfile.mkdtemp(prefix="fuzz-"))
+    kind = search.kind_of(options.case)
+    print(f"case {options.case} is of {kind}; its files are in {folder}", flush=True)
+    search.run_case(options.case, folder)
+
+
+def _numbers(seconds: float, n_cases: int | None) -> Iterator[int]:
+    """0, 1, 2 and so on, for so long or so many times."""
+    if n_cases is not None:
+        return iter(range(n_cases))
+    end = time.monotonic() + seconds
+    return itertools.takewhile(lambda _: time.monotonic() < end, itertools.count())
+
+
+class Search(NamedTuple):
+    """Cases of some kinds: a case is made of this and of its number alone."""
+
+    seed: int
+    kinds: tuple[str, ...]
+    formats: tuple[str, ...]
+
+    def kind_of(self, number: int) -> str:
+        """The kind of a case."""
+        return self._start_of(number)[0]
+
+    def run_case(self, number: int, folder: Path) -> None:
+        """Run the case of this number; an error if something does not hold."""
+        kind, rng = self._start_of(number)
+        if kind == "files":
+            check_file(rng, folder, self.formats)
+        else:
+            KINDS[kind].check(rng, folder)
+
+    def _start_of(self, number: int) -> tuple[str, np.random.Generator]:
+        rng = np.random.default_rng([self.seed, number])
+        shares = np.cumsum([KINDS[kind].share for kind in self.kinds])
+        place = np.searchsorted(shares, rng.integers(shares[-1]), side="right")
+        return self.kinds[place], rng
+
+    def failure_of(self, number: int) -> str | None:
+        """Run the case of this number; return what is wrong with it, if anything is."""
+        with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
+            try:
+                self.run_case(number, Path(folder))
+            except BaseException:
+                return traceback.format_exc()
+        return None
+
+    def run(self, numbers: Iterator[int], n_jobs: int) -> int:
+        """Run cases in processes of their own; return the exit status."""
+        tally: Counter[str] = Counter()
+        n_failed = 0
+        began = time.monotonic()
+        for number, failure in self.outcomes(numbers, n_jobs):
+            kind = self.kind_of(number)
+            tally[kind] += 1
+            if failure is not None:
+                n_failed += 1
+                print(f"== {kind}: {self._command(number)}\n{failure}", flush=True)
+            if n_failed == MOST_FAILURES:
+                break
+        counts = ", ".join(f"{count} of {kind}" for kind, count in sorted(tally.items()))
+        seconds = time.monotonic() - began
+        print(f"seed {self.seed}: {sum(tally.values())} cases ({counts}) in {seconds:.0f} s, "
+              f"{n_failed} failed")  # fmt: skip
+        return 1 if n_failed else 0
+
+    def _command(self, number: int) -> str:
+        """The command that runs a case again."""
+        words = ["tools/fuzz", "--seed", str(self.seed), "--case", str(number)]
+        words += ["--only", *self.kinds] if self.kinds != tuple(KINDS) else []
+        words += ["--formats", *self.formats] if self.formats else []
+        return " ".join(words)
+
+    def outcomes(self, numbers: Iterator[int], n_jobs: int) -> Iterator[tuple[int, str | None]]:
+        """Numbers of cases that have ended, and what is wrong with each."""
+        methods = multiprocessing.get_all_start_methods()
+        context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
+        with ProcessPool(n_jobs, context=context, initializer=prepare) as pool:
+            running: dict[concurrent.futures.Future[str | None], int] = {}
+            while True:
+                for number in itertools.islice(numbers, 8 * n_jobs - len(running)):
+                    seconds = KINDS[self.kind_of(number)].seconds
+                    future = pool.schedule(self.failure_of, args=(number,), timeout=seconds)
+                    running[future] = number
+                if not running:
+                    break
+                done = concurrent.futures.wait(running, return_when="FIRST_COMPLETED").done
+                for future in done:
+                    yield running.pop(future), _outcome(future)
+            pool.stop()
+
+
+def _outcome(future: concurrent.futures.Future[str | None]) -> str | None:
+    """What is wrong with a case that has ended."""
+    try:
+        return future.result()
+    except concurrent.futures.TimeoutError as error:
+        return f"it did not end within {error.args[-1]:g} seconds"
+    except Exception as error:  # Pebble's, of a process that ended
+        return f"the process ended: {error!r}, exit status {getattr(error, 'exitcode', None)}"
+
+
+def prepare() -> None:
+    """Bound the memory of this process, and make errors of warnings."""
     faulthandler.enable()
     warnings.simplefilter("error")
     for right in (IslandWarning, SliverWarning):  # about many of these meshes
         warnings.simplefilter("ignore", right)
-    if options.serve:
-        serve(lambda number: _failure_of(options.seed, number))
-    elif options.case is not None:
-        limit_memory()
-        folder = Path(tempfile.mkdtemp(prefix="fuzz-"))
-        print(f"case {options.case} is a {_kind_of(options.case)}; its files are in {folder}")
-        _run_case(options.seed, options.case, folder)
-    else:
-        sys.exit(_search(options.seed, options.seconds, options.jobs))
+    with contextlib.suppress(ImportError):  # Windows has no such limit
+        import resource
 
-
-def _kind_of(number: int) -> str:
-    return IN_TURN[number % len(IN_TURN)]
-
-
-def _run_case(seed: int, number: int, folder: Path) -> None:
-    """Run the case of this seed and number; an error if something does not hold."""
-    KINDS[_kind_of(number)](np.random.default_rng([seed, number]), folder)
-
-
-def _failure_of(seed: int, number: int) -> str | None:
-    with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
-        try:
-            _run_case(seed, number, Path(folder))
-        except BaseException:
-            return traceback.format_exc()
-    return None
-
-
-def _search(seed: int, seconds: float, n_jobs: int) -> int:
-    """Run cases until the time is over; return the exit status."""
-    numbers = _numbers(seconds)
-    tally: Counter[str] = Counter()
-    failed: list[int] = []
-    lock = threading.Lock()
-
-    def work() -> None:
-        worker = Worker(
-            [sys.executable, sys.argv[0], "--serve", "--seed", str(seed)], SECONDS_PER_CASE
-        )
-        while True:
-            with lock:
-                number = next(numbers, None)
-                if number is None or len(failed) >= MOST_FAILURES:
-                    break
-            failure = worker.run(number)
-            with lock:
-                tally[_kind_of(number)] += 1
-                if failure is not None:
-                    failed.append(number)
-                    print(f"== {_kind_of(number)}: tools/fuzz --seed {seed} --case {number}")
-                    print(failure, flush=True)
-        worker.stop()
-
-    threads = [threading.Thread(target=work) for _ in range(n_jobs)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    counts = ", ".join(f"{count} of a {kind}" for kind, count in sorted(tally.items()))
-    print(f"seed {seed}: {sum(tally.values())} cases ({counts}), {len(failed)} failed")
-    return 1 if failed else 0
-
-
-def _numbers(seconds: float) -> Iterator[int]:
-    """0, 1, 2 and so on, until the time is over."""
-    end = time.monotonic() + seconds
-    return itertools.takewhile(lambda _: time.monotonic() < end, itertools.count())
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))

@@ -1,23 +1,49 @@
-"""Damaged files: read, or refused by a MeshError of one line that begins with the path."""
+"""Damaged files: read, or refused by a MeshError of one short line that begins with the path."""
 
 from __future__ import annotations
 
+import contextlib
 import copy
+import functools
 import json
 import random
+import struct
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import damage
 import mesh_files
 import numpy as np
+import shapes
 
 import superfacets as sf
+from superfacets.io.readers.clouds import CLOUD_ENDINGS
+from superfacets.io.readers.labels import LABEL_ENDINGS
+from superfacets.io.readers.read import MESH_ENDINGS
 
-from .promises import check_result, refusals
+from .promises import check_labels, refusals
 
-FILES_PER_CASE = 30
-"""A damaged file is read in a millisecond."""
+Read = Callable[[Path], Any]
+
+MOST_CELLS = 2000
+"""Larger ones, of which there are few, are read and not segmented."""
+
+_POINTS = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n"
+_NODES = "".join(f"{i} {line}\n" for i, line in enumerate(_POINTS.splitlines(), 1))
+
+TETS = {
+    "tets.mesh": "MeshVersionFormatted 2\nDimension 3\nVertices\n5\n"
+    + _POINTS.replace("\n", " 0\n") + "Tetrahedra\n2\n1 2 3 4 0\n2 3 4 5 1\nEnd\n",
+    "old.msh": f"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n{_NODES}$EndNodes\n$Elements\n2\n"
+    "1 4 2 0 1 1 2 3 4\n2 4 2 0 1 2 3 4 5\n$EndElements\n",
+    "new.msh": "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n"
+    f"{_POINTS}$EndNodes\n$Elements\n1 2 1 2\n3 1 4 2\n1 1 2 3 4\n2 2 3 4 5\n$EndElements\n",
+    "text.vtk": "# vtk DataFile Version 2.0\ntets\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+    f"POINTS 5 double\n{_POINTS}CELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n",
+}  # fmt: skip
+"""Files of tetrahedra that no writer here makes."""
 
 ODD_VALUES = (
     None, True, -1, 0, 1, 2**31, 2**63, 10**400, 0.5, -1e308, "", "\ud800", "../a",
@@ -25,38 +51,146 @@ ODD_VALUES = (
 )  # fmt: skip
 
 
-def check_mesh_file(rng: np.random.Generator, folder: Path) -> None:
-    """Damaged mesh files; what is read of them can be segmented."""
+def check_file(rng: np.random.Generator, folder: Path, formats: tuple[str, ...] = ()) -> None:
+    """A damaged file of a mesh, a cloud or labels; what is read of it can be segmented."""
     source = random.Random(int(rng.integers(2**63)))
-    for _ in range(FILES_PER_CASE):
-        name, data = _mesh_file(source)
-        path = folder / name
-        if damage.check(sf.read_mesh, path, _damaged(data, source)):
-            mesh = sf.read_mesh(path)
-            with refusals():
-                check_result(sf.segment(mesh, min(3, mesh.n_faces)), sf.build_face_graph(mesh))
+    read, name, data = source.choice(_whole_files(formats))
+    if name.endswith((".gltf", ".glb")) and source.random() < 0.5:
+        data = _with_odd_document(name, source)
+    path = folder / f"damaged{Path(name).suffix}"
+    data = _damaged(data, source)
+    if path.suffix == ".e57" and source.random() < 0.8:
+        data = _with_checksums(data)
+    with contextlib.suppress(OSError, sf.MissingExtraError):
+        if damage.check(read, path, data) and read is not sf.read_labels:
+            _check_cells(read(path))
 
 
-def check_label_file(rng: np.random.Generator, folder: Path) -> None:
-    """Damaged files of labels."""
-    source = random.Random(int(rng.integers(2**63)))
-    whole = sorted(damage.whole_label_files(folder).items())
-    for _ in range(FILES_PER_CASE):
-        name, data = source.choice(whole)
-        name = name.replace(".seg", source.choice((".seg", ".txt")))
-        damage.check(sf.read_labels, folder / name, _damaged(data, source))
+def _check_cells(cells: Any) -> None:
+    """Cells are segmented, or refused."""
+    if cells.n_cells <= MOST_CELLS:
+        with refusals():
+            result = sf.segment(cells, min(3, cells.n_cells))
+            check_labels(result.labels, cells.n_cells, result.n_segments)
 
 
-def _mesh_file(source: random.Random) -> tuple[str, bytes]:
-    """A file of any format, whole, or whole but for a value in its JSON."""
-    if source.random() < 0.3:
-        document = json.dumps(_odd_document(source)).encode()
-        return ("a.gltf", document) if source.random() < 0.3 else ("a.glb", _glb(document))
-    return source.choice(sorted(mesh_files.whole_files().items()))
+@functools.cache
+def _whole_files(formats: tuple[str, ...]) -> list[tuple[Read, str, bytes]]:
+    """A function that reads, a name and the content of small files of all formats, or of these."""
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
+        folder = Path(name)
+        files = [(sf.read_mesh, *item) for item in mesh_files.whole_files().items()]
+        document = json.dumps(mesh_files.gltf_document()).encode()
+        files.append((sf.read_mesh, "a.gltf", document))
+        files += [(sf.read_labels, *item) for item in damage.whole_label_files(folder).items()]
+        for path in _written_files(folder):
+            for read, endings in (
+                (sf.read_mesh, MESH_ENDINGS), (sf.read_cloud, CLOUD_ENDINGS),
+                (sf.read_labels, LABEL_ENDINGS),
+            ):  # fmt: skip
+                if path.suffix in endings and _can_read(read, path):
+                    files.append((read, path.name, path.read_bytes()))
+    return [file for file in files if not formats or Path(file[1]).suffix in formats]
 
 
-def _glb(document: bytes) -> bytes:
-    """A binary glTF file of this JSON, with the buffer that its accessors describe."""
+def _can_read(read: Read, path: Path) -> bool:
+    try:
+        read(path)
+    except (sf.MeshError, ValueError):
+        return False
+    return True
+
+
+def _written_files(folder: Path) -> Iterator[Path]:
+    """Files that writers of this package, or of other libraries, make."""
+    mesh = shapes.cube()
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1.0]])
+    tets = sf.TetMesh(corners, [[0, 1, 2, 3], [1, 2, 3, 4]])
+    cloud = sf.PointCloud(corners, colors=corners)
+    table = np.random.default_rng(0).random((40, 3))
+    large = sf.PointCloud(table, colors=table)
+    for cells, endings in (
+        (mesh, (".vtp",)), (tets, (".vtu", ".vtk")), (cloud, (".ply", ".csv", ".las", ".laz")),
+        (large, (".las", ".laz")),
+    ):  # fmt: skip
+        for ending in endings:
+            path = folder / f"written-{cells.n_cells}{ending}"
+            sf.write_mesh(path, cells, np.arange(cells.n_cells) % 2)
+            yield path
+    np.save(folder / "points.npy", corners)
+    yield folder / "points.npy"
+    for ending in (".xyz", ".txt"):
+        np.savetxt(folder / f"points{ending}", corners)
+        yield folder / f"points{ending}"
+    for name, text in TETS.items():
+        (folder / name).write_text(text)
+        yield folder / name
+    yield from _las_files(folder)
+    yield from _e57_files(folder)
+
+
+def _las_files(folder: Path) -> Iterator[Path]:
+    """LAS and LAZ of an old and a new point format, with further numbers."""
+    import laspy
+
+    for point_format, ending in ((3, ".las"), (3, ".laz"), (8, ".las"), (8, ".laz"), (10, ".laz")):
+        las = laspy.LasData(laspy.LasHeader(point_format=point_format, version="1.4"))
+        las.x, las.y, las.z = np.random.default_rng(1).random((3, 30))
+        las.add_extra_dim(laspy.ExtraBytesParams(name="label", type="i4"))
+        las.add_extra_dim(laspy.ExtraBytesParams(name="two words", type="u8"))
+        path = folder / f"las-{point_format}{ending}"
+        las.write(str(path))
+        yield path
+
+
+def _e57_files(folder: Path) -> Iterator[Path]:
+    """Two scans with colors, one of them moved; where its library is installed."""
+    try:
+        import pye57
+    except ModuleNotFoundError:
+        return
+    points = np.random.default_rng(2).random((12, 3))
+    columns = {f"cartesian{axis}": points[:, place].copy() for place, axis in enumerate("XYZ")}
+    columns |= {
+        f"color{name}": np.arange(12, dtype=np.uint8) * 20 for name in ("Red", "Green", "Blue")
+    }
+    path = folder / "scans.e57"
+    with pye57.E57(str(path), mode="w") as file:
+        file.write_scan_raw(columns)
+        file.write_scan_raw(columns, translation=np.ones(3), rotation=np.array([1.0, 0, 0, 0]))
+    yield path
+
+
+def _with_checksums(data: bytes) -> bytes:
+    """An E57 file with the right checksum of each page, without which libE57 reads none."""
+    pages = [data[place : place + 1020] for place in range(0, len(data), 1024)]
+    return b"".join(page + struct.pack(">I", _checksum(page)) for page in pages)
+
+
+@functools.cache
+def _checksum_table() -> tuple[int, ...]:
+    """CRC-32C of each byte."""
+    table = []
+    for byte in range(256):
+        rest = byte
+        for _ in range(8):
+            rest = rest >> 1 ^ (0x82F63B78 if rest & 1 else 0)
+        table.append(rest)
+    return tuple(table)
+
+
+def _checksum(page: bytes) -> int:
+    table, found = _checksum_table(), 0xFFFFFFFF
+    for byte in page:
+        found = found >> 8 ^ table[(found ^ byte) & 255]
+    return found ^ 0xFFFFFFFF
+
+
+def _with_odd_document(name: str, source: random.Random) -> bytes:
+    """A glTF file, with odd values in its JSON."""
+    document = json.dumps(_odd_document(source))
+    if name.endswith(".gltf"):
+        return document.encode()
     return mesh_files.glb(json.loads(document))
 
 
@@ -83,11 +217,11 @@ def _odd_document(source: random.Random) -> dict[str, Any]:
 def _damaged(data: bytes, source: random.Random) -> bytes:
     """The file, mostly with bytes changed, or cut, or as another of these begins."""
     kind = source.random()
-    if kind < 0.1:
+    if kind < 0.03:
         return data
-    if kind < 0.2:
+    if kind < 0.13:
         return data[: source.randrange(1, len(data) + 1)]
-    if kind < 0.3:
-        other = source.choice(sorted(mesh_files.whole_files().values()))
+    if kind < 0.2:
+        _, _, other = source.choice(_whole_files(()))
         return other[: source.randrange(1, len(other))] + data[source.randrange(len(data)) :]
     return damage.damaged(data, source)

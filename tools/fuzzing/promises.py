@@ -5,12 +5,16 @@ from __future__ import annotations
 import contextlib
 import traceback
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import shapes
 
 THREADS = (1, 2, 3, 7)
+
+LONGEST_MESSAGE = 400
+"""Characters, without the path."""
 
 
 @contextlib.contextmanager
@@ -25,6 +29,17 @@ def refusals() -> Iterator[None]:
         last = traceback.extract_tb(error.__traceback__)[-1]
         if "superfacets" not in last.filename or not (last.line or "").startswith("raise "):
             raise
+
+
+@contextlib.contextmanager
+def short_messages(path: Path, *kinds: type[Exception]) -> Iterator[None]:
+    """End the block where it raises such an error; the message is one short line."""
+    try:
+        yield
+    except kinds as error:
+        text = str(error).replace(str(path), "")
+        if len(text) > LONGEST_MESSAGE or "\n" in text:
+            raise AssertionError(f"bad message: {text!r}") from None
 
 
 def check_labels(labels: Any, n_cells: int, n_regions: int) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 from ..errors import MissingExtraError
 from .guards import Content
 
-__all__ = ["file_of", "file_to_fill", "run_meshio", "vtk_modules"]
+__all__ = ["file_of", "file_to_fill", "reason_of", "run_meshio", "vtk_modules"]
 
 
 @contextlib.contextmanager
@@ -31,6 +31,17 @@ def file_to_fill(ending: str) -> Iterator[Path]:
     """Give the path of a file that is still to be made, in a folder that is removed then."""
     with TemporaryDirectory(prefix="superfacets-") as folder:
         yield Path(folder, f"mesh{ending}")
+
+
+def reason_of(error: BaseException) -> str:
+    """The kind and the message of another library's error, as a line of at most 200 characters."""
+    return shortened(f"{type(error).__name__}: {error}")
+
+
+def shortened(message: str) -> str:
+    """The message as one line of at most 200 characters."""
+    line = " ".join(message.split())
+    return line if len(line) <= 200 else f"{line[:197]}..."
 
 
 def run_meshio(work: Callable[[Any], Any]) -> tuple[Any, str | None]:
@@ -54,10 +65,9 @@ def run_meshio(work: Callable[[Any], Any]) -> tuple[Any, str | None]:
     except MemoryError:
         raise
     except SystemExit:
-        words = " ".join(printed.getvalue().split())
-        return None, words or "it gave up"
+        return None, shortened(printed.getvalue()) or "it gave up"
     except Exception as error:  # of any kind: parsers of foreign files fail in many ways
-        return None, " ".join(f"{type(error).__name__}: {error}".split())
+        return None, reason_of(error)
 
 
 @contextlib.contextmanager

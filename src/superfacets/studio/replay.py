@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..io.foreign import shortened
 from .changes import Change, Painted, Partition, State, last_stroke
 from .classes import MAX_CLASS, ClassList, checked_class_list, default_classes
 from .coding import bytes_from, inflated, unpack_cells
@@ -17,10 +18,6 @@ from .journal import Journal, JournalError, Line
 from .parameters import checked_parameters, default_parameters
 
 __all__ = ["Replay"]
-
-
-MAX_REASON = 200
-"""Characters of a message about a line, which may repeat a value of any length."""
 
 
 @dataclass
@@ -45,12 +42,12 @@ class Replay:
             replay = cls(_first_state(journal.header, n_cells, classes))
             for line in journal.lines:
                 replay.step(line)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             number = replay.seq + 2 if "replay" in locals() else 1
             reason = f"it has no {error}" if isinstance(error, KeyError) else str(error)
             raise JournalError(
                 f"{journal.path}: line {number} of the work file makes no sense:"
-                f" {' '.join(reason.split())[:MAX_REASON]}"
+                f" {shortened(reason)}"
             ) from None
         if classes is not None:  # whatever the work had before the folder
             replay.state.class_list = classes

@@ -49,21 +49,23 @@ def find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Floats
 def _unlabeled(
     store: TileStore, tile: int, labels: Ints
 ) -> tuple[Ints, Floats, npt.NDArray[np.int64]]:
-    """The cells without a label, their positions, and arcs between them, as pairs of cells."""
+    """The cells without a label, their positions, and arcs that leave them, as pairs of cells."""
     at = np.flatnonzero(labels < 0)
     own = store.read(tile, "cells")
     around = np.concatenate([own, store.read(tile, "ghost_cells")])
     offsets = store.read(tile, "arc_offsets")
     sources = np.repeat(np.arange(len(own)), np.diff(offsets))
-    is_inside = labels[sources] < 0  # and so is the other end: a path leads there
-    pairs = np.stack([own[sources[is_inside]], around[store.read(tile, "arc_targets")[is_inside]]])
+    is_free = labels[sources] < 0  # the other end may have a label where an expansion halted
+    pairs = np.stack([own[sources[is_free]], around[store.read(tile, "arc_targets")[is_free]]])
     return own[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
 
 
 def _islands_of(cells: Ints, pairs: list[npt.NDArray[np.int64]]) -> Ints:
-    """The island of each cell, 0 to n - 1."""
+    """The island of each cell, 0 to n - 1; pairs with any other cell join nothing."""
     order = np.argsort(cells)
-    sources, targets = np.searchsorted(cells, np.concatenate(pairs, axis=1), sorter=order)
+    ends = np.concatenate(pairs, axis=1)
+    ends = ends[:, np.isin(ends[1], cells)]
+    sources, targets = np.searchsorted(cells, ends, sorter=order)
     sources, targets = order[sources], order[targets]
     by_source = np.argsort(sources, kind="stable")
     offsets = np.searchsorted(sources[by_source], np.arange(len(cells) + 1))

@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import MeshError, MissingExtraError
+from ...errors import MeshError
 from ...mesh.point_cloud import PointCloud
-from ..attributes import MeshAttributes
-from ..foreign import file_of
+from ..attributes import MeshAttributes, is_word
 from ..guards import Content, as_doubles
 from .e57 import read_e57
+from .las import read_las
 from .npy import npy_array
 from .ply_attributes import attributes_of
 from .ply_body import read_tables
@@ -123,7 +123,7 @@ def _cloud_of_table(table: npt.NDArray[np.float64], names: list[str] | None) -> 
     others = {
         name: _narrowed(values)
         for name, values in columns.items()
-        if name not in "xyz" and name.isascii()
+        if name not in "xyz" and is_word(name)
     }
     return _cloud_of(columns | others, MeshAttributes(vertex=others))
 
@@ -150,19 +150,7 @@ def _meaning_of(further: npt.NDArray[np.float64]) -> tuple[str, ...]:
 
 
 def _read_las(data: Content) -> CloudFile:
-    """LAS and LAZ, by laspy; coordinates with the scale and offset that the file declares."""
-    laspy = las_module()
-    with file_of(data, ".laz") as path:
-        try:
-            las = laspy.read(path)
-        except Exception as error:  # laspy and lazrs raise many kinds on damaged files
-            raise MeshError(f"the LAS file cannot be read: {error}") from None
-    columns: dict[str, npt.NDArray[Any]] = {axis: np.asarray(getattr(las, axis)) for axis in "xyz"}
-    stored = {}
-    for name in las.point_format.dimension_names:
-        values = np.asarray(las[name])
-        if name not in ("X", "Y", "Z") and values.ndim == 1 and values.dtype.itemsize <= 8:
-            stored[name] = values
+    columns, stored = read_las(data)
     if all(name in stored for name in _COLORS):
         columns |= {name: _las_shades(stored, name) for name in _COLORS}
     return _cloud_of(columns, MeshAttributes(vertex=stored))
@@ -176,15 +164,6 @@ def _las_shades(stored: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[A
 
 def _read_e57(data: Content) -> CloudFile:
     return CloudFile(*read_e57(data))
-
-
-def las_module() -> Any:
-    """Return laspy, which reads and writes LAS."""
-    try:
-        import laspy
-    except ModuleNotFoundError:
-        raise MissingExtraError("a .las or .laz file", "las") from None
-    return laspy
 
 
 def _cloud_of(columns: dict[str, npt.NDArray[Any]], attributes: MeshAttributes) -> CloudFile:

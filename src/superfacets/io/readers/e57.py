@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import re
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +17,7 @@ import numpy.typing as npt
 from ...errors import MeshError, MissingExtraError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..foreign import file_of
+from ..foreign import reason_of
 from ..guards import Content, counted
 
 __all__ = ["read_e57"]
@@ -25,6 +32,11 @@ _KINDS = {
     **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
 }
 """What is read of a point, and the type that it is converted to."""
+
+
+_PAGE = 1024
+_CHECKSUM = 4
+"""Bytes of a page, and of its end, which is a checksum of all before."""
 
 
 class _Scan(NamedTuple):
@@ -44,18 +56,56 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     stands. Colors and intensities are kept if all scans have them.
     """
     pye57 = _module()
-    with file_of(data, ".e57") as path:
+    _check_description(data)
+    with _file_of(data) as path:
         try:
             with pye57.E57(path) as file:
                 scans = [_read_scan(pye57, file, i, len(data)) for i in range(file.scan_count)]
         except (MemoryError, MeshError):
             raise
         except Exception as error:  # pye57 raises many kinds on damaged files
-            reason = " ".join(str(error).split())
-            raise MeshError(f"the E57 file cannot be read: {reason}") from None
+            raise MeshError(f"the E57 file cannot be read: {reason_of(error)}") from None
     if not scans:
         raise MeshError("the E57 file has no scans")
     return _joined(scans)
+
+
+def _check_description(data: Content) -> None:
+    """Raise a MeshError where the XML of the file has entities, of which libE57 makes endless text.
+
+    E57 knows no document types, and no encoding but UTF-8. libE57 finds all else that is wrong.
+    """
+    begin, n_bytes = struct.unpack_from("<QQ", data[24:40].ljust(16, b"\0"))
+    at = begin // _PAGE * _PAGE
+    n_pages = n_bytes // (_PAGE - _CHECKSUM) + 3
+    pages = data[at : at + n_pages * _PAGE]
+    text = b"".join(
+        pages[place : place + _PAGE - _CHECKSUM] for place in range(0, len(pages), _PAGE)
+    )[begin - at :]
+    text = text.removeprefix(b"\xef\xbb\xbf")
+    declared = re.match(rb"<\?xml[^>]*encoding\s*=\s*.([\w-]+)", text)
+    is_utf_8 = not declared or declared[1].lower() == b"utf-8"
+    if not re.match(rb"<[^\0]", text) or not is_utf_8 or b"<!DOCTYPE" in text:
+        raise MeshError("the E57 file cannot be read: expected XML in UTF-8 without document type")
+
+
+@contextlib.contextmanager
+def _file_of(data: Content) -> Iterator[str]:
+    """Give the name of a file with this content, for as long as the context lasts.
+
+    The file has no name in a folder where the system can open it by its descriptor: so a process
+    that is killed leaves nothing behind.
+    """
+    if os.name == "posix":
+        with TemporaryFile() as file:
+            file.write(data)
+            file.flush()
+            yield f"/dev/fd/{file.fileno()}"
+    else:
+        with TemporaryDirectory(prefix="superfacets-") as folder:
+            path = Path(folder, "scans.e57")
+            path.write_bytes(data)
+            yield str(path)
 
 
 def _module() -> Any:

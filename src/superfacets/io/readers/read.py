@@ -127,8 +127,9 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         point, of numbers between blanks, commas or semicolons, which a first line may name (as in
         PLY); without names three numbers behind x, y and z are colors if they are whole and at most
         255, and normals if they are of length 1. ``.npy``: an (N, 3) array; more columns as in
-        text. ``.las`` and ``.laz`` need the extra ``las``. ``.e57`` needs the extra ``e57``:
-        points of all scans, one scan after the other, each moved to its pose.
+        text. ``.las``; and ``.laz``, which needs the extra ``las``, with points that take at most
+        1,000 times the size of the file (any file may have 64 MB). ``.e57`` needs the extra
+        ``e57``: points of all scans, one scan after the other, each moved to its pose.
 
     Returns
     -------
@@ -142,7 +143,7 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         If the file is empty, cut, damaged or of another format than its ending says, or a
         coordinate is invalid. The message is one line that begins with the path.
     MissingExtraError
-        If laspy or pye57, which it takes, is not installed.
+        If lazrs or pye57, which it takes, is not installed.
     OSError
         If there is no such file, or it cannot be read.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import IO, Any
@@ -9,11 +10,10 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import MeshError
+from ...errors import MeshError, MissingExtraError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..foreign import file_to_fill
-from ..readers.clouds import las_module
+from ..foreign import reason_of
 from .ply import write_cloud_ply
 from .text import write_rows
 
@@ -54,7 +54,10 @@ def _write_las(
     ending: str = ".las",
 ) -> None:
     """LAS 1.4 with what attributes hold, and the labels as a further dimension `label`."""
-    laspy = las_module()
+    try:
+        import laspy
+    except ModuleNotFoundError:
+        raise MissingExtraError("a .las or .laz file", "las") from None
     header = laspy.LasHeader(point_format=7 if cloud.colors is not None else 6, version="1.4")
     low, high = cloud.bounds
     header.offsets = low
@@ -74,12 +77,12 @@ def _write_las(
         if name not in known:
             las.add_extra_dim(laspy.ExtraBytesParams(name=name[:31], type=values.dtype))
         las[name[:31]] = values
-    with file_to_fill(ending) as path:
-        try:
-            las.write(str(path))
-        except Exception as error:  # laspy raises many kinds
-            raise MeshError(f"the cloud cannot be written as {ending}: {error}") from None
-        file.write(path.read_bytes())
+    written = io.BytesIO()  # laspy goes back to fill in the header
+    try:
+        las.write(written, do_compress=ending == ".laz")
+    except Exception as error:  # laspy raises many kinds
+        raise MeshError(f"the cloud cannot be written as {ending}: {reason_of(error)}") from None
+    file.write(written.getbuffer())
 
 
 def _round_step(least: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

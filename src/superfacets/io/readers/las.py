@@ -1,0 +1,319 @@
+"""LAS and LAZ: a record per point. lazrs decompresses the records of LAZ.
+
+lazrs ends the process where a file claims more chunks or larger layers than memory holds. So each
+number that it takes memory for is first compared with the size of the file: the count and sizes of
+the chunks, the sizes of the layers, and the parts of a record. Wrong bytes of compressed points
+then make wrong points or an error, never more memory; `tools/fuzz` searches for the contrary. So
+lazrs needs no process of its own.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError, MissingExtraError
+from ..attributes import is_word
+from ..foreign import reason_of
+from ..guards import Content, counted
+
+__all__ = ["read_las"]
+
+_MOST_COMPRESSED = 1000
+_SMALL = 64 << 20
+"""Points of LAZ take at most this many times the size of the file, or this many bytes.
+
+Scans compress 5 to 20 times. Points that are all equal compress 3,000 times and more."""
+
+_Field = tuple[str, str | dict[str, int]]
+"""Type and name; where several numbers share a byte, their names and bits from the lowest on."""
+
+_POINT_0: tuple[_Field, ...] = (
+    ("<i4", "X"), ("<i4", "Y"), ("<i4", "Z"), ("<u2", "intensity"),
+    ("u1", {"return_number": 3, "number_of_returns": 3, "scan_direction_flag": 1,
+            "edge_of_flight_line": 1}),
+    ("u1", {"classification": 5, "synthetic": 1, "key_point": 1, "withheld": 1}),
+    ("i1", "scan_angle_rank"), ("u1", "user_data"), ("<u2", "point_source_id"),
+)  # fmt: skip
+_POINT_6: tuple[_Field, ...] = (
+    *_POINT_0[:4],
+    ("u1", {"return_number": 4, "number_of_returns": 4}),
+    ("u1", {"synthetic": 1, "key_point": 1, "withheld": 1, "overlap": 1, "scanner_channel": 2,
+            "scan_direction_flag": 1, "edge_of_flight_line": 1}),
+    ("u1", "classification"), ("u1", "user_data"), ("<i2", "scan_angle"),
+    ("<u2", "point_source_id"), ("<f8", "gps_time"),
+)  # fmt: skip
+_TIME: tuple[_Field, ...] = (("<f8", "gps_time"),)
+_COLORS: tuple[_Field, ...] = (("<u2", "red"), ("<u2", "green"), ("<u2", "blue"))
+_NIR: tuple[_Field, ...] = (*_COLORS, ("<u2", "nir"))
+_WAVE: tuple[_Field, ...] = (("V29", {}),)  # a place in another part of the file: not read
+
+
+class _Part(NamedTuple):
+    """Fields that LAZ compresses together, in as many layers."""
+
+    fields: tuple[_Field, ...]
+    n_layers: int
+
+
+_PARTS = {
+    6: _Part(_POINT_0, 0), 7: _Part(_TIME, 0), 8: _Part(_COLORS, 0), 9: _Part(_WAVE, 0),
+    10: _Part(_POINT_6, 9), 11: _Part(_COLORS, 1), 12: _Part(_NIR, 2), 13: _Part(_WAVE, 1),
+}  # fmt: skip
+"""By the numbers that they have in LAZ."""
+
+_FORMATS = (
+    (6,), (6, 7), (6, 8), (6, 7, 8), (6, 7, 9), (6, 7, 8, 9),
+    (10,), (10, 11), (10, 12), (10, 13), (10, 12, 13),
+)  # fmt: skip
+"""The parts of a record, by point format."""
+
+_EXTRA = {6: 0, 10: 14}
+"""The part of further bytes, by the first part."""
+
+_EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
+
+
+class _Header(NamedTuple):
+    n_points: int
+    point_format: int
+    size: int  # of a record
+    begin: int  # of the points in the file
+    is_compressed: bool
+    scales: tuple[float, ...]
+    offsets: tuple[float, ...]
+    records: dict[tuple[bytes, int], bytes]  # of variable length
+
+
+def read_las(data: Content) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+    """x, y and z with the scale and offset of the file; and what else it holds, by name.
+
+    The names are laspy's. Numbers without a name, lists and waves are left out.
+    """
+    header = _header_of(data)
+    n_bytes = header.n_points * header.size
+    if header.is_compressed:
+        records = _decompressed(data, header)
+    elif n_bytes > len(data) - header.begin:
+        raise MeshError(
+            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes but"
+            f" {len(data) - header.begin} bytes follow: is the file cut?"
+        )
+    else:
+        records = np.frombuffer(data, np.uint8, n_bytes, header.begin)
+    columns = dict(_columns(records, header))
+    points = {}
+    for axis, scale, offset in zip("xyz", header.scales, header.offsets, strict=True):
+        with np.errstate(over="ignore", invalid="ignore"):  # `PointCloud` refuses the result
+            points[axis] = columns.pop(axis.upper()) * scale + offset
+    return points, columns
+
+
+def _header_of(data: Content) -> _Header:
+    if data[:4] != b"LASF" or len(data) < 227:
+        raise MeshError("the file does not begin with the header of a LAS file")
+    minor = data[25]
+    begin, n_records, point_format, size, n_points = struct.unpack_from("<IIBHI", data, 96)
+    if minor >= 4:
+        if len(data) < 375:
+            raise MeshError("the file ends within its header: is it cut?")
+        (n_points,) = struct.unpack_from("<Q", data, 247)
+    is_compressed, point_format = point_format >= 128, point_format & 63
+    if point_format >= len(_FORMATS):
+        raise MeshError(f"expected point format 0 to {len(_FORMATS) - 1}, got {point_format}")
+    least = sum(_size_of(_PARTS[part].fields) for part in _FORMATS[point_format])
+    if size < least:
+        raise MeshError(f"points of format {point_format} take {least} bytes, not {size}")
+    if not n_points:
+        raise MeshError("the file has no points")
+    (header_size,) = struct.unpack_from("<H", data, 94)
+    numbers = struct.unpack_from("<6d", data, 131)
+    records = _records(data[header_size:begin], n_records)
+    return _Header(
+        n_points, point_format, size, begin, is_compressed, numbers[:3], numbers[3:], records
+    )
+
+
+def _size_of(fields: tuple[_Field, ...]) -> int:
+    return sum(np.dtype(kind).itemsize for kind, _ in fields)
+
+
+def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
+    """Records of variable length before the points, by user and number."""
+    found = {}
+    place = 0
+    for record in range(n_records):
+        if place + 54 > len(content):
+            raise MeshError(f"the points begin within record {record} of {n_records}")
+        user, number, size = struct.unpack_from("<2x16sHH", content, place)
+        found[user.rstrip(b"\0"), number] = content[place + 54 : place + 54 + size]
+        place += 54 + size
+    return found
+
+
+def _columns(
+    records: npt.NDArray[np.uint8], header: _Header
+) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+    """The numbers of all points, by name."""
+    fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
+    place = 0
+    for kind, name in fields:
+        column = _column(records, header, kind, place)
+        place += column.itemsize
+        if isinstance(name, str):
+            yield name, column
+            continue
+        shift = 0
+        for part, n_bits in name.items():
+            yield part, (column >> shift) & ((1 << n_bits) - 1)
+            shift += n_bits
+    yield from _extra_columns(records, header, place)
+
+
+def _column(
+    records: npt.NDArray[np.uint8], header: _Header, kind: str, place: int
+) -> npt.NDArray[Any]:
+    return np.ndarray(header.n_points, kind, records, place, header.size)
+
+
+def _extra_columns(
+    records: npt.NDArray[np.uint8], header: _Header, place: int
+) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+    """Numbers behind those of the point format, with the scale and offset that they declare."""
+    described = header.records.get((b"LASF_Spec", 4), b"")
+    for begin in range(0, len(described) - 191 if place < header.size else 0, 192):
+        kind, options, name = struct.unpack_from("<2xBB32s", described, begin)
+        is_number = 1 <= kind < len(_EXTRA_TYPES)
+        n_bytes = options if kind == 0 else _size_of_numbers(kind)
+        if place + n_bytes > header.size:
+            raise MeshError(f"the further numbers of a point do not fit in {header.size} bytes")
+        words = "_".join(name.split(b"\0")[0].decode("latin-1").split())
+        if is_number and is_word(words):
+            column = _column(records, header, _EXTRA_TYPES[kind], place)
+            yield words, _scaled(column, options, described[begin : begin + 192])
+        place += n_bytes
+
+
+def _size_of_numbers(kind: int) -> int:
+    """Bytes of a number; from kind 11 on, of two or three."""
+    if kind > 30:
+        raise MeshError(f"the further numbers of a point have the unknown type {kind}")
+    return np.dtype(_EXTRA_TYPES[(kind - 1) % 10 + 1]).itemsize * ((kind - 1) // 10 + 1)
+
+
+def _scaled(column: npt.NDArray[Any], options: int, description: bytes) -> npt.NDArray[Any]:
+    (scale,), (offset,) = (struct.unpack_from("<d", description, place) for place in (112, 136))
+    if options & 24:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return column * (scale if options & 8 else 1.0) + (offset if options & 16 else 0.0)
+    if column.dtype.kind in "iu" and column.itemsize == 8:  # attributes have at most 32 bits
+        fits = int(column.min()) >= -(2**31) and int(column.max()) < 2**31
+        return column.astype(np.int32 if fits else np.float64)
+    return column
+
+
+def _decompressed(data: Content, header: _Header) -> npt.NDArray[np.uint8]:
+    try:
+        import lazrs
+    except ModuleNotFoundError:
+        raise MissingExtraError("a .laz file", "las") from None
+    n_bytes = header.n_points * header.size
+    if n_bytes > max(_SMALL, _MOST_COMPRESSED * len(data)):
+        raise MeshError(
+            f"the header declares {counted(header.n_points, 'point')} of {header.size} bytes, over"
+            f" {_MOST_COMPRESSED} times the {len(data)} bytes of the file"
+        )
+    description = header.records.get((b"laszip encoded", 22204), b"")
+    n_layers = _n_layers(description, header)
+    begin, end = header.begin + 8, _begin_of_table(data, header)
+    try:
+        table = _chunks(lazrs, data[end:], description, header, end - begin)
+        content = data[begin:end]
+        if n_layers:
+            _check_layers(content, table, header.size, n_layers)
+        records = np.empty(n_bytes, np.uint8)
+        lazrs.decompress_points_with_chunk_table(content, description, records, table)
+    except BaseException as error:  # PanicException of Rust is no Exception, and has no module
+        if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
+            raise MeshError(f"the LAZ file cannot be read: {reason_of(error)}") from None
+        raise
+    return records
+
+
+def _n_layers(description: bytes, header: _Header) -> int:
+    """Layers of a chunk, 0 in older formats; a MeshError if the record has other parts."""
+    parts = _FORMATS[header.point_format]
+    expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
+    n_extra = header.size - sum(size for _, size in expected)
+    if n_extra:
+        expected.append((_EXTRA[parts[0]], n_extra))
+    is_layered = parts[0] == 10
+    fits = False
+    if len(description) == 34 + 6 * len(expected):
+        compressor, n_items = struct.unpack_from("<H30xH", description)
+        items = list(struct.iter_unpack("<HHH", description[34:]))
+        versions = {version for *_, version in items}
+        fits = (
+            (compressor, n_items) == (2 + is_layered, len(expected))
+            and [(part, size) for part, size, _ in items] == expected
+            and versions <= ({3, 4} if is_layered else {1, 2})
+        )
+    if not fits:
+        raise MeshError("the description of the compressed points does not fit their format")
+    return sum(_PARTS[part].n_layers for part in parts) + n_extra if is_layered else 0
+
+
+def _begin_of_table(data: Content, header: _Header) -> int:
+    """Where the table of the chunks begins: written before the points, or at the end."""
+    begin = header.begin + 8
+    if begin <= len(data):
+        for at in (header.begin, len(data) - 8):
+            (place,) = struct.unpack_from("<q", data, at)
+            if begin <= place <= len(data) - 8:
+                return int(place)
+    raise MeshError("the table of the compressed points lies outside of the file: is it cut?")
+
+
+def _chunks(
+    lazrs: Any, table: bytes, description: bytes, header: _Header, n_bytes: int
+) -> list[tuple[int, int]]:
+    """Points and bytes of each chunk."""
+    (n_chunks,) = struct.unpack_from("<I", table, 4)
+    if n_chunks > n_bytes // header.size + 1:  # of each but an empty one a point stands as it is
+        raise MeshError(f"the file declares {n_chunks} chunks of points in {n_bytes} bytes")
+    vlr = lazrs.LazVlr(description)
+    chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
+    if any(size > n_bytes for _, size in chunks):  # some have 64 bits
+        raise MeshError(f"a chunk of points takes more than the {n_bytes} bytes of all")
+    counts = np.array(chunks, dtype=np.int64).reshape(-1, 2)
+    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the others
+        counts[:-1, 0] = vlr.chunk_size()
+        counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
+    counts = counts[counts.any(axis=1)]  # some writers end with an empty chunk
+    n_points, n_used = counts.sum(axis=0)
+    if counts.min(initial=1) <= 0 or n_points != header.n_points or n_used > n_bytes:
+        raise MeshError(
+            f"the chunks of the file do not add up to {counted(header.n_points, 'point')} in"
+            f" {n_bytes} bytes"
+        )
+    return [(int(points), int(size)) for points, size in counts]
+
+
+def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
+    """Raise a MeshError where the layers of a chunk are larger than the chunk.
+
+    A chunk holds its first point, a count, the sizes of its layers, and the layers.
+    """
+    place = 0
+    for chunk, (_, n_bytes) in enumerate(chunks):
+        left = n_bytes - size - 4 - 4 * n_layers
+        if left >= 0:
+            left -= sum(struct.unpack_from(f"<{n_layers}I", content, place + size + 4))
+        if left < 0:
+            raise MeshError(f"the layers of chunk {chunk} take more than its {n_bytes} bytes")
+        place += n_bytes
