@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
-import io
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import SimpleNamespace
-from typing import Any
 
-from ..errors import MissingExtraError
 from .guards import Content
 
-__all__ = ["file_of", "file_to_fill", "run_meshio", "vtk_modules"]
+__all__ = ["file_of", "file_to_fill"]
 
 
 @contextlib.contextmanager
@@ -31,48 +25,3 @@ def file_to_fill(ending: str) -> Iterator[Path]:
     """Give the path of a file that is still to be made, in a folder that is removed then."""
     with TemporaryDirectory(prefix="superfacets-") as folder:
         yield Path(folder, f"mesh{ending}")
-
-
-def run_meshio(work: Callable[[Any], Any]) -> tuple[Any, str | None]:
-    """Return what is made with meshio, and None; or None, and why it failed.
-
-    meshio ends the process where a file is wrong, and prints what is strange: here it does neither.
-    """
-    try:
-        meshio = importlib.import_module("meshio")
-    except ModuleNotFoundError:
-        raise MissingExtraError("tetrahedra in a file", "io") from None
-    printed = io.StringIO()
-    try:
-        with (
-            contextlib.redirect_stdout(printed),
-            contextlib.redirect_stderr(printed),
-            warnings.catch_warnings(),
-        ):
-            warnings.simplefilter("ignore")
-            return work(meshio), None
-    except MemoryError:
-        raise
-    except SystemExit:
-        words = " ".join(printed.getvalue().split())
-        return None, words or "it gave up"
-    except Exception as error:  # of any kind: parsers of foreign files fail in many ways
-        return None, " ".join(f"{type(error).__name__}: {error}".split())
-
-
-@contextlib.contextmanager
-def vtk_modules() -> Iterator[Any]:
-    """Give the parts of VTK that read and write surfaces, which print no messages meanwhile."""
-    members: dict[str, Any] = {}
-    try:
-        for name in ("vtkCommonCore", "vtkCommonDataModel", "vtkIOXML", "util.numpy_support"):
-            members |= vars(importlib.import_module(f"vtkmodules.{name}"))
-    except ModuleNotFoundError:
-        raise MissingExtraError("a .vtp file", "io") from None
-    vtk = SimpleNamespace(**members)
-    shows_warnings = vtk.vtkObject.GetGlobalWarningDisplay()
-    vtk.vtkObject.GlobalWarningDisplayOff()
-    try:
-        yield vtk
-    finally:
-        vtk.vtkObject.SetGlobalWarningDisplay(shows_warnings)

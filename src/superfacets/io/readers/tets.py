@@ -13,6 +13,7 @@ from ..guards import Content, TriangleArrays, counted
 from .grids import Grid
 from .medit import read_medit
 from .msh import read_msh
+from .text import as_integers
 from .vtk_legacy import read_vtk
 from .vtk_xml import XmlFile
 
@@ -33,12 +34,7 @@ def read_tet_labels(data: Content, ending: str, name: str = "label") -> npt.NDAr
     grid = _read(data, ending, name)
     if grid.values is None:
         raise MeshError(f"the file has no cell data {name}")
-    labels = grid.values[grid.is_tet()]
-    if labels.dtype.kind == "f" and np.array_equal(labels, np.floor(labels)):
-        labels = labels.astype(np.int64)  # as some formats store them
-    if labels.dtype.kind not in "iu":
-        raise MeshError("labels must be integers: the file holds something else")
-    return labels
+    return as_integers(grid.values[grid.is_tet()], "labels")  # some formats store floats
 
 
 def has_tet_labels(data: Content, ending: str, name: str = "label") -> bool:

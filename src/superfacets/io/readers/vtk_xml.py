@@ -50,7 +50,7 @@ class _Array:
 
     @property
     def name(self) -> str:
-        return self.attributes.get("Name", "")
+        return self.attributes.get("Name", "without a name")
 
 
 @dataclass(frozen=True, eq=False)
