@@ -20,8 +20,12 @@ TETS = {10: 4, 24: 10}
 _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
 """VTK's numbers of cells without a volume."""
 
+_SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
+"""Corners of flat cells, by which a file is found out that was cut within the last kind."""
+
 _NAMES = {
-    1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 11: "voxel", 12: "hexahedron",
+    1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",
+    12: "hexahedron", 24: "tetra10",
     13: "wedge", 14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 25: "hexahedron20",
     26: "wedge15", 27: "pyramid13", 28: "quad9", 29: "hexahedron27", 32: "wedge18",
     42: "polyhedron",
@@ -62,13 +66,11 @@ class Grid:
             raise MeshError(
                 f"the file has no tetrahedra{': it has ' if kinds else ''}{_named(kinds)}"
             )
-        needed = np.where(self.kinds == 10, TETS[10], TETS[24])
-        wrong = np.flatnonzero(chosen & (self.sizes != needed))
-        if len(wrong):
-            first = int(wrong[0])
-            raise MeshError(
-                f"cells[{first}] is a tetrahedron with {counted(int(self.sizes[first]), 'corner')}"
-            )
+        for kind, n_corners in (*_SIZES.items(), *TETS.items()):
+            wrong = np.flatnonzero((self.kinds == kind) & (self.sizes != n_corners))
+            if len(wrong):
+                n_found = counted(int(self.sizes[wrong[0]]), "corner")
+                raise MeshError(f"cells[{wrong[0]}] is of kind {_named([kind])}, with {n_found}")
         if chosen.all() and (self.sizes == 4).all():
             return self.corners.reshape(-1, 4)
         starts = np.cumsum(self.sizes, dtype=np.int64) - self.sizes
