@@ -51,9 +51,11 @@ def _write_array(file: IO[bytes], name: str, values: npt.NDArray[Any], *, ascii:
     word = {"i": "Int", "u": "UInt", "f": "Float"}[values.dtype.kind]
     table = values.reshape(len(values), -1)
     form = "ascii" if ascii else "binary"
+    # Of one component meshio makes an array (N, 1) where the number is given.
+    width = f' NumberOfComponents="{table.shape[1]}"' if values.ndim > 1 else ""
     file.write(
-        f'<DataArray type="{word}{8 * values.dtype.itemsize}" Name="{html.escape(name)}"'
-        f' NumberOfComponents="{table.shape[1]}" format="{form}">\n'.encode()
+        f'<DataArray type="{word}{8 * values.dtype.itemsize}" Name="{html.escape(name)}"{width}'
+        f' format="{form}">\n'.encode()
     )
     if ascii:
         row = " ".join([number_format(values)] * table.shape[1]) + "\n"
