@@ -267,7 +267,6 @@ def test_labels_of_another_name_are_read(tmp_path):
 
 @pytest.mark.parametrize("ending", [".vtp", ".vtu", ".vtk"])
 def test_an_array_of_another_name_is_read(tmp_path, ending):
-    pytest.importorskip("vtkmodules" if ending == ".vtp" else "meshio")
     corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     cells = Mesh(corners, [[0, 1, 2]]) if ending == ".vtp" else TetMesh(corners, [[0, 1, 2, 3]])
     path = tmp_path / f"a{ending}"

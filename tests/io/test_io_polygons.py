@@ -1,13 +1,11 @@
 """Polygons written, and read again, in each format that holds them."""
 
-import sys
-
 import numpy as np
 import pytest
 from mesh_files import obj, off, ply_binary, ply_text
 
 import superfacets as sf
-from superfacets import MeshAttributes, MeshError, MissingExtraError, PolygonMesh
+from superfacets import MeshAttributes, MeshError, PolygonMesh
 from superfacets.io.readers.labels import has_labels
 
 POINTS = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.1], [0.5, 2, 1 / 3]]
@@ -69,7 +67,6 @@ def test_ply_keeps_many_rows_and_many_corners(tmp_path, ascii):
 
 @pytest.mark.parametrize("ascii", [False, True])
 def test_vtp_keeps_polygons_labels_and_attributes(tmp_path, mesh, ascii):
-    pytest.importorskip("vtkmodules")
     path = tmp_path / "a.vtp"
     labels = LABELS[mesh.n_faces]
     attributes = MeshAttributes(vertex={"height": np.arange(5.0)}, face={"part": labels[::-1]})
@@ -89,7 +86,6 @@ def test_vtp_keeps_polygons_labels_and_attributes(tmp_path, mesh, ascii):
 
 
 def test_vtp_of_triangles_is_a_mesh(tmp_path):
-    pytest.importorskip("vtkmodules")
     mesh = sf.sample_mesh(5_000)
     sf.write_mesh(tmp_path / "a.vtp", mesh)
     found = sf.read_mesh(tmp_path / "a.vtp")
@@ -125,13 +121,3 @@ def test_vtp_that_is_wrong_is_refused_without_a_word(tmp_path, capfd):
     with pytest.raises(MeshError, match="labels must be integers"):
         sf.read_labels(path)
     assert capfd.readouterr() == ("", "")
-
-
-def test_vtp_without_vtk_says_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "vtkmodules.vtkIOXML", None)
-    (tmp_path / "a.vtp").write_bytes(b'<VTKFile type="PolyData">')
-    with pytest.raises(MissingExtraError, match=r"a \.vtp file needs an extra: .*\[io\]"):
-        sf.read_mesh(tmp_path / "a.vtp")
-    with pytest.raises(MissingExtraError):
-        sf.write_mesh(tmp_path / "b.vtp", MIXED)
-    assert not (tmp_path / "b.vtp").exists()

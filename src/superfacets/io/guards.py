@@ -30,6 +30,8 @@ __all__ = [
     "known_ending",
     "open_regular",
     "read_content",
+    "reason_of",
+    "shortened",
     "side_by_side",
 ]
 
@@ -160,3 +162,14 @@ def check_corner_counts(corner_counts: npt.NDArray[Any]) -> None:
 def counted(n: int, thing: str) -> str:
     """A number with its noun, as in "1 face" and "2 faces"."""
     return f"{n} {thing}" if n == 1 else f"{n} {'vertices' if thing == 'vertex' else thing + 's'}"
+
+
+def reason_of(error: BaseException) -> str:
+    """The kind and the message of another library's error, as a line of at most 200 characters."""
+    return shortened(f"{type(error).__name__}: {error}")
+
+
+def shortened(message: str) -> str:
+    """The message as one line of at most 200 characters."""
+    line = " ".join(message.split())
+    return line if len(line) <= 200 else f"{line[:197]}..."

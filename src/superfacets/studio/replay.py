@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..io.foreign import shortened
+from ..io.guards import shortened
 from .changes import Change, Painted, Partition, State, last_stroke
 from .classes import MAX_CLASS, ClassList, checked_class_list, default_classes
 from .coding import bytes_from, inflated, unpack_cells

@@ -17,8 +17,7 @@ import numpy.typing as npt
 from ...errors import MeshError, MissingExtraError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..foreign import reason_of
-from ..guards import Content, counted
+from ..guards import Content, counted, reason_of
 
 __all__ = ["read_e57"]
 

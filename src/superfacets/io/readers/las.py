@@ -19,8 +19,7 @@ import numpy.typing as npt
 
 from ...errors import MeshError, MissingExtraError
 from ..attributes import is_word
-from ..foreign import reason_of
-from ..guards import Content, counted
+from ..guards import Content, counted, reason_of
 
 __all__ = ["read_las"]
 

@@ -66,8 +66,9 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
         The ending, in any case, tells the format. PLY (``.ply``, ASCII and binary), Wavefront
         (``.obj``), STL (``.stl``, ASCII and binary), OFF (``.off``, ASCII), glTF 2.0 (``.glb``,
         ``.gltf``), and ``.tri``: vertex count, a line of x y z per vertex, triangle count, a line
-        of three indices from 0 per triangle. VTP (``.vtp``) needs the extra ``io``, and so do
-        tetrahedra in VTU, VTK, MSH and MESH (``.vtu``, ``.vtk``, ``.msh``, ``.mesh``). Triangle
+        of three indices from 0 per triangle. VTP (``.vtp``), and
+        tetrahedra in VTU, VTK (legacy), MSH (Gmsh 2.2 and 4.1) and MESH (Medit, text): ``.vtu``,
+        ``.vtk``, ``.msh``, ``.mesh``. Triangle
         strips of a PLY become their triangles. Groups and objects become one mesh. Meshes of a glTF
         scene become one, in the order of the file, each once for every node that shows it, up to
         100 times the size of the file (any scene may have 64 MB). A glTF file may name others in
@@ -94,7 +95,8 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Notes
     -----
     Time and memory are linear in the size of the file; sizes that a header declares are compared
-    with what the file holds before memory is taken. Needs nothing but numpy, and VTK for VTP.
+    with what the file holds before memory is taken. Compressed arrays may take up
+    to 100 times the size of a file of VTK (any file may have 64 MB).
 
     Examples
     --------

@@ -1,25 +1,23 @@
-"""VTU, VTK, MSH and MESH: tetrahedra, read by meshio."""
+"""VTU, VTK, MSH and MESH: the tetrahedra among the cells of a grid."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ...errors import MeshError
-from ..foreign import file_of, run_meshio
-from ..guards import Content, TriangleArrays, as_doubles, counted
+from ..guards import Content, TriangleArrays, counted
+from .grids import Grid
+from .medit import read_medit
+from .msh import read_msh
+from .text import as_integers
+from .vtk_legacy import read_vtk
+from .vtk_xml import XmlFile
 
 __all__ = ["TET_ENDINGS", "has_tet_labels", "read_tet_labels", "read_tets"]
-
-TET_ENDINGS = (".mesh", ".msh", ".vtk", ".vtu")
-
-_TETS = ("tetra", "tetra10")
-"""meshio's names; of one with nodes on its edges the first four are its corners."""
-
-_SKIPPED = ("vertex", "line", "line3", "triangle", "triangle6", "quad", "quad8", "quad9", "polygon")
-"""What lies on the border of a volume, or in it, and is none."""
 
 
 def read_tets(data: Content, ending: str) -> TriangleArrays:
@@ -27,52 +25,61 @@ def read_tets(data: Content, ending: str) -> TriangleArrays:
 
     Cells of a volume that are no tetrahedra are refused.
     """
-    mesh = _read(data, ending)
-    kinds = [block.type for block in mesh.cells]
-    others = sorted({kind for kind in kinds if kind not in _TETS + _SKIPPED})
-    if others:
-        raise MeshError(f"the file holds cells that are no tetrahedra: {', '.join(others)}")
-    blocks = [np.asarray(block.data)[:, :4] for block in mesh.cells if block.type in _TETS]
-    if not sum(map(len, blocks)):
-        found = f": it has {', '.join(sorted(set(kinds)))}" if kinds else ""
-        raise MeshError(f"the file has no tetrahedra{found}")
-    return as_doubles(np.asarray(mesh.points)), np.concatenate(blocks)
+    grid = _read(data, ending, "")
+    return grid.vertices, grid.tets()
 
 
 def read_tet_labels(data: Content, ending: str, name: str = "label") -> npt.NDArray[Any]:
     """The cell data `label` of tetrahedra, or what has that name."""
-    mesh = _read(data, ending)
-    stored = mesh.cell_data.get(name)
-    if stored is None:
+    grid = _read(data, ending, name)
+    if grid.values is None:
         raise MeshError(f"the file has no cell data {name}")
-    parts = [part for block, part in zip(mesh.cells, stored, strict=True) if block.type in _TETS]
-    labels = np.concatenate(parts) if parts else np.empty(0, dtype=np.int32)
-    if labels.dtype.kind == "f" and np.array_equal(labels, np.floor(labels)):
-        labels = labels.astype(np.int64)  # as some formats store them
-    if labels.dtype.kind not in "iu":
-        raise MeshError("labels must be integers: the file holds something else")
-    return labels
+    return as_integers(grid.values[grid.is_tet()], "labels")  # some formats store floats
 
 
 def has_tet_labels(data: Content, ending: str, name: str = "label") -> bool:
     """Whether a file of tetrahedra has cell data of that name."""
-    return name in _read(data, ending).cell_data
+    return _read(data, ending, name).values is not None
 
 
-def _read(data: Content, ending: str) -> Any:
-    with file_of(data, ending) as path:
-        mesh, fault = run_meshio(lambda meshio: meshio.read(path))
-    if fault is not None:
-        raise MeshError(f"meshio cannot read the file as {ending}: {fault}")
-    _check(mesh)
-    return mesh
+def _read(data: Content, ending: str, name: str) -> Grid:
+    grid = _READERS[ending](data, name)
+    n_cells = len(grid.kinds)
+    if len(grid.sizes) != n_cells or int(grid.sizes.sum()) != len(grid.corners):
+        raise MeshError(
+            f"there are kinds of {counted(n_cells, 'cell')}, but sizes of {len(grid.sizes)} and"
+            f" {counted(len(grid.corners), 'corner')}: is the file damaged?"
+        )
+    if grid.values is not None and len(grid.values) != n_cells:
+        raise MeshError(f"{counted(len(grid.values), 'value')} of {name} for {n_cells} cells")
+    return grid
 
 
-def _check(mesh: Any) -> None:
-    """Raise a MeshError where the blocks that meshio made are not as it says they are."""
-    points = np.asarray(mesh.points)
-    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
-        raise MeshError(f"expected vertices with x, y and z, got {counted(points.ndim, 'axis')}")
-    for block in mesh.cells:
-        if block.type in _TETS and np.asarray(block.data).dtype.kind not in "iu":
-            raise MeshError("the corners of tetrahedra must be integers")
+def _read_vtu(data: Content, name: str) -> Grid:
+    file, parts, values, n_points = XmlFile(data, "UnstructuredGrid"), [], [], 0
+    for piece in file.pieces:
+        n_cells = piece.count("NumberOfCells")
+        points = file.points(piece)
+        sizes, corners = file.cells(piece, "Cells", n_cells)
+        none = np.empty(0, np.int8)
+        kinds = file.integers(piece, "Cells", "types", n_cells) if n_cells else none
+        parts.append((points, kinds, sizes, corners + n_points if n_points else corners))
+        if name:
+            values.append(file.cell_data(piece, name, n_cells) if n_cells else none)
+        n_points += len(points)
+    if not parts:
+        raise MeshError("the file has no pieces")
+    points, kinds, sizes, corners = map(np.concatenate, zip(*parts, strict=True))
+    found = [part for part in values if part is not None]
+    is_there = bool(found) and len(found) == len(values)
+    return Grid(points, kinds, sizes, corners, np.concatenate(found) if is_there else None)
+
+
+_READERS: dict[str, Callable[[Content, str], Grid]] = {
+    ".mesh": read_medit,
+    ".msh": read_msh,
+    ".vtk": read_vtk,
+    ".vtu": _read_vtu,
+}
+
+TET_ENDINGS = tuple(_READERS)

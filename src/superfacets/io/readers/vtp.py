@@ -1,4 +1,4 @@
-"""VTP: the polygons of a surface of VTK, read by VTK."""
+"""VTP: the polygons of a surface of VTK."""
 
 from __future__ import annotations
 
@@ -8,70 +8,64 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import MeshError
-from ..foreign import file_of, vtk_modules
-from ..guards import Arrays, Content, as_doubles, checked_faces
+from ..guards import Arrays, Content, checked_faces
+from .vtk_xml import XmlFile, is_xml_of
 
 __all__ = ["has_vtp_labels", "is_vtp", "read_vtp", "read_vtp_labels"]
 
 
+def is_vtp(data: Content) -> bool:
+    """Whether a file begins as those of VTK with a surface do."""
+    return is_xml_of("PolyData", data)
+
+
 def read_vtp(data: Content) -> Arrays:
     """Vertices and polygons of a VTP file; single points and lines are skipped."""
-    _check_begin(data)
-    with vtk_modules() as vtk:
-        surface = _surface(vtk, data)
-        polygons = surface.GetPolys()
-        polygons.ConvertTo64BitStorage()
-        # Copies: the memory is VTK's.
-        vertices = np.array(as_doubles(vtk.vtk_to_numpy(surface.GetPoints().GetData())))
-        offsets, indices = (
-            np.array(vtk.vtk_to_numpy(array), dtype=np.int64)
-            for array in (polygons.GetOffsetsArray(), polygons.GetConnectivityArray())
-        )
-    if len(offsets) < 2:
+    file = _open(data)
+    points, sizes, corners, n_points = [], [], [], 0
+    for piece in file.pieces:
+        points.append(file.points(piece))
+        found = file.cells(piece, "Polys", piece.count("NumberOfPolys"))
+        sizes.append(found[0])
+        corners.append(found[1] + n_points if n_points else found[1])
+        n_points += len(points[-1])
+    if not sum(map(len, sizes)):
         raise MeshError("the VTP file has no polygons")
-    return vertices, checked_faces(np.diff(offsets), indices)
+    return np.concatenate(points), checked_faces(np.concatenate(sizes), np.concatenate(corners))
 
 
 def read_vtp_labels(data: Content, name: str = "label") -> npt.NDArray[Any]:
-    """The cell data `label` of a VTP file, or what has that name."""
-    _check_begin(data)
-    with vtk_modules() as vtk:
-        surface = _surface(vtk, data)
-        stored = surface.GetCellData().GetArray(name)
-        if stored is None:
-            raise MeshError(f"the VTP file has no cell data {name}")
-        labels = np.array(vtk.vtk_to_numpy(stored))
-    if labels.dtype.kind not in "iu" or labels.ndim != 1:
+    """The cell data `label` of the polygons of a VTP file, or what has that name."""
+    labels = _labels(data, name)
+    if labels is None:
+        raise MeshError(f"the VTP file has no cell data {name}")
+    if labels.dtype.kind not in "iu":
         raise MeshError("labels must be integers: the VTP file holds something else")
     return labels
 
 
 def has_vtp_labels(data: Content, name: str = "label") -> bool:
     """Whether a VTP file has cell data of that name."""
-    _check_begin(data)
-    with vtk_modules() as vtk:
-        return _surface(vtk, data).GetCellData().GetArray(name) is not None
+    return _labels(data, name) is not None
 
 
-def is_vtp(data: Content) -> bool:
-    """Whether a file begins as those of VTK with a surface do."""
-    head = data[:1000]
-    return b"<VTKFile" in head and b"PolyData" in head
+def _labels(data: Content, name: str) -> npt.NDArray[Any] | None:
+    """The values of polygons, which stand behind those of points and lines in each piece."""
+    file, parts = _open(data), []
+    for piece in file.pieces:
+        n_before = piece.count("NumberOfVerts") + piece.count("NumberOfLines")
+        n_cells = n_before + piece.count("NumberOfPolys")
+        values = file.cell_data(piece, name, n_cells) if n_cells else np.empty(0, np.int8)
+        if values is None:
+            return None
+        parts.append(values[n_before:])
+    return np.concatenate(parts) if parts else None
 
 
-def _check_begin(data: Content) -> None:
+def _open(data: Content) -> XmlFile:
     if not is_vtp(data):
         raise MeshError("not a VTP file: it does not begin as a VTKFile of type PolyData")
-
-
-def _surface(vtk: Any, data: Content) -> Any:
-    with file_of(data, ".vtp") as path:
-        reader = vtk.vtkXMLPolyDataReader()
-        reader.SetFileName(path)
-        reader.Update()
-    surface = reader.GetOutput()
-    if reader.GetErrorCode() or surface.GetPoints() is None:
-        raise MeshError("VTK cannot read the VTP file: is it cut or damaged?")
-    if surface.GetNumberOfStrips():
+    file = XmlFile(data, "PolyData")
+    if any(piece.count("NumberOfStrips") for piece in file.pieces):
         raise MeshError("the VTP file holds triangle strips: save it with polygons")
-    return surface
+    return file

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ...errors import MeshError, MissingExtraError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..foreign import reason_of
+from ..guards import reason_of
 from .ply import write_cloud_ply
 from .text import write_rows
 

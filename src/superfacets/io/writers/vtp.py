@@ -1,4 +1,4 @@
-"""VTP of a mesh with labels and colors per face, written by VTK."""
+"""VTP of a mesh with labels and colors per face."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ...mesh.faces import FaceMesh, corners_in_a_row, face_sizes
 from ..attributes import MeshAttributes
-from ..foreign import file_to_fill, vtk_modules
+from .vtk_xml import write_vtk_xml
 
 __all__ = ["write_vtp"]
 
@@ -30,36 +30,15 @@ def write_vtp(
         of_faces[label_name] = labels
     if colors is not None:
         of_faces["colors"] = colors
-    with vtk_modules() as vtk, file_to_fill(".vtp") as path:
-        surface = _surface(vtk, mesh)
-        for data, arrays in (
-            (surface.GetPointData(), attributes.vertex if attributes else {}),
-            (surface.GetCellData(), of_faces),
-        ):
-            for name, values in arrays.items():
-                array = vtk.numpy_to_vtk(np.ascontiguousarray(values), deep=True)
-                array.SetName(name)
-                data.AddArray(array)
-        writer = vtk.vtkXMLPolyDataWriter()
-        writer.SetInputData(surface)
-        writer.SetFileName(str(path))
-        if ascii:
-            writer.SetDataModeToAscii()
-        if not writer.Write():
-            raise OSError(f"{path}: VTK could not write it")
-        file.write(path.read_bytes())
-
-
-def _surface(vtk: Any, mesh: FaceMesh) -> Any:
-    surface, points, polygons = vtk.vtkPolyData(), vtk.vtkPoints(), vtk.vtkCellArray()
-    points.SetData(vtk.numpy_to_vtk(mesh.vertices, deep=True))
-    offsets = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
-    polygons.SetData(
-        *(
-            vtk.numpy_to_vtk(array.astype(np.int64), deep=True, array_type=vtk.VTK_LONG_LONG)
-            for array in (offsets, corners_in_a_row(mesh))
-        )
-    )
-    surface.SetPoints(points)
-    surface.SetPolys(polygons)
-    return surface
+    polygons = {
+        "connectivity": corners_in_a_row(mesh).astype(np.int64),
+        "offsets": np.cumsum(face_sizes(mesh), dtype=np.int64),
+    }
+    sections = {
+        "PointData": attributes.vertex if attributes else {},
+        "CellData": of_faces,
+        "Points": {"Points": mesh.vertices},
+        "Polys": polygons,
+    }
+    counts = {"NumberOfPoints": len(mesh.vertices), "NumberOfPolys": mesh.n_faces}
+    write_vtk_xml(file, "PolyData", counts, sections, ascii=ascii)

@@ -1,0 +1,93 @@
+"""MESH: the text files of Medit, in sections that are a keyword, a count, and rows of numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ..guards import Content, counted
+from .cursor import as_count, shown
+from .grids import Grid
+from .text import Lines, as_integers, split_lines
+
+__all__ = ["read_medit"]
+
+_KINDS = {
+    b"Edges": (3, 2), b"Triangles": (5, 3), b"Quadrilaterals": (9, 4), b"Tetrahedra": (10, 4),
+    b"Pyramids": (14, 5), b"Prisms": (13, 6), b"Wedges": (13, 6), b"Hexahedra": (12, 8),
+    b"Hexaedra": (12, 8),
+}  # fmt: skip
+"""VTK's number, and corners, of the cells of each section."""
+
+
+def read_medit(data: Content, name: str) -> Grid:
+    """The cells of the file, whose values are the references, called ``medit:ref``."""
+    lines = split_lines(data, comment=b"#")
+    letters = lines.text[lines.starts] | 0x20
+    heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))
+    vertices, kinds, rows = None, [], []
+    words = [lines.content(int(head)).split() for head in heads]
+    if not words or heads[0] or words[0][0] != b"MeshVersionFormatted":
+        raise MeshError("not a MESH file: it does not begin with MeshVersionFormatted")
+    if words[-1] != [b"End"]:
+        raise MeshError("the file does not end with the word End: is it cut?")
+    for head, end, tokens in zip(heads, heads[1:], words, strict=False):
+        section = lines[head + 1 : end]
+        if tokens[0] == b"Dimension":
+            _check_dimension(tokens, section)
+        elif tokens[0] == b"Vertices":
+            vertices = _rows_of(tokens, section, 4, np.float64)
+        elif tokens[0] in _KINDS:
+            kind, n_corners = _KINDS[tokens[0]]
+            rows.append(as_integers(_rows_of(tokens, section, n_corners + 1, np.int64), "corners"))
+            kinds.append(np.full(len(rows[-1]), kind))
+    if vertices is None:
+        raise MeshError("the file has no Vertices")
+    return _grid(vertices[:, :3], kinds, rows, name)
+
+
+def _grid(
+    vertices: npt.NDArray[np.float64],
+    kinds: list[npt.NDArray[Any]],
+    rows: list[npt.NDArray[Any]],
+    name: str,
+) -> Grid:
+    none = np.empty(0, np.int64)
+    sizes = [np.full(len(part), part.shape[1] - 1) for part in rows]
+    corners = [part[:, :-1].ravel() - 1 for part in rows]
+    values = np.concatenate([none, *(part[:, -1] for part in rows)])
+    return Grid(
+        np.ascontiguousarray(vertices),
+        np.concatenate([none, *kinds]),
+        np.concatenate([none, *sizes]),
+        np.concatenate([none, *corners]),
+        values if name == "medit:ref" else None,
+    )
+
+
+def _check_dimension(tokens: list[bytes], section: Lines) -> None:
+    given = tokens[1:] or (section.content(0).split() if len(section) else [])
+    if given != [b"3"]:
+        raise MeshError(f"expected the Dimension 3, got {shown(b' '.join(given))}")
+
+
+def _rows_of(
+    tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
+) -> npt.NDArray[Any]:
+    """The numbers of a section, whose count stands behind its keyword or on the next line."""
+    what = tokens[0].decode("ascii")
+    if len(tokens) == 1 and len(section):
+        tokens, section = [*tokens, *section.content(0).split()], section[1:]
+    n_rows = as_count(tokens[1], f"the number of {what}") if len(tokens) == 2 else -1
+    n_found = int(section.counts.sum())
+    if n_found != n_rows * width:
+        declared = f"{n_rows} rows" if n_rows >= 0 else "one count"
+        raise MeshError(
+            f"{what} must be {declared} of {counted(width, 'number')}, but {n_found} numbers"
+            f" follow: is the file cut?"
+        )
+    values = section.parse(dtype) if dtype is np.float64 else section.parse_integers_or_floats()
+    return values.reshape(n_rows, width)

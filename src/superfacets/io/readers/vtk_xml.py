@@ -1,0 +1,303 @@
+"""VTK's files of XML: pieces, and the arrays in them, inline or appended."""
+
+from __future__ import annotations
+
+import binascii
+import lzma
+import zlib
+from dataclasses import dataclass, field
+from typing import Any, Literal
+from xml.parsers import expat
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import MeshError
+from ..guards import Content, as_doubles, counted
+from .cursor import as_count, shown
+from .grids import sizes_between
+from .text import as_integers, split_lines
+
+__all__ = ["NUMBER_TYPES", "Piece", "XmlFile", "is_xml_of"]
+
+NUMBER_TYPES = {
+    **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
+    **{f"UInt{8 * n}": f"u{n}" for n in (1, 2, 4, 8)},
+    "Float32": "f4",
+    "Float64": "f8",
+}
+"""VTK's names of types, and numpy's."""
+
+_ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
+
+MAX_GROWTH = 100
+"""Decoded numbers may take so many times the bytes of the file; compressed zeros take 8,000."""
+
+ALWAYS_ALLOWED = 64 << 20
+"""Bytes of decoded numbers that any file may have."""
+
+
+def is_xml_of(kind: str, data: Content) -> bool:
+    """Whether a file begins as VTK's files of this type do."""
+    head = data[:1000]
+    return b"<VTKFile" in head and kind.encode() in head
+
+
+@dataclass(frozen=True, eq=False)
+class _Array:
+    attributes: dict[str, str]
+    texts: list[str] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        return self.attributes.get("Name", "without a name")
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """What the tag of a piece says, and its arrays by the section that holds them."""
+
+    attributes: dict[str, str]
+    sections: dict[str, list[_Array]] = field(default_factory=dict)
+
+    def count(self, name: str) -> int:
+        """A number that the tag declares; 0 where it does not."""
+        return as_count(self.attributes.get(name, "0"), name)
+
+
+class XmlFile:
+    """The structure of a file of VTK; its arrays are decoded when they are asked for.
+
+    Nothing of XML is read that VTK does not write: entities and document types are refused.
+
+    Parameters
+    ----------
+    data : bytes or mmap
+        The whole file.
+    kind : str
+        ``PolyData`` or ``UnstructuredGrid``.
+
+    Attributes
+    ----------
+    pieces : list of Piece
+    """
+
+    def __init__(self, data: Content, kind: str) -> None:
+        self.pieces: list[Piece] = []
+        self._path: list[str] = []
+        self._attributes: dict[str, dict[str, str]] = {}
+        self._left = max(MAX_GROWTH * len(data), ALWAYS_ALLOWED)
+        self._appended = memoryview(b"")
+        begin = data.find(b"<AppendedData")
+        if begin < 0:
+            self._parse(data[:])
+        else:
+            tag_end = data.find(b">", begin) + 1
+            body, end = data.find(b"_", tag_end), data.rfind(b"</AppendedData")
+            if not 0 < tag_end <= body < end:
+                raise MeshError("the appended data of the file does not end: is it cut?")
+            self._parse(data[:tag_end] + data[end:])
+            self._appended = memoryview(data[body + 1 : end])
+        found = self._attributes.get("VTKFile", {})
+        if found.get("type") != kind or kind not in self._attributes:
+            raise MeshError(f"the VTKFile is not of type {kind}")
+        self._order = _ORDERS.get(found.get("byte_order", ""))
+        self._header = np.dtype(NUMBER_TYPES.get(found.get("header_type", "UInt32"), "u4"))
+        self._compressor = found.get("compressor", "")
+
+    def _parse(self, text: bytes) -> None:
+        parser = expat.ParserCreate()
+        parser.buffer_text = True
+        parser.buffer_size = 1 << 16
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = lambda _: self._path.pop()
+        parser.CharacterDataHandler = self._characters
+        parser.StartDoctypeDeclHandler = _refuse_doctype
+        try:
+            parser.Parse(text, True)
+        except expat.ExpatError as error:
+            raise MeshError(f"the XML is cut or damaged: {error}") from None
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        depth = len(self._path)
+        if depth < 2:
+            self._attributes[tag] = attributes
+        elif tag == "Piece" and depth == 2:
+            self.pieces.append(Piece(attributes))
+        elif tag == "DataArray" and depth == 4 and self._path[2] == "Piece":
+            self.pieces[-1].sections.setdefault(self._path[3], []).append(_Array(attributes))
+        self._path.append(tag)
+
+    def _characters(self, text: str) -> None:
+        if len(self._path) == 5 and self._path[2] == "Piece" and self._path[4] == "DataArray":
+            self.pieces[-1].sections[self._path[3]][-1].texts.append(text)
+
+    def points(self, piece: Piece) -> npt.NDArray[np.float64]:
+        """The vertices of a piece, (V, 3)."""
+        n_points = piece.count("NumberOfPoints")
+        array = next(iter(piece.sections.get("Points", [])), None)
+        if not n_points:
+            return np.empty((0, 3))
+        if array is None or array.attributes.get("NumberOfComponents") != "3":
+            raise MeshError("the Points of the file need an array of 3 components")
+        return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
+
+    def cells(self, piece: Piece, section: str, n_cells: int) -> tuple[npt.NDArray[Any], ...]:
+        """The sizes of cells, and their corners in a row."""
+        if not n_cells:
+            return np.empty(0, np.int64), np.empty(0, np.int64)
+        sizes = sizes_between(self.integers(piece, section, "offsets", n_cells), section)
+        return sizes, self.integers(piece, section, "connectivity", int(sizes.sum()))
+
+    def integers(self, piece: Piece, section: str, name: str, n: int) -> npt.NDArray[Any]:
+        """An array of so many integers; a MeshError if there is none."""
+        found = self.cell_data(piece, name, n, section)
+        if found is None:
+            raise MeshError(f"the {section} of the file have no array {name}")
+        if found.dtype.kind not in "iu":
+            raise MeshError(f"the array {name} must hold integers")
+        return found
+
+    def cell_data(
+        self, piece: Piece, name: str, n: int, section: str = "CellData"
+    ) -> npt.NDArray[Any] | None:
+        """The array of this name, with `n` values; None if there is none."""
+        array = next((one for one in piece.sections.get(section, []) if one.name == name), None)
+        if array is None:
+            return None
+        if array.attributes.get("NumberOfComponents", "1") not in ("0", "1"):
+            raise MeshError(f"the array {shown(name)} has more than one number for each cell")
+        return self._values(array, n)
+
+    def _values(self, array: _Array, n: int) -> npt.NDArray[Any]:
+        """The `n` numbers of an array; a MeshError that names it if they are not there."""
+        try:
+            self._left -= 8 * n
+            if self._left < 0:
+                raise MeshError(f"{counted(n, 'number')} are too many for a file of this size")
+            return self._decoded(array, n)
+        except MeshError as error:
+            raise MeshError(f"the array {shown(array.name)}: {error}") from None
+
+    def _decoded(self, array: _Array, n: int) -> npt.NDArray[Any]:
+        word = array.attributes.get("type", "")
+        if word not in NUMBER_TYPES:
+            raise MeshError(f"expected numbers of a type like Float64, got {shown(word)}")
+        stored = np.dtype(NUMBER_TYPES[word])
+        form = array.attributes.get("format", "ascii")
+        if form == "ascii":
+            return _check_length(_parsed("".join(array.texts).encode(), stored), n)
+        if form == "binary":
+            source: _Bytes = _Encoded("".join("".join(array.texts).split()).encode())
+        elif form == "appended":
+            offset = as_count(array.attributes.get("offset", ""), "offsets of appended data")
+            appended = self._appended[offset:]
+            is_raw = self._attributes.get("AppendedData", {}).get("encoding") == "raw"
+            source = _Bytes(appended) if is_raw else _Encoded(appended)
+        else:
+            raise MeshError(f"expected the format ascii, binary or appended, got {shown(form)}")
+        if self._order is None:
+            raise MeshError("the VTKFile has no byte_order LittleEndian or BigEndian")
+        content = self._content(source, n * stored.itemsize)
+        return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
+
+    def _content(self, source: _Bytes, n_bytes: int) -> bytes | bytearray:
+        """The bytes of an array, of which there must be `n_bytes`."""
+        assert self._order is not None
+        header, size = self._header.newbyteorder(self._order), self._header.itemsize
+        first = int(np.frombuffer(source.take(size), header)[0])
+        if not self._compressor:
+            _check_size(first, n_bytes)
+            return source.take(size + first)[size:]
+        if not first:
+            _check_size(0, n_bytes)
+            return b""
+        sizes = np.frombuffer(source.take(size * (3 + first)), header)[1:].tolist()
+        full, last, packed = sizes[0], sizes[1] or sizes[0], sizes[2:]
+        _check_size(full * (first - 1) + last, n_bytes)
+        blocks = memoryview(source.after(size * (3 + first)).take(sum(packed)))
+        content = bytearray()
+        for place, n_packed in enumerate(packed):
+            block, blocks = blocks[:n_packed], blocks[n_packed:]
+            content += self._unpacked(block, last if place == first - 1 else full)
+        return content
+
+    def _unpacked(self, block: memoryview, size: int) -> bytes:
+        try:
+            if self._compressor == "vtkZLibDataCompressor":
+                content = zlib.decompressobj().decompress(block, size + 1)
+            elif self._compressor == "vtkLZMADataCompressor":
+                content = lzma.LZMADecompressor(memlimit=1 << 28).decompress(block, size + 1)
+            else:
+                raise MeshError(
+                    f"blocks are compressed by {shown(self._compressor)}:"
+                    " save them by vtkZLibDataCompressor"
+                )
+        except (zlib.error, lzma.LZMAError, EOFError):
+            raise MeshError("a compressed block is damaged") from None
+        _check_size(len(content), size)
+        return content
+
+
+class _Bytes:
+    """Bytes of an array as they are, of which nobody knows yet how many there are."""
+
+    def __init__(self, data: bytes | memoryview) -> None:
+        self.data = data
+
+    def take(self, n: int) -> bytes:
+        """The first `n` bytes; a MeshError, before memory is taken, if there are fewer."""
+        self._check(n)
+        return bytes(self.data[:n])
+
+    def after(self, n: int) -> _Bytes:
+        """What follows `n` bytes."""
+        return type(self)(self.data[n:])
+
+    def _check(self, n: int) -> None:
+        if n > len(self.data):
+            raise MeshError(
+                f"{counted(n, 'byte')} are needed, {len(self.data)} are left: is it cut?"
+            )
+
+
+class _Encoded(_Bytes):
+    """Bytes in base64; what `after` leaves behind was encoded by itself."""
+
+    def take(self, n: int) -> bytes:
+        n_letters = 4 * -(-n // 3)
+        self._check(n_letters)
+        # The numbers may go on in the group of letters that holds the last byte.
+        try:
+            found = binascii.a2b_base64(self.data[:n_letters], strict_mode=True)[:n]
+        except binascii.Error:
+            found = b""
+        if len(found) < n:
+            raise MeshError("it is not base64")
+        return found
+
+    def after(self, n: int) -> _Bytes:
+        return _Encoded(self.data[4 * -(-n // 3) :])
+
+
+def _refuse_doctype(*_: object) -> None:
+    raise MeshError("the XML declares a document type, which files of VTK do not have")
+
+
+def _parsed(text: bytes, stored: np.dtype[Any]) -> npt.NDArray[Any]:
+    lines = split_lines(text)
+    if stored.kind != "f":
+        return as_integers(lines.parse_integers_or_floats(), "values")
+    with np.errstate(over="ignore", invalid="ignore"):
+        return lines.parse(np.float64).astype(stored)
+
+
+def _check_length(values: npt.NDArray[Any], n: int) -> npt.NDArray[Any]:
+    if len(values) != n:
+        raise MeshError(f"expected {counted(n, 'number')}, got {len(values)}: is the file cut?")
+    return values
+
+
+def _check_size(found: int, n_bytes: int) -> None:
+    if found != n_bytes:
+        raise MeshError(f"expected {counted(n_bytes, 'byte')}, got {found}: is the file damaged?")

@@ -1,0 +1,241 @@
+"""Files of VTK, Gmsh and Medit: as their libraries write them, cut, and with false sizes."""
+
+import itertools
+
+import meshio
+import numpy as np
+import pytest
+import vtk
+from vtkmodules.util.numpy_support import numpy_to_vtk
+
+import superfacets as sf
+from superfacets import MeshError
+
+POINTS = np.random.default_rng(0).random((16, 3)).round(3)  # as VTK writes text
+TETS = np.random.default_rng(1).permuted(np.tile(np.arange(16), (18, 1)), axis=1)[:, :4]
+LABELS = np.arange(18) % 5
+SIDES = TETS[:2, :3]
+POLYGONS = [[0, 1, 3, 2], [4, 5, 6], [0, 4, 5, 6, 1]]
+
+
+def cells_of(rows):
+    cells = vtk.vtkCellArray()
+    for row in rows:
+        ids = vtk.vtkIdList()
+        for index in row:
+            ids.InsertNextId(int(index))
+        cells.InsertNextCell(ids)
+    return cells
+
+
+def with_labels(data, labels):
+    points = vtk.vtkPoints()
+    points.SetData(numpy_to_vtk(POINTS, deep=True))
+    data.SetPoints(points)
+    array = numpy_to_vtk(np.asarray(labels, np.int32), deep=True)
+    array.SetName("label")
+    data.GetCellData().AddArray(array)
+    return data
+
+
+def grid():
+    """Triangles, then tetrahedra."""
+    data = vtk.vtkUnstructuredGrid()
+    data.SetCells([5] * 2 + [10] * 18, cells_of([*SIDES, *TETS]))
+    return with_labels(data, [9, 9, *LABELS])
+
+
+def surface():
+    """A point, then polygons."""
+    data = vtk.vtkPolyData()
+    data.SetVerts(cells_of([[2]]))
+    data.SetPolys(cells_of(POLYGONS))
+    return with_labels(data, [9, 3, 1, 2])
+
+
+def check(path):
+    mesh = sf.read_mesh(path)
+    assert np.array_equal(mesh.vertices, POINTS)
+    if path.suffix == ".vtp":
+        assert [mesh.face(i).tolist() for i in range(3)] == POLYGONS
+        assert sf.read_labels(path, 3).tolist() == [3, 1, 2]
+    else:
+        assert np.array_equal(mesh.tets, TETS)
+        assert np.array_equal(sf.read_labels(path, 18), LABELS)
+
+
+XML = {
+    ".vtp": (vtk.vtkXMLPolyDataWriter, surface),
+    ".vtu": (vtk.vtkXMLUnstructuredGridWriter, grid),
+}
+
+
+@pytest.mark.parametrize("ending", XML)
+@pytest.mark.parametrize("compressor", ["None", "ZLib", "LZMA"])
+@pytest.mark.parametrize("form", ["ascii", "inline", "appended", "raw"])
+def test_xml_of_vtk_is_read_in_every_form(tmp_path, ending, compressor, form):
+    for size, order in itertools.product((32, 64), (0, 1)):
+        make, data = XML[ending]
+        writer = make()
+        writer.SetInputData(data())
+        writer.SetDataMode(["ascii", "inline", "appended"].index(form) if form != "raw" else 2)
+        writer.SetEncodeAppendedData(form != "raw")
+        writer.SetHeaderType(size)
+        writer.SetByteOrder(order)
+        writer.SetBlockSize(64)  # bytes: several blocks, of which the last may be smaller
+        getattr(writer, f"SetCompressorTypeTo{compressor}")()
+        writer.SetFileName(str(tmp_path / f"a{ending}"))
+        writer.Write()
+        check(tmp_path / f"a{ending}")
+
+
+def test_pieces_are_joined_and_lz4_is_refused(tmp_path):
+    writer = vtk.vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(grid())
+    writer.SetFileName(str(tmp_path / "a.vtu"))
+    writer.SetNumberOfPieces(2)
+    writer.Write()
+    mesh = sf.read_mesh(tmp_path / "a.vtu")
+    assert np.array_equal(mesh.tets, [*TETS, *(TETS + 16)])
+    assert np.array_equal(sf.read_labels(tmp_path / "a.vtu"), [*LABELS, *LABELS])
+    writer.SetCompressorTypeToLZ4()
+    writer.Write()
+    with pytest.raises(MeshError, match="compressed by 'vtkLZ4DataCompressor'"):
+        sf.read_mesh(tmp_path / "a.vtu")
+
+
+def legacy(path, version, is_binary):
+    writer = vtk.vtkUnstructuredGridWriter()
+    writer.SetInputData(grid())
+    writer.SetFileVersion(version)
+    writer.SetFileType(2 if is_binary else 1)
+    writer.SetFileName(str(path))
+    writer.Write()
+
+
+def gmsh(path, format, is_binary):
+    data = {"label": [LABELS.astype(float)]} if is_binary else {}
+    mesh = meshio.Mesh(POINTS, [("tetra", TETS)], cell_data=data)
+    mesh.write(path, file_format=format, binary=is_binary)
+    if not is_binary:  # meshio writes data that nobody reads
+        rows = "".join(f"{i + 1} {label}\n" for i, label in enumerate(LABELS))
+        with path.open("a") as file:
+            file.write(f'$ElementData\n1\n"label"\n1\n0\n3\n0\n1\n18\n{rows}$EndElementData\n')
+
+
+FLAVOURS = {
+    "ascii-4.vtk": (legacy, 42, False),
+    "binary-4.vtk": (legacy, 42, True),
+    "ascii-5.vtk": (legacy, 51, False),
+    "binary-5.vtk": (legacy, 51, True),
+    "ascii-2.msh": (gmsh, "gmsh22", False),
+    "binary-2.msh": (gmsh, "gmsh22", True),
+    "ascii-4.msh": (gmsh, "gmsh", False),
+    "binary-4.msh": (gmsh, "gmsh", True),
+}
+
+
+@pytest.mark.parametrize("name", FLAVOURS)
+def test_a_file_cut_at_any_byte_is_refused_or_has_all_tetrahedra(tmp_path, name):
+    make, *options = FLAVOURS[name]
+    path = tmp_path / name
+    make(path, *options)
+    check(path)
+    whole = path.read_bytes()
+    n_read = 0
+    for size in range(1, len(whole)):
+        path.write_bytes(whole[:size])
+        try:
+            mesh = sf.read_mesh(path)
+        except MeshError:
+            continue
+        n_read += 1
+        assert np.array_equal(mesh.tets, TETS)
+        assert np.array_equal(mesh.vertices, POINTS)
+    assert n_read < 25  # between sections, behind the cells
+
+
+def test_binary_elements_that_gmsh_writes_one_by_one(tmp_path):
+    """And nodes whose tags have gaps."""
+    nodes = np.zeros(16, [("tag", "<i4"), ("at", "<f8", 3)])
+    nodes["tag"], nodes["at"] = 3 * np.arange(16) + 5, POINTS
+    rows = [[4, 1, 2, i + 1, 7, 8, *(3 * tet + 5)] for i, tet in enumerate(TETS)]
+    rows[9:9] = [[2, 1, 1, 90, 7, *(3 * SIDES[0] + 5)]]
+    elements = np.concatenate(rows).astype("<i4").tobytes()
+    (tmp_path / "a.msh").write_bytes(
+        b"$MeshFormat\n2.2 1 8\n\1\0\0\0\n$EndMeshFormat\n"
+        b"$Nodes\n16\n" + nodes.tobytes() + b"\n$EndNodes\n"
+        b"$Elements\n19\n" + elements + b"\n$EndElements\n"
+    )
+    mesh = sf.read_mesh(tmp_path / "a.msh")
+    assert np.array_equal(mesh.vertices, POINTS)
+    assert np.array_equal(mesh.tets, TETS)
+    assert sf.read_labels(tmp_path / "a.msh", name="gmsh:physical").tolist() == [7] * 18
+
+
+POLYDATA = (
+    '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">'
+    "<PolyData>"
+    '<Piece NumberOfPoints="3" NumberOfPolys="1"><Points><DataArray type="Float64"'
+    ' NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0</DataArray></Points><Polys>'
+    '<DataArray type="Int64" Name="connectivity" format="ascii">0 1 2</DataArray>'
+    '<DataArray type="Int64" Name="offsets" format="ascii">3</DataArray>'
+    "</Polys></Piece></PolyData></VTKFile>"
+)
+HUGE = 10**10
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.vtp", POLYDATA.replace('Points="3"', f'Points="{HUGE}"'), "too many for a file"),
+        ("a.vtp", POLYDATA.replace('Polys="1"', f'Polys="{HUGE}"'), "too many for a file"),
+        ("a.vtp", POLYDATA.replace('Components="3"', f'Components="{HUGE}"'), "3 components"),
+        ("a.vtp", POLYDATA.replace(">3<", ">300000000<"), "too many for a file"),
+        ("a.vtp", POLYDATA.replace(">3<", ">-3<"), "that do not fall"),
+        ("a.vtp", POLYDATA.replace("0 1 2<", "0 1 2 0<"), "expected 3 numbers, got 4"),
+        ("a.vtp", POLYDATA.replace('Points="3"', 'Points="-1"'), "whole numbers, got '-1'"),
+        ("a.vtp", "<!DOCTYPE x []>" + POLYDATA, "declares a document type"),
+        (
+            "a.vtk",
+            "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET UNSTRUCTURED_GRID\n"
+            f"POINTS {HUGE} double\n" + " " * 100,
+            "are declared, but at most 12 are there",
+        ),
+        (
+            "a.msh",
+            f"$MeshFormat\n2.2 1 8\n\1\0\0\0\n$EndMeshFormat\n$Nodes\n{HUGE}\n" + "\0" * 50,
+            "are declared, but at most 50 are there",
+        ),
+        (
+            "a.mesh",
+            f"MeshVersionFormatted 1\nDimension 3\nVertices\n{HUGE}\n0 0 0 1\nEnd\n",
+            "but 4 numbers follow",
+        ),
+    ],
+)
+def test_sizes_are_compared_with_the_file_before_memory_is_taken(refuse, name, text, message):
+    refuse(name, text.encode("latin-1"), message)
+
+
+@pytest.mark.parametrize("name", ["a.vtp", "a.vtu", "a.vtk"])
+@pytest.mark.parametrize("ascii", [False, True])
+def test_any_name_of_labels_is_written_such_that_vtk_reads_it(tmp_path, name, ascii):
+    pyvista = pytest.importorskip("pyvista")
+    label_name, path = 'a<b> & "c" 100% é', tmp_path / name
+    mesh = sf.Mesh(POINTS, TETS[:, :3]) if name == "a.vtp" else sf.TetMesh(POINTS, TETS)
+    sf.write_mesh(path, mesh, LABELS, ascii=ascii, label_name=label_name)
+    assert np.array_equal(sf.read_labels(path, name=label_name), LABELS)
+    other = pyvista.read(path)
+    assert np.array_equal(other.points, POINTS)
+    assert np.array_equal(other.cell_data[label_name], LABELS)
+
+
+@pytest.mark.parametrize("name", ["a.vtu", "a.vtk"])
+@pytest.mark.parametrize("ascii", [False, True])
+def test_meshio_reads_what_is_written(tmp_path, name, ascii):
+    sf.write_mesh(tmp_path / name, sf.TetMesh(POINTS, TETS), LABELS, ascii=ascii)
+    mesh = meshio.read(tmp_path / name)
+    assert np.array_equal(mesh.points, POINTS)
+    assert np.array_equal(mesh.cells_dict["tetra"], TETS)
+    assert np.array_equal(mesh.cell_data["label"], [LABELS])
