@@ -2,14 +2,15 @@
 
 import itertools
 
-import meshio
 import numpy as np
 import pytest
-import vtk
-from vtkmodules.util.numpy_support import numpy_to_vtk
 
 import superfacets as sf
 from superfacets import MeshError
+
+meshio = pytest.importorskip("meshio")
+vtk = pytest.importorskip("vtk")
+numpy_to_vtk = pytest.importorskip("vtkmodules.util.numpy_support").numpy_to_vtk
 
 POINTS = np.random.default_rng(0).random((16, 3)).round(3)  # as VTK writes text
 TETS = np.random.default_rng(1).permuted(np.tile(np.arange(16), (18, 1)), axis=1)[:, :4]
