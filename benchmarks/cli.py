@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from .checks import (
     require,
     save_expected,
 )
+from .doubling import JOBS, LIMIT, SHAPES, doubling_table, measure_doubling
 from .machine import usable_cores
 from .meshes import Arrays, build, find_data
 from .pages import knobby_torus, measure_page, page_table
@@ -185,6 +186,34 @@ def _mesh_of_page(mesh: str, data: Path | None) -> sf.Mesh | sf.PolygonMesh:
     if isinstance(found, sf.TetMesh):
         raise click.UsageError(f"{mesh} is of tetrahedra: name a mesh of faces")
     return found
+
+
+@commands.command()
+@click.option("--shapes", help="Names, separated by commas.  [default: all]")
+@click.option("--jobs", help="Names, separated by semicolons.  [default: all]")
+@click.option("--smallest", type=click.IntRange(min=8), default=32_000, show_default=True)
+@click.option("--doublings", type=click.IntRange(min=1), default=3, show_default=True)
+@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True)
+def doubling(
+    shapes: str | None, jobs: str | None, smallest: int, doublings: int, repeats: int
+) -> None:
+    """Fit how CPU time grows with size where an algorithm may become quadratic."""
+    sizes = [smallest << i for i in range(doublings + 1)]
+    some_shapes, some_jobs = _known(shapes, ",", SHAPES), _known(jobs, ";", JOBS)
+    found = list(measure_doubling(some_shapes, some_jobs, sizes, repeats))
+    click.echo(doubling_table(found))
+    slow = [growth for growth in found if growth.exponent > LIMIT]
+    for growth in slow:
+        times = ", ".join(f"{seconds:.3g}" for seconds in growth.seconds)
+        _say(f"{growth.job} on {growth.shape}: {growth.exponent:.2f} > {LIMIT} ({times} s)")
+
+
+def _known(names: str | None, separator: str, known: Collection[str]) -> list[str]:
+    wanted = names.split(separator) if names else list(known)
+    unknown = [name for name in wanted if name not in known]
+    if unknown:
+        raise click.UsageError(f"no {unknown[0]!r}: expected some of {', '.join(known)}")
+    return wanted
 
 
 @commands.command("report")

@@ -445,6 +445,20 @@ def test_a_knobby_torus_is_closed_and_has_the_faces_asked_for():
     assert np.linalg.det(corners).sum() > 0
 
 
+def test_growth_is_printed_as_a_table():
+    done = run("doubling", "--shapes", "star,line", "--jobs", "k = N/2", "--smallest", "64",
+               "--doublings", "1", "--repeats", "1")  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert "| job | star | line |" in done.output
+    assert re.search(r"\| k = N/2 \| +-?\d\.\d\d \| -?\d\.\d\d \|", done.output)
+
+
+def test_a_shape_that_is_not_known_is_one_line():
+    done = run("doubling", "--shapes", "stars")
+    assert done.exit_code == 2
+    assert "no 'stars': expected some of flat grid, star" in done.output
+
+
 def test_the_page_is_measured_in_a_browser(tmp_path):
     pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
     if not (shutil.which("chromium") or shutil.which("google-chrome")):

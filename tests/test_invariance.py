@@ -9,6 +9,10 @@ from superfacets import (
     PAPER,
     PARTS,
     Mesh,
+    MeshError,
+    PointCloud,
+    PolygonMesh,
+    TetMesh,
     build_face_graph,
     read_mesh,
     sample_mesh,
@@ -68,6 +72,58 @@ def test_labels_do_not_depend_on_the_unit_of_length(mesh, options, scale):
     scaled = Mesh(mesh.vertices * scale, mesh.faces)
     result = segment(scaled, 90, **options)
     assert np.array_equal(result.labels, segment(mesh, 90, **options).labels)
+
+
+ENDS_OF_THE_RANGE = [2.0**-47, 1e-14, 1e14, 2.0**47]  # of shapes that are up to 4 across
+
+
+def lattice_of_tets(n=5):
+    """A block of cubes, six tetrahedra each, with vertices moved at random."""
+    corners = np.stack(np.mgrid[[slice(n + 1)] * 3], axis=-1)
+    noise = np.random.default_rng(3).normal(size=corners.shape)
+    numbers = np.arange((n + 1) ** 3).reshape([n + 1] * 3)
+    cube = [
+        numbers[x : n + x, y : n + y, z : n + z].ravel()
+        for x in (0, 1) for y in (0, 1) for z in (0, 1)
+    ]  # fmt: skip
+    ways = [(1, 3), (1, 5), (2, 3), (2, 6), (4, 5), (4, 6)]
+    tets = [np.stack([cube[0], cube[a], cube[b], cube[7]], axis=1) for a, b in ways]
+    return (corners + 0.05 * noise).reshape(-1, 3) / n, np.concatenate(tets)
+
+
+def scaled_cells(kind, scale):
+    if kind == "tets":
+        vertices, tets = lattice_of_tets()
+        return TetMesh(vertices * scale, tets)
+    bear = sample_mesh(3000)
+    if kind == "points":
+        return PointCloud(bear.vertices * scale)
+    if kind == "thin":
+        return Mesh(bear.vertices * [1, 1, 1e-3] * scale, bear.faces)
+    if kind == "polygons":
+        return PolygonMesh.of_faces(bear.vertices * scale, bear.faces)
+    return Mesh(bear.vertices * scale, bear.faces)
+
+
+@pytest.mark.parametrize("scale", ENDS_OF_THE_RANGE)
+@pytest.mark.parametrize(
+    "options", [{}, dict(PARTS), {"relocate": True, "min_size": 0.5}, {"features": True}], ids=str
+)
+@pytest.mark.parametrize("kind", ["faces", "thin", "polygons", "tets", "points"])
+def test_labels_are_the_same_at_both_ends_of_the_range_of_sizes(kind, options, scale):
+    cells, scaled = scaled_cells(kind, 1.0), scaled_cells(kind, scale)
+    if "features" in options:
+        features = np.random.default_rng(4).random((len(segment(cells, 1).labels), 2))
+        options = {"features": features}
+    expected = segment(cells, 20, **options).labels
+    assert np.array_equal(segment(scaled, 20, **options).labels, expected)
+
+
+@pytest.mark.parametrize("kind", ["faces", "polygons", "tets", "points"])
+@pytest.mark.parametrize("scale", [1e-16, 1e16, 1e-40, 1e40])
+def test_sizes_beyond_the_range_are_refused(kind, scale):
+    with pytest.raises(MeshError, match=r"rescale the (mesh|cloud) to between 1e-15 and 1e\+15"):
+        scaled_cells(kind, scale)
 
 
 def test_weights_keep_every_bit_under_scaling_by_powers_of_two(mesh):

@@ -27,8 +27,9 @@ from .errors import MeshError
 MAX_CELLS = 2**31 - 1
 """Cells, labels and vertices are int32 in the core."""
 
-EXTENT_RANGE = (1e-60, 1e60)
-"""Diagonals at which products of four edge lengths, down to 1e-8 of the diagonal, stay normal."""
+EXTENT_RANGE = (1e-15, 1e15)
+"""Extents at which labels do not depend on the unit of length. The determinant of second moments of
+tetrahedra is a product of fifteen lengths: it stays normal down to 1e-5 of the extent."""
 
 VALUE_RANGE = (1e-150, 1e150)
 """Largest areas and weights whose sums, and products with positions, stay normal."""

@@ -1,5 +1,6 @@
 """Ridges: sharp convex edges between faces that are flat beside them."""
 
+import itertools
 import math
 
 import numpy as np
@@ -171,6 +172,56 @@ def test_polygons_that_are_triangles_weigh_the_same():
             for cells, graph in zip((mesh, polygons), graphs, strict=True)
         ]
         assert weights[0] == pytest.approx(weights[1], rel=1e-12)
+
+
+def flaps(turns):
+    """A regular polygon with a triangle at each side, turned down by these angles in degrees."""
+    n = len(turns)
+    around = 2 * np.pi * np.arange(n) / n
+    rim = np.stack([np.cos(around), np.sin(around), np.zeros(n)], axis=1)
+    middles = (rim + np.roll(rim, -1, axis=0)) / 2
+    outwards = middles / np.linalg.norm(middles, axis=1)[:, None]
+    turned = np.radians(turns)[:, None]
+    tips = middles + np.cos(turned) * outwards - np.sin(turned) * np.array([0, 0, 1])
+    triangles = [[(i + 1) % n, i, n + i] for i in range(n)]
+    return sf.PolygonMesh.of_faces(np.concatenate([rim, tips]), [list(range(n)), *triangles])
+
+
+@pytest.mark.parametrize("n", [5, 40])
+@pytest.mark.parametrize("choice", [(5, 60), (5, 20, 60), (50, 60, 70), (45, 75), (50,), (10, 30)])
+def test_a_polygon_of_many_sides_has_ridges_like_one_of_few(n, choice):
+    turns = np.random.default_rng(n).choice(choice, n)
+    mesh = flaps(turns)
+    graph = build_face_graph(mesh)
+    with_ridges, without = (crease_weights(mesh, graph, 0.2, ridges=r) for r in (3.0, 0.0))
+    found = (with_ridges > without)[:n]  # arcs of the polygon, sorted by side
+
+    def is_flat_beside(side):
+        turn, others = turns[side], np.delete(turns, side)
+        bent = others[others >= 0.3 * turn]
+        return bool(np.all((bent >= max(40, 0.7 * turn)) & (turn >= 0.7 * bent)))
+
+    assert found.tolist() == [turns[i] >= 40 and is_flat_beside(i) for i in range(n)]
+
+
+@pytest.mark.parametrize("weld", [True, False])
+@pytest.mark.parametrize("n", [20, 60])
+def test_the_rim_of_a_prism_is_a_ridge_whatever_its_number_of_sides(n, weld):
+    around = 2 * np.pi * np.arange(n) / n
+    ring = np.stack([np.cos(around), np.sin(around), np.zeros(n)], axis=1)
+    quads = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    faces = [list(range(n))[::-1], list(range(n, 2 * n)), *quads]
+    vertices = np.concatenate([ring, ring + [0, 0, 1]])
+    if weld:  # each face has vertices of its own
+        vertices = vertices[np.concatenate(faces)]
+        starts = np.cumsum([0, *map(len, faces)])
+        faces = [list(range(a, b)) for a, b in itertools.pairwise(starts)]
+    mesh = sf.PolygonMesh.of_faces(vertices, faces)
+    graph = build_face_graph(mesh, weld=weld)
+    with_ridges, without = (crease_weights(mesh, graph, 0.2, ridges=r) for r in (3.0, 0.0))
+    is_cap = np.repeat(np.arange(n + 2) < 2, np.diff(graph.offsets))
+    is_rim = is_cap | (graph.neighbors < 2)
+    assert np.array_equal(with_ridges > 2 * without, is_rim)
 
 
 def test_ridges_keep_every_bit_under_scaling_by_powers_of_two():

@@ -105,7 +105,20 @@ def test_a_neck_is_thinner_than_the_balls_that_it_joins():
     assert neck.max() < 0.5
 
 
-@pytest.mark.parametrize("make", [shapes.cube, two_balls, shapes.dumbbell, shapes.drilled_block])
+def double_cone(n=1000):
+    """Two fans of long thin triangles, whose boxes along the axes overlap."""
+    turns = 2 * np.pi * np.arange(n) / n
+    rim = np.stack([np.cos(turns), np.sin(turns), np.zeros(n)], axis=1)
+    ring = 2 + np.arange(n)
+    above = np.stack([np.full(n, 0), ring, np.roll(ring, -1)], axis=1)
+    below = np.stack([np.full(n, 1), np.roll(ring, -1), ring], axis=1)
+    return Mesh(np.concatenate([[[0, 0, 0.5], [0, 0, -0.1]], rim]), np.concatenate([above, below]))
+
+
+SOLIDS = [shapes.cube, two_balls, shapes.dumbbell, shapes.drilled_block, double_cone]
+
+
+@pytest.mark.parametrize("make", SOLIDS)
 def test_rays_meet_what_their_twin_meets(make):
     mesh = make()
     graph = sf.build_face_graph(mesh)

@@ -6,7 +6,8 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, segment, spectral_embedding
-from superfacets.clustering.embedding import embed
+from superfacets.clustering import parts
+from superfacets.clustering.embedding import Embedding, embed
 from superfacets.clustering.parts import with_parts
 
 BEAR = sf.sample_mesh(5_000)
@@ -223,3 +224,21 @@ def test_soup_of_many_faces_has_no_groups():
     embedding = embed(mesh, graph, surface, np.zeros(0), (1.0, 20.0))
     assert len(embedding.group_of) == 0
     assert embedding.vectors.shape == (mesh.n_faces, 0)
+
+
+def test_many_points_at_one_place_have_regions():
+    positions = np.zeros((4000, 3))
+    positions[-1] = 1
+    labels = segment(sf.PointCloud(positions), 5, weights="parts").labels
+    assert len(np.unique(labels)) == 5
+
+
+def test_a_thickness_of_cells_without_area_counts_nothing():
+    logs, measures = np.array([np.nan, 0.5]), np.array([1.0, 0.0])
+    embedding = embed_nothing(logs, measures)
+    assert parts._exponents(embedding, 1).tolist() == [0.0, 0.0]
+
+
+def embed_nothing(logs, measures):
+    none = np.zeros(0, np.int32)
+    return Embedding(np.zeros((2, 0), np.float32), logs, measures, none, 0.0, None)

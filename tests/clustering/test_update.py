@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapes
 
-from superfacets import update_centers
+from superfacets import CellGraph, reference, update_centers
 
 
 def test_the_center_is_the_cell_nearest_to_the_mean():
@@ -44,3 +44,14 @@ def test_a_center_may_lie_outside_the_region_it_came_from_but_never_of_its_own()
 def test_labels_with_gaps_or_faults_are_refused(labels, error, message):
     with pytest.raises(error, match=message):
         update_centers(shapes.line_graph([1.0] * 4), labels)
+
+
+def test_many_cells_at_the_same_distance_have_the_center_of_the_twin():
+    """Regions of points at few positions: the search in the tree is given up for most of them."""
+    rng = np.random.default_rng(0)
+    n, k = 6000, 1500
+    positions = rng.integers(0, 2, (n, 3))
+    none = np.zeros(0, int)
+    graph = CellGraph(positions, rng.integers(1, 4, n), np.zeros(n + 1, int), none, none)
+    labels = np.concatenate([np.arange(k), rng.integers(0, k, n - k)])
+    assert update_centers(graph, labels).tolist() == reference.update_centers(graph, labels)

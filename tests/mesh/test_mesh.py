@@ -93,7 +93,7 @@ def test_a_signaling_nan_is_refused_without_a_warning():
         ([[0, 0, 0], [1, np.nan, 0], [0, 1, 0]], [[0, 1, 2]], r"vertices\[1\] is not finite"),
         ([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], [[0, 1, 2]], r"vertices\[2\] is not finite"),
         ([[1, 1, 1]] * 3, [[0, 1, 2]], "all faces lie at one point"),
-        (np.array(TRIANGLE) * 1e-70, [[0, 1, 2]], "the bounding box is 1e-70 across: rescale"),
+        (np.array(TRIANGLE) * 1e-17, [[0, 1, 2]], "the bounding box is 1e-17 across: rescale"),
         (np.array(TRIANGLE) * 1e300, [[0, 1, 2]], r"the bounding box is 1e\+300 across: rescale"),
         ([[0, 0, 0], [-1e308, 0, 0], [1e308, 1, 0]], [[0, 1, 2]], "the bounding box is inf across"),
     ],

@@ -54,7 +54,7 @@ def test_a_picture_has_the_size_asked_for(gl):
         assert picture.dtype == np.uint8
 
 
-@pytest.mark.parametrize("side", [1.0, 1e-40, 1e40])
+@pytest.mark.parametrize("side", [1.0, 1e-14, 1e14])
 def test_a_square_fills_the_height_but_for_the_margin(gl, side):
     mesh = Mesh(square().vertices * side, square().faces)
     picture = render(mesh, size=SIZE, view=FRONT)

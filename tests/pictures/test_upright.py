@@ -67,7 +67,7 @@ def test_the_sample_has_y_up():
     assert guess(sample_mesh(3_000)) == "y"
 
 
-@pytest.mark.parametrize("scale", [1e-30, 1.0, 1e30])
+@pytest.mark.parametrize("scale", [1e-14, 1.0, 1e14])
 def test_place_scale_and_order_do_not_matter(scale):
     mesh = table()
     order = np.random.default_rng(0).permutation(mesh.n_faces)

@@ -376,7 +376,7 @@ def test_labels_keep_under_scaling_by_powers_of_two(sheet, metric, init, scale):
 
 
 @every_variant
-@pytest.mark.parametrize("scale", [1e-59, 1e59])
+@pytest.mark.parametrize("scale", [1e-14, 1e14])
 def test_meshes_of_any_size_are_cut(sheet, metric, init, scale):
     mesh = Mesh(sheet.vertices * (scale / 2), sheet.faces)
     result = variational_shape_approximation(mesh, 5, metric=metric, init=init)

@@ -1,6 +1,8 @@
 // A cell graph laid out for the cache; what stages 3 and 4 work on.
 #pragma once
 
+#include <limits>
+#include <utility>
 #include <vector>
 
 #include "base/assert.hpp"
@@ -67,29 +69,6 @@ class OrderedGraph : public PlacedCells {
     return arcs.span().subspan(offsets[place], offsets[place + 1] - offsets[place]);
   }
 
-  // Among the places for which `is_wanted` holds, the nearest to a point, the lowest cell among
-  // equals. The search begins with a given wanted place; the nearer that is, the shorter it is.
-  template <typename IsWanted>
-  Place nearest(Point target, Place wanted, const IsWanted& is_wanted) const {
-    SUPERFACETS_ASSERT(is_wanted(wanted));
-    double least = squared_norm(positions[wanted] - target);
-    Place nearest = wanted;
-    // A box just as far away may still hold a lower cell.
-    auto may_hold = [&](std::size_t level, std::size_t index) {
-      return tree.level(level)[index].squared_distance(target) <= least;
-    };
-    tree.visit_leaves(may_hold, [&](std::size_t begin, std::size_t end) {
-      for (auto place = begin; place < end; ++place) {
-        const double squared = squared_norm(positions[place] - target);
-        if (squared > least || !is_wanted(static_cast<Place>(place))) continue;
-        if (squared == least && cells[place] >= cells[nearest]) continue;
-        nearest = static_cast<Place>(place);
-        least = squared;
-      }
-    });
-    return nearest;
-  }
-
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> places) const;
 
@@ -105,6 +84,58 @@ class OrderedGraph : public PlacedCells {
   std::size_t copy_arcs(const WeightedArcs& input, Place place, std::size_t first);
   bool leads_back(Place from, const Arc& arc) const;
   bool all_lead_back(ThreadTeam& team) const;
+};
+
+// The nearest to a point of the places that it was offered, the lowest cell among equals.
+class NearestPlace {
+ public:
+  // At first that is a given place; the nearer it is, the faster is the search.
+  NearestPlace(const OrderedGraph& graph, Point target, Place place)
+      : graph_(&graph),
+        target_(target),
+        place_(place),
+        squared_(squared_norm(graph.positions[place] - target)) {}
+
+  Place place() const { return place_; }
+
+  void offer(Place place) {
+    const double squared = squared_norm(graph_->positions[place] - target_);
+    if (is_nearer(place, squared)) set(place, squared);
+  }
+
+  // Offers all places for which `is_wanted` holds and that may be nearer. Returns whether no more
+  // than n_visits nodes of the tree had to be visited for that; otherwise the search is given up.
+  template <typename IsWanted>
+  bool search(const IsWanted& is_wanted, std::int64_t n_visits) {
+    // A box just as far away may still hold a lower cell.
+    const auto may_hold = [&](std::size_t level, std::size_t index) {
+      return graph_->tree.level(level)[index].squared_distance(target_) <= squared_ &&
+             --n_visits >= 0;
+    };
+    graph_->tree.visit_leaves(may_hold, [&](std::size_t begin, std::size_t end) {
+      for (auto place = static_cast<Place>(begin); std::cmp_less(place, end); ++place) {
+        const double squared = squared_norm(graph_->positions[place] - target_);
+        if (squared > squared_ || !is_wanted(place)) continue;
+        if (is_nearer(place, squared)) set(place, squared);
+      }
+    });
+    return n_visits >= 0;
+  }
+
+ private:
+  bool is_nearer(Place place, double squared) const {
+    return squared < squared_ ||
+           (squared == squared_ && graph_->cells[place] < graph_->cells[place_]);
+  }
+  void set(Place place, double squared) {
+    place_ = place;
+    squared_ = squared;
+  }
+
+  const OrderedGraph* graph_;
+  Point target_;
+  Place place_;
+  double squared_;  // distance
 };
 
 }  // namespace superfacets

@@ -16,7 +16,7 @@ constexpr double kCertainty = 0.7;
 
 }  // namespace
 
-double PointSurface::border_per_arc(Cell point) const {
+double PointSurface::sum_border_per_arc(Cell point) const {
   double sum = 0.0;
   for (const Cell neighbor : arcs().neighbors(point)) {
     sum += norm(positions_[neighbor] - positions_[point]);

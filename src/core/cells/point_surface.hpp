@@ -1,6 +1,8 @@
 // Points as cells: the measures of arcs between neighbors in a cloud.
 #pragma once
 
+#include <unordered_map>
+
 #include "base/assert.hpp"
 #include "base/threads.hpp"
 #include "cells/bending.hpp"
@@ -10,7 +12,7 @@
 namespace superfacets {
 
 // A cloud and the arcs of its graph, which lead both ways. There are no corners: the order of
-// neighbors around a point is not known. Memory: none of its own.
+// neighbors around a point is not known.
 class PointSurface final : public Surface {
  public:
   // Normals are of length 1, or zero where a point has none; empty where none are wanted. The
@@ -22,6 +24,10 @@ class PointSurface final : public Surface {
     SUPERFACETS_ASSERT(areas.size() == positions.size());
     SUPERFACETS_ASSERT(normals.empty() || normals.size() == positions.size());
     SUPERFACETS_ASSERT(order.size() == positions.size() && all_below(order, arcs.n_cells()));
+    for (Cell point = 0; point < n_cells(); ++point) {
+      const bool is_crowded = arcs.neighbors(point).size() > kMostInARow;
+      if (is_crowded) border_of_crowded_.emplace(point, sum_border_per_arc(point));
+    }
   }
 
   Point position(Cell point) const override { return positions_[point]; }
@@ -53,12 +59,20 @@ class PointSurface final : public Surface {
   double open_length(Cell) const override { return 0.0; }
 
  private:
-  double border_per_arc(Cell point) const;
+  // Each arc of a point asks for the border of all: where a million copies of a point are its
+  // neighbors, that is computed once.
+  static constexpr std::size_t kMostInARow = 32;
+  double border_per_arc(Cell point) const {
+    const bool is_crowded = arcs().neighbors(point).size() > kMostInARow;
+    return is_crowded ? border_of_crowded_.at(point) : sum_border_per_arc(point);
+  }
+  double sum_border_per_arc(Cell point) const;
 
   const std::span<const Point> positions_;
   const std::span<const double> areas_;
   const std::span<const Point> normals_;
   const std::span<const Cell> order_;
+  std::unordered_map<Cell, double> border_of_crowded_;  // of points with more than kMostInARow arcs
 };
 
 // Weights by eq. 1-3 (weights.hpp), where the distance of the points is eq. 1, and the turn of the

@@ -1,5 +1,7 @@
 #include "cells/polygon_surface.hpp"
 
+#include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace superfacets {
@@ -19,6 +21,7 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
       normals_(faces.n_faces()) {
   SUPERFACETS_ASSERT(is_valid());
   measure_polygons(vertices, faces, team, centroids_.span(), areas_.span(), normals_.span());
+  sort_large_faces();
 }
 
 // The second moment is that of the fan of triangles (0, i, i + 1), as areas and centroids are: of
@@ -105,18 +108,31 @@ Cell PolygonSurface::next_around(Corner center, Cell before, Cell here) const {
   if (corner < 0) return kNoCell;
   const int side_before = corner == 0 ? faces_.n_sides(here) - 1 : corner - 1;
   Cell next = kNoCell;
-  for (const auto [arc, neighbor] : arcs().steps(here)) {
-    const bool is_at_corner = sides_[arc] == corner || sides_[arc] == side_before;
-    if (!is_at_corner || neighbor == before) continue;
-    if (next != kNoCell) return kNoCell;
-    next = neighbor;
+  for (const int side : {corner, side_before}) {
+    const auto [first, last] = arcs_of_side(here, side);
+    for (std::int64_t arc = first; arc < last; ++arc) {
+      const Cell neighbor = arcs().targets[arc];
+      if (neighbor == before) continue;
+      if (next != kNoCell) return kNoCell;
+      next = neighbor;
+    }
   }
   return next;
+}
+
+// The arcs that leave a face by a side, first to one past the last; they are sorted by side.
+std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, int side) const {
+  const std::int64_t begin = arcs().offsets[face];
+  const std::int64_t end = arcs().offsets[face + 1];
+  const auto sides = sides_.subspan(begin, end - begin);
+  const auto [first, last] = std::equal_range(sides.begin(), sides.end(), side);
+  return {begin + (first - sides.begin()), begin + (last - sides.begin())};
 }
 
 // The first corner of a face at a vertex, or at its position; -1 if there is none.
 int PolygonSurface::corner_at(Face face, Vertex vertex) const {
   const auto corners = faces_[face];
+  if (corners.size() > kMostInARow) return corner_of_large(face, vertex);
   for (std::size_t corner = 0; corner < corners.size(); ++corner) {
     if (corners[corner] == vertex) return static_cast<int>(corner);
   }
@@ -126,6 +142,37 @@ int PolygonSurface::corner_at(Face face, Vertex vertex) const {
     }
   }
   return -1;
+}
+
+void PolygonSurface::sort_large_faces() {
+  for (Face face = 0; face < n_cells(); ++face) {
+    const auto corners = faces_[face];
+    if (corners.size() <= kMostInARow) continue;
+    std::vector<int> sorted(corners.size());
+    std::iota(sorted.begin(), sorted.end(), 0);
+    SortedCorners& large = large_faces_[face];
+    std::stable_sort(sorted.begin(), sorted.end(),
+                     [&](int a, int b) { return corners[a] < corners[b]; });
+    large.by_vertex = sorted;
+    std::iota(sorted.begin(), sorted.end(), 0);
+    std::stable_sort(sorted.begin(), sorted.end(),
+                     [&](int a, int b) { return place_key(corners[a]) < place_key(corners[b]); });
+    large.by_place = std::move(sorted);
+  }
+}
+
+int PolygonSurface::corner_of_large(Face face, Vertex vertex) const {
+  const auto corners = faces_[face];
+  const SortedCorners& large = large_faces_.at(face);
+  const auto named =
+      std::lower_bound(large.by_vertex.begin(), large.by_vertex.end(), vertex,
+                       [&](int corner, Vertex wanted) { return corners[corner] < wanted; });
+  if (named != large.by_vertex.end() && corners[*named] == vertex) return *named;
+  const auto there = std::lower_bound(
+      large.by_place.begin(), large.by_place.end(), place_key(vertex),
+      [&](int corner, const auto& key) { return place_key(corners[corner]) < key; });
+  if (there == large.by_place.end() || place_key(corners[*there]) != place_key(vertex)) return -1;
+  return *there;
 }
 
 }  // namespace superfacets

@@ -1,6 +1,11 @@
 // Polygons as cells: the measures of arcs between faces that share an edge.
 #pragma once
 
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "cells/triangle_surface.hpp"
@@ -39,7 +44,23 @@ class PolygonSurface final : public Surface {
  private:
   Edge edge_of_side(Face face, int side) const;
   bool is_valid() const;
+  std::pair<std::int64_t, std::int64_t> arcs_of_side(Face face, int side) const;
   int corner_at(Face face, Vertex vertex) const;
+  int corner_of_large(Face face, Vertex vertex) const;
+  void sort_large_faces();
+  std::tuple<double, double, double> place_key(Vertex vertex) const {
+    const Point& p = vertices_[vertex];
+    return {p.x, p.y, p.z};
+  }
+
+  static constexpr std::size_t kMostInARow = 32;  // a walk around so many corners is faster
+
+  // The corners of a face in the orders of their vertices and positions; the lower among equals
+  // comes first.
+  struct SortedCorners {
+    std::vector<int> by_vertex;
+    std::vector<int> by_place;
+  };
 
   const std::span<const Point> vertices_;
   const Polygons faces_;
@@ -48,7 +69,8 @@ class PolygonSurface final : public Surface {
   const bool inside_out_;
   Buffer<Point> centroids_;
   Buffer<double> areas_;
-  Buffer<Point> normals_;  // unit, or zero where a face has none
+  Buffer<Point> normals_;                                // unit, or zero where a face has none
+  std::unordered_map<Face, SortedCorners> large_faces_;  // of more than kMostInARow corners
 };
 
 }  // namespace superfacets

@@ -3,6 +3,8 @@
 #include <array>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include "base/arctangent.hpp"
 #include "cells/box_tree.hpp"
@@ -115,6 +117,69 @@ struct Target {
   }
 };
 
+double surface_of(const Point& extent) {
+  return 2.0 * (extent.x * extent.y + extent.y * extent.z + extent.z * extent.x);
+}
+
+// A box along the longest edge and the normal of a triangle. It culls long thin triangles that lie
+// askew, whose boxes along the axes overlap: of a fan of n triangles, a ray meets most of the n
+// boxes along the axes, but few of these.
+class SlantedBox {
+ public:
+  // Around triangles, along the largest of them; along no axis if they have no area.
+  explicit SlantedBox(std::span<const Target> targets) {
+    double most = 0.0;
+    for (const Target& target : targets) {
+      const Point normal = cross(target.first, target.second);
+      if (squared_norm(normal) <= most) continue;
+      most = squared_norm(normal);
+      const Point third = target.second - target.first;
+      Point longest =
+          squared_norm(target.first) < squared_norm(target.second) ? target.second : target.first;
+      if (squared_norm(longest) < squared_norm(third)) longest = third;
+      axes_[0] = 1.0 / norm(longest) * longest;
+      axes_[1] = 1.0 / norm(normal) * normal;
+      axes_[2] = cross(axes_[0], axes_[1]);
+    }
+    for (const Target& target : targets) {
+      for (const Point& edge : {Point{0.0, 0.0, 0.0}, target.first, target.second}) {
+        box_.include(along_axes(target.corner + edge));
+      }
+    }
+  }
+
+  Point extent() const { return box_.high - box_.low; }
+  bool has_axes() const { return squared_norm(axes_[0]) > 0.0; }
+
+  // Whether a ray may meet the box before a distance.
+  bool is_met(const Ray& ray, double distance) const {
+    const Point from = along_axes(ray.from);
+    const Point along = along_axes(ray.along);
+    double enter = 0.0;
+    double leave = distance;
+    const auto clip = [&](double low, double high, double start, double step) {
+      constexpr double kSlack = 1e-6;  // as of the other boxes
+      const double first = low - kSlack - start;
+      const double last = high + kSlack - start;
+      if (step == 0.0) return first <= 0.0 && last >= 0.0;
+      enter = std::max(enter, (step > 0.0 ? first : last) / step);
+      leave = std::min(leave, (step > 0.0 ? last : first) / step);
+      return enter <= leave;
+    };
+    return clip(box_.low.x, box_.high.x, from.x, along.x) &&
+           clip(box_.low.y, box_.high.y, from.y, along.y) &&
+           clip(box_.low.z, box_.high.z, from.z, along.z);
+  }
+
+ private:
+  Point along_axes(const Point& p) const {
+    return {dot(axes_[0], p), dot(axes_[1], p), dot(axes_[2], p)};
+  }
+
+  std::array<Point, 3> axes_{};
+  Box box_;
+};
+
 // The triangles of a mesh, and a tree of boxes over them.
 class RayTree {
  public:
@@ -142,6 +207,7 @@ class RayTree {
     };
     tree_ = BoxTree(triangles.size(), kTrianglesPerLeaf, take_place, team);
     pack(team);
+    add_slanted(team);
   }
 
   // In coordinates that begin in the middle of the mesh and run from -1 to 1: so a number of single
@@ -157,7 +223,7 @@ class RayTree {
     open[0] = {0.0F, static_cast<std::uint32_t>(tree_.n_levels() - 1), 0};
     while (n_open > 0) {
       const Open node = open[--n_open];
-      if (!(node.enter < best.distance)) continue;
+      if (!(node.enter < best.distance) || is_passed_by(node, ray, best.distance)) continue;
       if (node.level > 0) {
         n_open = open_below(node, ray, best, open, n_open);
         continue;
@@ -207,6 +273,61 @@ class RayTree {
     }
   }
 
+  // Adds boxes to nodes most of whose triangles are thin and askew: leaves whose box has many times
+  // the area of the triangles in it, and nodes above them.
+  void add_slanted(ThreadTeam& team) {
+    constexpr double kThin = 32.0;  // a square across two axes has a ratio of 4
+    const std::span<const Box> leaves = tree_.level(0);
+    std::vector<std::uint8_t> is_thin(leaves.size());
+    team.for_each_block(std::ssize(leaves), [&](std::int64_t first, std::int64_t last) {
+      for (auto leaf = first; leaf < last; ++leaf) {
+        double area = 0.0;
+        for (const Target& target : targets_of(0, leaf)) {
+          area += 0.5 * norm(cross(target.first, target.second));
+        }
+        is_thin[leaf] = surface_of(leaves[leaf].high - leaves[leaf].low) > kThin * area;
+      }
+    });
+    slanted_.resize(tree_.n_levels());
+    for (std::size_t level = 0; std::ranges::count(is_thin, 1) > 0; ++level) {
+      add_slanted(level, is_thin, team);
+      if (level + 1 == tree_.n_levels()) return;
+      std::vector<std::uint8_t> above(tree_.level(level + 1).size());
+      for (std::size_t index = 0; index < above.size(); ++index) {
+        const auto [begin, end] = tree_.children(level + 1, index);
+        const auto n_thin = std::count(is_thin.begin() + begin, is_thin.begin() + end, 1);
+        above[index] = std::cmp_greater_equal(2 * n_thin, end - begin);
+      }
+      is_thin = std::move(above);
+    }
+  }
+
+  void add_slanted(std::size_t level, std::span<const std::uint8_t> is_thin, ThreadTeam& team) {
+    constexpr double kMuchSmaller = 0.25;
+    const std::span<const Box> boxes = tree_.level(level);
+    slanted_[level].resize(boxes.size());
+    team.for_each_block(std::ssize(boxes), [&](std::int64_t first, std::int64_t last) {
+      for (auto index = first; index < last; ++index) {
+        if (is_thin[index] == 0) continue;
+        const SlantedBox box(targets_of(level, index));
+        const double least = kMuchSmaller * surface_of(boxes[index].high - boxes[index].low);
+        if (box.has_axes() && surface_of(box.extent()) < least) slanted_[level][index] = box;
+      }
+    });
+  }
+
+  std::span<const Target> targets_of(std::size_t level, std::size_t index) const {
+    std::size_t size = kTrianglesPerLeaf;
+    for (std::size_t below = 0; below < level; ++below) size *= kFanOut;
+    const std::size_t first = index * size;
+    return targets_.span().subspan(first, std::min(size, targets_.size() - first));
+  }
+
+  bool is_passed_by(const Open& node, const Ray& ray, double distance) const {
+    const auto& boxes = slanted_[node.level];
+    return !boxes.empty() && boxes[node.index] && !boxes[node.index]->is_met(ray, distance);
+  }
+
   // Adds the nodes below one that the ray meets, the nearest last.
   std::size_t open_below(const Open& node, const Ray& ray, const Hit& best,
                          std::array<Open, kMostOpen>& open, std::size_t n_open) const {
@@ -229,7 +350,8 @@ class RayTree {
   Point middle_{0.0, 0.0, 0.0};
   double scale_ = 1.0;  // half the longest side
   BoxTree tree_;
-  std::vector<std::vector<Boxes>> boxes_;  // by level: those below each node
+  std::vector<std::vector<Boxes>> boxes_;                        // by level: those below each node
+  std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level: of thin nodes
 };
 
 struct Spoke {

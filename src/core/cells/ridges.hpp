@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "cells/surface.hpp"
 #include "cells/weights.hpp"
@@ -20,6 +21,91 @@ inline constexpr double kFlatShare = 0.3;
 // Of two edges that are alike, the duller bends by at least this share of the sharper.
 inline constexpr double kAlikeShare = 0.7;
 
+// Whether an edge that bends by `bend` is flat beside one that bends by `turn`, and whether it is
+// as sharp: such edges meet at the corner of a box.
+inline bool is_flat(double bend, double turn) {
+  return bend < kFlatShare * turn;
+}
+inline bool is_dull(double bend, double turn) {
+  return bend < std::max(kSharpAngle, kAlikeShare * turn);
+}
+inline bool is_sharper(double bend, double turn) {
+  return turn < kAlikeShare * bend;
+}
+
+// The arcs of faces that have many, in orders that can be searched: without them, every arc of such
+// a face would take a walk over all of its arcs.
+class CrowdedFaces {
+ public:
+  struct Neighbor {
+    Cell to;
+    std::int64_t arc;
+    bool operator<(const Neighbor& other) const {
+      return std::pair(to, arc) < std::pair(other.to, other.arc);
+    }
+  };
+  struct Crowd {
+    std::vector<Neighbor> neighbors;  // sorted
+    std::vector<double> bends;        // of all arcs, in ascending order
+
+    std::span<const Neighbor> arcs_to(Cell to) const {
+      const auto first = std::lower_bound(neighbors.begin(), neighbors.end(), Neighbor{to, 0});
+      const auto last = std::lower_bound(first, neighbors.end(), Neighbor{to + 1, 0});
+      return {first, last};
+    }
+
+    // The bends from the first one for which a condition fails, which must fail from there on.
+    template <typename Holds>
+    std::int64_t n_after(const Holds& holds) const {
+      return bends.end() - std::partition_point(bends.begin(), bends.end(), holds);
+    }
+    std::int64_t n_bent(double turn) const {
+      return n_after([&](double bend) { return is_flat(bend, turn); });
+    }
+    std::int64_t n_alike(double turn) const {
+      const auto n_least = n_after([&](double bend) { return is_dull(bend, turn); });
+      return std::min(n_bent(turn), n_least) -
+             n_after([&](double bend) { return !is_sharper(bend, turn); });
+    }
+  };
+
+  CrowdedFaces() = default;  // of a surface whose ridges are not asked for
+
+  // Of a surface with these arcs; bend(face, arc, to) is the angle at an arc.
+  template <typename Bend>
+  CrowdedFaces(const Arcs& arcs, const Bend& bend) {
+    for (Face face = 0; face < arcs.n_cells(); ++face) {
+      if (arcs.neighbors(face).size() <= kMostInARow) continue;
+      faces_.push_back(face);
+      Crowd& crowd = crowds_.emplace_back();
+      for (const auto [arc, to] : arcs.steps(face)) {
+        crowd.neighbors.push_back({to, arc});
+        crowd.bends.push_back(bend(face, arc, to));
+      }
+      std::sort(crowd.neighbors.begin(), crowd.neighbors.end());
+      std::sort(crowd.bends.begin(), crowd.bends.end());
+    }
+  }
+
+  // Of a face with so many arcs; null for all others.
+  const Crowd* find(const Arcs& arcs, Face face) const {
+    if (arcs.neighbors(face).size() <= kMostInARow) return nullptr;
+    return &crowds_[std::lower_bound(faces_.begin(), faces_.end(), face) - faces_.begin()];
+  }
+
+ private:
+  static constexpr std::size_t kMostInARow = 32;  // a walk is faster up to there
+  std::vector<Face> faces_;                       // in ascending order
+  std::vector<Crowd> crowds_;
+};
+
+// The crowded faces of a surface whose bends these are, where options ask for ridges.
+template <typename Bends>
+CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOptions& options) {
+  if (!options.has_ridges()) return {};
+  return {arcs, [&](Face face, std::int64_t arc, Face to) { return bends.angle(face, arc, to); }};
+}
+
 // Finds the ridges of a surface of faces: convex edges that bend by kSharpAngle or more between two
 // faces that are flat beside them, and that go on: at each of their ends they meet another such
 // edge, or the border of the surface. Two faces that share several edges have none.
@@ -29,7 +115,8 @@ inline constexpr double kAlikeShare = 0.7;
 template <typename AnySurface, typename Bends>
 class Ridges {
  public:
-  Ridges(const AnySurface& surface, const Bends& bends) : surface_(surface), bends_(bends) {}
+  Ridges(const AnySurface& surface, const Bends& bends, const CrowdedFaces& crowded)
+      : surface_(surface), bends_(bends), crowded_(crowded) {}
 
   // Whether an arc crosses a ridge. The same for both arcs of a pair.
   bool crosses(Face from, std::int64_t arc) const {
@@ -45,6 +132,10 @@ class Ridges {
 
   // The arc from one face to another, or -1 if there is none, or more than one.
   std::int64_t arc_between(Face from, Face to) const {
+    if (const CrowdedFaces::Crowd* crowd = crowded_.find(surface_.arcs(), from)) {
+      const auto between = crowd->arcs_to(to);
+      return between.size() == 1 ? between.front().arc : -1;
+    }
     std::int64_t found = -1;
     for (const auto [arc, neighbor] : surface_.arcs().steps(from)) {
       if (neighbor != to) continue;
@@ -64,16 +155,32 @@ class Ridges {
   // that are sharp alike, as at the corner of a box. A triangle must have a flat one then, so that
   // not all edges of a coarse ball are ridges; a polygon is flat inside.
   bool is_flat_beside(Face face, Face other, double turn) const {
+    if (const CrowdedFaces::Crowd* crowd = crowded_.find(surface_.arcs(), face)) {
+      return is_flat_in_crowd(*crowd, face, other, turn);
+    }
     int n_sharp = 0;
     for (const auto [arc, to] : surface_.arcs().steps(face)) {
       if (to == other) continue;
       const double bend = bends_.angle(face, arc, to);
-      if (bend < kFlatShare * turn) continue;
-      const double least = std::max(kSharpAngle, kAlikeShare * turn);
-      if (bend < least || turn < kAlikeShare * bend) return false;
+      if (is_flat(bend, turn)) continue;
+      if (is_dull(bend, turn) || is_sharper(bend, turn)) return false;
       if (++n_sharp > 1 && surface_.n_sides(face) == 3) return false;
     }
     return true;
+  }
+
+  // The same for a face of many arcs.
+  bool is_flat_in_crowd(const CrowdedFaces::Crowd& crowd, Face face, Face other,
+                        double turn) const {
+    std::int64_t n_bent = crowd.n_bent(turn);
+    std::int64_t n_alike = crowd.n_alike(turn);
+    for (const auto& [to, arc] : crowd.arcs_to(other)) {
+      const double bend = bends_.angle(face, arc, to);
+      if (is_flat(bend, turn)) continue;
+      --n_bent;
+      if (!is_dull(bend, turn) && !is_sharper(bend, turn)) --n_alike;
+    }
+    return n_bent == n_alike && (n_alike <= 1 || surface_.n_sides(face) != 3);
   }
 
   bool continues_at_ends(Face from, std::int64_t arc, Face to) const {
@@ -104,6 +211,7 @@ class Ridges {
 
   const AnySurface& surface_;
   const Bends& bends_;
+  const CrowdedFaces& crowded_;
 };
 
 }  // namespace superfacets

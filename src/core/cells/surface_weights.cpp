@@ -23,12 +23,13 @@ struct SurfaceBends {
 // Computes weights, and the net turn of the arcs that it has seen.
 class SurfaceWeigher {
  public:
-  SurfaceWeigher(const Surface& surface, const WeightOptions& options, const NetTurn* net_turn)
+  SurfaceWeigher(const Surface& surface, const WeightOptions& options, const NetTurn* net_turn,
+                 const CrowdedFaces& crowded)
       : surface_(surface),
         options_(options),
         net_turn_(net_turn),
         bends_{surface},
-        ridges_(surface, bends_) {}
+        ridges_(surface, bends_, crowded) {}
 
   std::int64_t turn() const { return turn_; }
 
@@ -62,9 +63,10 @@ class SurfaceWeigher {
 std::int64_t surface_weights(const Surface& surface, const WeightOptions& options,
                              const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights) {
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
+  const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, options);
   std::atomic<std::int64_t> net = 0;  // of whole numbers: the same in any order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    SurfaceWeigher weigher(surface, options, net_turn);
+    SurfaceWeigher weigher(surface, options, net_turn, crowded);
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
       for (const auto [arc, to] : surface.arcs().steps(cell)) {
         weights[arc] = weigher.weight(cell, arc, to);

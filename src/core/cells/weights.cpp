@@ -231,12 +231,12 @@ bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
 class Weigher {
  public:
   Weigher(const Geometry& geometry, const WeightOptions& options, const NetTurn* net_turn,
-          std::span<double> weights)
+          const CrowdedFaces& crowded, std::span<double> weights)
       : geometry_(geometry),
         options_(options),
         of_ridges_(options.of_ridges()),
         bends_{geometry},
-        ridges_(geometry.surface, bends_),
+        ridges_(geometry.surface, bends_, crowded),
         net_turn_(net_turn),
         weights_(weights) {}
 
@@ -333,12 +333,13 @@ class Weigher {
 
 // Computes the weights that a Weigher leaves: of arcs to lower faces that are not unique, or have
 // no reverse arc.
-void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options, std::int64_t begin,
-                      std::int64_t end, std::span<double> weights) {
+void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
+                      const CrowdedFaces& crowded, std::int64_t begin, std::int64_t end,
+                      std::span<double> weights) {
   const double up = up_of(geometry);
   const WeightOptions of_ridges = options.of_ridges();
   const FaceBends bends{geometry};
-  const Ridges ridges(geometry.surface, bends);
+  const Ridges ridges(geometry.surface, bends, crowded);
   for (auto face = static_cast<Face>(begin); face < end; ++face) {
     for (const auto [arc, neighbor] : geometry.arcs().steps(face)) {
       std::int64_t back = -1;
@@ -369,16 +370,17 @@ std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasur
   const bool is_given = !faces.normals.empty();
   const Buffer<Point> normals = is_given ? Buffer<Point>() : unit_normals(surface, team);
   const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};
+  const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, options);
   std::atomic<std::int64_t> n_weighed = 0;
   std::atomic<std::int64_t> net = 0;  // of whole numbers: the same in any order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    Weigher weigher(geometry, options, net_turn, weights);
+    Weigher weigher(geometry, options, net_turn, crowded, weights);
     n_weighed += weigher.weigh_range(begin, end);
     net += weigher.turn();
   });
   if (n_weighed == surface.arcs().n_arcs()) return net;
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    weigh_other_arcs(geometry, options, begin, end, weights);
+    weigh_other_arcs(geometry, options, crowded, begin, end, weights);
   });
   return net;
 }

@@ -1,10 +1,12 @@
 #include "clustering/coarsening.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 
 #include "base/assert.hpp"
 #include "clustering/coarse_ranges.hpp"
+#include "clustering/nearest_members.hpp"
 
 namespace superfacets {
 
@@ -96,13 +98,14 @@ Buffer<Cell> CoarseGraph::coarse_cells(ThreadTeam& team) const {
 std::vector<Cell> CoarseGraph::refine(std::span<const Label> labels, std::span<const Cell> centers,
                                       ThreadTeam& team) const {
   const std::vector<Point> means = region_means(graph_, labels, std::ssize(centers));
-  std::vector<Cell> refined(centers.size());
-  team.for_each(std::ssize(centers), [&](std::int64_t label, int) {
-    auto is_member = [&](Place place) { return labels[coarse_of(place)] == label; };
-    const Place member = centers_[centers[label]];
-    refined[label] = fine_.cells[fine_.nearest(means[label], member, is_member)];
-  });
-  return refined;
+  std::vector<Label> regions(centers.size());
+  std::iota(regions.begin(), regions.end(), Label{0});
+  std::vector<Place> places;
+  places.reserve(centers.size());
+  for (const Cell center : centers) places.push_back(centers_[center]);
+  const auto label_of = [&](Place place) { return labels[coarse_of(place)]; };
+  find_nearest_members(fine_, regions, means, label_of, places, team);
+  return fine_.cells_at(places);
 }
 
 std::vector<Point> region_means(const OrderedGraph& coarse, std::span<const Label> labels,

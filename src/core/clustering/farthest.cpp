@@ -47,6 +47,14 @@ void FarthestPoints::place(Place center) {
   squared_distance_[center] = kIsCenter;
   const Point position = graph_.positions[center];
   const std::size_t top = graph_.tree.n_levels() - 1;
+  update_all(top, position);
+  std::size_t index = center / BoxTree::kLeaf;
+  for (std::size_t level = 0; level <= top; ++level, index /= BoxTree::kFanOut) {
+    summarize(level, index);
+  }
+}
+
+void FarthestPoints::update_all(std::size_t top, Point position) {
   if (team_.size() == 1 || top < kSharedLevel) return update(top, 0, position);
   std::vector<std::size_t> changing;
   find_changing(top, 0, position, changing);
@@ -70,11 +78,9 @@ void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point c
 }
 
 // If a box is at least as far from the new center as the farthest of its cells is from the earlier
-// ones, nothing in it can change. The new center itself is always visited: its box is at distance
-// 0, and either some cell is farther than that, or all cells coincide with centers, which `>=`
-// admits.
+// ones, no distance in it can change.
 bool FarthestPoints::can_change(std::size_t level, std::size_t index, Point center) const {
-  return summaries_[level][index].farthest_squared >=
+  return summaries_[level][index].farthest_squared >
          graph_.tree.level(level)[index].squared_distance(center);
 }
 

@@ -38,6 +38,7 @@ class FarthestPoints {
   bool can_change(std::size_t level, std::size_t index, Point center) const;
   void find_changing(std::size_t level, std::size_t index, Point center,
                      std::vector<std::size_t>& changing) const;
+  void update_all(std::size_t top, Point center);
   void update(std::size_t level, std::size_t index, Point center);
   void update_leaf(std::size_t leaf, Point center);
   void summarize_all();

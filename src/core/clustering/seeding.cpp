@@ -211,8 +211,9 @@ struct CubeHash {
 }  // namespace
 
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team) {
-  const Point mean = weighted_mean(graph, team);
-  return graph.cells[graph.nearest(mean, 0, [](Place) { return true; })];
+  NearestPlace nearest(graph, weighted_mean(graph, team), 0);
+  nearest.search([](Place) { return true; }, std::numeric_limits<std::int64_t>::max());
+  return graph.cells[nearest.place()];
 }
 
 std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds,

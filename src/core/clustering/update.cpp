@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/assert.hpp"
+#include "clustering/nearest_members.hpp"
 #include "clustering/weighted_sum.hpp"
 
 namespace superfacets {
@@ -58,11 +59,12 @@ const std::vector<Place>& RegionMeans::nearest(std::span<const Place> members) {
     if (std::exchange(has_changed_[label], 0) != 0) changed.push_back(static_cast<Label>(label));
   }
   const std::vector<Point> means = means_of(changed);
-  team_.for_each(static_cast<std::int64_t>(changed.size()), [&](std::int64_t i, int) {
-    const Label label = changed[i];
-    auto is_member = [&](Place place) { return labels_[place] == label; };
-    nearest_[label] = graph_.nearest(means[i], members[label], is_member);
-  });
+  std::vector<Place> places;
+  places.reserve(changed.size());
+  for (const Label label : changed) places.push_back(members[label]);
+  const auto label_of = [&](Place place) { return labels_[place]; };
+  find_nearest_members(graph_, changed, means, label_of, places, team_);
+  for (std::size_t i = 0; i < changed.size(); ++i) nearest_[changed[i]] = places[i];
   return nearest_;
 }
 

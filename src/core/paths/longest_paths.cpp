@@ -15,7 +15,7 @@ constexpr std::int64_t kBlock = 1 << 8;
 LongestPaths::LongestPaths(const OrderedGraph& graph, ThreadTeam& team)
     : graph_(graph), paths_(graph, team) {
   for (std::int64_t block = 0; block * kBlock < graph.n_cells(); ++block) {
-    bounds_.push_back({kUnreached, block});
+    bounds_.push_back({kUnreached, 0, block});
   }
 }
 
@@ -31,28 +31,23 @@ bool LongestPaths::reach_all() const {
   return true;
 }
 
-// Paths only become shorter, so an earlier maximum of a block remains an upper bound. Only blocks
-// whose bound is at least the longest path found so far have to be searched again.
+// Paths only become shorter, so an earlier maximum of a block remains an upper bound. So does its
+// cell: of the paths as long as that maximum none is new, and the cells of the others are higher. A
+// block is searched again while its bound comes first, until one does not change. Where all paths
+// are equally long, that is one block instead of all.
 Place LongestPaths::farthest() {
-  Farthest farthest{0, 0};
-  std::vector<Bound> looked_at;
-  while (!bounds_.empty() && bounds_.front().longest >= farthest.length) {
+  while (true) {
     std::pop_heap(bounds_.begin(), bounds_.end());
-    const std::int64_t block = bounds_.back().block;
-    bounds_.pop_back();
-    const Farthest other = farthest_in(block);
-    looked_at.push_back({other.length, block});
-    const bool is_lower = graph_.cells[other.place] < graph_.cells[farthest.place];
-    if (other.length > farthest.length || (other.length == farthest.length && is_lower)) {
-      farthest = other;
-    }
-  }
-  for (const Bound& bound : looked_at) {
-    bounds_.push_back(bound);
+    Bound& bound = bounds_.back();
+    const auto [length, place] = farthest_in(bound.block);
+    const Cell cell = graph_.cells[place];
+    const bool is_exact = bound.longest == length && bound.cell == cell;
+    bound = {length, cell, bound.block};
     std::push_heap(bounds_.begin(), bounds_.end());
+    if (!is_exact) continue;
+    SUPERFACETS_ASSERT(length > 0);  // arcs are 1 or longer: it is no center
+    return place;
   }
-  SUPERFACETS_ASSERT(farthest.length > 0);  // arcs are 1 or longer: it is no center
-  return farthest.place;
 }
 
 LongestPaths::Farthest LongestPaths::farthest_in(std::int64_t block) const {

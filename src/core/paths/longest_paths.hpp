@@ -1,6 +1,7 @@
 // Farthest-point sampling by path length; used by the seeding stage.
 #pragma once
 
+#include <tuple>
 #include <vector>
 
 #include "cells/ordered_graph.hpp"
@@ -27,9 +28,12 @@ class LongestPaths {
  private:
   struct Bound {
     PathLength longest;  // no path in the block is longer
+    Cell cell;           // no cell with a path as long is lower
     std::int64_t block;
 
-    bool operator<(const Bound& other) const { return longest < other.longest; }
+    bool operator<(const Bound& other) const {
+      return std::tuple(longest, -cell) < std::tuple(other.longest, -other.cell);
+    }
   };
   struct Farthest {
     PathLength length;

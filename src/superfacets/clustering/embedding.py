@@ -44,6 +44,9 @@ groups, where borders of regions then come to lie: with 1, compactness is 0.1 hi
 CREASE_STEEPNESS = 20.0
 """How much less a crease conducts: exp(-20 kappa), kappa = eta theta / pi."""
 
+LEAST_CONDUCTANCE = 1e-6
+"""Of arcs, as in the core: cells that are connected stay so."""
+
 THICKNESS_STEEPNESS = 10.0
 """How much less arcs conduct where thickness changes: exp(-10 |log s_i - log s_j|)."""
 
@@ -284,7 +287,12 @@ def _level_of(coarse: _core.CoarseGraph, crossed: Floats, n_threads: int) -> _Le
     offsets, neighbors, _ = coarse.arcs()
     positions, measures = coarse.cells()
     steps = coarse.steps(n_threads)
-    return _Level((offsets, neighbors), steps, crossed / steps, measures, positions)
+    return _Level((offsets, neighbors), steps, _per_step(crossed, steps), measures, positions)
+
+
+def _per_step(crossed: Floats, steps: Floats) -> Floats:
+    """Conductances over these steps; the least where all cells between the two lie at one place."""
+    return np.where(crossed > 0.0, crossed / steps, LEAST_CONDUCTANCE)
 
 
 def _thickness(
@@ -319,7 +327,7 @@ def _hindered(levels: list[_Level], logs: Floats, n_threads: int) -> list[_Level
                 *level.arcs, level.conductances, np.nan_to_num(logs), THICKNESS_STEEPNESS, n_threads
             )
         else:
-            conductances = _crossed(hindered[-1], level.arcs) / level.steps
+            conductances = _per_step(_crossed(hindered[-1], level.arcs), level.steps)
         hindered.append(level._replace(conductances=conductances))
     return hindered
 

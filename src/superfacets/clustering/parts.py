@@ -63,6 +63,8 @@ def _exponents(embedding: Embedding, n_threads: int) -> Floats:
         return np.zeros(len(measures))
     known = np.isfinite(logs)
     logs = np.where(known, logs, 0.0)
-    mean = _core.sum_of(measures * logs, n_threads)
-    mean /= _core.sum_of(np.where(known, measures, 0.0), n_threads)
+    total = _core.sum_of(np.where(known, measures, 0.0), n_threads)
+    if total == 0.0:
+        return np.zeros(len(measures))
+    mean = _core.sum_of(measures * logs, n_threads) / total
     return np.where(known, THICKNESS_POWER * (logs - mean), 0.0)

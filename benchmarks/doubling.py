@@ -1,0 +1,206 @@
+"""How CPU time grows with the number of cells, on inputs where an algorithm may become quadratic.
+
+    python -m benchmarks doubling
+    python -m benchmarks doubling --shapes star,dust --largest 512000
+
+Each row is one job on one shape at sizes that double. The exponent is the slope of a line through
+the logarithms of times and sizes: 1 is linear, 2 quadratic.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+import superfacets as sf
+from superfacets.mesh.faces import n_cells_of
+
+__all__ = ["JOBS", "LIMIT", "SHAPES", "Growth", "doubling_table", "exponent", "measure_doubling"]
+
+LIMIT = 1.2
+"""Largest exponent of a job that counts as linear: sorting and trees add a logarithm, and arrays
+that no longer fit into a cache some tenths."""
+
+N_COPIES = 1000
+"""Positions of the cloud that has many points at each of them."""
+
+Cells = sf.Mesh | sf.PolygonMesh | sf.TetMesh | sf.PointCloud
+Job = Callable[[Cells], object]
+
+
+def flat_grid(n: int) -> sf.Mesh:
+    """Return a square of right triangles: nearly all distances are equal."""
+    side = round(math.sqrt(n / 2))
+    vertices = np.moveaxis(np.mgrid[: side + 1, : side + 1, :1], 0, -1).reshape(-1, 3)
+    numbers = np.arange((side + 1) ** 2).reshape(side + 1, side + 1)
+    a, b, c, d = numbers[:-1, :-1], numbers[1:, :-1], numbers[1:, 1:], numbers[:-1, 1:]
+    faces = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3).astype(np.int32)
+    return sf.Mesh(vertices, faces)
+
+
+def star(n: int) -> sf.Mesh:
+    """Return a cone of n triangles that share one vertex."""
+    rim = 1 + np.arange(n)
+    faces = np.stack([np.zeros(n, int), rim, np.roll(rim, -1)], axis=1)
+    return sf.Mesh(np.concatenate([[[0, 0, 0.5]], _circle(n)]), faces)
+
+
+def coin(n: int) -> sf.PolygonMesh:
+    """Return a closed prism: two polygons of n - 2 corners and a quad at each of their edges."""
+    m = n - 2
+    rim = np.arange(m)
+    quads = np.stack([rim, np.roll(rim, -1), m + np.roll(rim, -1), m + rim], axis=1)
+    indices = np.concatenate([rim[::-1], m + rim, quads.ravel()])
+    offsets = np.concatenate([[0, m], 2 * m + 4 * np.arange(m + 1)])
+    vertices = np.concatenate([_circle(m), _circle(m) + np.array([0, 0, 0.2])])
+    return sf.PolygonMesh(vertices, offsets, indices)
+
+
+def dust(n: int) -> sf.Mesh:
+    """Return n triangles that touch no other, at the nodes of a cubic lattice, turned anyhow."""
+    side = math.ceil(math.cbrt(n))
+    nodes = np.moveaxis(np.mgrid[:side, :side, :side], 0, -1).reshape(-1, 1, 3)
+    corners = nodes[:n] + 0.1 * np.random.default_rng(1).normal(size=(n, 3, 3))
+    return sf.Mesh(corners.reshape(-1, 3), np.arange(3 * n, dtype=np.int32).reshape(-1, 3))
+
+
+def one_place(n: int) -> sf.PointCloud:
+    """Return n points at one position, and one point beside them: a cloud needs an extent."""
+    positions = np.zeros((n, 3))
+    positions[-1] = 1.0
+    return sf.PointCloud(positions)
+
+
+def line(n: int) -> sf.PointCloud:
+    """Return n points in a row."""
+    return sf.PointCloud(np.arange(n)[:, None] * [1.0, 0.5, 0.25])
+
+
+def copies(n: int) -> sf.PointCloud:
+    """Return `N_COPIES` positions with equally many points at each."""
+    rng = np.random.default_rng(2)
+    return sf.PointCloud(np.resize(rng.random((N_COPIES, 3)), (n, 3)))
+
+
+def spindle(n: int) -> sf.TetMesh:
+    """Return n tetrahedra around one edge."""
+    rim = 2 + np.arange(n)
+    axis = np.broadcast_to([0, 1], (n, 2))
+    tets = np.concatenate([axis, np.stack([rim, np.roll(rim, -1)], axis=1)], axis=1)
+    return sf.TetMesh(np.concatenate([[[0, 0, -1], [0, 0, 1]], _circle(n)]), tets)
+
+
+def _circle(n: int) -> npt.NDArray[np.float64]:
+    angles = np.arange(n) * (2 * np.pi / n)
+    return np.stack([np.cos(angles), np.sin(angles), np.zeros(n)], axis=1)
+
+
+SHAPES: dict[str, Callable[[int], Cells]] = {
+    "flat grid": flat_grid, "star": star, "coin": coin, "dust": dust, "one place": one_place,
+    "line": line, "copies": copies, "spindle": spindle,
+}  # fmt: skip
+
+
+def segment(cells: Cells, *, share: float | None = None, **options: Any) -> object:
+    """Segment on one thread into this share of the number of cells, or into as many as usual."""
+    n_segments = None if share is None else max(1, int(share * n_cells_of(cells)))
+    return sf.segment(cells, n_segments, n_threads=1, **options)
+
+
+def graph_of_regions(cells: Cells) -> object:
+    """Build the graph of regions of two cells each."""
+    return sf.region_graph(cells, np.arange(n_cells_of(cells)) // 2, n_threads=1)
+
+
+def thickness(cells: Cells) -> object:
+    """Measure how thick the body is below each face."""
+    return sf.shape_diameter(cells, n_threads=1)
+
+
+JOBS: dict[str, Job] = {
+    "defaults": segment,
+    "k = N": partial(segment, share=1.0),
+    "k = N/2": partial(segment, share=0.5),
+    "relocate": partial(segment, share=0.5, relocate=True),
+    "islands": partial(segment, islands="nearest"),
+    "islands, k = N/2": partial(segment, share=0.5, islands="nearest"),
+    "min_size": partial(segment, share=0.5, min_size=0.5),
+    "connect": partial(segment, share=0.5, enforce_connectivity=True),
+    "farthest": partial(segment, share=0.5, init="farthest"),
+    "flood": partial(segment, share=0.5, init="flood"),
+    "grid": partial(segment, share=0.5, init="grid"),
+    "halted": partial(segment, share=0.5, radius_factor=2.0),
+    "halted, 150": partial(segment, radius_factor=2.0),
+    "parts": partial(segment, weights="parts"),
+    "shape_diameter": thickness,
+    "region_graph": graph_of_regions,
+}
+
+
+HOLLOW = ("flat grid", "star", "coin")
+"""Shapes whose thickness is measured. Points and tetrahedra have none; a ray through dust passes by
+as many triangles as a row of the lattice has."""
+
+
+@dataclass(frozen=True)
+class Growth:
+    """CPU times of one job on one shape."""
+
+    shape: str
+    job: str
+    sizes: tuple[int, ...]
+    seconds: tuple[float, ...]
+
+    @property
+    def exponent(self) -> float:
+        """Slope of the logarithm of time over that of size."""
+        return exponent(self.sizes, self.seconds)
+
+
+def exponent(sizes: Sequence[float], seconds: Sequence[float]) -> float:
+    """Return p where seconds grow as size to the power p: least squares in logarithms."""
+    return float(np.polyfit(np.log(sizes), np.log(seconds), 1)[0])
+
+
+def measure_doubling(
+    shapes: Sequence[str], jobs: Sequence[str], sizes: Sequence[int], repeats: int
+) -> Iterator[Growth]:
+    """Run each job on each shape at these sizes, and keep the shortest CPU time of each."""
+    for shape in shapes:
+        inputs = [SHAPES[shape](size) for size in sizes]
+        for job in jobs:
+            if job == "shape_diameter" and shape not in HOLLOW:
+                continue
+            seconds = [_cpu_time(partial(JOBS[job], cells), repeats) for cells in inputs]
+            yield Growth(shape, job, tuple(sizes), tuple(seconds))
+
+
+def _cpu_time(job: Callable[[], object], repeats: int) -> float:
+    times = []
+    for _ in range(repeats):
+        with warnings.catch_warnings():  # of slivers, and of islands that get regions of their own
+            warnings.simplefilter("ignore")
+            start = time.process_time()
+            job()
+            times.append(time.process_time() - start)
+    return min(times)
+
+
+def doubling_table(results: Sequence[Growth]) -> str:
+    """Return the exponents as a table in Markdown, with a column for each shape."""
+    shapes = list(dict.fromkeys(growth.shape for growth in results))
+    found = {(growth.job, growth.shape): growth for growth in results}
+    rows = [f"| job | {' | '.join(shapes)} |", f"|---|{'---:|' * len(shapes)}"]
+    for job in dict.fromkeys(growth.job for growth in results):
+        cells = [found.get((job, shape)) for shape in shapes]
+        texts = ["" if cell is None else f"{cell.exponent:.2f}" for cell in cells]
+        rows.append(f"| {job} | {' | '.join(texts)} |")
+    return "\n".join(rows)

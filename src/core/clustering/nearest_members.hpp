@@ -1,0 +1,53 @@
+// For each of several regions, its cell nearest to a point.
+#pragma once
+
+#include <vector>
+
+#include "cells/ordered_graph.hpp"
+
+namespace superfacets {
+
+// Finds for each of some regions, in ascending order, the place nearest to its target among the
+// places with its label, the lowest cell among equals. `places` holds one place of each region
+// (those near their targets save time) and receives the nearest. label_of(place) is called from any
+// thread. Time O(N + R log N): a search in the tree of boxes that visits many more nodes than a
+// region's share, because the region is far from its target or many cells are equally near, is
+// given up; one pass over all places finishes these regions.
+template <typename LabelOf>
+void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regions,
+                          std::span<const Point> targets, const LabelOf& label_of,
+                          std::span<Place> places, ThreadTeam& team) {
+  constexpr std::int64_t kLeastVisits = 32;
+  constexpr std::int64_t kShares = 16;  // of all leaves, divided by the regions
+  const std::int64_t n_regions = std::ssize(regions);
+  if (n_regions == 0) return;
+  const std::int64_t n_leaves = std::ssize(graph.tree.level(0));
+  const std::int64_t n_visits = kLeastVisits + kShares * n_leaves / n_regions;
+  std::vector<std::uint8_t> is_found(n_regions);
+  team.for_each(n_regions, [&](std::int64_t i, int) {
+    const auto is_member = [&](Place place) { return label_of(place) == regions[i]; };
+    NearestPlace nearest(graph, targets[i], places[i]);
+    is_found[i] = static_cast<std::uint8_t>(nearest.search(is_member, n_visits));
+    places[i] = nearest.place();
+  });
+
+  constexpr std::int64_t kNotGivenUp = -1;
+  std::vector<std::int64_t> given_up_of(regions.back() + 1, kNotGivenUp);  // by label
+  std::vector<NearestPlace> given_up;
+  for (std::int64_t i = 0; i < n_regions; ++i) {
+    if (is_found[i] != 0) continue;
+    given_up_of[regions[i]] = std::ssize(given_up);
+    given_up.emplace_back(graph, targets[i], places[i]);
+  }
+  if (given_up.empty()) return;
+  for (Place place = 0; place < graph.n_cells(); ++place) {
+    const Label label = label_of(place);
+    if (label == kNoLabel || label > regions.back() || given_up_of[label] == kNotGivenUp) continue;
+    given_up[given_up_of[label]].offer(place);
+  }
+  for (std::int64_t i = 0; i < n_regions; ++i) {
+    if (is_found[i] == 0) places[i] = given_up[given_up_of[regions[i]]].place();
+  }
+}
+
+}  // namespace superfacets
