@@ -32,9 +32,8 @@ def read_medit(data: Content, name: str) -> Grid:
     words = [lines.content(int(head)).split() for head in heads]
     if not words or heads[0] or words[0][0] != b"MeshVersionFormatted":
         raise MeshError("not a MESH file: it does not begin with MeshVersionFormatted")
-    if words[-1] != [b"End"]:
-        raise MeshError("the file does not end with the word End: is it cut?")
-    for head, end, tokens in zip(heads, heads[1:], words, strict=False):
+    ends = [*heads[1:], len(lines)]  # some programs leave out the word End
+    for head, end, tokens in zip(heads, ends, words, strict=True):
         section = lines[head + 1 : end]
         if tokens[0] == b"Dimension":
             _check_dimension(tokens, section)
