@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from .cells.face_graph import EdgeCounts, FaceGraph, build_face_graph
     from .cells.info import MeshInfo, TetInfo, mesh_info
     from .cells.nearest import NearestFaces, nearest_faces
+    from .cells.parts import spectral_embedding
     from .cells.point_graph import build_point_graph, estimate_normals
     from .cells.region_adjacency import RegionGraph, region_graph
     from .cells.subdivision import Subdivision, subdivide
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from .cells.thickness import shape_diameter
     from .cells.weights import crease_weights, stk02_weights, superfacet_weights
     from .clustering.classification import Classification, classify
-    from .clustering.embedding import spectral_embedding
     from .clustering.loop import segment_graph
     from .clustering.seeding import place_seeds
     from .clustering.segmentation import Level, Segmentation
@@ -208,7 +208,7 @@ _LAZY_NAMES = {
     "NearestFaces": "cells.nearest",
     "nearest_faces": "cells.nearest",
     "shape_diameter": "cells.thickness",
-    "spectral_embedding": "clustering.embedding",
+    "spectral_embedding": "cells.parts",
     "MeshAttributes": "io.attributes",
     "read_attributes": "io.readers.read",
     "read_cloud": "io.readers.read",
