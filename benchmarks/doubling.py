@@ -21,7 +21,6 @@ import numpy as np
 import numpy.typing as npt
 
 import superfacets as sf
-from superfacets.mesh.faces import n_cells_of
 
 __all__ = ["JOBS", "LIMIT", "SHAPES", "Growth", "doubling_table", "exponent", "measure_doubling"]
 
@@ -111,13 +110,13 @@ SHAPES: dict[str, Callable[[int], Cells]] = {
 
 def segment(cells: Cells, *, share: float | None = None, **options: Any) -> object:
     """Segment on one thread into this share of the number of cells, or into as many as usual."""
-    n_segments = None if share is None else max(1, int(share * n_cells_of(cells)))
+    n_segments = None if share is None else max(1, int(share * cells.n_cells))
     return sf.segment(cells, n_segments, n_threads=1, **options)
 
 
 def graph_of_regions(cells: Cells) -> object:
     """Build the graph of regions of two cells each."""
-    return sf.region_graph(cells, np.arange(n_cells_of(cells)) // 2, n_threads=1)
+    return sf.region_graph(cells, np.arange(cells.n_cells) // 2, n_threads=1)
 
 
 def thickness(cells: Cells) -> object:

@@ -17,6 +17,7 @@ from .cells.info import cloud_info as cloud_info
 from .cells.info import mesh_info as mesh_info
 from .cells.nearest import NearestFaces as NearestFaces
 from .cells.nearest import nearest_faces as nearest_faces
+from .cells.parts import spectral_embedding as spectral_embedding
 from .cells.point_graph import build_point_graph as build_point_graph
 from .cells.point_graph import estimate_normals as estimate_normals
 from .cells.region_adjacency import RegionGraph as RegionGraph
@@ -33,7 +34,6 @@ from .cells.weights import stk02_weights as stk02_weights
 from .cells.weights import superfacet_weights as superfacet_weights
 from .clustering.classification import Classification as Classification
 from .clustering.classification import classify as classify
-from .clustering.embedding import spectral_embedding as spectral_embedding
 from .clustering.loop import segment_graph as segment_graph
 from .clustering.seeding import place_seeds as place_seeds
 from .clustering.segmentation import Level as Level

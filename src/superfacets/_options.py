@@ -20,7 +20,6 @@ from ._validate import (
     checked_count,
     checked_flag,
     checked_number,
-    checked_share,
     checked_threads,
 )
 
@@ -28,7 +27,6 @@ __all__ = [
     "CLIPS",
     "INITS",
     "ISLANDS",
-    "WEIGHTS",
     "CleanupOptions",
     "Clip",
     "Init",
@@ -37,23 +35,11 @@ __all__ = [
     "Progress",
     "Seeds",
     "SizeOptions",
-    "WeightName",
-    "WeightOptions",
-    "Weights",
 ]
 
 Init = Literal["geodesic", "farthest", "flood", "grid"]
 INITS: tuple[str, ...] = get_args(Init)
 """Names of the ways to place seeds."""
-
-WeightName = Literal["creases", "parts", "superfacets", "stk02"]
-WEIGHTS: dict[str, dict[str, float]] = {
-    "creases": {"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
-    "parts": {"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.4},
-    "superfacets": {"alpha": 200.0, "eta_convex": 0.2},
-    "stk02": {"alpha": 0.5},
-}
-"""Names of the arc weights that `segment` knows, with the defaults of their parameters."""
 
 Islands = Literal["keep", "nearest"]
 ISLANDS: tuple[str, ...] = get_args(Islands)
@@ -65,9 +51,6 @@ CLIPS: tuple[str, ...] = get_args(Clip)
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Faces that are the first centers. Not `ArrayLike`, which would accept a misspelled name."""
-
-Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
-"""One weight per arc."""
 
 Progress = Callable[[int, int], object]
 
@@ -90,44 +73,6 @@ class SizeOptions:
         if radius is not None:
             radius = checked_number(radius, "radius", zero=False)
         return cls(n_segments, radius, None if isinstance(init, str) else init)
-
-
-@dataclass(frozen=True)
-class WeightOptions:
-    """The arc weights: a name with parameters, or one given weight per arc."""
-
-    params: dict[str, Any]
-    given: npt.ArrayLike | None
-
-    @classmethod
-    def checked(
-        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
-        ridges: float | None = None,
-    ) -> WeightOptions:  # fmt: skip
-        """Keep the parameters that the weights use."""
-        given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
-        checked = {
-            name: checked_number(value, name, zero=True)
-            for name, value in given.items()
-            if value is not None
-        }
-        if not isinstance(weights, str):
-            return cls({"weights": "given"}, weights)
-        checked_choice(weights, "weights", tuple(WEIGHTS))
-        params = {name: checked.get(name, usual) for name, usual in WEIGHTS[weights].items()}
-        if weights == "stk02":
-            checked_share(params["alpha"], "alpha")
-        return cls({"weights": weights, **params}, None)
-
-    @property
-    def are_parts(self) -> bool:
-        """Whether differences between the parts of a shape are to be added."""
-        return bool(self.params["weights"] == "parts")
-
-    @property
-    def has_other_unit(self) -> bool:
-        """Whether the price of a crease is not that of ``"creases"``, which clean-up goes by."""
-        return self.params["weights"] not in ("creases", "given", "parts")
 
 
 @dataclass(frozen=True)

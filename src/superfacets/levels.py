@@ -152,8 +152,8 @@ def hierarchy(
         graph, surface = graph_and_surface(source, weld, threads)
         costs, regions, n_regions = read_partial_regions(surface, labels)
         table = _checked_features(given.table(source, surface.measures))
-        if constraints.is_used:
-            cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
+        cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
+        if cut is not None:
             _check_sides(regions, cut.groups)
             costs = costs.of_part(cut)
         tree = merge_neighbors(costs, regions, n_regions, table, islands)

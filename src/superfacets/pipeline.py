@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import textwrap
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,9 +22,6 @@ from ._options import (
     LoopOptions,
     Progress,
     SizeOptions,
-    WeightName,
-    WeightOptions,
-    Weights,
 )
 from ._timing import OnStage, timed
 from ._validate import checked_choice
@@ -32,11 +31,10 @@ from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
 from .cells.kinds import Kind, kind_of
+from .cells.parts import SMOOTH_DISTANCE, part_weights
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note
-from .cells.surface import Surface
-from .cells.weights import creases_of
+from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.loop import segment_cells
-from .clustering.parts import SMOOTH_DISTANCE, with_parts
 from .clustering.plan import Plan
 from .clustering.segmentation import Segmentation
 from .clustering.warm_start import Start
@@ -49,7 +47,8 @@ from .regions.smooth import MAX_DISTANCE
 __all__ = [
     "PAPER",
     "PARTS",
-    "PreparedCells",
+    "Options",
+    "Prepared",
     "segment",
     "sliver_advice",
     "stages_in_order",
@@ -81,24 +80,27 @@ less than twice as long on a million.
 """
 
 
-class PreparedCells(NamedTuple):
-    """What `segment` makes of a mesh whatever its options are, so that it is made once.
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Stages 0 and 1 of a mesh, which do not depend on options, so that they are run once.
 
-    `segment` takes it in place of the mesh; `weld` then says nothing, and weights go by name. The
+    `segment` takes it in place of the mesh; `weld` then has no effect, and weights go by name. The
     labels are the same.
     """
 
     source: AnyCells
     kind: Kind
     graph: Any
-    shapes: Any
-    order: npt.NDArray[np.int32] | None  # numbers in the source; None: 0 to N - 1
+    found: Any
+    """Findings of the kind about its cells, for the weights."""
+    order: npt.NDArray[np.int32] | None
+    """Numbers of the cells in the source; None: 0 to N - 1."""
 
     @classmethod
     def of(
         cls, source: AnyCells, *, weld: bool, n_threads: int, is_sorted: bool = True
-    ) -> PreparedCells:
-        """Find the graph of what `as_cells` returns: stage 1, by far the longest that is kept."""
+    ) -> Prepared:
+        """Find the graph of what `as_cells` returns: by far the longest work that is kept."""
         kind = kind_of(source)
         graph = kind.sorted_graph(source, n_threads) if is_sorted else None
         if graph is not None:
@@ -107,7 +109,7 @@ class PreparedCells(NamedTuple):
 
 
 def segment(
-    mesh: MeshLike | CloudLike | PreparedCells,
+    mesh: MeshLike | CloudLike | Prepared,
     n_segments: int | None = None,
     *,
     radius: float | None = None,
@@ -153,29 +155,21 @@ def segment(
     radius : float, optional
         Expected radius r of a region instead, as a fraction of the diagonal of the bounding box.
     alpha : float, optional
-        How much borders follow creases; 0 gives the most compact regions. >= 0, by default 20 with
-        ``weights="creases"`` and 200 with ``"superfacets"``; 0 to 1, by default 0.5, with
-        ``"stk02"``; 25 with ``"parts"``.
+        How much borders follow creases; 0 gives the most compact regions. >= 0; the range and the
+        default depend on the `weights`.
     eta_convex : float, optional
-        Weight of convex creases (ridges) relative to concave ones (grooves), >= 0. By default 0
-        with ``"creases"`` and ``"parts"``, 0.2 with ``"superfacets"``; not used with ``"stk02"``.
+        Weight of convex creases (ridges) relative to concave ones (grooves), >= 0. The default
+        depends on the `weights`; those that have none do not use it.
     ridges : float, optional
         Weight of sharp edges between flat faces, as machine parts have them, relative to concave
-        ones, >= 0, by default 0.35: it replaces `eta_convex` there, where it is more. 0 turns it
-        off. See `crease_weights` for which edges these are. Used with ``"creases"`` and ``"parts"``
-        on triangles and polygons; points and tetrahedra have no such edges.
-    weights : {"creases", "parts", "superfacets", "stk02"} or array_like, shape (M,)
-        Arc weights by name. ``"creases"`` (`crease_weights`): a crease costs the same to cross at
-        every resolution of the mesh. ``"parts"``: in addition, a step from one part of the shape
-        to another, as from a finger to the palm, costs its distance in the `spectral_embedding`,
-        which counts 2.4 times as much as the way along the surface; steps are longer where the
-        body is thick, by the fourth root of the thickness (`shape_diameter`), so that thin parts
-        get smaller regions. Cells without a thickness, as points, count as of mean thickness; and
-        of a mesh with `mask` or `barriers`, parts are those of the whole.
-        ``"superfacets"`` (`superfacet_weights`): those of the paper.
-        ``"stk02"`` (`stk02_weights`): those that the paper compares with. Or one weight per arc of
-        ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of the bounding box;
-        `alpha`, `eta_convex` and `ridges` are then not used.
+        ones, >= 0: it replaces `eta_convex` there, where it is more. 0 turns it off. See
+        `crease_weights` for which edges these are. Points and tetrahedra have no such edges. The
+        default depends on the `weights`; those that have none do not use it.
+    weights : str, or array_like of shape (M,)
+        Arc weights by name:
+    {weights}
+        Or one weight per arc of ``build_face_graph(mesh, weld=weld)``, in units of the diagonal of
+        the bounding box; `alpha`, `eta_convex` and `ridges` are then not used.
     init : {"geodesic", "farthest", "flood", "grid"}, array_like of int, or Segmentation
         How seeds are placed, or the faces that are the seeds; see `place_seeds`. By default they
         are the farthest from each other by path length. ``"flood"`` and ``"grid"`` give k regions
@@ -301,70 +295,257 @@ def segment(
         max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage,
         relocate=relocate,
     )  # fmt: skip
-    options = _Options(
+    options = Options(
         weld,
         init,
         size,
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
-        FeatureOptions.checked(features, feature_weight, scale_features),
         loop,
         CleanupOptions.checked(smooth, enforce_connectivity, min_size, islands),
+        FeatureOptions.checked(features, feature_weight, scale_features),
         ConstraintOptions(mask, barriers),
     )
     with _core.Workspace():  # threads for all that follows
         return _run(mesh, options)
 
 
+def _list_of_weights() -> str:
+    """A list item for each entry of the table of weights, as the docstring of `segment` has it."""
+    items = []
+    for name, weight in WEIGHTS.items():
+        values = [f"{key} {value:g}" for key, value in weight.defaults.items() if key != "gamma"]
+        ranges = [f"{key} is 0 to 1" for key in weight.shares]
+        text = f"- ``{name!r}``: {weight.about}. Defaults: {', '.join(values)}."
+        text += "".join(f" {text}." for text in ranges)
+        items.append(textwrap.fill(text, 100, initial_indent=" " * 8, subsequent_indent=" " * 10))
+    return "\n" + "\n".join(items) + "\n"
+
+
+if segment.__doc__ is not None:  # python -OO
+    segment.__doc__ = segment.__doc__.replace("{weights}", _list_of_weights())
+
+
 @dataclass(frozen=True)
-class _Options:
+class Options:
     """The checked options of all stages."""
 
     weld: bool
     init: Init | Start
     size: SizeOptions
     weights: WeightOptions
-    features: FeatureOptions
     loop: LoopOptions
     cleanup: CleanupOptions
-    constraints: ConstraintOptions
+    features: FeatureOptions = field(default_factory=FeatureOptions)
+    constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
 
-    @property
-    def params(self) -> dict[str, Any]:
-        """As they are reported, but for those that `segment_cells` reports."""
+    def params(self, result: Segmentation) -> dict[str, Any]:
+        """Return them as they are reported, with those that the loop reports in its result."""
         return {
             "weld": self.weld,
             **self.weights.params,
             **self.features.params,
             **self.constraints.params,
+            **result.params,
+            **self.cleanup.params,
         }
 
 
-def _run(mesh: MeshLike | CloudLike | PreparedCells, options: _Options) -> Segmentation:
+@dataclass(frozen=True, eq=False)
+class _Work:
+    """Results of the stages so far.
+
+    A field is None before the stage that sets it, and again after the last stage that needs it, so
+    that the memory of large arrays is free for the stages that follow.
+    """
+
+    options: Options
+    prepared: Any  # Prepared, or the input that it is made of
+    source: Any = None  # cells as given
+    plan: Any = None  # Plan
+    sliver_share: float = 0.0
+    surface: Any = None  # Surface of all cells
+    weights: Any = None  # one per arc of all cells
+    steps: FeatureSteps | None = None
+    lengths: Any = None  # the weights as whole numbers of a unit
+    unit: float = 0.0
+    placed: Any = None  # PlacedCells: those that are left, in order, or all if there is no plan yet
+    arcs: Any = None  # ArcLengths of the cells that are left
+    result: Any = None  # Segmentation, of the cells that are left until the last stage
+    timings: dict[str, float] = field(default_factory=dict)
+
+    def timed(self, stage: str, *, begins: bool = True) -> AbstractContextManager[None]:
+        """Measure the time of a block, and tell the caller of `segment` if a stage begins."""
+        return timed(self.timings, stage, self.options.loop.on_stage if begins else None)
+
+
+def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentation:
     """Run all stages; the caller of `segment` is warned."""
-    timings: dict[str, float] = {}
-    cells, surface, plan, share, ordered, lengths, unit, steps = _build_cells(
-        mesh, options, timings
-    )
-    radius = plan.size.radius
-    note = sliver_note(share, sliver_advice(radius))
+    work = _Work(options, mesh)
+    for stage in (
+        _prepare,
+        _plan,
+        _weigh,
+        _add_parts,
+        _add_features,
+        _measure,
+        _place,
+        _cluster,
+        _clean,
+        _finish,
+    ):
+        work = stage(work)
+    result: Segmentation = work.result
+    return result
+
+
+def _prepare(work: _Work) -> _Work:
+    """Stages 0 and 1: read the cells and find their neighbors, or take what was prepared."""
+    options, mesh = work.options, work.prepared
+    is_given = options.weights.given is not None
+    if isinstance(mesh, Prepared):
+        if is_given and mesh.order is not None:
+            raise ValueError("the cells are prepared in an order of their own: name the weights")
+        return replace(work, source=mesh.source)
+    with work.timed("mesh"):
+        source = as_cells(mesh)
+    with work.timed("face_graph"):
+        # Given weights are numbered as the arcs of the graph that is not sorted.
+        n_threads = options.loop.n_threads
+        prepared = Prepared.of(
+            source, weld=options.weld, n_threads=n_threads, is_sorted=not is_given
+        )
+    return replace(work, source=source, prepared=prepared)
+
+
+def _plan(work: _Work) -> _Work:
+    """Decide which cells are left, how large regions are, and how to begin."""
+    options, cells, n_threads = work.options, work.prepared, work.options.loop.n_threads
+    with work.timed("face_graph", begins=False):
+        cut = options.constraints.cut(
+            cells.source, cells.graph, weld=options.weld, n_threads=n_threads, order=cells.order
+        )
+        plan = Plan.of(
+            cells.graph, cut, (options.size, options.init), n_threads,
+            dimension=cells.kind.dimension, order=cells.order,
+        )  # fmt: skip
+        share = cells.kind.sliver_share(
+            cells.source, cells.graph, cells.found, plan.size.radius, n_threads
+        )
+    return replace(work, plan=plan, sliver_share=share)
+
+
+def _weigh(work: _Work) -> _Work:
+    """Stage 2: weigh the arcs between all cells for regions of this size."""
+    options, cells = work.options, work.prepared
+    with work.timed("weights"):
+        surface = cells.kind.surface(cells.source, cells.graph, options.loop.n_threads)
+        weights = cells.kind.weights(
+            surface, cells.graph, cells.found, work.plan.size.radius, options.weights
+        )
+    return replace(work, surface=surface, weights=weights, prepared=replace(cells, found=None))
+
+
+def _add_parts(work: _Work) -> _Work:
+    """Stage 2: add the price of steps between parts of the shape, if asked for."""
+    options, cells, surface = work.options.weights, work.prepared, work.surface
+    weights, placed = work.weights, None
+    with work.timed("weights", begins=False):
+        if options.has_parts:
+            radius = work.plan.size.radius
+            weights, placed = part_weights(
+                cells.source, cells.graph, surface, weights, radius, options
+            )
+        if not options.has_other_unit:  # or else border costs will need all of the surface
+            surface = cells.kind.bare_surface(surface, cells.source, cells.graph, surface.n_threads)
+    return replace(work, surface=surface, weights=weights, placed=placed)
+
+
+def _add_features(work: _Work) -> _Work:
+    """Stage 2: add the price of differences of features, if there are any."""
+    surface, measures = work.surface, work.prepared.graph.measures
+    with work.timed("weights", begins=False):
+        steps = work.options.features.steps(work.source, measures, surface.n_threads, surface.order)
+        if steps is None:
+            return work
+        checked = checked_weights(work.weights, surface.n_arcs, surface.n_threads)
+        weights = steps.added(checked, surface, work.plan.size.radius)
+    return replace(work, weights=weights, steps=steps)
+
+
+def _measure(work: _Work) -> _Work:
+    """Stage 2: make weights whole numbers, whose sums are exact."""
+    with work.timed("weights", begins=False):
+        lengths, unit = work.prepared.graph.quantized(work.weights, work.surface.n_threads)
+    return replace(work, weights=None, lengths=lengths, unit=unit)
+
+
+def _place(work: _Work) -> _Work:
+    """Put the cells that are left in order."""
+    with work.timed("order"):
+        placed, arcs = work.plan.placed_cells(
+            work.prepared.graph, work.lengths, work.surface.n_threads, work.placed
+        )
+    # A surface finds centroids and areas again if it is asked for them.
+    return replace(work, prepared=None, placed=placed, arcs=arcs)
+
+
+def _cluster(work: _Work) -> _Work:
+    """Stages 3 and 4: place seeds, and move centers until they stay."""
+    options = work.options
+    with work.timed("order", begins=False):
+        is_symmetric = options.weights.given is None  # by the formulas
+        offsets, neighbors, lengths = work.arcs
+        n_threads = options.loop.n_threads
+        graph = _core.OrderedGraph(
+            work.placed, offsets, neighbors, lengths, n_threads, is_symmetric
+        )
+    note = sliver_note(work.sliver_share, sliver_advice(work.plan.size.radius))
     if note is not None:
-        warnings.warn(note, SliverWarning, stacklevel=3)
-    result = segment_cells(ordered, surface.bounds, plan, options.loop)
-    warn_of_islands(result)
-    del ordered  # makes room
-    if options.cleanup.is_needed:
-        with timed(timings, "regions", options.loop.on_stage):
-            costs = _border_costs(surface, radius, options.weights, steps, lengths, unit)
-            del lengths  # makes room
-            costs = costs if plan.cut is None else costs.of_part(plan.cut)
-            reach = SMOOTH_DISTANCE if options.weights.are_parts else MAX_DISTANCE
-            result = clean(costs, result, options.cleanup, plan.groups, reach)
-    result = plan.whole(result)
-    if surface.order is not None:
-        result = _in_input_order(result, surface.order)
-    params = {**options.params, **result.params, **options.cleanup.params}
-    timings = stages_in_order(timings | result.timings)
-    return replace(result, sliver_share=share, timings=timings, params=params, cells=cells)
+        warnings.warn(note, SliverWarning, stacklevel=4)
+    result = segment_cells(graph, work.surface.bounds, work.plan, options.loop)
+    warn_of_islands(result, 5)
+    return replace(work, placed=None, arcs=None, result=result)
+
+
+def _clean(work: _Work) -> _Work:
+    """Stage 5: make regions one piece each, large enough, and with straight borders."""
+    options, plan = work.options, work.plan
+    if not options.cleanup.is_needed:
+        return work
+    with work.timed("regions"):
+        costs = _border_costs(work)
+        costs = costs if plan.cut is None else costs.of_part(plan.cut)
+        reach = SMOOTH_DISTANCE if options.weights.has_parts else MAX_DISTANCE
+        result = clean(costs, work.result, options.cleanup, plan.groups, reach)
+    return replace(work, lengths=None, result=result)
+
+
+def _border_costs(work: _Work) -> BorderCosts:
+    """Prices of borders, by the weights that paths were measured by, if these are prices."""
+    surface, radius = work.surface, work.plan.size.radius
+    scale = radius or surface.diagonal
+    if not work.options.weights.has_other_unit:
+        return BorderCosts(surface, work.lengths, work.unit, scale)
+    # These weights use another unit, or depend on resolution, so border costs are recomputed.
+    prices = creases_of(surface, radius, ridges=0.0)  # which these weights do not know
+    if work.steps is not None:
+        prices = work.steps.added(prices, surface, radius)
+    return BorderCosts.of_weights(surface, prices, scale)
+
+
+def _finish(work: _Work) -> _Work:
+    """Number cells as in the input, and add the facts about the run."""
+    result = work.plan.whole(work.result)
+    if work.surface.order is not None:
+        result = _in_input_order(result, work.surface.order)
+    result = replace(
+        result,
+        sliver_share=work.sliver_share,
+        timings=stages_in_order(work.timings | result.timings),
+        params=work.options.params(result),
+        cells=work.source,
+    )
+    return replace(work, result=result)
 
 
 def _in_input_order(result: Segmentation, order: npt.NDArray[np.int32]) -> Segmentation:
@@ -375,90 +556,9 @@ def _in_input_order(result: Segmentation, order: npt.NDArray[np.int32]) -> Segme
 
 
 def sliver_advice(radius: float) -> str:
-    """What to call instead, for regions of this radius."""
+    """Advice on how to avoid slivers, for regions of this radius."""
     max_edge = EDGE_PER_RADIUS * radius
     return f"segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
-
-
-def _prepared(
-    mesh: MeshLike | CloudLike | PreparedCells, options: _Options, timings: dict[str, float]
-) -> PreparedCells:
-    """Run stages 0 and 1, or take what they have given before."""
-    loop, is_given = options.loop, options.weights.given is not None
-    if isinstance(mesh, PreparedCells):
-        if is_given and mesh.order is not None:
-            raise ValueError("the cells are prepared in an order of their own: name the weights")
-        return mesh
-    with timed(timings, "mesh", loop.on_stage):
-        source = as_cells(mesh)
-    with timed(timings, "face_graph", loop.on_stage):
-        # Given weights are numbered as the arcs of the graph that is not sorted.
-        return PreparedCells.of(
-            source, weld=options.weld, n_threads=loop.n_threads, is_sorted=not is_given
-        )
-
-
-def _build_cells(
-    mesh: MeshLike | CloudLike | PreparedCells, options: _Options, timings: dict[str, float]
-) -> tuple[
-    AnyCells, Surface, Plan, float, _core.OrderedGraph, npt.NDArray[np.float32], float,
-    FeatureSteps | None,
-]:  # fmt: skip
-    """Run stages 0 to 2, order the cells, and return what later stages need, and no more.
-
-    That is the mesh; its faces as cells, all of them; which are left, and the size of regions; the
-    share of slivers, the cells that are left as stages 3 and 4 take them, the weights of all as
-    paths are measured by them, with their unit, and the features.
-    """
-    n_threads, on_stage = options.loop.n_threads, options.loop.on_stage
-    source, kind, graph, shapes, order = _prepared(mesh, options, timings)
-    with timed(timings, "face_graph"):
-        plan = Plan.of(
-            source, graph, (options.size, options.init), options.constraints, n_threads,
-            kind.dimension, weld=options.weld, order=order,
-        )  # fmt: skip
-        radius = plan.size.radius
-        share = kind.sliver_share(source, graph, shapes, radius, n_threads)
-    with timed(timings, "weights", on_stage):
-        surface = kind.surface(source, graph, n_threads)
-        weights = kind.weights(surface, graph, shapes, radius, options.weights)
-        del shapes  # makes room
-        placed = None
-        if options.weights.are_parts:
-            weights, placed = with_parts(source, graph, surface, weights, radius, options.weights)
-        if not options.weights.has_other_unit:
-            surface = kind.bare_surface(surface, source, graph, n_threads)
-        steps = options.features.steps(source, graph.measures, n_threads, surface.order)
-        if steps is not None:
-            checked = checked_weights(weights, surface.n_arcs, n_threads)
-            weights = steps.added(checked, surface.arcs, radius / graph.diagonal)
-        lengths, unit = graph.quantized(weights, n_threads)
-        del weights  # makes room
-    with timed(timings, "order", on_stage):
-        placed, arcs = plan.placed_cells(graph, lengths, n_threads, placed)
-        del graph  # a surface works centroids and areas out when asked for
-        is_symmetric = options.weights.given is None  # by the formulas
-        ordered = _core.OrderedGraph(placed, *arcs, n_threads, is_symmetric)
-        return source, surface, plan, share, ordered, lengths, unit, steps
-
-
-def _border_costs(
-    surface: Surface,
-    radius: float,
-    options: WeightOptions,
-    steps: FeatureSteps | None,
-    lengths: npt.NDArray[np.float32],
-    unit: float,
-) -> BorderCosts:
-    """What borders cost: by the weights that paths were measured by, if these are of that kind."""
-    scale = radius or surface.diagonal
-    if not options.has_other_unit:
-        return BorderCosts(surface, lengths, unit, scale)
-    # Others have other units, or other prices at other resolutions.
-    prices = creases_of(surface, radius, ridges=0.0)  # which these weights do not know
-    if steps is not None:
-        prices = steps.added(prices, surface.arcs, radius / surface.diagonal)
-    return BorderCosts.of_weights(surface, prices, scale)
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:

@@ -59,10 +59,9 @@ def test_a_step_costs_what_the_docs_say():
     )
     options = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, False)
     steps = options.steps(graph, graph.measures, 1)
-    arcs = (graph.offsets, graph.neighbors)
-    assert steps.added(graph.weights, arcs, 2.0).tolist() == [6.0, 6.0]  # 1 + 0.5 * 5 * 2
+    assert steps.added(graph.weights, graph, 4.0).tolist() == [6.0, 6.0]  # 1 + 0.5 * 5 * 4 / 2
     scaled = FeatureOptions.checked([[0.0, 5.0], [3.0, 1.0]], 0.5, True)
-    of_two = scaled.steps(graph, graph.measures, 1).added(graph.weights, arcs, 2.0)
+    of_two = scaled.steps(graph, graph.measures, 1).added(graph.weights, graph, 4.0)
     assert of_two == pytest.approx([1 + 8**0.5] * 2)  # two standard deviations in each
 
 

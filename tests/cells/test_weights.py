@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -18,9 +19,10 @@ from superfacets import (
     stk02_weights,
     superfacet_weights,
 )
-from superfacets._options import WeightOptions
+from superfacets.cells import weights as weights_module
 from superfacets.cells.surface import Surface
-from superfacets.cells.weights import arc_weights
+from superfacets.cells.weights import WEIGHTS, WeightName, WeightOptions, arc_weights
+from superfacets.cli.segment import segment_command
 
 
 def weights_of(mesh, **options):
@@ -404,3 +406,20 @@ def test_crease_weights_refuse_wrong_numbers(radius, options):
     mesh = shapes.fold(30)
     with pytest.raises(ValueError, match="must be finite and"):
         crease_weights(mesh, build_face_graph(mesh), radius, **options)
+
+
+def test_one_entry_of_the_table_makes_a_weight_known_everywhere(monkeypatch):
+    assert get_args(WeightName) == tuple(WEIGHTS)
+    option = next(o for o in segment_command.params if o.name == "weights")
+    assert option.type.choices == tuple(WEIGHTS)
+    for name, weight in WEIGHTS.items():
+        assert f"- ``{name!r}``: {weight.about.split()[0]}" in segment.__doc__
+    paper = WEIGHTS["superfacets"]
+    doubled = dataclasses.replace(paper, compute=lambda *given: 2 * paper.compute(*given))
+    monkeypatch.setattr(weights_module, "WEIGHTS", {**WEIGHTS, "doubled": doubled})
+    mesh = shapes.bumpy_sheet()
+    result = segment(mesh, 3, weights="doubled")
+    assert result.params["weights"] == "doubled"
+    assert np.array_equal(result.labels, segment(mesh, 3, weights="superfacets").labels)
+    with pytest.raises(ValueError, match=r"weights must be one of creases,.* doubled"):
+        segment(mesh, 3, weights="other")

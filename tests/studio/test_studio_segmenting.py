@@ -9,7 +9,7 @@ import shapes
 import superfacets
 from superfacets import PointCloud, crease_weights
 from superfacets._validate import checked_threads
-from superfacets.pipeline import PreparedCells
+from superfacets.pipeline import Prepared
 from superfacets.studio.parameters import default_parameters
 from superfacets.studio.segmenting import Cancelled, Segmenter, Turn, levels_of
 
@@ -107,7 +107,7 @@ def test_offered_levels_halve():
 
 def test_prepared_cells_give_the_same_labels():
     mesh = shapes.bumpy_sheet(12)
-    prepared = PreparedCells.of(mesh, weld=True, n_threads=checked_threads(None))
+    prepared = Prepared.of(mesh, weld=True, n_threads=checked_threads(None))
     weights = crease_weights(mesh, superfacets.build_face_graph(mesh), 0.1)
     for options in ({"n_segments": 9}, {"radius": 0.1}, {"n_segments": 9, "weights": weights}):
         expected = superfacets.segment(mesh, **options)
@@ -118,7 +118,7 @@ def test_prepared_cells_give_the_same_labels():
 
 def test_prepared_points_take_weights_by_name_alone():
     cloud = PointCloud(np.random.default_rng(0).random((200, 3)))
-    prepared = PreparedCells.of(cloud, weld=True, n_threads=checked_threads(None))
+    prepared = Prepared.of(cloud, weld=True, n_threads=checked_threads(None))
     expected = superfacets.segment(cloud, 9).labels
     assert np.array_equal(superfacets.segment(prepared, 9).labels, expected)
     with pytest.raises(ValueError, match="prepared in an order of their own: name the weights"):

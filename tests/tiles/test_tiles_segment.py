@@ -21,7 +21,7 @@ from superfacets import (
     _core,
     segment_tiled,
 )
-from superfacets._options import WeightOptions
+from superfacets.cells.weights import WeightOptions
 from superfacets.mesh.quarters import split_in_four
 from superfacets.tiles import band
 from superfacets.tiles.arcs import WeightRule, find_arcs

@@ -17,7 +17,6 @@ from .._options import (
     LoopOptions,
     Progress,
     SizeOptions,
-    WeightOptions,
 )
 from .._timing import OnStage, timed
 from .._validate import checked_choice, checked_flag, checked_number, checked_threads
@@ -25,6 +24,7 @@ from ..adapters.convert import as_mesh
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions
 from ..cells.slivers import advised_max_edge
 from ..cells.subdivision import Subdivision, subdivide
+from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, SliverWarning
 from ..io.attributes import MeshAttributes

@@ -114,6 +114,11 @@ class Arcs:
         """Length of the diagonal of ``bounds``, in the unit of the positions."""
         return box_diagonal(self.bounds)
 
+    @property
+    def arcs(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+        """Offsets and neighbors."""
+        return self.offsets, self.neighbors
+
     def quantized(
         self, weights: npt.ArrayLike, n_threads: int
     ) -> tuple[npt.NDArray[np.float32], float]:

@@ -35,8 +35,8 @@ Bools = npt.NDArray[np.bool_]
 class ConstraintOptions:
     """The mask and the barriers, as `segment` is given them."""
 
-    mask: Any  # None: all cells are kept
-    barriers: Any  # None: there are none
+    mask: Any = None  # None: all cells are kept
+    barriers: Any = None  # None: there are none
 
     @property
     def is_used(self) -> bool:
@@ -51,12 +51,15 @@ class ConstraintOptions:
 
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
-    ) -> Cut:
+    ) -> Cut | None:
         """Return what is left of the graph of a source, which has edges if it is a mesh.
 
+        None if nothing is left out.
         Where the graph has the cells in another order, ``order`` holds their numbers in the source.
         A ValueError or TypeError if the mask or the barriers do not fit it.
         """
+        if not self.is_used:
+            return None
         n_cells = len(graph.offsets) - 1
         is_kept = in_order(_checked_kept(self.mask, n_cells), order)
         sources = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(graph.offsets))

@@ -10,7 +10,9 @@ import numpy.typing as npt
 
 from .. import _core
 from .._validate import checked_flag, checked_number, exact_doubles, refuse_mask
+from .cell_graph import CellGraph
 from .kinds import kind_of
+from .surface import Surface
 
 __all__ = ["FEATURE_WEIGHT", "FeatureOptions", "FeatureSteps"]
 
@@ -25,9 +27,9 @@ Floats = npt.NDArray[np.float64]
 class FeatureOptions:
     """Features as `segment` is given them, and how much they count."""
 
-    given: Any  # None: no features
-    weight: float
-    is_scaled: bool
+    given: Any = None  # None: no features
+    weight: float = 0.0
+    is_scaled: bool = True
 
     @classmethod
     def checked(cls, features: Any, feature_weight: float, scale_features: bool) -> FeatureOptions:
@@ -87,19 +89,14 @@ class FeatureSteps:
     weight: float
     n_threads: int
 
-    def added(
-        self,
-        weights: npt.ArrayLike,
-        arcs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]],
-        radius: float,
-    ) -> Floats:
-        """Return the weights with what differences of features add for regions of this radius.
+    def added(self, weights: npt.ArrayLike, graph: Surface | CellGraph, radius: float) -> Floats:
+        """Return the weights of a graph with a price for differences of features added.
 
-        The radius is in units of the weights. With a radius of 0 (no cell has an area), nothing.
+        The price is for regions of this radius; with a radius of 0 (no cell has an area) it is 0.
         """
-        factor = self.weight * radius
+        factor = self.weight * (radius / graph.weight_unit)
         given = exact_doubles(np.asarray(weights))
-        return _core.add_feature_steps(*arcs, given, self.features, factor, self.n_threads)
+        return _core.add_feature_steps(*graph.arcs, given, self.features, factor, self.n_threads)
 
 
 def _checked_table(given: Any, n_cells: int, source: Any) -> Floats:

@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import WeightOptions
 from .._validate import checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -44,7 +43,7 @@ from .point_graph import (
 from .slivers import sliver_share
 from .surface import Surface
 from .tet_graph import TetGraph, build_tet_graph, tet_surface
-from .weights import arc_weights, step_weights
+from .weights import WeightOptions, arc_weights, step_weights
 
 __all__ = [
     "Kind",

@@ -9,13 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import WEIGHTS
 from .._validate import check_spread, checked_count, checked_number, checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
-from .weights import NO_NORMALS, EdgeFactors, scaled, weights_of
+from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, scaled, weights_of
 
 __all__ = [
     "N_AROUND",
@@ -119,8 +118,8 @@ def build_point_graph(
     *,
     cutoff: float = CUTOFF,
     expected_radius: float = 0.0,
-    alpha: float = WEIGHTS["creases"]["alpha"],
-    eta_convex: float = WEIGHTS["creases"]["eta_convex"],
+    alpha: float = WEIGHTS["creases"].defaults["alpha"],
+    eta_convex: float = WEIGHTS["creases"].defaults["eta_convex"],
     n_threads: int | None = None,
 ) -> CellGraph:
     r"""Return the points of a cloud as cells, with arcs between near ones.

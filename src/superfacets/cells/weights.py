@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import WEIGHTS, WeightOptions
-from .._validate import checked_number, checked_share, checked_threads
+from .._validate import checked_choice, checked_number, checked_share, checked_threads
 from ..adapters.convert import MeshLike, as_mesh
+from .cell_graph import Arcs
 from .face_graph import FaceGraph
 from .hollows import evened_share
 from .surface import Surface, face_surface
@@ -18,7 +20,12 @@ from .surface import Surface, face_surface
 __all__ = [
     "ALL_COUNT",
     "NO_NORMALS",
+    "WEIGHTS",
     "EdgeFactors",
+    "Weight",
+    "WeightName",
+    "WeightOptions",
+    "Weights",
     "arc_weights",
     "crease_weights",
     "creases_and_turn",
@@ -39,21 +46,14 @@ ALL_COUNT = np.empty(0, np.uint8)
 """What the core takes for arcs that all count."""
 
 
-class PlacedCells(Protocol):
-    """What a graph of cells of any kind has."""
+Floats = npt.NDArray[np.float64]
 
-    @property
-    def positions(self) -> npt.NDArray[np.float64]:
-        """Where each cell is, shape (N, 3)."""
-        ...
+WeightName = Literal["creases", "parts", "superfacets", "stk02"]
 
-    @property
-    def measures(self) -> npt.NDArray[np.float64]:
-        """Area of each cell, shape (N,)."""
-        ...
+Weights: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
+"""One weight per arc."""
 
-
-CellArrays = tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], npt.NDArray[np.float64]]
+CellArrays = tuple[Floats, Floats, Floats]
 """Positions, measures, and unit normals or `NO_NORMALS`."""
 
 
@@ -74,7 +74,7 @@ def superfacet_weights(
     eta_convex: float = 0.2,
     crease_length: float | None = None,
     n_threads: int | None = None,
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     r"""Return the weight of each arc: surface distance plus a price for crossing a crease.
 
     For faces i and j with centroids c, across an edge e with midpoint m that they share,
@@ -156,7 +156,7 @@ def crease_weights(
     ridges: float = 0.35,
     hollows: bool = True,
     n_threads: int | None = None,
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     r"""Return the weight of each arc, with a cost of creases that does not depend on resolution.
 
     .. math:: w_{ij} = \frac{|c_i - m| + |m - c_j| + \alpha\,\eta\,r\,\theta / \pi}{d}
@@ -239,7 +239,7 @@ def crease_weights(
 
 def stk02_weights(
     mesh: MeshLike, graph: FaceGraph, *, alpha: float = 0.5, n_threads: int | None = None
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     r"""Return the weight of each arc by the formula of Shlafman, Tal and Katz (2002).
 
     For faces i and j with centroids c and unit normals n, across an edge with midpoint m,
@@ -289,15 +289,146 @@ def stk02_weights(
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
     alpha = checked_share(alpha, "alpha")
-    return _stk02_weights_of(face_surface(mesh, graph, threads), graph.positions, alpha, threads)
+    return _stk02_of(face_surface(mesh, graph, threads), graph.positions, alpha, threads)
+
+
+def _crease_weights_of(
+    surface: Surface, cells: CellArrays, radius: float, params: Mapping[str, float]
+) -> Floats:
+    alpha, length = scaled(params["alpha"], radius)
+    factors = EdgeFactors(alpha, params["eta_convex"], length, params["ridges"])
+    return weights_of(surface, cells, factors)
+
+
+def _evened_crease_weights_of(
+    surface: Surface, cells: CellArrays, radius: float, params: Mapping[str, float]
+) -> Floats:
+    alpha, length = scaled(params["alpha"], radius)
+    factors = EdgeFactors(alpha, params["eta_convex"], length, params["ridges"])
+    return _evened_weights(surface, cells, factors)
+
+
+def _superfacet_weights_of(
+    surface: Surface, cells: CellArrays, radius: float, params: Mapping[str, float]
+) -> Floats:
+    return weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
+
+
+def _stk02_weights_of(
+    surface: Surface, cells: CellArrays, radius: float, params: Mapping[str, float]
+) -> Floats:
+    return _stk02_of(surface.handle, cells[0], params["alpha"], surface.n_threads)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weight:
+    """A way to weigh arcs, by name: all that other rooms know of it."""
+
+    about: str
+    """For the documentation of `segment`."""
+    defaults: Mapping[str, float]
+    """Its parameters, by the names of arguments of `segment`; there is always an alpha."""
+    compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Floats]
+    """From the surface, positions, measures and normals of its cells, the radius of regions, and
+    the parameters."""
+    shares: tuple[str, ...] = ()
+    """Parameters that are 0 to 1; all others are >= 0."""
+    has_parts: bool = False
+    """Whether `parts.part_weights` adds a price for steps between parts."""
+    has_other_unit: bool = False
+    """Whether the price of a crease is not that of ``"creases"``, by which regions are cleaned up,
+    so that these weights are no price of borders, and have no meaning without angles."""
+
+
+WEIGHTS: Mapping[WeightName, Weight] = {
+    "creases": Weight(
+        about="`crease_weights`: a crease costs the same to cross at every resolution of the mesh",
+        defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
+        compute=_evened_crease_weights_of,
+    ),
+    "parts": Weight(
+        about="in addition, a step from one part of the shape to another, as from a finger to the"
+        " palm, costs its distance in the `spectral_embedding`, which counts 2.4 times as much as"
+        " the way along the surface. Steps are longer where the body is thick, by the fourth root"
+        " of the thickness (`shape_diameter`), so that thin parts get smaller regions. Cells"
+        " without a thickness, as points, count as of mean thickness. With `mask` or `barriers`,"
+        " parts are those of the whole mesh",
+        defaults={"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.4},
+        compute=_crease_weights_of,
+        has_parts=True,
+    ),
+    "superfacets": Weight(
+        about="`superfacet_weights`: those of the paper",
+        defaults={"alpha": 200.0, "eta_convex": 0.2},
+        compute=_superfacet_weights_of,
+        has_other_unit=True,
+    ),
+    "stk02": Weight(
+        about="`stk02_weights`: those that the paper compares with",
+        defaults={"alpha": 0.5},
+        compute=_stk02_weights_of,
+        shares=("alpha",),
+        has_other_unit=True,
+    ),
+}
+"""By the name that `segment` takes. The command, the checks and the documentation follow."""
+
+
+@dataclass(frozen=True)
+class WeightOptions:
+    """The arc weights: a name with parameters, or one given weight per arc."""
+
+    params: dict[str, Any]
+    given: npt.ArrayLike | None
+
+    @classmethod
+    def checked(
+        cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
+        ridges: float | None = None,
+    ) -> WeightOptions:  # fmt: skip
+        """Keep the parameters that the weights use."""
+        given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
+        checked = {
+            name: checked_number(value, name, zero=True)
+            for name, value in given.items()
+            if value is not None
+        }
+        if not isinstance(weights, str):
+            return cls({"weights": "given"}, weights)
+        checked_choice(weights, "weights", tuple(WEIGHTS))
+        weight = WEIGHTS[weights]
+        params = {name: checked.get(name, usual) for name, usual in weight.defaults.items()}
+        for name in weight.shares:
+            checked_share(params[name], name)
+        return cls({"weights": weights, **params}, None)
+
+    @property
+    def weight(self) -> Weight | None:
+        """The entry of the table; None for given weights."""
+        return WEIGHTS.get(self.params["weights"])
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether differences between the parts of a shape are to be added."""
+        return self.weight is not None and self.weight.has_parts
+
+    @property
+    def has_other_unit(self) -> bool:
+        """Whether the price of a crease is not that of ``"creases"``, which clean-up goes by."""
+        return self.weight is not None and self.weight.has_other_unit
+
+    def crease_price(self, radius: float) -> float:
+        """Return the length that a crease by pi adds to a step, for regions of this radius."""
+        price: float = self.params["alpha"] * radius
+        return price
 
 
 def arc_weights(
     surface: Surface,
-    faces: PlacedCells,
+    faces: Arcs | Surface,
     radius: float,
     options: WeightOptions,
-    normals: npt.NDArray[np.float64] | None = None,
+    normals: Floats | None = None,
 ) -> npt.ArrayLike:
     """Return one weight per arc, as `segment` is asked for, for regions of this radius.
 
@@ -305,24 +436,17 @@ def arc_weights(
     """
     if options.given is not None:
         return options.given
-    params = options.params
-    if params["weights"] == "stk02":
-        return _stk02_weights_of(
-            surface.handle, faces.positions, params["alpha"], surface.n_threads
-        )
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    alpha, length = scaled(params["alpha"], None if params["weights"] == "superfacets" else radius)
-    factors = EdgeFactors(alpha, params["eta_convex"], length, params.get("ridges", 0.0))
-    is_evened = params["weights"] == "creases"
-    return (_evened_weights if is_evened else weights_of)(surface, cells, factors)
+    assert options.weight is not None
+    return options.weight.compute(surface, cells, radius, options.params)
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> npt.ArrayLike:
     """Return one weight per arc for cells that meet at no angle: those of the surface, or given."""
     if options.given is not None:
         return options.given
-    name = options.params["weights"]
-    if name not in ("creases", "parts"):
+    if options.has_other_unit:
+        name = options.params["weights"]
         raise ValueError(
             f"weights={name!r} needs faces, which meet at angles: leave it out for {plural}"
         )
@@ -330,14 +454,16 @@ def step_weights(surface: Surface, options: WeightOptions, plural: str) -> npt.A
     return surface.weights
 
 
-def creases_of(
-    surface: Surface, radius: float, ridges: float = WEIGHTS["creases"]["ridges"]
-) -> npt.NDArray[np.float64]:
-    """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions."""
-    options = WEIGHTS["creases"]
+def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
+    """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions.
+
+    They are not evened for hollow shapes.
+    """
+    params = WEIGHTS["creases"].defaults
+    if ridges is not None:
+        params = {**params, "ridges": ridges}
     cells = (surface.positions, surface.measures, NO_NORMALS)
-    alpha, length = scaled(options["alpha"], radius)
-    return weights_of(surface, cells, EdgeFactors(alpha, options["eta_convex"], length, ridges))
+    return _crease_weights_of(surface, cells, radius, params)
 
 
 def scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
@@ -345,9 +471,7 @@ def scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
     return (0.0, 0.0) if crease_length == 0 else (alpha, crease_length or 0.0)
 
 
-def weights_of(
-    surface: Surface, cells: CellArrays, factors: EdgeFactors
-) -> npt.NDArray[np.float64]:
+def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
     """Weights by eq. 1 to 3. Points have no edges, and no ridges."""
     if isinstance(surface.handle, _core.PointSurface):
         numbers = (*factors[:3], surface.diagonal)
@@ -357,13 +481,13 @@ def weights_of(
 
 def creases_and_turn(
     surface: Surface,
-    faces: PlacedCells,
+    faces: Arcs,
     radius: float,
     options: WeightOptions,
-    normals: npt.NDArray[np.float64] | None,
+    normals: Floats | None,
     evened: float,
     counted: npt.NDArray[np.uint8],
-) -> tuple[npt.NDArray[np.float64], int]:
+) -> tuple[Floats, int]:
     """As `arc_weights` for ``"creases"`` of a part of a mesh, evened as the whole says.
 
     And the turn of the arcs from the faces that are `counted`, see `weights_and_turn`.
@@ -381,7 +505,7 @@ def weights_and_turn(
     factors: EdgeFactors,
     evened: float,
     counted: npt.NDArray[np.uint8] | None,
-) -> tuple[npt.NDArray[np.float64], int]:
+) -> tuple[Floats, int]:
     """Weights of faces as `weights_of`, and by how much the arcs from some faces turn outward.
 
     `evened` is what smooth concave edges count less than 1, and smooth convex ones count. The turn
@@ -397,9 +521,7 @@ def weights_and_turn(
     return _core.surface_weights(handle, *numbers, *turning)
 
 
-def _evened_weights(
-    surface: Surface, cells: CellArrays, factors: EdgeFactors
-) -> npt.NDArray[np.float64]:
+def _evened_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
     """As `weights_of`, and smooth edges are evened where a shape is hollow."""
     if not surface.volume or not factors.alpha:
         return weights_of(surface, cells, factors)
@@ -409,9 +531,7 @@ def _evened_weights(
     return weights_and_turn(surface, cells, factors, evened, None)[0] if evened else weights
 
 
-def _stk02_weights_of(
-    handle: _core.Surface, positions: npt.NDArray[np.float64], alpha: float, n_threads: int
-) -> npt.NDArray[np.float64]:
+def _stk02_of(handle: _core.Surface, positions: Floats, alpha: float, n_threads: int) -> Floats:
     if isinstance(handle, _core.TriangleSurface):
         return _core.stk02_weights(handle, positions, alpha, n_threads)
     if not isinstance(handle, _core.PolygonSurface):

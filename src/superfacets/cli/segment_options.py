@@ -7,8 +7,9 @@ from typing import Any, TypeVar
 
 import click
 
-from .._options import INITS, ISLANDS, WEIGHTS
+from .._options import INITS, ISLANDS
 from ..batches.files import FileOptions
+from ..cells.weights import WEIGHTS
 from ..pipeline import PAPER, PARTS
 from .options import (
     COUNT,

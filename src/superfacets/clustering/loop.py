@@ -93,7 +93,9 @@ def segment_graph(
     )
     feature_options = FeatureOptions.checked(features, feature_weight, scale_features)
     constraints = ConstraintOptions(mask, barriers)
-    plan = Plan.of(graph, graph, (options, init), constraints, loop.n_threads, graph.dimension)
+    cut = constraints.cut(graph, graph, weld=False, n_threads=loop.n_threads)
+    start = (options, init)
+    plan = Plan.of(graph, cut, start, loop.n_threads, dimension=graph.dimension)
     steps = feature_options.steps(graph, graph.measures, loop.n_threads)
     if steps is not None:
         graph = _with_features(graph, steps, plan.size.radius)
@@ -109,12 +111,11 @@ def segment_graph(
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
     """The graph with what differences of features add to its weights."""
-    arcs = (graph.offsets, graph.neighbors)
     return CellGraph(
         graph.positions,
         graph.measures,
-        *arcs,
-        steps.added(graph.weights, arcs, radius / graph.weight_unit),
+        *graph.arcs,
+        steps.added(graph.weights, graph, radius),
         graph.bounds,
         weight_unit=graph.weight_unit,
         dimension=graph.dimension,

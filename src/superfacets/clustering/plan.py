@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from .._options import Init, Seeds, SizeOptions
-from ..cells.constraints import NO_GROUPS, ConstraintOptions, Cut
+from ..cells.constraints import NO_GROUPS, Cut
 from ..cells.size import RegionSize, region_size
 from .segmentation import Segmentation
 from .warm_start import Start, first_centers, with_seeds
 
-__all__ = ["Plan"]
+__all__ = ["ArcLengths", "Plan"]
+
+ArcLengths: TypeAlias = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float32]]
+"""Offsets, neighbors and lengths of arcs."""
 
 
 @dataclass(frozen=True)
@@ -40,19 +43,17 @@ class Plan:
 
     @classmethod
     def of(
-        cls, source: object, graph: Any, start: tuple[SizeOptions, Init | Start],
-        constraints: ConstraintOptions, n_threads: int, dimension: int, *, weld: bool = True,
-        order: npt.NDArray[np.int32] | None = None,
+        cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start], n_threads: int,
+        *, dimension: int, order: npt.NDArray[np.int32] | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a source and its graph; errors are those of arguments of `segment`.
+        """Make the plan for a graph, of which some may be left; errors are those of `segment`.
 
         Where the graph has the cells in an order of their own, this holds their numbers in the
-        source, by which masks, barriers and seeds are given.
+        source, by which seeds are given.
         """
         asked, given = start
-        cut, kept, measures = None, None, graph.measures
-        if constraints.is_used:
-            cut = constraints.cut(source, graph, weld=weld, n_threads=n_threads, order=order)
+        kept, measures = None, graph.measures
+        if cut is not None:
             kept, measures = cut.cells, measures[cut.cells]
         init = first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
         if cut is not None and not isinstance(init, str):
@@ -72,10 +73,7 @@ class Plan:
         lengths: npt.NDArray[np.float32],
         n_threads: int,
         placed: _core.PlacedCells | None = None,
-    ) -> tuple[
-        _core.PlacedCells,
-        tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float32]],
-    ]:
+    ) -> tuple[_core.PlacedCells, ArcLengths]:
         """Return the cells that are left, in order, and their arcs.
 
         All cells may have been placed before.

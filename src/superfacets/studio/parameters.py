@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from .._options import WEIGHTS
 from .._validate import checked_count, checked_flag, checked_number
 from ..cells.size import DEFAULT_N_SEGMENTS
+from ..cells.weights import WEIGHTS
 
 __all__ = ["checked_parameters", "default_parameters", "ranges"]
 
@@ -22,7 +22,7 @@ Parameters = dict[str, Any]
 def default_parameters(n_cells: int, n_segments: int | None = None) -> Parameters:
     """Those that `segment` has, with a number of regions if one is asked for."""
     n = DEFAULT_N_SEGMENTS if n_segments is None else n_segments
-    weights = {name: WEIGHTS["creases"][name] for name in ("alpha", "ridges")}
+    weights = {name: WEIGHTS["creases"].defaults[name] for name in ("alpha", "ridges")}
     return {"n_segments": min(n, n_cells), **weights, "smooth": True, "level": None}
 
 

@@ -21,7 +21,7 @@ from ..cells.kinds import graph_and_surface
 from ..cells.surface import Surface
 from ..errors import SliverWarning
 from ..mesh.faces import AnyCells
-from ..pipeline import PreparedCells, segment
+from ..pipeline import Prepared, segment
 from ..regions.edit import read_partial_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
@@ -102,9 +102,9 @@ class Segmenter:
     _lock: threading.Lock = field(default_factory=threading.Lock)
 
     @cached_property
-    def prepared(self) -> PreparedCells:
+    def prepared(self) -> Prepared:
         """The graph for `segment`."""
-        return PreparedCells.of(self.source, weld=True, n_threads=checked_threads(None))
+        return Prepared.of(self.source, weld=True, n_threads=checked_threads(None))
 
     @cached_property
     def surface(self) -> Surface:

@@ -10,14 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._options import WeightOptions
 from ..cells.cell_graph import box_diagonal
 from ..cells.face_graph import FaceGraph
 from ..cells.hollows import evened_share
 from ..cells.kinds import kind_of
 from ..cells.slivers import area_of_slivers
 from ..cells.surface import Surface, enclosed, is_negative
-from ..cells.weights import creases_and_turn, creases_of
+from ..cells.weights import WeightOptions, creases_and_turn, creases_of
 from ..mesh.faces import signed_volume
 from .faces import Faces, read_faces, rows
 from .rims import find_rims, halo_of

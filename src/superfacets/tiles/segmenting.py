@@ -14,21 +14,19 @@ from .. import _core
 from .._memory import address_limit, memory_of_process
 from .._options import (
     INITS,
-    WEIGHTS,
     CleanupOptions,
     Init,
     Islands,
     LoopOptions,
     Progress,
     SizeOptions,
-    WeightName,
-    WeightOptions,
 )
 from .._timing import OnStage, timed
 from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
 from ..cells.size import size_of_total
 from ..cells.slivers import sliver_note
+from ..cells.weights import WEIGHTS, WeightName, WeightOptions
 from ..clustering.loop import segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
@@ -73,7 +71,7 @@ ADDRESSES_OF_THREAD = 150 << 20
 KEPT_HEAP = 1 << 28
 """Bytes that are freed and kept for arrays of the next tile."""
 
-_WEIGHTS = tuple(name for name in WEIGHTS if name != "parts")
+_WEIGHTS = tuple(name for name, weight in WEIGHTS.items() if not weight.has_parts)
 """Those of parts take rays through the whole mesh."""
 
 

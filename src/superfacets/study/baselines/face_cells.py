@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
-from ..._options import WeightOptions
 from ..._timing import timed
 from ..._validate import compact_labels
 from ...adapters.convert import MeshLike, as_mesh
@@ -17,7 +16,7 @@ from ...cells.cell_graph import CellGraph
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.size import checked_n_segments, radius_of
 from ...cells.surface import Surface
-from ...cells.weights import arc_weights
+from ...cells.weights import WeightOptions, arc_weights
 from ...clustering.segmentation import Segmentation
 from ...clustering.update import update_centers
 from ...mesh.faces import FaceMesh

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._options import WeightName, WeightOptions, Weights
 from ..._timing import timed
 from ..._validate import checked_threads
 from ...adapters.convert import MeshLike
+from ...cells.weights import WeightName, WeightOptions, Weights
 from ...clustering.segmentation import Segmentation
 from ...errors import MissingExtraError
 from ...mesh.faces import ends_of_sides

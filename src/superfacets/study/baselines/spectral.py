@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ... import _core
-from ..._options import WeightName, WeightOptions, Weights
 from ..._timing import timed
 from ..._validate import checked_count, checked_number, checked_threads
 from ...adapters.convert import MeshLike
 from ...cells.cell_graph import CellGraph
+from ...cells.weights import WeightName, WeightOptions, Weights
 from ...clustering.segmentation import Segmentation
 from ...errors import MissingExtraError
 from .face_cells import Component, FaceCells, component_graph, read_face_cells

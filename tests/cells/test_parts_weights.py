@@ -6,11 +6,13 @@ import shapes
 
 import superfacets as sf
 from superfacets import Mesh, segment, spectral_embedding
-from superfacets.clustering import parts
-from superfacets.clustering.embedding import Embedding, embed
-from superfacets.clustering.parts import with_parts
+from superfacets.cells import parts
+from superfacets.cells.parts import Embedding, embed, part_weights
+from superfacets.cells.weights import WeightOptions
 
 BEAR = sf.sample_mesh(5_000)
+CREASES = WeightOptions.checked("creases", None, None)
+PARTS = WeightOptions.checked("parts", None, None)
 
 
 def distances(embedding, one, other):
@@ -73,10 +75,9 @@ def test_labels_depend_on_no_thread():
 
 def test_weights_are_the_same_both_ways():
     graph = sf.build_face_graph(BEAR)
-    options = sf.pipeline.WeightOptions.checked("parts", None, None)
     surface = sf.cells.surface.Surface.of_faces(BEAR, graph, 1)
     base = sf.crease_weights(BEAR, graph, 0.1, alpha=25)
-    weights, _ = with_parts(BEAR, graph, surface, base, 0.1, options)
+    weights, _ = part_weights(BEAR, graph, surface, base, 0.1, PARTS)
     sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
     there = np.lexsort((graph.neighbors, sources))
     back = np.lexsort((sources, graph.neighbors))
@@ -136,7 +137,7 @@ def test_thousands_of_islands_have_no_parts():
     mesh = Mesh(vertices, np.arange(3 * n).reshape(-1, 3))
     graph = sf.build_face_graph(mesh)
     surface = sf.cells.surface.Surface.of_faces(mesh, graph, 1)
-    embedding = embed(mesh, graph, surface, np.zeros(0), (1.0, 20.0))
+    embedding = embed(mesh, graph, surface, np.zeros(0), 1.0, CREASES)
     assert embedding.vectors.shape == (n, 0)
     assert embedding.logs is None
 
@@ -148,7 +149,7 @@ N_GROUPS = 6_000
 @pytest.fixture
 def few_groups(monkeypatch):
     """Let groups be made on meshes of fewer faces."""
-    monkeypatch.setattr("superfacets.clustering.embedding.N_BASE", N_GROUPS)
+    monkeypatch.setattr("superfacets.cells.parts.N_BASE", N_GROUPS)
 
 
 def embedded(mesh, n_threads=1):
@@ -156,7 +157,7 @@ def embedded(mesh, n_threads=1):
     surface = sf.cells.surface.Surface.of_faces(mesh, graph, n_threads)
     radius = 0.05 * graph.diagonal
     weights = sf.crease_weights(mesh, graph, radius, alpha=25)
-    return graph, embed(mesh, graph, surface, weights, (radius, 25 * radius))
+    return graph, embed(mesh, graph, surface, weights, radius, PARTS)
 
 
 @pytest.mark.usefixtures("few_groups")
@@ -176,7 +177,7 @@ def test_on_meshes_of_many_faces_groups_take_their_place():
 def test_groups_have_the_thickness_and_the_parts_of_their_faces(monkeypatch):
     _, faces = embedded(FINE)
     assert len(faces.group_of) == 0
-    monkeypatch.setattr("superfacets.clustering.embedding.N_BASE", N_GROUPS)
+    monkeypatch.setattr("superfacets.cells.parts.N_BASE", N_GROUPS)
     graph, groups = embedded(FINE)
     difference = groups.logs[groups.group_of] - faces.logs
     assert np.average(np.abs(difference), weights=graph.measures) < 0.05
@@ -221,7 +222,7 @@ def test_soup_of_many_faces_has_no_groups():
     mesh = shapes.soup(FINE)
     graph = sf.build_face_graph(mesh, weld=False)
     surface = sf.cells.surface.Surface.of_faces(mesh, graph, 1)
-    embedding = embed(mesh, graph, surface, np.zeros(0), (1.0, 20.0))
+    embedding = embed(mesh, graph, surface, np.zeros(0), 1.0, CREASES)
     assert len(embedding.group_of) == 0
     assert embedding.vectors.shape == (mesh.n_faces, 0)
 
