@@ -191,7 +191,7 @@ def _mesh_of_page(mesh: str, data: Path | None) -> sf.Mesh | sf.PolygonMesh:
 @commands.command()
 @click.option("--shapes", help="Names, separated by commas.  [default: all]")
 @click.option("--jobs", help="Names, separated by semicolons.  [default: all]")
-@click.option("--smallest", type=click.IntRange(min=8), default=32_000, show_default=True)
+@click.option("--smallest", type=click.IntRange(min=8), default=16_000, show_default=True)
 @click.option("--doublings", type=click.IntRange(min=1), default=3, show_default=True)
 @click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True)
 def doubling(
@@ -200,12 +200,13 @@ def doubling(
     """Fit how CPU time grows with size where an algorithm may become quadratic."""
     sizes = [smallest << i for i in range(doublings + 1)]
     some_shapes, some_jobs = _known(shapes, ",", SHAPES), _known(jobs, ";", JOBS)
-    found = list(measure_doubling(some_shapes, some_jobs, sizes, repeats))
-    click.echo(doubling_table(found))
-    slow = [growth for growth in found if growth.exponent > LIMIT]
-    for growth in slow:
+    found = []
+    for growth in measure_doubling(some_shapes, some_jobs, sizes, repeats):
+        found.append(growth)
         times = ", ".join(f"{seconds:.3g}" for seconds in growth.seconds)
-        _say(f"{growth.job} on {growth.shape}: {growth.exponent:.2f} > {LIMIT} ({times} s)")
+        verdict = "" if growth.exponent <= LIMIT else f", more than {LIMIT}"
+        _say(f"{growth.shape}, {growth.job}: {times} s; exponent {growth.exponent:.2f}{verdict}")
+    click.echo(doubling_table(found))
 
 
 def _known(names: str | None, separator: str, known: Collection[str]) -> list[str]:

@@ -46,7 +46,7 @@ def _random_mesh(rng: np.random.Generator) -> sf.Mesh:
     if rng.random() < 0.2:  # vertices apart that lie at one place
         vertices, faces = vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)
     if rng.random() < 0.2:
-        vertices = vertices * 10.0 ** rng.integers(-50, 50) + rng.choice([0.0, 1e3])
+        vertices = vertices * 10.0 ** rng.integers(-13, 13) + rng.choice([0.0, 1e3])
     return sf.Mesh(vertices, rng.permutation(faces))
 
 
