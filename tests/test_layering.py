@@ -35,6 +35,7 @@ PYTHON_LAYERS = [
     "segmentator",
     "levels",
     "sample",
+    "workers",
     "batches",
     "study",
     "studio",
