@@ -34,6 +34,7 @@ PYTHON_LAYERS = [
     "interop",
     "levels",
     "sample",
+    "workers",
     "batches",
     "study",
     "studio",

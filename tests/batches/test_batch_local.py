@@ -12,9 +12,9 @@ from local_workers import worker_processes
 
 import superfacets as sf
 from superfacets._memory import usable_memory
-from superfacets._validate import checked_threads
-from superfacets.batches import processes, runs, teams, template
+from superfacets.batches import runs
 from superfacets.batches.jobs import run_job
+from superfacets.workers import calls
 
 OPTIONS = {"n_segments": 20, "formats": ["npy", "ply"]}
 
@@ -73,23 +73,16 @@ def deadly_job(job):
 def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
     scans, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(teams, "run_job", deadly_job)
-    monkeypatch.setattr(teams, "ALLOWED_KILLS", 0)
+    monkeypatch.setattr(runs, "run_job", deadly_job)
+    monkeypatch.setattr(calls, "ALLOWED_KILLS", 0)
     result = sf.batch(scans, tmp_path / "out", workers=2, **OPTIONS)
     assert (result.n_done, result.n_failed) == (2, 3)
     nonsense, killed = result.records[1:3]
-    assert killed["error"] == (
-        "KilledWorker: 1 worker ended with this file at work (out of memory?)"
-    )
+    assert killed["error"] == "KilledWorker: 1 worker ended during this work (out of memory?)"
     assert nonsense["error"]
     assert None not in (nonsense["sha256"], killed["sha256"])
     monkeypatch.undo()
     assert sf.batch(scans, tmp_path / "out", **OPTIONS).n_done == 0
-
-
-def test_a_worker_of_one_thread_also_reads_on_one():
-    with processes.local_team(1) as team:
-        assert list(team.run([(checked_threads, (None,))], None)) == [(0, teams.Done(1))]
 
 
 def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_path, monkeypatch):
@@ -98,8 +91,8 @@ def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_pat
 
     asked = []
     monkeypatch.setattr(runs, "memory_of", need)
-    team = runs.local_team
-    monkeypatch.setattr(runs, "local_team", lambda *sizes: asked.append(sizes) or team(*sizes))
+    pool = runs.open_pool
+    monkeypatch.setattr(runs, "open_pool", lambda *sizes: asked.append(sizes) or pool(*sizes))
     seen = []
     result = sf.batch(scans, tmp_path / "out", workers=2, progress=seen.append, **OPTIONS)
     assert result.n_done == 4
@@ -114,7 +107,7 @@ def full_disk_job(job):
 
 
 def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(scans, alone, tmp_path, monkeypatch):
-    monkeypatch.setattr(teams, "run_job", full_disk_job)
+    monkeypatch.setattr(runs, "run_job", full_disk_job)
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS)
     done = list(records_of(tmp_path / "out"))
@@ -158,7 +151,7 @@ def many(scans):
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no groups of processes here")
-@pytest.mark.parametrize(("how", "status"), [("SIGINT", 130), ("SIGKILL", -9)])
+@pytest.mark.parametrize(("how", "status"), [("SIGINT", 130), ("SIGTERM", 130), ("SIGKILL", -9)])
 def test_a_batch_that_is_ended_goes_on_where_it_was(many, alone, tmp_path, how, status):
     out = tmp_path / "out"
     process = start(many, out)
@@ -185,32 +178,26 @@ def test_a_batch_that_is_ended_goes_on_where_it_was(many, alone, tmp_path, how, 
 
 UNGUARDED = """
 import superfacets
-from superfacets.batches import template
-template.CAN_COPY = {can_copy}
-print(superfacets.batch({scans!r}, {out!r}, workers=1, n_segments=20).n_done)
+print(superfacets.batch({scans!r}, {out!r}, workers=2, n_segments=20).n_done)
 """
 
 
-def run_unguarded(scans, tmp_path, *, can_copy):
-    """A script that starts a batch where it is imported, too."""
+def test_a_script_needs_no_guard_as_workers_do_not_import_it(scans, tmp_path):
     script = tmp_path / "script.py"
-    script.write_text(
-        UNGUARDED.format(scans=str(scans), out=str(tmp_path / "out"), can_copy=can_copy)
-    )
+    script.write_text(UNGUARDED.format(scans=str(scans), out=str(tmp_path / "out")))
     command = [sys.executable, str(script)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert (ended.stdout, ended.stderr) == ("4\n", "")
 
 
-def test_workers_that_cannot_be_started_are_one_line(scans, tmp_path):
-    ended = run_unguarded(scans, tmp_path, can_copy=False)
-    assert ended.returncode == 1
-    assert "ConnectionError: the workers cannot be started" in ended.stderr
-    assert "below if __name__ == '__main__':" in ended.stderr
-
-
-@pytest.mark.skipif(not template.CAN_COPY, reason="processes are not copied here")
-def test_copies_import_no_script(scans, tmp_path):
-    assert run_unguarded(scans, tmp_path, can_copy=True).stdout == "4\n"
+def test_workers_run_no_code_of_the_current_folder(scans, tmp_path):
+    for name in ("multiprocessing", "concurrent", "numpy", "psutil", "pickle", "superfacets"):
+        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
+    command = [sys.executable, "-P", "-m", "superfacets", "batch", str(scans), "--workers", "2"]
+    command += ["-o", str(tmp_path / "out"), "-n", "20"]
+    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert ended.stdout.startswith("4 files done")
+    assert not (tmp_path / "ran").exists()
 
 
 def test_psutil_is_needed_for_more_than_one_file_alone(scans, scan, tmp_path, monkeypatch):

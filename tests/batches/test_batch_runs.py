@@ -17,6 +17,7 @@ from batch_folders import lines_of, records_of, results_in
 import superfacets as sf
 from superfacets.batches import files, jobs, runs
 from superfacets.io.locks import locked
+from superfacets.workers import calls
 
 
 @pytest.fixture
@@ -79,7 +80,7 @@ def forget_results(path):
 
 def set_version(patch, version):
     patch.setattr(runs, "__version__", version)
-    patch.setattr(jobs, "__version__", version)
+    patch.setattr(calls, "__version__", version)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no pipes and links here")

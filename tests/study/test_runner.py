@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from superfacets.study import runner, workers
+from superfacets.study import runner
 from superfacets.study.records import read_record, write_record
 from superfacets.study.runner import Piece
 
@@ -57,30 +57,36 @@ class Nap:
 def test_a_worker_runs_no_code_of_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "multiprocessing.py").write_text("open('PWNED', 'w')")
     monkeypatch.chdir(tmp_path)
-    assert dict(workers.run_jobs([Square(2)], 1, memory=0)) == {Square(2): 4}
+    assert dict(runner.run_shown("test", [Square(2)], 1, memory=0)) == {Square(2): 4}
     assert not (tmp_path / "PWNED").exists()
 
 
 def test_a_worker_that_dies_takes_only_its_job_along():
     jobs = [Square(2), Suicide(), Exit(), Square(3)]
-    ends = dict(workers.run_jobs(jobs, 1, memory=0))
+    ends = dict(runner.run_shown("test", jobs, 1, memory=0))
     assert (ends[Square(2)], ends[Square(3)]) == (4, 9)
-    assert str(ends[Suicide()]) == "its process was ended by SIGKILL (out of memory?)"
-    assert str(ends[Exit()]) == "its process ended with status 3"
+    for deadly in (Suicide(), Exit()):
+        assert "1 worker ended during this work (out of memory?)" in str(ends[deadly])
+
+
+def test_an_error_of_a_job_is_raised():
+    with pytest.raises(TypeError, match="unsupported operand"):
+        list(runner.run_shown("test", [Square("2")], 1, memory=0))
 
 
 def test_a_job_too_large_for_memory_runs_alone():
     jobs = [Square(1, memory=60), Square(2, memory=60), Square(3, memory=500), Square(4)]
-    assert sorted(result for _, result in workers.run_jobs(jobs, 2, memory=100)) == [1, 4, 9, 16]
+    ends = runner.run_shown("test", jobs, 2, memory=100)
+    assert sorted(result for _, result in ends) == [1, 4, 9, 16]
 
 
 def test_workers_end_when_their_parent_is_killed(tmp_path):
     script = (
         "from pathlib import Path\n"
-        "from superfacets.study.workers import run_jobs\n"
+        "from superfacets.study.runner import run_shown\n"
         "from test_runner import Nap\n"
         "if __name__ == '__main__':\n"
-        f"    list(run_jobs([Nap(Path({str(tmp_path / 'pid')!r}))], 1, memory=0))\n"
+        f"    list(run_shown('naps', [Nap(Path({str(tmp_path / 'pid')!r}))], 1, memory=0))\n"
     )
     (tmp_path / "parent.py").write_text(script)
     folders = [str(folder) for folder in Path(__file__).parents[:2]]
@@ -156,7 +162,7 @@ def test_the_death_of_a_worker_is_recorded_for_what_it_did_not_come_to(tmp_path)
     assert run_all(Divisions(pieces), Divisions(pieces_of(tmp_path / "other", 8))) == {}
     assert runner.read_piece(done) == {"value": 0.5}
     for piece in (deadly, lost):
-        assert "SIGKILL" in runner.read_piece(piece)["reason"]
+        assert "1 worker ended" in runner.read_piece(piece)["reason"]
     assert runner.read_piece(*pieces_of(tmp_path / "other", 8)) == {"value": 0.125}
 
 

@@ -12,10 +12,11 @@ from local_workers import worker_processes
 from tiled_meshes import as_ply
 
 import superfacets as sf
-from superfacets.batches import cluster, teams
+from superfacets.batches import cluster
 from superfacets.tiles import scratch
 from superfacets.tiles.mapping import open_run, run_all
 from superfacets.tiles.segmenting import segment_tiled
+from superfacets.workers import calls
 
 OPTIONS = {"n_segments": 30, "tile_size": 4096}
 
@@ -95,7 +96,7 @@ def test_what_does_not_fit_is_named(there, mesh, tmp_path, monkeypatch):
     with pytest.raises(ConnectionError, match=r"has superfacets .*, and this is superfacets 9\.9"):
         run(scheduler=there.address)
     monkeypatch.setattr(cluster, "_check_versions", lambda client: None)  # it came later
-    monkeypatch.setattr(teams, "__version__", "9.9")
+    monkeypatch.setattr(calls, "__version__", "9.9")
     with pytest.raises(ConnectionError, match=r"a worker on .* has superfacets"):
         run(scheduler=there.address)
     assert left_in(tmp_path) == []
@@ -123,7 +124,7 @@ def full_disk(store, piece):
 
 
 def test_a_tile_that_kills_workers_and_a_full_disk_are_one_line(tmp_path, monkeypatch):
-    monkeypatch.setattr(teams, "ALLOWED_KILLS", 0)
+    monkeypatch.setattr(calls, "ALLOWED_KILLS", 0)
     with open_run(2, None, tmp_path) as run:
         message = r"1 worker ended with piece 0 at work \(out of memory\?\): take smaller tiles"
         with pytest.raises(ConnectionError, match=message):

@@ -17,7 +17,7 @@ from typing import Any
 
 from .. import __version__
 from ..errors import MissingExtraError, reason_of
-from .teams import Call, Done, Ending, Failed, Killed, Team, Worker
+from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
 __all__ = ["RemoteTeam", "remote_team"]
 

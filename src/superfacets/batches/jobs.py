@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import errno
 import hashlib
-import socket
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from .. import __version__
 from .._timing import timed
 from ..errors import MeshError, reason_of
 from ..io.atomic import StrPath
@@ -21,9 +19,10 @@ from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.writers.cells import ATTRIBUTE_OUTPUTS
 from ..io.writers.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells
+from ..workers.calls import check_version
 from .files import FileOptions, segment_file
 
-__all__ = ["BatchJob", "Record", "check_version", "hash_of", "run_job"]
+__all__ = ["BatchJob", "Record", "hash_of", "run_job"]
 
 Record = dict[str, Any]
 """What a line of the manifest holds."""
@@ -81,15 +80,6 @@ def run_job(job: BatchJob) -> Record:
         if isinstance(error, OSError) and error.errno in _STOPPING:
             raise
         return record | {"error": reason_of(error)}
-
-
-def check_version(version: str) -> None:
-    """Raise a ConnectionError if this process, a worker, has another version of the package."""
-    if version != __version__:
-        raise ConnectionError(
-            f"a worker on {socket.gethostname()} has superfacets {__version__}, and this is"
-            f" superfacets {version}"
-        )
 
 
 def _done(job: BatchJob, record: Record) -> Record:

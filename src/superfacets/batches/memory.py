@@ -1,14 +1,10 @@
-"""How much memory a file will need, told before it is read, and how much a process uses."""
+"""How much memory a file will need, told before it is read."""
 
 from __future__ import annotations
 
-import importlib
 from pathlib import Path
-from typing import Any
 
-from ..errors import MissingExtraError
-
-__all__ = ["cells_of", "load_psutil", "memory_of", "used_by"]
+__all__ = ["cells_of", "memory_of"]
 
 BASE = 150 << 20
 """Bytes of a worker that has imported everything and read nothing."""
@@ -41,21 +37,3 @@ def _size_of(path: str) -> int:
         return Path(path).stat().st_size
     except OSError:
         return 0
-
-
-def used_by(pid: int) -> int:
-    """Bytes of a process that are in memory; 0 if it has ended."""
-    psutil = load_psutil()
-    try:
-        used: int = psutil.Process(pid).memory_info().rss
-    except (psutil.Error, OSError):  # it has ended, or cannot be asked at the moment
-        return 0
-    return used
-
-
-def load_psutil() -> Any:
-    """The module; a MissingExtraError if it is not there."""
-    try:
-        return importlib.import_module("psutil")
-    except ModuleNotFoundError:
-        raise MissingExtraError("several worker processes", "batch") from None

@@ -12,16 +12,17 @@ from typing import Any
 
 from .. import __version__
 from .._validate import checked_callable, checked_count, checked_threads
+from ..errors import reason_of
 from ..io.atomic import StrPath, remove_leftovers
 from ..io.locks import locked
 from ..io.writers.write import ENDING_OF_FORMAT
+from ..workers.calls import Done, Killed, Team
+from ..workers.pool import open_pool
 from .files import FileOptions
 from .jobs import BatchJob, Record, hash_of, run_job
 from .manifest import Manifest
 from .memory import cells_of, memory_of
-from .processes import local_team
 from .sources import Source, check_outputs_differ, find_sources, output_names, result_ending
-from .teams import Killed, Team
 
 __all__ = ["MANIFEST", "BatchProgress", "BatchResult", "batch"]
 
@@ -312,9 +313,7 @@ def _do(
     else:
         n_threads = checked_threads(None)
         n_workers = min(n_workers, len(jobs))
-        yield from _do_in_teams(
-            jobs, lambda: local_team(n_workers), lambda: local_team(1, n_threads)
-        )
+        yield from _do_in_teams(jobs, lambda: open_pool(n_workers), lambda: open_pool(1, n_threads))
 
 
 OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
@@ -330,7 +329,7 @@ def _do_in_teams(
         fitting = [job for job in jobs if needs[job.name] <= room]
         alone = [job for job in jobs if needs[job.name] > room]
         fitting.sort(key=lambda job: -needs[job.name])
-        for job, record in team.do_together(fitting):
+        for job, record in _do_in_team(team, fitting, n_threads=1, width=None):
             if isinstance(record, Killed):
                 alone.append(job)
             else:
@@ -338,11 +337,33 @@ def _do_in_teams(
     if not alone:
         return
     with open_one() as team:
-        for job, record in team.do_alone(alone):
+        n_threads = min(worker.n_threads for worker in team.workers)
+        for job, record in _do_in_team(team, alone, n_threads=n_threads, width=1):
             if isinstance(record, Killed):
-                yield job, {**job.head, "sha256": hash_of(job.path), "error": str(record)}
+                yield job, _failed(job, str(record))
             else:
                 yield job, record
+
+
+def _do_in_team(
+    team: Team, jobs: Sequence[BatchJob], *, n_threads: int, width: int | None
+) -> Iterator[tuple[BatchJob, Record | Killed]]:
+    """Yield jobs with their records as they end; an OSError if the batch cannot go on."""
+    calls = [(run_job, (job.with_threads(n_threads),)) for job in jobs]
+    for place, ending in team.run(calls, width):
+        job = jobs[place]
+        if isinstance(ending, Killed):
+            yield job, ending
+        elif isinstance(ending, Done):
+            yield job, ending.value
+        elif isinstance(ending.error, OSError):  # the batch cannot go on
+            raise ending.error
+        else:  # such as a record that cannot be pickled
+            yield job, _failed(job, reason_of(ending.error))
+
+
+def _failed(job: BatchJob, error: str) -> Record:
+    return {**job.head, "sha256": hash_of(job.path), "error": error}
 
 
 class _Tally:

@@ -11,7 +11,7 @@ from typing import NoReturn
 import click
 
 from .. import __version__
-from ..batches.template import prepare
+from ..workers.start import prepare
 from . import background
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, while_importing

@@ -7,15 +7,18 @@ record, be it of why it failed, so a second start does only what is missing or f
 from __future__ import annotations
 
 import contextlib
+import math
 import os
+import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 from ..errors import reason_of
+from ..workers.calls import Done, Failed, Killed
+from ..workers.pool import open_pool
 from .records import Key, Record, read_record, write_record
-from .workers import Death, Job, run_jobs
 
 __all__ = [
     "Piece", "Task", "free_memory", "read_piece", "run_shown", "run_tasks",
@@ -26,6 +29,17 @@ _MEMORY_SHARE = 0.8
 
 # Where the system does not tell.
 _MEMORY_UNKNOWN = 4 << 30
+
+
+class Job(Protocol):
+    """A job for a worker. The job and its result are pickled."""
+
+    @property
+    def memory(self) -> int:
+        """Bytes that it will need, if they are many; 0 otherwise."""
+
+    def run(self) -> Any:
+        """Do it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +98,9 @@ def run_tasks(
         Why pieces have no record, by the path of that: it could not be written.
     """
     lost: dict[Path, str] = {}
-    jobs = [_Recording(task) for task in tasks]
-    for job, result in run_shown(title, jobs, n_workers, memory=memory, deadline=deadline):
-        lost |= _record_death(job.task, result) if isinstance(result, Death) else result
+    jobs = [_Recording(task, deadline) for task in tasks]
+    for job, result in run_shown(title, jobs, n_workers, memory=memory):
+        lost |= _record_death(job.task, result) if isinstance(result, Killed) else result
     return lost
 
 
@@ -100,6 +114,8 @@ class _Recording:
     """A task as a job: its result says which records could not be written, and why."""
 
     task: Task
+    deadline: float | None
+    """`time.monotonic` after which it is not begun: all processes have the same clock."""
 
     @property
     def memory(self) -> int:
@@ -107,6 +123,8 @@ class _Recording:
 
     def run(self) -> dict[Path, str]:
         lost: dict[Path, str] = {}
+        if self.deadline is not None and time.monotonic() >= self.deadline:
+            return lost
         for piece in self.task.pieces:
             _forget_failure(piece)
         try:
@@ -140,8 +158,8 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
     return {}
 
 
-def _record_death(task: Task, death: Death) -> dict[Path, str]:
-    """Record why the remaining pieces of a worker were not done."""
+def _record_death(task: Task, death: Killed) -> dict[Path, str]:
+    """Record why the remaining pieces of a worker that was killed were not done."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:
@@ -150,19 +168,32 @@ def _record_death(task: Task, death: Death) -> dict[Path, str]:
 
 
 def run_shown(
-    title: str, jobs: Sequence[Job], n_workers: int, *, memory: int, deadline: float | None = None
+    title: str, jobs: Sequence[Job], n_workers: int, *, memory: int
 ) -> Generator[tuple[Any, Any], None, None]:
-    """Yield jobs with their results as `run_jobs` does, with a progress bar on a terminal."""
+    """Yield jobs with their results as they end, with a progress bar on a terminal.
+
+    The result is a `Killed` for a job whose worker was killed, and an error of a job is raised.
+    Jobs begin in their order, but one that does not fit into the memory beside the others waits.
+    """
     from tqdm import tqdm
 
-    ends = run_jobs(jobs, n_workers, memory=memory, deadline=deadline)
+    def fits(place: int, at_work: Sequence[int]) -> bool:
+        room = memory - sum(jobs[other].memory for other in at_work)
+        return not at_work or jobs[place].memory == 0 or jobs[place].memory <= room
+
     with (
-        contextlib.closing(ends),
+        open_pool(n_workers, memory=math.inf, allowed_kills=0) as pool,
         tqdm(total=len(jobs), desc=title, unit="task", disable=None, leave=False) as bar,
     ):
-        for job, result in ends:
-            yield job, result
+        for place, ending in pool.run([(_run, (job,)) for job in jobs], admits=fits):
+            if isinstance(ending, Failed):
+                raise ending.error
+            yield jobs[place], ending.value if isinstance(ending, Done) else ending
             bar.update()
+
+
+def _run(job: Job) -> Any:
+    return job.run()
 
 
 def free_memory() -> int:

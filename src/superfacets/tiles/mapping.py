@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ..batches.cluster import remote_team
-from ..batches.processes import local_team
-from ..batches.teams import Team
+from ..workers.calls import Team
+from ..workers.pool import open_pool
 from .scratch import despite_interrupts
 from .store import Job, Run
 
@@ -96,7 +96,7 @@ def open_run(
     if scheduler is not None:
         team = remote_team(scheduler, str(folder))
     elif workers > 1:
-        team = local_team(workers)
+        team = open_pool(workers)
     elif n_threads > 1:
         threads = _Threads(n_threads)
         try:

@@ -1,0 +1,129 @@
+"""Calls that worker processes make, and how these end, wherever the workers are."""
+
+from __future__ import annotations
+
+import socket
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .. import __version__
+from ..io.guards import counted
+
+__all__ = [
+    "ALLOWED_KILLS", "Call", "Done", "Ending", "Failed", "Killed", "Team", "Worker",
+    "check_version", "run_piece",
+]  # fmt: skip
+
+ALLOWED_KILLS = 3
+"""Workers that may end during a call before it is given up."""
+
+Call = tuple[Callable[..., Any], tuple[Any, ...]]
+"""A function of a module, and its arguments: both are pickled."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """A call that returned."""
+
+    value: Any
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A call that raised an error, or whose result could not be sent."""
+
+    error: Exception
+
+
+@dataclass(frozen=True)
+class Killed:
+    """A call during which so many workers ended."""
+
+    n_workers: int
+
+    def __str__(self) -> str:
+        n_workers = counted(self.n_workers, "worker")
+        return f"KilledWorker: {n_workers} ended during this work (out of memory?)"
+
+
+Ending = Done | Failed | Killed
+
+
+@dataclass(frozen=True)
+class Worker:
+    """A process of a team."""
+
+    address: str
+    n_threads: int
+    memory: float
+    """Bytes that it may use; infinite if nothing limits it."""
+
+
+class Team(ABC):
+    """Workers, in processes of their own.
+
+    Parameters
+    ----------
+    workers : sequence of Worker
+        At least one.
+    """
+
+    def __init__(self, workers: Sequence[Worker]) -> None:
+        self.workers = tuple(workers)
+
+    @abstractmethod
+    def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
+        """Yield the places of calls with their endings, as they end.
+
+        A call is made again where its worker was killed. At most `width` are at work at a time.
+
+        Raises
+        ------
+        ConnectionError
+            If no worker is left, or none can be started.
+        """
+
+    @property
+    def share(self) -> float:
+        """Bytes that every file may need if each thread of each worker has one."""
+        return min(worker.memory / worker.n_threads for worker in self.workers)
+
+    def map(
+        self, work: Callable[..., Any], store: Any, pieces: Sequence[tuple[Any, ...]]
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield the places of pieces with ``work(store, *piece)`` as they end, one per thread.
+
+        Raises
+        ------
+        OSError
+            If no worker is left, the scheduler is gone, or workers were killed with one piece at
+            work time and again. Errors of the work are raised as they are.
+        """
+        calls = [(run_piece, (__version__, work, store, piece)) for piece in pieces]
+        for place, ending in self.run(calls, width=None):
+            if isinstance(ending, Failed):
+                raise ending.error
+            if isinstance(ending, Killed):
+                n_workers = counted(ending.n_workers, "worker")
+                raise ConnectionError(
+                    f"{n_workers} ended with piece {pieces[place][0]} at work (out of memory?):"
+                    " take smaller tiles, or fewer workers"
+                )
+            yield place, ending.value
+
+
+def run_piece(version: str, work: Callable[..., Any], store: Any, piece: tuple[Any, ...]) -> Any:
+    """Do the work of a `Team.map` here, if this process has the version of the caller."""
+    check_version(version)
+    return work(store, *piece)
+
+
+def check_version(version: str) -> None:
+    """Raise a ConnectionError if this process, a worker, has another version of the package."""
+    if version != __version__:
+        raise ConnectionError(
+            f"a worker on {socket.gethostname()} has superfacets {__version__}, and this is"
+            f" superfacets {version}"
+        )

@@ -1,0 +1,231 @@
+"""The team of worker processes of this machine."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import pickle
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
+from importlib.util import find_spec
+from typing import Any
+
+from .._memory import usable_memory
+from ..errors import MissingExtraError
+from . import calls as limits
+from .calls import Call, Done, Ending, Failed, Killed, Team, Worker
+from .child import begin, hello, make_call
+from .start import own_settings, start_context
+
+__all__ = ["Admits", "Pool", "open_pool"]
+
+START_ATTEMPTS = 10
+"""In a row, of workers that end before they have begun: several may be killed while they start."""
+
+TICK = 1.0
+"""Seconds between looks for a Ctrl-C, which on Windows does not end a wait."""
+
+PAUSE = 0.1
+"""Seconds before a worker is started anew that ended at its start."""
+
+MEMORY_SHARE = 0.95
+"""Part of its share of the memory that a worker may use."""
+
+DEPTH = 2
+"""Calls that a worker has: one at work, and the next, so that it never waits for one."""
+
+Admits = Callable[[int, Sequence[int]], bool]
+"""Whether the call at a place may begin beside the calls at other places."""
+
+
+class _Process:
+    """A worker: the one process of an executor, so that its death ends no other call."""
+
+    def __init__(self, n_threads: int, memory: float) -> None:
+        context = start_context()
+        theirs, self._life = context.Pipe(duplex=False)
+        with theirs, own_settings():
+            self._executor = ProcessPoolExecutor(
+                1, context, initializer=begin, initargs=(theirs, n_threads, memory)
+            )
+            self.calls: deque[tuple[int | None, Future[Any]]] = deque()
+            self.give(None, hello)
+
+    def give(self, place: int | None, function: Callable[..., Any], *arguments: Any) -> None:
+        """Let it make a call when it has made those that it has."""
+        try:
+            future = self._executor.submit(function, *arguments)
+        except (OSError, EOFError, BrokenProcessPool) as error:  # it ended, or could not begin
+            future = Future()
+            future.set_exception(BrokenProcessPool(str(error)))
+        self.calls.append((place, future))
+
+    @property
+    def places(self) -> list[int]:
+        """Places of calls that it has, the one at work first."""
+        return [place for place, _ in self.calls if place is not None]
+
+    def kill(self) -> None:
+        """End it, whatever it does."""
+        self._life.close()
+
+    def end(self) -> None:
+        """End it, and return when it has ended."""
+        self.kill()
+        self._executor.shutdown(cancel_futures=True)
+
+
+class Pool(Team):
+    """Processes with equal shares of the memory, each of which makes one call at a time.
+
+    A process that ends, or uses more than its share, is replaced while there is work.
+
+    Parameters
+    ----------
+    n_workers : int
+    n_threads : int
+        Of each.
+    memory : float
+        Bytes that all may use together; infinite if they are not watched.
+    allowed_kills : int
+        As `ALLOWED_KILLS`.
+    """
+
+    def __init__(self, n_workers: int, n_threads: int, memory: float, allowed_kills: int) -> None:
+        share = memory / n_workers
+        super().__init__([Worker(f"process {n}", n_threads, share) for n in range(n_workers)])
+        self._allowed_kills = allowed_kills
+        self._processes: list[_Process] = []
+        self._n_lost_at_start = 0
+
+    def run(
+        self, calls: Sequence[Call], width: int | None = None, admits: Admits | None = None
+    ) -> Iterator[tuple[int, Ending]]:
+        """As for `Team`: calls begin in their order, but that `admits` may let some wait."""
+        waiting = deque(range(len(calls)))
+        kills: Counter[int] = Counter()
+        n_left = len(calls)
+        try:
+            while n_left:
+                self._start(min(n_left, len(self.workers)))
+                self._hand_out(waiting, calls, width, admits)
+                for process in self._ready():
+                    ended = self._take(process, waiting, kills)
+                    if ended is not None:
+                        n_left -= 1
+                        yield ended
+        finally:
+            for process in [busy for busy in self._processes if busy.places]:
+                self._processes.remove(process)
+                process.end()
+
+    def _start(self, n_processes: int) -> None:
+        """Start processes that are not there."""
+        worker = self.workers[0]
+        while len(self._processes) < n_processes:
+            self._processes.append(_Process(worker.n_threads, MEMORY_SHARE * worker.memory))
+
+    def _hand_out(
+        self, waiting: deque[int], calls: Sequence[Call], width: int | None, admits: Admits | None
+    ) -> None:
+        """Give each worker a call, and a second one while there are many."""
+        is_limited = width is not None or admits is not None
+        for depth in range(1 if is_limited else DEPTH):
+            for process in self._processes[:width]:
+                n_kept = depth * len(self._processes)  # for whoever is done first
+                if len(process.places) > depth or len(waiting) <= n_kept:
+                    continue
+                at_work = [place for other in self._processes for place in other.places]
+                fits = (place for place in waiting if admits is None or admits(place, at_work))
+                if (place := next(fits, None)) is not None:
+                    waiting.remove(place)
+                    process.give(place, make_call, pickle.dumps(calls[place]))
+
+    def _ready(self) -> list[_Process]:
+        """Workers that have made a call, or have ended."""
+        first = {process.calls[0][1]: process for process in self._processes if process.calls}
+        ended, _ = wait(first, TICK, FIRST_COMPLETED)
+        return [process for future, process in first.items() if future in ended]
+
+    def _take(
+        self, process: _Process, waiting: deque[int], kills: Counter[int]
+    ) -> tuple[int, Ending] | None:
+        """The place of the call that has ended, and its ending; None if there is none."""
+        place, future = process.calls[0]
+        if future.exception() is not None:
+            return self._lost(process, waiting, kills)
+        process.calls.popleft()
+        if place is None:
+            self._n_lost_at_start = 0
+            return None
+        has_returned, data = future.result()
+        try:
+            value = pickle.loads(data)
+        except Exception as error:
+            return place, Failed(error)
+        return place, Done(value) if has_returned else Failed(value)
+
+    def _lost(
+        self, process: _Process, waiting: deque[int], kills: Counter[int]
+    ) -> tuple[int, Ending] | None:
+        """Take the calls of a worker that has ended back, and count that against the first."""
+        has_begun = process.calls[0][0] is not None
+        places = process.places
+        self._processes.remove(process)
+        process.end()
+        waiting.extendleft(reversed(places))
+        if not has_begun:
+            self._check_start()
+            return None
+        kills[places[0]] += 1
+        if kills[places[0]] <= self._allowed_kills:
+            return None
+        return waiting.popleft(), Killed(kills[places[0]])
+
+    def _check_start(self) -> None:
+        """Raise a ConnectionError where workers end before they have begun, again and again."""
+        self._n_lost_at_start += 1
+        if self._processes:
+            time.sleep(PAUSE)  # the others go on: there may be no room for more at the moment
+        elif self._n_lost_at_start >= START_ATTEMPTS:
+            raise ConnectionError("the workers cannot be started: each ended before it began")
+
+    def close(self) -> None:
+        """End all processes."""
+        for process in self._processes:
+            process.kill()
+        while self._processes:
+            self._processes.pop().end()
+
+
+@contextlib.contextmanager
+def open_pool(
+    n_workers: int,
+    n_threads: int = 1,
+    memory: float | None = None,
+    allowed_kills: int | None = None,
+) -> Iterator[Pool]:
+    """Open a team of processes of this machine; they end with the context, or with this process.
+
+    Parameters
+    ----------
+    n_workers, n_threads, memory, allowed_kills
+        As for `Pool`; by default all memory that this machine lets processes use.
+
+    Raises
+    ------
+    MissingExtraError
+        If the memory is to be watched, and psutil is not installed.
+    """
+    memory = usable_memory() if memory is None else memory
+    if memory < math.inf and find_spec("psutil") is None:
+        raise MissingExtraError("several worker processes", "batch")
+    kills = limits.ALLOWED_KILLS if allowed_kills is None else allowed_kills
+    pool = Pool(n_workers, n_threads, memory, kills)
+    try:
+        yield pool
+    finally:
+        pool.close()

@@ -1,0 +1,89 @@
+"""How worker processes begin: without code of the user, deaf to Ctrl-C, and all imports done once.
+
+On Linux they are forked from the fork server of `multiprocessing`, which has imported what workers
+need. Nothing here takes long to import: the command starts the fork server before it imports what
+it needs itself, and a second core does both at a time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import sys
+import types
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from multiprocessing.context import BaseContext
+
+__all__ = ["own_settings", "prepare", "start_context"]
+
+_MODULES = [
+    "superfacets.batches.jobs", "superfacets.io.readers.read", "superfacets.pipeline", "psutil",
+    "superfacets.workers.child", "concurrent.futures.process",
+]  # fmt: skip
+"""What nearly every worker needs."""
+
+_ENVIRONMENT = {
+    **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
+    "PYTHONSAFEPATH": "1",
+}
+"""Libraries read the first when they are loaded: each worker has its own share of the cores, and a
+process with threads cannot be forked. With the last, no module is imported from the current folder.
+"""
+
+
+HAS_SERVER = sys.platform == "linux"
+"""Elsewhere libraries of the system may not survive a fork."""
+
+
+def prepare() -> None:
+    """Start the fork server, where there is one and another core can run it."""
+    if HAS_SERVER and len(os.sched_getaffinity(0)) > 1:
+        start_context()
+
+
+def start_context() -> BaseContext:
+    """The way in which processes start on this system; its helpers are at work."""
+    import multiprocessing
+
+    if not HAS_SERVER:
+        return multiprocessing.get_context("spawn")
+    from multiprocessing import forkserver
+
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(_MODULES)
+    with own_settings():
+        forkserver.ensure_running()
+    return context
+
+
+@contextlib.contextmanager
+def own_settings() -> Iterator[None]:
+    """Start processes with an environment of their own, and none that a Ctrl-C reaches.
+
+    The terminal sends it to all processes; one that comes meanwhile is heard at the end. They do
+    not import the script that is running now: it may have no ``if __name__ == "__main__":``.
+    """
+    from multiprocessing import resource_tracker
+
+    before = {name: os.environ.get(name) for name in _ENVIRONMENT}
+    main = sys.modules["__main__"]
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, ()) if os.name == "posix" else None
+    try:
+        os.environ.update(_ENVIRONMENT)
+        if mask is not None:
+            resource_tracker.ensure_running()  # or the first process would, and unblock signals
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        sys.modules["__main__"] = types.ModuleType("__main__")
+        yield
+    finally:
+        sys.modules["__main__"] = main
+        for name, value in before.items():
+            os.environ.pop(name, None)
+            if value is not None:
+                os.environ[name] = value
+        if mask is not None:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
