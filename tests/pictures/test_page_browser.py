@@ -37,7 +37,8 @@ def opened(browser, tmp_path):
 def pixels(tab):
     """What the canvas shows at rest, (height, width, 4)."""
     draw = """() => {
-        const { gl, canvas } = superfacets.drawing;
+        const { canvas, gpu } = superfacets.drawing;
+        const { gl } = gpu;
         superfacets.drawing.rest();
         superfacets.drawing.draw();
         const bytes = new Uint8Array(4 * canvas.width * canvas.height);
@@ -55,6 +56,11 @@ def hue_at(picture, x, y):
     """The color at a pixel, whatever the light: its share of red, green and blue."""
     color = picture[y, x, :3].astype(float)
     return color / color.sum()
+
+
+def recolor(tab, colors):
+    """Give regions other colors, three bytes each."""
+    tab.evaluate(f"superfacets.content.levels[0].colors.set({colors}); superfacets.setLevel(0)")
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +110,7 @@ def test_pointer_colors_levels_and_values(opened, bear, levels):
     assert value <= heights[levels.levels[0] == label].max() * 1.01
 
 
-def test_regions_have_the_colors_of_pictures_and_one_texel_changes_one(opened, bear):
+def test_regions_have_the_colors_of_pictures_and_take_others(opened, bear):
     """A single region: all that is drawn has the first color, until that changes."""
     tab = opened(sf.view(bear, np.zeros(bear.n_faces, int)))
     before = pixels(tab)
@@ -113,7 +119,7 @@ def test_regions_have_the_colors_of_pictures_and_one_texel_changes_one(opened, b
     np.testing.assert_allclose(
         hue_at(before, *place), PALETTE[0] / PALETTE[0].astype(float).sum(), atol=0.02
     )
-    tab.evaluate("superfacets.drawing.setColor(0, [0, 0, 255])")
+    recolor(tab, "[0, 0, 255]")
     after = pixels(tab)
     np.testing.assert_allclose(hue_at(after, *place), [0, 0, 1], atol=0.02)
     np.testing.assert_array_equal(before[..., 3] > 0, after[..., 3] > 0)
@@ -181,8 +187,8 @@ def cells_seen(tab):
         const found = [];
         for (let y = 5; y < clientHeight; y += 20) {
             for (let x = 5; x < clientWidth; x += 20) {
-                const cell = drawing.cellAt(x, y);
-                if (cell !== null) found.push([x, y, cell]);
+                const cell = drawing.cellAt({ x, y });
+                if (cell !== 2 ** 32 - 1) found.push([x, y, cell]);
             }
         }
         return found;
@@ -194,11 +200,7 @@ def test_each_pixel_has_the_color_of_the_cell_that_the_pointer_finds_there(opene
     colors = np.arange(bear.n_faces) % 7
     tab = opened(sf.view(bear, colors))
     tab.locator("#borders").uncheck()
-    tab.evaluate("""() => {
-        const { drawing } = superfacets;
-        drawing.setColor(0, [255, 0, 0]);
-        for (let group = 1; group < 7; group++) drawing.setColor(group, [0, 0, 255]);
-    }""")
+    recolor(tab, "[255, 0, 0, ...Array(6).fill([0, 0, 255]).flat()]")
     found = cells_seen(tab)
     picture = pixels(tab)
     assert len(found) > 60
