@@ -270,6 +270,28 @@ def test_masked_labels_and_values_are_refused():
         sf.view(strip(2), features={"a": masked})
 
 
+@pytest.mark.parametrize("coding", ["plain", "planes", "difference", "newest"])
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "uint32", "int32", "float32"])
+@pytest.mark.parametrize("shape", [(7,), (7, 3), (0, 3)])
+def test_arrays_come_back_from_a_block_of_bytes(shape, dtype, coding):
+    if coding == "newest":
+        dtype, values = "uint32", np.arange(np.prod(shape)) % 5
+    elif dtype == "float32":
+        coding, values = (
+            "plain" if coding == "difference" else coding,
+            np.arange(np.prod(shape)) / 3,
+        )
+    else:
+        values = np.arange(np.prod(shape)) * 0x1234567 % np.iinfo(dtype).max
+    arrays = Arrays()
+    arrays.add("first", np.array([1, 2, 3], np.uint8), "plain")
+    arrays.add("second", values.astype(dtype).reshape(shape), coding)
+    found = decode_arrays(arrays.entries, arrays.data)
+    assert found["first"].tolist() == [1, 2, 3]
+    assert found["second"].dtype == dtype
+    np.testing.assert_array_equal(found["second"], values.astype(dtype).reshape(shape))
+
+
 def test_numbers_are_coded_by_the_newest():
     codes = newest_codes(np.array([0, 1, 2, 2, 1, 3, 0], np.uint32))
     assert codes.tolist() == [0, 0, 0, 1, 2, 0, 4]

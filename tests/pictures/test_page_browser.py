@@ -167,6 +167,37 @@ def test_drag_wheel_and_keys_move_the_mesh_and_0_brings_it_back(opened, bear, le
     assert tab.locator("#status").text_content().startswith("region ")
 
 
+def test_the_wheel_leaves_the_place_under_the_pointer_where_it_is(opened, bear, levels):
+    tab = opened(sf.view(bear, levels.levels[1]))
+    place = (MIDDLE[0] - 30, MIDDLE[1] - 40)
+    tab.mouse.move(*place)
+    cell = "superfacets.drawing.cellAt({{ x: {} - 250, y: {} }})".format(*place)
+    before = tab.evaluate(cell)
+    assert before < bear.n_faces
+    for _ in range(3):
+        tab.mouse.wheel(0, -200)
+    tab.wait_for_function("() => superfacets.drawing.camera.zoom > 2.4")
+    corners = bear.vertices[bear.faces[[before, tab.evaluate(cell)]]]
+    size = np.linalg.norm(np.ptp(bear.vertices, axis=0))
+    assert np.linalg.norm(corners[0].mean(axis=0) - corners[1].mean(axis=0)) < 0.02 * size
+
+
+def test_two_fingers_zoom_and_move(opened, bear, levels):
+    tab = opened(sf.view(bear, levels.levels[1]))
+    session = tab.context.new_cdp_session(tab)
+
+    def touch(kind, *xs):
+        points = [{"x": x, "y": MIDDLE[1], "id": i} for i, x in enumerate(xs)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", MIDDLE[0] - 40, MIDDLE[0] + 40)
+    touch("touchMove", MIDDLE[0] - 40, MIDDLE[0] + 80)
+    touch("touchEnd")
+    camera = tab.evaluate("superfacets.drawing.camera")
+    assert camera["zoom"] == pytest.approx(1.5)
+    assert np.linalg.norm(camera["target"]) > 0.01
+
+
 def test_points_polygons_and_plain_meshes_are_shown(opened, bear):
     cloud = PointCloud(bear.vertices)
     labels = (cloud.points[:, 1] > cloud.points[:, 1].mean()).astype(int)

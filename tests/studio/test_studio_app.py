@@ -30,7 +30,11 @@ def test_the_page_says_that_the_front_end_is_missing(client, monkeypatch, tmp_pa
 def test_the_mesh_is_as_in_the_file(client, sheet):
     header, arrays = unpacked(client.get("mesh").content)
     mesh = superfacets.read_mesh(sheet)
-    assert (header["kind"], header["n_cells"], len(arrays["triangles"])) == ("triangles", 1152, 1152)
+    assert (header["kind"], header["n_cells"], len(arrays["triangles"])) == (
+        "triangles",
+        1152,
+        1152,
+    )
     corners = arrays["positions"][arrays["triangles"]] + header["center"]
     assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
     assert arrays["areas"].sum() == pytest.approx(client.files.document(0).areas.sum())

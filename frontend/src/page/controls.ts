@@ -44,7 +44,7 @@ export class Controls {
     }
   }
 
-  /** Events come faster than pictures: the latest one of each picture counts. */
+  /** Events come faster than frames: only the latest event before each frame counts. */
   private hoverSoon(place: Place): void {
     if (!this.pointer) {
       requestAnimationFrame(() => {

@@ -125,7 +125,7 @@ export class Camera {
     this.changed();
   }
 
-  /** Move what is seen by a share of the picture's height. */
+  /** Move the picture by shares of its height. */
   pan(x: number, y: number): void {
     this.flight++;
     const [right, up] = this.directions();
@@ -134,7 +134,7 @@ export class Camera {
     this.changed();
   }
 
-  /** Come nearer (factor > 1); what is at (x, y), in heights off the middle, stays. */
+  /** Come nearer (factor > 1). The place at (x, y), in heights from the middle, stays where it is. */
   zoomBy(factor: number, x = 0, y = 0): void {
     this.pan(-x, -y);
     this.setDistance(this.distance / factor);

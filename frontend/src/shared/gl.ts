@@ -1,4 +1,4 @@
-// WebGL 2 in few words: programs, tables of numbers that shaders look up, pictures beside the canvas.
+// WebGL 2: programs, tables of numbers that shaders look up, pictures beside the canvas.
 
 export const WIDTH = 2048; // of tables: each WebGL 2 has room for it
 const MAX_ROWS = 64; // a change of more rows is sent as one whole
@@ -19,7 +19,7 @@ interface Held {
 
 export class Gpu {
   readonly gl: WebGL2RenderingContext;
-  readonly tellsFirst: boolean; // the first vertex of a triangle tells its flat values, else the last
+  readonly tellsFirst: boolean; // flat values of a triangle are those of its first vertex, else of its last
   private nUnits = 0;
   private noBuffers: WebGLVertexArrayObject | null = null;
   private readonly held: Held[] = [];

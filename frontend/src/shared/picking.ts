@@ -18,7 +18,7 @@ export function placeOf(canvas: HTMLCanvasElement, event: MouseEvent): Place {
   return { x: event.clientX - left, y: event.clientY - top };
 }
 
-/** The wheel: what is under the pointer stays there. */
+/** Zoom by the wheel; the place under the pointer stays there. */
 export function zoomByWheel(canvas: HTMLCanvasElement, camera: Camera, event: WheelEvent): void {
   event.preventDefault();
   const { x, y } = placeOf(canvas, event);

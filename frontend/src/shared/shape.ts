@@ -1,4 +1,4 @@
-// What is drawn: triangles or points, and where they are.
+// Triangles or points to be drawn, and their positions.
 
 import type { Arrays } from "./arrays";
 import type { View } from "./camera";

@@ -60,7 +60,7 @@ export class Surface {
     gl.bufferData(kind, values, gl.STATIC_DRAW);
   }
 
-  /** What shaders need to know of where vertices are. */
+  /** Values from which shaders compute positions. */
   placing(eye: Eye): Values {
     const { facts, vertices, hasFloats } = this;
     return { ...eye, vertices, has_floats: hasFloats, low: facts.low, step_: facts.step };

@@ -1,6 +1,6 @@
 // Requests to the server.
 
-/** The server says no: its one line, and the status. */
+/** The server refused a request: its line of text, and the status. */
 export class ServerError extends Error {
   constructor(
     message: string,
@@ -10,7 +10,7 @@ export class ServerError extends Error {
   }
 }
 
-/** Nobody answers. */
+/** The server does not answer. */
 export class ServerGone extends Error {
   constructor() {
     super("the server does not answer");
@@ -59,11 +59,11 @@ export class Api {
     try {
       return await response.arrayBuffer();
     } catch {
-      throw new ServerGone(); // it ended in the middle of its answer
+      throw new ServerGone(); // it stopped in the middle of its answer
     }
   }
 
-  /** The lines of an answer that comes bit by bit, each as what its JSON says. */
+  /** Lines of a streamed answer, parsed from JSON. */
   async *lines<T>(path: string, body: unknown, signal: AbortSignal): AsyncGenerator<T> {
     const options = { method: "POST", body: JSON.stringify(body), signal };
     const response = await this.request(path, options);

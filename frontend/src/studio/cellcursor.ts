@@ -6,10 +6,10 @@ import { MARK_CURSOR } from "./celltable";
 import type { Desk } from "./desk";
 import type { Mesh } from "./mesh";
 
-const LEAST_COSINE = 0.25; // between an arrow key and the way to a neighbor
-const MARGIN = 0.1; // of the picture, where the cursor is brought back to the middle
-const LEAST_FACING = 0.35; // cosine between the cell's normal and the way to the eye
-const STAND_OFF = 60; // radii of a cell that the eye is away from it
+const LEAST_COSINE = 0.25; // between the direction of an arrow key and of a neighbor
+const MARGIN = 0.1; // share of the picture at each edge from which the cursor is brought back
+const LEAST_FACING = 0.35; // cosine between the cell's normal and the direction to the eye
+const STAND_OFF = 60; // distance of the eye from a cell, in radii of the cell
 
 const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
 
@@ -39,7 +39,7 @@ export class CellCursor {
     this.desk.drawing.redraw();
   }
 
-  /** Go to the neighbor to the right (x = 1), left, above (y = 1) or below; at first to a start. */
+  /** Go to the neighbor on the right (x = 1), left, above (y = 1) or below; first to a start cell. */
   move(x: number, y: number): void {
     const isFirst = this.cell < 0 || this.desk.isHidden(this.cell);
     const next = isFirst ? this.start() : this.next(x, y);
@@ -64,14 +64,14 @@ export class CellCursor {
     return `${capital(this.mesh.oneCell)} ${this.cell}`;
   }
 
-  /** Give the cell a class; 0 takes it away. */
+  /** Give the cell a class; 0 removes it. */
   paint(id: number): void {
     const { desk } = this;
     desk.session.paint(Uint32Array.of(this.cell), id);
     desk.say(id ? `${this.name}: ${desk.className(id)}.` : `${this.name}: class removed.`);
   }
 
-  /** In the region of the keyboard's cursor, else what is seen nearest to the picture's middle. */
+  /** A cell in the region of the keyboard's cursor, or else the one nearest to the picture's middle. */
   private start(): number {
     const { cursor, session, drawing } = this.desk;
     if (cursor >= 0) return this.middleCell(session.regions.cellsOf(cursor));
@@ -133,7 +133,7 @@ export class CellCursor {
     return lengthOf(normal) === 0 || dot(normal, toward) > LEAST_FACING;
   }
 
-  /** Nearer, from where one looks now if the cell is seen from there. */
+  /** Fly near the cell. If the cell can be seen now, the direction of view stays. */
   private fly(cell: number): void {
     const { mesh } = this;
     const middle = mesh.middleOf(cell)!;

@@ -1,4 +1,4 @@
-// What is drawn on cells: classes, and marks.
+// Classes and marks of cells, for shaders.
 
 import { type Gpu, Table } from "../shared/gl";
 

@@ -1,4 +1,4 @@
-// Colors: sixteen for regions, so that neighbors differ, and those of classes.
+// Colors of regions, which differ between neighbors, and of classes.
 
 import type { Neighbors } from "./neighbors";
 
@@ -12,7 +12,7 @@ const PALETTE: Rgb[] = [
   [255, 195, 255], [170, 205, 120], [185, 165, 150], [95, 230, 250],
 ];
 
-// Further classes take these in turn; each is told from its neighbors by the color-blind too.
+// Colors of new classes, in turn. Color-blind people can tell each from the ones beside it.
 const CLASS_COLORS = [
   "#e6550d", "#3182bd", "#31a354", "#8856a7", "#d6b300", "#c51b8a", "#1b9e9e", "#8c510a",
   "#636363", "#66a61e", "#e7298a", "#2b3fb0",

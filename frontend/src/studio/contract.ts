@@ -1,4 +1,4 @@
-// What the server sends and takes.
+// Types of requests to the server and of its answers.
 
 export interface Parameters {
   n_segments: number;
@@ -33,7 +33,7 @@ export interface State extends Progress {
   levels: number[];
   input: { name: string; n_cells: number; sha256?: string };
   notes: string[];
-  exports?: Record<string, string[]>; // formats of what
+  exports?: Record<string, string[]>; // file formats, by what is exported
 }
 
 export interface FileEntry {
@@ -48,7 +48,7 @@ export interface PaintReply extends Progress {
   changed: number;
 }
 
-/** What an undo or redo did, and how things are now. */
+/** Effect of an undo or redo, and the state after it. */
 export interface UndoReply extends Progress {
   kind: string;
   cells: string;
@@ -62,7 +62,7 @@ export interface SplitReply extends Progress {
   n_regions: number;
 }
 
-/** A line of the stream that `segment` answers with. */
+/** A line of the streamed answer of `segment`. */
 export interface SegmentLine {
   stage?: string;
   iteration?: number;

@@ -1,4 +1,4 @@
-// What tools, keys and panels share: the open file, what is selected, and the current class.
+// State that tools, keys and panels share: open file, selection, current class.
 
 import { lengthOf, minus, plus, scaled, type Vector } from "../shared/vectors";
 import { MARK_HIDDEN } from "./celltable";
@@ -23,8 +23,8 @@ export class Desk {
   hoveredCell = -1;
   tolerance = 0.15; // of "similar"
   readonly selection = new Set<number>();
-  private isPainted = false; // the selection is what the last stroke painted
-  private order: number[] = []; // of the keyboard's walk
+  private isPainted = false; // the last stroke painted the selection
+  private order: number[] = []; // of regions, for next and previous
 
   constructor(
     readonly session: Session,
@@ -84,7 +84,7 @@ export class Desk {
     this.events.emit("hover", cell);
   }
 
-  /** The region that keys work on: under the pointer, else under the cursor. */
+  /** The region that keys work on: under the pointer, or else under the cursor. */
   get activeRegion(): number {
     const hovered = this.regionOf(this.hoveredCell);
     return hovered >= 0 ? hovered : this.cursor;
@@ -99,14 +99,14 @@ export class Desk {
     this.events.emit("selection", this.selection);
   }
 
-  /** No region is chosen by keys any more. */
+  /** Forget the regions that keys have chosen. */
   clearSelection(): void {
     this.cursor = -1;
     this.drawing.mark({ cursor: -1 });
     this.select([], false);
   }
 
-  /** Paint regions; they are what growing and shrinking start from. */
+  /** Paint regions, and select them for growing and shrinking. */
   paintRegions(regions: Iterable<number>, id: number): void {
     const list = [...regions];
     if (!list.length) return;
@@ -137,7 +137,7 @@ export class Desk {
     this.say(`Region ${region}${where}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${this.className(id)}.`);
   }
 
-  /** False where none of the region is on the outside. */
+  /** Fly to a region; false where all of it is inside the body. */
   private fly(region: number): boolean {
     const { mesh, regions } = this.session;
     let [sum, normal]: [Vector, Vector] = [[0, 0, 0], [0, 0, 0]];
@@ -157,7 +157,7 @@ export class Desk {
     return true;
   }
 
-  /** Paint what is selected, or the region under pointer or cursor. */
+  /** Paint the selection, or the region under pointer or cursor. */
   paintActive(id: number): void {
     const { activeRegion } = this;
     const list = this.selection.size && !this.isPainted ? [...this.selection] : [activeRegion];
@@ -170,7 +170,7 @@ export class Desk {
     this.say(id ? `${what}: ${this.className(id)}.` : `${what}: class removed.`);
   }
 
-  /** Go to the largest region that has no class for most of it. */
+  /** Go to the largest region of which most has no class. */
   showLargestBare(): void {
     const { regions, classes } = this.session;
     let best = -1;

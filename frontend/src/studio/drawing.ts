@@ -1,4 +1,4 @@
-// What is on the canvas. Two passes, see shaders.ts.
+// The picture on the canvas, in the two passes of shaders.ts.
 
 import { Camera } from "../shared/camera";
 import { Frame, Gpu, Program, Table } from "../shared/gl";
@@ -11,10 +11,10 @@ import { parseColor, type Rgb } from "./colors";
 import type { Mesh } from "./mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
 
-const REFINE_MS = 160; // at rest so long, the picture gets smooth
+const REFINE_MS = 160; // without a change, until the picture gets smooth
 const MAX_FINE_PIXELS = 9_000_000;
-// Views that take longer are not drawn smooth, which takes four times as long: without a graphics
-// card one would wait for it.
+// Views that take longer are not made smooth, which takes four times as long: without a graphics
+// card the user would have to wait.
 const SLOW_MS = 80;
 const MAX_CLASSES = 65536;
 
@@ -31,7 +31,7 @@ export class Drawing {
   private readonly classColors: Table;
   private readonly frames: [Frame, Frame]; // of the first pass, by stride
   private frame: Frame | null = null; // the latest
-  private stride = 1; // pixels of the first pass along one of the canvas
+  private stride = 1; // pixels of the first pass per pixel of the canvas, along each side
   private mesh: Mesh | null = null;
   private theme: Record<string, number[]> = {};
   private hovered = NONE;
@@ -40,7 +40,7 @@ export class Drawing {
   private isStale = false; // the first pass is out of date
   private scheduled = 0;
   private refining = 0;
-  private viewMs = 0; // that a view of this mesh takes; 0: not measured yet
+  private viewMs = 0; // time of the first pass for this mesh; 0: not measured yet
 
   constructor(
     readonly canvas: HTMLCanvasElement,
@@ -141,7 +141,7 @@ export class Drawing {
     this.redraw();
   }
 
-  /** The mesh is seen in another way: draw it anew, fast at first and smooth after a while. */
+  /** Draw another view: fast at first, smooth after a while. */
   changeView(): void {
     this.isStale = true;
     this.stride = 1;
@@ -149,7 +149,7 @@ export class Drawing {
     this.refineSoon();
   }
 
-  /** Only colors changed. */
+  /** Draw other colors in the same view. */
   redraw(): void {
     this.schedule();
     if (this.stride > 1) this.refineSoon();
@@ -167,7 +167,7 @@ export class Drawing {
     this.refining = window.setTimeout(() => this.refine(), REFINE_MS);
   }
 
-  /** Draw smooth lines; `always`: even where that takes long. */
+  /** Draw smooth lines; `always`: even where it takes long. */
   refine(always = false): void {
     const { width, height } = this.canvas;
     if (!this.hasSize || !this.mesh || !this.frame) return;
@@ -188,7 +188,7 @@ export class Drawing {
     return performance.now() - start;
   }
 
-  /** Draw now. `samples` along each side are looked at for a pixel, at most the stride. */
+  /** Draw now, with so many samples per pixel along each side, at most the stride. */
   draw(samples: number): void {
     if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
     const { gl } = this.gpu;
@@ -232,7 +232,7 @@ export class Drawing {
     return { cells, width: w, height: h, scale };
   }
 
-  /** How many new views a second can be drawn. */
+  /** Number of new views that can be drawn in a second. */
   framesPerSecond(count = 10): number {
     const start = performance.now();
     for (let i = 0; i < count; i++) {

@@ -1,4 +1,4 @@
-// Who wants to know of what: `Kinds` gives the value that goes with each kind of event.
+// Listeners by kind of event; `Kinds` gives the type of the value that each kind carries.
 
 export class Events<Kinds> {
   private readonly listeners = new Map<keyof Kinds, Set<(value: never) => void>>();

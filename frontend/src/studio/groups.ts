@@ -1,10 +1,10 @@
-// Places of equal numbers, one group after the other.
+// Indices grouped by their values, by a counting sort.
 
 export class Groups {
   private readonly starts: Uint32Array;
   private readonly members: Uint32Array;
 
-  /** `values`: the group of each place, below `count`; places with a negative one are left out. */
+  /** `values`: the group of each index, below `count`; indices with a negative one are left out. */
   constructor(values: Int32Array | Uint32Array, count: number) {
     this.starts = new Uint32Array(count + 1);
     for (const value of values) if (value >= 0) this.starts[value + 1]++;
@@ -14,7 +14,7 @@ export class Groups {
     for (let i = 0; i < values.length; i++) if (values[i] >= 0) this.members[next[values[i]]++] = i;
   }
 
-  /** Places of one group in rising order. */
+  /** Indices of one group in rising order. */
   of(group: number): Uint32Array {
     return this.members.subarray(this.starts[group], this.starts[group + 1]);
   }

@@ -1,4 +1,4 @@
-// `window.studio`, for tests and for the curious.
+// `window.studio`, for tests and measurements.
 
 import type { Rgb } from "./colors";
 import type { Desk } from "./desk";
@@ -10,7 +10,7 @@ export interface Hook {
   readonly revision: number;
   readonly nRegions: number;
   readonly nWaiting: number;
-  readonly isIdle: boolean; // nothing is under way
+  readonly isIdle: boolean; // the page shows the state of the server
   labels(): number[];
   classOf(cell: number): number;
   screenOf(cell: number): Place | null;

@@ -1,4 +1,4 @@
-// The keyboard: one table, from which the help is made too.
+// Keyboard: one table of keys, which also fills the help.
 
 import type { Desk } from "./desk";
 import type { Modes } from "./modes";
@@ -184,7 +184,7 @@ export class Keys {
   }
 }
 
-/** A key with what is held down; Shift only where it does not make another sign. */
+/** Name of a key with its modifiers; Shift counts only where it produces no other character. */
 function nameOf(event: KeyboardEvent): string {
   const isSign = event.key.length === 1 && !/[a-z]/i.test(event.key);
   const parts: string[] = [];

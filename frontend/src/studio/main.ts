@@ -46,7 +46,7 @@ async function start(): Promise<void> {
   part("loading").hidden = true;
 }
 
-/** Two controls that concern the page alone. */
+/** Controls of which the server knows nothing. */
 function watchTools(desk: Desk): void {
   const tolerance = part<HTMLInputElement>("tolerance");
   const show = (): void => {

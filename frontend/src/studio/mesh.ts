@@ -1,4 +1,4 @@
-// The mesh as the server sends it, and the geometry of its cells.
+// The mesh that the server sends, and the geometry of its cells.
 
 import { type Shape, type ShapeFacts, shapeOf } from "../shared/shape";
 import { cross, minus, plus, scaled, type Vector } from "../shared/vectors";

@@ -1,4 +1,4 @@
-// Which tool has the left button; the bar says so at all times.
+// The current tool of the left button, which the bar shows.
 
 import { CellCursor } from "./cellcursor";
 import type { Desk } from "./desk";
@@ -53,7 +53,7 @@ export class Modes {
     this.show();
   }
 
-  /** Lasso, then the other lasso. */
+  /** Switch between the lassos of regions and of cells. */
   nextLasso(): void {
     this.choose(this.current === "lasso" ? "lasso-cells" : "lasso");
   }

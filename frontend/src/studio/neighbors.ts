@@ -1,4 +1,4 @@
-// Which regions touch, rings around them, and an order in which each next one is close.
+// Which regions touch, rings around them, and a walk through all regions.
 
 import { readPacket } from "./packet";
 

@@ -1,4 +1,4 @@
-// What the page says: messages, errors, and that the server is gone.
+// Messages, errors, and a banner while the server does not answer.
 
 import { part } from "../shared/dom";
 import type { Session } from "./session";

@@ -15,7 +15,7 @@ export class Picker {
     private readonly mesh: Mesh,
   ) {}
 
-  /** Made when it is first asked for: a view does without. */
+  /** Built on first use: looking at a mesh does not need it. */
   get surroundings(): Surroundings {
     return (this.known ??= new Surroundings(this.mesh));
   }

@@ -58,7 +58,7 @@ export class Pointer {
     desk.say(id ? `${desk.className(id)} is chosen.` : "No class is there: strokes erase.");
   }
 
-  /** Events come faster than pictures: the latest one of each picture counts. */
+  /** Events come faster than frames: only the latest event before each frame counts. */
   private moved(event: PointerEvent): void {
     if (!this.isReady) return;
     if (!this.waiting) requestAnimationFrame(() => this.move());

@@ -1,4 +1,4 @@
-// Strokes on their way to the server: in order, kept until it has them.
+// Strokes on their way to the server, in order, kept until the server has them.
 
 import { type Api, ServerGone, type ServerError } from "./api";
 import { fromBase64, toBase64 } from "../shared/base64";
@@ -7,7 +7,7 @@ import type { PaintReply } from "./contract";
 export interface Stroke {
   class: number;
   cells: Uint32Array;
-  stroke: string; // parts of one stroke have one name, and are undone together
+  stroke: string; // parts of one stroke share this name, and are undone together
 }
 
 type Kept = [id: number, cells: string, stroke: string];
@@ -18,10 +18,10 @@ interface Listener {
   gone(): void;
 }
 
-// How long a stroke may wait in the browser's own store at most, as characters of text.
+// Most characters of waiting strokes in the browser's store.
 const MAX_KEPT = 4_000_000;
 
-/** What waits is kept in the browser too: a page that is closed meanwhile loses nothing. */
+/** Waiting strokes are also kept in the browser's store, so that closing the page loses nothing. */
 export class Saver {
   private waiting: Stroke[] = [];
   private running: Promise<void> | null = null;
@@ -49,7 +49,7 @@ export class Saver {
     void this.flush();
   }
 
-  /** Send what waits; resolves when all is saved, or the server is found gone. */
+  /** Send waiting strokes; resolves when all are saved, or the server does not answer. */
   flush(): Promise<void> {
     this.running ??= this.send().finally(() => {
       this.running = null;
@@ -80,7 +80,7 @@ export class Saver {
     if (!this.waiting.length) this.forget();
   }
 
-  /** Strokes wait while something else is under way that they must not overtake. */
+  /** Keep strokes back while an operation runs that they must not overtake. */
   hold(): void {
     this.isHeld = true;
   }
@@ -90,7 +90,7 @@ export class Saver {
     void this.flush();
   }
 
-  /** How many of the first that wait are parts of one stroke. */
+  /** Number of waiting parts that belong to the first stroke. */
   private joinable(): number {
     const end = this.waiting.findIndex(({ stroke }) => stroke !== this.waiting[0].stroke);
     return end < 0 ? this.waiting.length : end;

@@ -1,4 +1,4 @@
-// The file that is open: what the server says of it, and what the user does to it.
+// The open file: its state on the server, and the user's operations on it.
 
 import { Api, ServerError, ServerGone } from "./api";
 import { fromBase64 } from "../shared/base64";
@@ -24,7 +24,7 @@ interface Kinds {
   files: FileEntry[];
 }
 
-/** What to say of an answer that is not that of the server which was here before. */
+/** Message for an answer of a server other than the one that sent this page. */
 function strangerLine(error: unknown): string {
   if (error instanceof ServerError && error.status === 403) {
     return "The server was started anew: open the address that it printed. Strokes that wait are kept.";
@@ -41,7 +41,7 @@ export function newStroke(): string {
 
 const RETRY_MS = 1000;
 const BEAT_MS = 5000;
-// A preview that takes longer is cut off by the next one; a shorter one is waited for.
+// A preview that takes longer is aborted by the next one; the next one waits for a shorter one.
 const SHORT_SECONDS = 0.4;
 
 export class Session {
@@ -60,7 +60,7 @@ export class Session {
   private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
   private lastSeconds = 0;
   private steps: Promise<unknown> = Promise.resolve(); // see `alone`
-  private nSteps = 0; // that are under way
+  private nSteps = 0; // number of steps under way
 
   constructor(private readonly api: Api) {
     setInterval(() => void this.beat(), BEAT_MS);
@@ -81,8 +81,8 @@ export class Session {
   }
 
   /**
-   * Do what reads or writes the whole state: one after the other, with strokes either before or
-   * behind it. Answers that overtake each other would leave wrong classes on the page.
+   * Run work that reads or writes the whole state, one at a time. Strokes are sent before or after
+   * it: answers that overtake each other would leave wrong classes on the page.
    */
   private alone<T>(work: () => Promise<T>): Promise<T> {
     this.nSteps++;
@@ -101,7 +101,7 @@ export class Session {
     return done;
   }
 
-  /** The same with errors shown; false if there was one. */
+  /** Like `alone`, but shows errors; false if there was one. */
   private async attempt(work: () => Promise<void>): Promise<boolean> {
     try {
       await this.alone(work);
@@ -177,7 +177,7 @@ export class Session {
     this.events.emit("regions", this.regions);
   }
 
-  /** News that are older than what is known are not taken. */
+  /** Take over news from the server, unless a later state is known already. */
   private take(news: Partial<State>): void {
     if (news.seq === undefined || news.seq >= this.state.seq) Object.assign(this.state, news);
     this.events.emit("state", this.state);
@@ -187,7 +187,7 @@ export class Session {
     for (const cell of cells) this.classes.set(cell, id);
   }
 
-  /** Give cells a class (0 takes it away): shown at once, saved as soon as the server has it. */
+  /** Give cells a class (0 removes it). It is shown at once, and saved in the background. */
   paint(cells: Uint32Array, id: number, stroke = newStroke()): void {
     const changed = cells.filter((cell) => this.classes.of[cell] !== id);
     if (!changed.length) return;
@@ -233,7 +233,7 @@ export class Session {
     this.take({ seq, progress, can_undo, can_redo, parameters });
   }
 
-  /** Read anew what may have changed: parameters, classes and, if they did, regions. */
+  /** Reload parameters, classes and, if they changed, regions. */
   async reload(): Promise<void> {
     const state = await this.api.get<State>(`${this.path}/state`);
     this.state = state;
@@ -242,7 +242,7 @@ export class Session {
     this.take({});
   }
 
-  /** Segment with these parameters. Of several previews only the newest is made. */
+  /** Segment with these parameters. Of several waiting previews only the newest is computed. */
   segment(parameters: Partial<Parameters>, preview: boolean): void {
     this.wanted = { parameters, preview };
     if (!this.segmentation) this.segmenting = this.segmentWanted();
@@ -296,7 +296,7 @@ export class Session {
     });
   }
 
-  /** Regions like this one; none if the server is gone. */
+  /** Regions similar to this one; none if the server does not answer. */
   async similar(region: number, tolerance: number): Promise<number[]> {
     const { revision } = this.regions;
     let regions: number[] = [];
@@ -315,7 +315,7 @@ export class Session {
     if (!isDone) this.events.emit("classes", this.state.classes);
   }
 
-  /** Write a file beside the input; one that may be somebody else's is replaced only if told. */
+  /** Write a file beside the input. An existing file is replaced only after the user agrees. */
   async exportTo(format: string, what: string, replace = false): Promise<void> {
     try {
       const { path } = await this.alone(() => this.post<{ path: string }>("export", { format, what, replace }));
@@ -353,14 +353,14 @@ export class Session {
     return this.api.post<T>(`${this.path}/${what}`, body);
   }
 
-  /** Say what went wrong, in one line. */
+  /** Show an error in one line. */
   report(error: unknown): void {
     if (error instanceof ServerGone) this.lose();
     const line = error instanceof Error ? error.message : String(error);
     this.events.emit("error", `${line[0]?.toUpperCase() ?? ""}${line.slice(1)}`);
   }
 
-  /** A stroke was refused: show again what the server has. */
+  /** A stroke was refused: show the server's classes again. */
   private async refused(error: ServerError): Promise<void> {
     this.report(error);
     await this.attempt(() => this.readAnew());
@@ -391,7 +391,7 @@ export class Session {
     }
   }
 
-  /** See from time to time whether the server is there and nobody else has painted. */
+  /** Check regularly that the server answers and that nobody else has painted. */
   private async beat(): Promise<void> {
     if (!this.online || !this.state || !this.isIdle || document.hidden) return;
     try {

@@ -1,6 +1,6 @@
-// Two passes. The first draws what does not change while one paints: the cell at each pixel, and how
-// bright it is. The second looks up region, class and marks of that cell, and draws borders where
-// neighboring pixels show different regions. Only a new view needs the first.
+// Two passes. The first draws the cell at each pixel, and its brightness. The second looks up region,
+// class and marks of this cell, and draws borders where neighboring pixels show different regions.
+// While the user paints in one view, only the second is drawn.
 
 import { CODE, HEAD, LIGHT } from "../shared/shaders";
 
@@ -31,8 +31,8 @@ uniform usampler2D regions;  // of each cell
 uniform usampler2D cells;
 uniform sampler2D region_colors;  // alpha: selected
 uniform sampler2D class_colors;
-uniform int stride;  // pixels of the first pass along one of this
-uniform int samples;  // of those, how many are looked at
+uniform int stride;  // pixels of the first pass per pixel of this one, along each side
+uniform int samples;  // of these, along each side, that are looked up
 uniform int line;  // width of borders, in pixels of the first pass
 uniform uint hovered;  // a region
 uniform uint cursor;
@@ -47,7 +47,7 @@ out vec4 color;
 
 uint cellAt(ivec2 p) {
   uvec4 bytes = uvec4(round(texelFetch(ids, p, 0) * 255.0));
-  return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // NONE where nothing is
+  return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // NONE where no cell is
 }
 uint regionOf(uint cell) { return cell == NONE ? NONE - 1u : texelFetch(regions, place(cell), 0).r; }
 float distanceAt(ivec2 p) {

@@ -1,4 +1,4 @@
-// The modes. One of them gets what the left button does on the canvas.
+// Tools: the current one handles the left button on the canvas.
 
 import type { Place } from "../shared/picking";
 import { NONE } from "../shared/shape";
@@ -12,7 +12,7 @@ import { newStroke } from "./session";
 export interface Tool {
   readonly name: string;
   readonly hint: string;
-  /** A stroke goes through these places; `isOther`: with Shift. */
+  /** A stroke begins here; `isOther`: with Shift. */
   begin(place: Place, isOther: boolean): void;
   move(place: Place): void;
   end(): void;
@@ -24,7 +24,7 @@ export interface Tool {
   resize?(factor: number): void;
 }
 
-const STEP = 6; // pixels between the places of a stroke that are looked at
+const STEP = 6; // pixels between the places of a stroke at which cells are looked up
 
 /** Paints regions that the pointer goes over. */
 export class RegionBrush implements Tool {
@@ -150,7 +150,7 @@ export class CellBrush implements Tool {
   }
 }
 
-/** Paints what a drawn line encloses: regions that are mostly inside, or single cells. */
+/** Paints regions that are mostly inside a drawn line, or single cells inside it. */
 export class Lasso implements Tool {
   readonly name: string;
   readonly hint = "Draw a line around what to paint · Shift removes · L: regions or cells · Esc leaves";
@@ -328,12 +328,12 @@ export class Splitter implements Tool {
     });
   }
 
-  /** Strokes for those who have no pointer: the two cells that are farthest apart, about. */
+  /** Strokes for keyboard users: two cells that are nearly the farthest apart. */
   private takeEnds(region: number): void {
     if (region < 0) return;
     const cells = this.desk.session.regions.cellsOf(region);
     const seen = cells.filter((cell) => this.desk.session.mesh.middleOf(cell));
-    const isInside = seen.length < 2; // where nobody sees which two are taken
+    const isInside = seen.length < 2; // cells there cannot be seen: any two will do
     const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
     const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
     if (one === other) return;

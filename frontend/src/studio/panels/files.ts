@@ -6,7 +6,7 @@ import { make, part, percent } from "../../shared/dom";
 import type { Session } from "../session";
 
 export class FilesPanel {
-  private asked = -1; // the file that was asked for last; damaged ones are gone past, too
+  private asked = -1; // the file requested last, which may be damaged
   private readonly rows = new Map<number, { button: HTMLButtonElement; bar: HTMLProgressElement }>();
 
   constructor(private readonly session: Session) {
@@ -47,7 +47,7 @@ export class FilesPanel {
     row.bar.title = percent(this.session.classes.progress);
   }
 
-  /** To the file that many places on in the list. */
+  /** Open the file so many places further down the list. */
   go(steps: number): void {
     const { files } = this.session;
     const at = files.findIndex(({ id }) => id === this.asked) + steps;

@@ -1,4 +1,4 @@
-// Sliders of the segmentation, its levels, and how far it has come.
+// Sliders for the segmentation's parameters, its levels, and its progress.
 
 import type { Parameters, Range, SegmentLine } from "../contract";
 import { make, part } from "../../shared/dom";
@@ -9,11 +9,11 @@ type Name = "n_segments" | "alpha" | "ridges";
 interface Slider {
   name: Name;
   text: string;
-  value: (share: number, range: Range) => number; // share: 0 to 1 of the slider's way
+  value: (share: number, range: Range) => number; // share: position of the slider, 0 to 1
   share: (value: number, range: Range) => number;
 }
 
-// Regions in equal factors; creases with most of the way for the lower values.
+// The number of regions is on a logarithmic scale. The scale of creases has more room for low values.
 const SLIDERS: Slider[] = [
   {
     name: "n_segments",
@@ -41,7 +41,7 @@ export class ParametersPanel {
   private readonly outputs = new Map<Name, HTMLOutputElement>();
   private readonly smooth = make("input", { type: "checkbox", id: "smooth" });
   private ranges: Record<string, Range> = {};
-  private readonly moved = new Set<Slider>(); // since the last segmentation that counts
+  private readonly moved = new Set<Slider>(); // since the last segmentation that was no preview
 
   constructor(private readonly session: Session) {
     for (const slider of SLIDERS) this.addSlider(slider);
@@ -79,7 +79,7 @@ export class ParametersPanel {
   private setValue(slider: Slider, value: number): void {
     const { name } = slider;
     this.showValue(name, value);
-    if (this.valueOf(slider) === value) return; // several places are the same number: stay there
+    if (this.valueOf(slider) === value) return; // several positions stand for this number: stay there
     const at = Math.round(STEPS * slider.share(value, this.ranges[name]));
     this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
   }
@@ -90,7 +90,7 @@ export class ParametersPanel {
     this.fields.get(name)!.setAttribute("aria-valuetext", text);
   }
 
-  /** Only what was moved: a slider's steps would round the others. */
+  /** Send only moved sliders: the steps of the others would round their values. */
   private send(preview: boolean): void {
     const parameters: Partial<Parameters> = { smooth: this.smooth.checked };
     for (const slider of this.moved) parameters[slider.name] = this.valueOf(slider);
