@@ -1,7 +1,6 @@
 // WebGL 2: programs, tables of numbers that shaders look up, pictures beside the canvas.
 
 export const WIDTH = 2048; // of tables: each WebGL 2 has room for it
-const MAX_ROWS = 64; // a change of more rows is sent as one whole
 
 /** A place that textures are bound to for all time. */
 export interface Lookup {
@@ -162,8 +161,8 @@ export class Table implements Lookup, Held {
   bytes = 0;
   texels: Texels = new Uint8Array(0); // only where they are kept
   private format: Format = "r32";
-  private first = new Int32Array(0); // lowest index that waits to be sent, of each row
-  private last = new Int32Array(0); // and the highest
+  private first = Infinity; // row of texels that wait to be sent
+  private last = -1; // and the last such row
 
   constructor(private readonly gpu: Gpu) {
     this.unit = gpu.nextUnit();
@@ -208,33 +207,29 @@ export class Table implements Lookup, Held {
     const rows = texels.length / channels / WIDTH;
     gl.activeTexture(gl.TEXTURE0 + this.unit);
     gl.texImage2D(gl.TEXTURE_2D, 0, inner, WIDTH, rows, 0, outer, type, texels);
-    this.first = new Int32Array(rows).fill(WIDTH);
-    this.last = new Int32Array(rows).fill(-1);
+    this.first = Infinity;
+    this.last = -1;
   }
 
   /** The texel of an index has changed: `send` takes it. */
   touch(index: number): void {
     const row = Math.floor(index / WIDTH);
-    const column = index % WIDTH;
-    if (column < this.first[row]) this.first[row] = column;
-    if (column > this.last[row]) this.last[row] = column;
+    this.first = Math.min(this.first, row);
+    this.last = Math.max(this.last, row);
   }
 
-  /** Send texels that have changed. */
+  /** Send the rows that have changed, and those between. */
   send(): void {
+    if (this.last < 0) return;
     const { gl } = this.gpu;
     const [, outer, type, channels] = this.layout;
-    const rows = [...this.last.keys()].filter((row) => this.last[row] >= 0);
-    if (rows.length > MAX_ROWS) return this.sendAll(this.texels);
     gl.activeTexture(gl.TEXTURE0 + this.unit);
-    for (const row of rows) {
-      const first = this.first[row];
-      const at = channels * (row * WIDTH + first);
-      const width = this.last[row] - first + 1;
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, first, row, width, 1, outer, type, this.texels, at);
-      this.first[row] = WIDTH;
-      this.last[row] = -1;
-    }
+    gl.texSubImage2D(
+      gl.TEXTURE_2D, 0, 0, this.first, WIDTH, this.last - this.first + 1, outer, type,
+      this.texels, this.first * WIDTH * channels,
+    );
+    this.first = Infinity;
+    this.last = -1;
   }
 }
 
