@@ -1,6 +1,7 @@
 """The scripts that are shipped, of the studio and of pages, are built from `frontend/`."""
 
 import hashlib
+import re
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,16 @@ def test_bundles_load_nothing_from_elsewhere_and_name_no_machine(path):
     text = path.read_text()
     for address in ("/home/", "/work/", "http:", "https:"):
         assert address not in text
+
+
+def test_what_is_shared_imports_neither_page_nor_studio_nor_they_each_other():
+    if not FRONTEND.is_dir():
+        pytest.skip("the sources of the bundles are not part of this distribution")
+    for path in (FRONTEND / "src").rglob("*.ts"):
+        own = path.relative_to(FRONTEND / "src").parts[0]
+        others = {"page", "studio"} - {own}
+        imported = re.findall(r'from "(?:\.\./)+(\w+)/', path.read_text(encoding="utf-8"))
+        assert others.isdisjoint(imported), path
 
 
 def test_the_studio_loads_its_own_script():
