@@ -27,7 +27,7 @@ export class Pointer {
     canvas.addEventListener("pointerleave", () => this.left());
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     canvas.addEventListener("auxclick", (event) => event.preventDefault());
-    canvas.addEventListener("wheel", (event) => zoomByWheel(canvas, desk.drawing.camera, event), { passive: false });
+    canvas.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     desk.events.on("hover", (cell) => this.showTip(cell));
   }
 
@@ -96,6 +96,10 @@ export class Pointer {
   private left(): void {
     this.waiting = null;
     if (!this.drag && this.isReady) this.desk.hover(-1);
+  }
+
+  private wheel(event: WheelEvent): void {
+    if (this.isReady) zoomByWheel(this.canvas, this.desk.drawing.camera, event);
   }
 
   private showTip(cell: number): void {

@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy import spatial
-from studio_page import hue
+from studio_page import Tab, hue
 
 import superfacets as sf
 from superfacets import Mesh, PolygonMesh, TetMesh, sample_mesh, write_mesh
@@ -363,6 +363,22 @@ def test_arrow_keys_go_from_face_to_face_where_one_looks(studio):
     tab.press("Delete")
     tab.settled()
     assert set(server.classes().nonzero()[0]) == walked - {last}
+
+
+def test_the_wheel_waits_for_the_mesh(serve, context, bear, errors):
+    page = context.new_page()
+    held = []
+    page.route("**/mesh", lambda route: held.append(route))  # noqa: PLW0108
+    page.goto(serve(bear, 40).address)
+    box = page.locator("#canvas").bounding_box()
+    page.mouse.move(box["x"] + 200, box["y"] + 200)
+    while not held:
+        page.wait_for_timeout(20)
+    page.mouse.wheel(0, 100)
+    page.evaluate("new Promise(requestAnimationFrame)")
+    held[0].continue_()
+    Tab(page).ready()
+    page.close()
 
 
 def test_the_picture_comes_back_with_the_graphics_card(studio):
