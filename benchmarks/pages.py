@@ -64,6 +64,8 @@ HOVER = """(n) => {
     const { drawing } = superfacets;
     const { clientWidth, clientHeight } = drawing.canvas;
     const picks = drawing.stats.picks;
+    drawing.draw();
+    drawing.gpu.read(0, 0, 1, 1); // waits for frames that are under way
     const timed = (x) => {
         const start = performance.now();
         drawing.cellAt({ x, y: clientHeight / 2 });

@@ -67,9 +67,6 @@ export class Gpu {
     for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) {
       gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
     }
-    for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) {
-      gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
-    }
     return texture;
   }
 
@@ -102,30 +99,28 @@ export class Program implements Held {
 
   make(): void {
     const { gl } = this.gpu;
-    this.program = gl.createProgram();
-    this.attach(gl.VERTEX_SHADER, this.vertex);
-    this.attach(gl.FRAGMENT_SHADER, this.fragment);
-    gl.bindAttribLocation(this.program, 0, "vertex");
-    gl.linkProgram(this.program);
-    if (!gl.getProgramParameter(this.program, gl.LINK_STATUS) && !gl.isContextLost()) {
-      throw new Error(gl.getProgramInfoLog(this.program) ?? "a program cannot be linked");
+    const program = (this.program = gl.createProgram());
+    const shaders = [this.shader(gl.VERTEX_SHADER, this.vertex), this.shader(gl.FRAGMENT_SHADER, this.fragment)];
+    gl.bindAttribLocation(program, 0, "vertex");
+    gl.linkProgram(program);
+    if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
+      const logs = [...shaders.map((shader) => gl.getShaderInfoLog(shader)), gl.getProgramInfoLog(program)];
+      throw new Error(`a program cannot be built: ${logs.filter(Boolean).join(" ")}`);
     }
-    const count = gl.getProgramParameter(this.program, gl.ACTIVE_UNIFORMS) as number;
+    const count = gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS) as number;
     for (let i = 0; i < count; i++) {
-      const { name, type } = gl.getActiveUniform(this.program, i)!;
-      this.setters.set(name, this.setter(type, gl.getUniformLocation(this.program, name)!));
+      const { name, type } = gl.getActiveUniform(program, i)!;
+      this.setters.set(name, this.setter(type, gl.getUniformLocation(program, name)!));
     }
   }
 
-  private attach(kind: GLenum, text: string): void {
+  private shader(kind: GLenum, text: string): WebGLShader {
     const { gl } = this.gpu;
     const shader = gl.createShader(kind)!;
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS) && !gl.isContextLost()) {
-      throw new Error(gl.getShaderInfoLog(shader) ?? "a shader cannot be compiled");
-    }
     gl.attachShader(this.program, shader);
+    return shader;
   }
 
   private setter(type: GLenum, at: WebGLUniformLocation): (value: Value) => void {

@@ -232,17 +232,6 @@ export class Drawing {
     return { cells, width: w, height: h, scale };
   }
 
-  /** Number of new views that can be drawn in a second. */
-  framesPerSecond(count = 10): number {
-    const start = performance.now();
-    for (let i = 0; i < count; i++) {
-      this.camera.orbit(0.02, 0);
-      this.draw(1);
-      this.pixel(0, 0); // waits for it
-    }
-    return (1000 * count) / (performance.now() - start);
-  }
-
   /** Red, green and blue on the canvas, at a place in the page's pixels. */
   pixel(x: number, y: number): Rgb {
     const { gl } = this.gpu;

@@ -7,7 +7,6 @@ import type { Place } from "../shared/picking";
 
 export interface Hook {
   readonly ready: boolean;
-  readonly revision: number;
   readonly nRegions: number;
   readonly nWaiting: number;
   readonly isIdle: boolean; // the page shows the state of the server
@@ -17,7 +16,6 @@ export interface Hook {
   cellAt(x: number, y: number): number;
   regionAt(x: number, y: number): number;
   pixelAt(x: number, y: number): Rgb;
-  fps(): number;
   cursor(): number;
   cellCursor(): number;
   readonly desk: Desk; // for measurements and pictures
@@ -29,9 +27,6 @@ export function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean): Hoo
   return {
     get ready() {
       return isLoaded() && session.classes !== undefined;
-    },
-    get revision() {
-      return session.regions.revision;
     },
     get nRegions() {
       return session.regions.count;
@@ -51,7 +46,6 @@ export function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean): Hoo
       drawing.draw(2);
       return drawing.pixel(x, y);
     },
-    fps: () => drawing.framesPerSecond(),
     cursor: () => desk.cursor,
     cellCursor: () => modes.cellCursor.cell,
     desk,
