@@ -43,7 +43,7 @@ docs: $(VENV)/group-dev ## build the documentation; warnings are errors
 stub: $(VENV)/group-test ## write the types of the core anew, from the core itself
 	$(BIN)/python -m nanobind.stubgen -q -m superfacets._core -o src/superfacets/_core.pyi
 
-frontend: ## build the page of the studio anew (needs Node 20.19 or newer)
+frontend: ## build the scripts of the studio and of pages (needs Node 20.19 or newer)
 	cd frontend && npm ci --no-fund --no-audit && npm run build
 
 figures: $(BIN)/superfacets ## draw the pictures of the README and the documentation anew

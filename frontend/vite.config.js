@@ -1,21 +1,30 @@
-// The bundle is committed: its names carry no hash, and the same sources give the same bytes.
+// Two bundles of one source: the studio's, and with `--mode page` the script of a page. Both are
+// committed: their names carry no hash, and the same sources give the same bytes.
 import { defineConfig } from "vite";
 
-const plainNames = {
-  entryFileNames: "[name].js",
-  chunkFileNames: "[name].js",
-  assetFileNames: "[name][extname]",
-};
+const PACKAGE = "../src/superfacets";
+const COMMON = { target: "es2022", modulePreload: false, reportCompressedSize: false };
 
-export default defineConfig({
+const studio = {
   base: "/static/",
   build: {
-    outDir: "../src/superfacets/studio/static",
+    ...COMMON,
+    outDir: `${PACKAGE}/studio/static`,
     emptyOutDir: true,
-    target: "es2022",
-    modulePreload: false,
-    chunkSizeWarningLimit: 1000,
-    rollupOptions: { input: { studio: "index.html" }, output: plainNames },
+    rollupOptions: {
+      input: { studio: "index.html" },
+      output: { entryFileNames: "[name].js", chunkFileNames: "[name].js", assetFileNames: "[name][extname]" },
+    },
   },
-  worker: { format: "es", rollupOptions: { output: plainNames } },
-});
+};
+
+const page = {
+  build: {
+    ...COMMON,
+    outDir: `${PACKAGE}/pictures/page`,
+    emptyOutDir: false,
+    lib: { entry: "src/page/main.ts", formats: ["iife"], name: "viewer", fileName: () => "viewer.js" },
+  },
+};
+
+export default defineConfig(({ mode }) => (mode === "page" ? page : studio));

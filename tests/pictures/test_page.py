@@ -1,18 +1,21 @@
 """Pages: what they hold is what was given; they are small, whole, and run no one else's script."""
 
+import base64
 import html
 import json
 import re
 import time
+import zlib
 
 import numpy as np
 import pytest
+from front_end_arrays import decode_arrays
 from shapes import bumpy_sheet, cube, soup, strip, table
 
 import superfacets as sf
 from superfacets import Mesh, PointCloud, PolygonMesh, TetMesh, View, hierarchy, sample_mesh
 from superfacets.pictures.colors import face_colors, scale_colors
-from superfacets.pictures.page.coding import decode_arrays, newest_codes
+from superfacets.pictures.page.coding import Arrays, newest_codes
 from superfacets.pictures.page.document import Page
 from superfacets.pictures.vision import oklab
 
@@ -30,14 +33,14 @@ def contents(page):
     """Facts and arrays of a page."""
     (payload,) = re.findall(r'id="payload">([A-Za-z0-9+/=]*)</script>', page.html)
     facts = facts_of(page)
-    return facts, decode_arrays(facts["arrays"], payload)
+    return facts, decode_arrays(facts["arrays"], zlib.decompress(base64.b64decode(payload)))
 
 
 def drawn_corners(mesh, facts, arrays):
     """Positions of the corners of triangles, (T, 3, 3), in the unit of the mesh."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    points = low + (high - low) * arrays["positions"].T / 65535
-    return points[arrays["triangles"].reshape(-1, 3)]
+    points = low + (high - low) * arrays["positions"] / 65535
+    return points[arrays["triangles"]]
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +60,7 @@ def test_positions_come_back_to_half_a_step(bear, make):
     error = np.abs(drawn_corners(mesh, facts, arrays) - mesh.vertices[mesh.faces])
     extent = np.ptp(mesh.vertices, axis=0)
     assert (error <= extent / 65535 * 0.5001).all()
-    assert arrays["positions"].shape == (3, bear.n_vertices)  # those of a soup are joined
+    assert arrays["positions"].shape == (bear.n_vertices, 3)  # those of a soup are joined
     box = np.array(facts["step"]) * 65535
     assert np.linalg.norm(box) == pytest.approx(1)
     np.testing.assert_allclose(facts["low"], -box / 2)
@@ -71,7 +74,7 @@ def test_labels_counts_sizes_and_colors_of_all_levels_come_back(bear, bear_level
         found = labels if i == 0 else arrays[f"level_{i}_parents"][labels]
         np.testing.assert_array_equal(found, expected)
         np.testing.assert_array_equal(arrays[f"level_{i}_counts"], np.bincount(expected))
-        sizes = arrays[f"level_{i}_sizes"].view(np.float32)
+        sizes = arrays[f"level_{i}_sizes"]
         np.testing.assert_allclose(sizes, np.bincount(expected, areas), rtol=1e-6)
         colors = arrays[f"level_{i}_colors"].reshape(-1, 3)
         np.testing.assert_array_equal(colors[expected], face_colors(bear, expected))
@@ -112,10 +115,10 @@ def test_labels_may_be_any_numbers(high):
 def test_edges_are_those_between_regions_of_any_labeling():
     """Faces 1 and 2 differ in the labels, 2 and 3 in the ground truth."""
     _, arrays = contents(sf.view(strip(4), [0, 0, 1, 1], ground_truth=[4, 4, 4, 6]))
-    points = arrays["positions"].T.tolist()
+    points = arrays["positions"].tolist()
     found = {
         (one, other): sorted([points[a], points[b]])
-        for a, b, one, other in arrays["edges"].T.tolist()
+        for a, b, one, other in arrays["edges"].tolist()
     }
     middle, end = 32768, 65535
     assert found == {
@@ -132,9 +135,9 @@ def test_polygons_are_cut_into_triangles_that_know_their_polygon():
     facts, arrays = contents(sf.view(quads, [0, 1, 1]))
     assert arrays["sources"].tolist() == [0, 0, 1, 1, 2]
     assert arrays["level_0_labels"].tolist() == [0, 1, 1]
-    assert arrays["level_0_sizes"].view(np.float32).tolist() == [1, 1.5]
-    assert arrays["edges"][2:].T.tolist() == [[0, 1]]
-    assert (facts["kind"], facts["noun"], facts["measure"]) == ("mesh", "face", "area")
+    assert arrays["level_0_sizes"].tolist() == [1, 1.5]
+    assert arrays["edges"][:, 2:].tolist() == [[0, 1]]
+    assert (facts["noun"], facts["measure"]) == ("face", "area")
 
 
 def test_tetrahedra_are_seen_from_outside():
@@ -143,10 +146,10 @@ def test_tetrahedra_are_seen_from_outside():
                    [[0, 1, 2, 3], [1, 2, 3, 4]])  # fmt: skip
     facts, arrays = contents(sf.view(tets, [0, 1]))
     assert arrays["sources"].tolist() == [0, 0, 0, 1, 1, 1]
-    assert len(arrays["triangles"]) == 18
-    assert arrays["level_0_sizes"].view(np.float32) == pytest.approx([1 / 6, 1 / 3])
-    assert arrays["edges"].shape == (4, 3)  # around the side that they share
-    assert set(arrays["edges"][2:].ravel().tolist()) == {0, 1}
+    assert len(arrays["triangles"]) == 6
+    assert arrays["level_0_sizes"] == pytest.approx([1 / 6, 1 / 3])
+    assert arrays["edges"].shape == (3, 4)  # around the side that they share
+    assert set(arrays["edges"][:, 2:].ravel().tolist()) == {0, 1}
     assert (facts["noun"], facts["measure"]) == ("tet", "volume")
 
 
@@ -155,11 +158,10 @@ def test_points_have_normals_and_no_borders():
     cloud = PointCloud(sheet.vertices)
     labels = np.arange(cloud.n_points) % 2
     facts, arrays = contents(sf.view(cloud, labels))
-    assert facts["kind"] == "cloud"
     assert 0 < facts["point_size"] < 0.3
     assert {"triangles", "edges", "sources"}.isdisjoint(arrays)
     extent = np.ptp(cloud.points, axis=0)
-    found = cloud.points.min(axis=0) + extent * arrays["positions"].T / 65535
+    found = cloud.points.min(axis=0) + extent * arrays["positions"] / 65535
     assert (np.abs(found - cloud.points) <= extent / 65535 * 0.5001).all()
     x, y = arrays["normals"] & 255, arrays["normals"] >> 8
     x, y = x / 127 - 1, y / 127 - 1
@@ -266,6 +268,28 @@ def test_masked_labels_and_values_are_refused():
         sf.view(strip(2), masked)
     with pytest.raises(ValueError, match="feature 'a' has masked entries"):
         sf.view(strip(2), features={"a": masked})
+
+
+@pytest.mark.parametrize("coding", ["plain", "planes", "difference", "newest"])
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "uint32", "int32", "float32"])
+@pytest.mark.parametrize("shape", [(7,), (7, 3), (0, 3)])
+def test_arrays_come_back_from_a_block_of_bytes(shape, dtype, coding):
+    if coding == "newest":
+        dtype, values = "uint32", np.arange(np.prod(shape)) % 5
+    elif dtype == "float32":
+        coding, values = (
+            "plain" if coding == "difference" else coding,
+            np.arange(np.prod(shape)) / 3,
+        )
+    else:
+        values = np.arange(np.prod(shape)) * 0x1234567 % np.iinfo(dtype).max
+    arrays = Arrays()
+    arrays.add("first", np.array([1, 2, 3], np.uint8), "plain")
+    arrays.add("second", values.astype(dtype).reshape(shape), coding)
+    found = decode_arrays(arrays.entries, arrays.data)
+    assert found["first"].tolist() == [1, 2, 3]
+    assert found["second"].dtype == dtype
+    np.testing.assert_array_equal(found["second"], values.astype(dtype).reshape(shape))
 
 
 def test_numbers_are_coded_by_the_newest():

@@ -37,7 +37,8 @@ def opened(browser, tmp_path):
 def pixels(tab):
     """What the canvas shows at rest, (height, width, 4)."""
     draw = """() => {
-        const { gl, canvas } = superfacets.drawing;
+        const { canvas, gpu } = superfacets.drawing;
+        const { gl } = gpu;
         superfacets.drawing.rest();
         superfacets.drawing.draw();
         const bytes = new Uint8Array(4 * canvas.width * canvas.height);
@@ -55,6 +56,11 @@ def hue_at(picture, x, y):
     """The color at a pixel, whatever the light: its share of red, green and blue."""
     color = picture[y, x, :3].astype(float)
     return color / color.sum()
+
+
+def recolor(tab, colors):
+    """Give regions other colors, three bytes each."""
+    tab.evaluate(f"superfacets.content.levels[0].colors.set({colors}); superfacets.setLevel(0)")
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +110,7 @@ def test_pointer_colors_levels_and_values(opened, bear, levels):
     assert value <= heights[levels.levels[0] == label].max() * 1.01
 
 
-def test_regions_have_the_colors_of_pictures_and_one_texel_changes_one(opened, bear):
+def test_regions_have_the_colors_of_pictures_and_take_others(opened, bear):
     """A single region: all that is drawn has the first color, until that changes."""
     tab = opened(sf.view(bear, np.zeros(bear.n_faces, int)))
     before = pixels(tab)
@@ -113,7 +119,7 @@ def test_regions_have_the_colors_of_pictures_and_one_texel_changes_one(opened, b
     np.testing.assert_allclose(
         hue_at(before, *place), PALETTE[0] / PALETTE[0].astype(float).sum(), atol=0.02
     )
-    tab.evaluate("superfacets.drawing.setColor(0, [0, 0, 255])")
+    recolor(tab, "[0, 0, 255]")
     after = pixels(tab)
     np.testing.assert_allclose(hue_at(after, *place), [0, 0, 1], atol=0.02)
     np.testing.assert_array_equal(before[..., 3] > 0, after[..., 3] > 0)
@@ -161,6 +167,37 @@ def test_drag_wheel_and_keys_move_the_mesh_and_0_brings_it_back(opened, bear, le
     assert tab.locator("#status").text_content().startswith("region ")
 
 
+def test_the_wheel_leaves_the_place_under_the_pointer_where_it_is(opened, bear, levels):
+    tab = opened(sf.view(bear, levels.levels[1]))
+    place = (MIDDLE[0] - 30, MIDDLE[1] - 40)
+    tab.mouse.move(*place)
+    cell = "superfacets.drawing.cellAt({{ x: {} - 250, y: {} }})".format(*place)
+    before = tab.evaluate(cell)
+    assert before < bear.n_faces
+    for _ in range(3):
+        tab.mouse.wheel(0, -200)
+    tab.wait_for_function("() => superfacets.drawing.camera.zoom > 2.4")
+    corners = bear.vertices[bear.faces[[before, tab.evaluate(cell)]]]
+    size = np.linalg.norm(np.ptp(bear.vertices, axis=0))
+    assert np.linalg.norm(corners[0].mean(axis=0) - corners[1].mean(axis=0)) < 0.02 * size
+
+
+def test_two_fingers_zoom_and_move(opened, bear, levels):
+    tab = opened(sf.view(bear, levels.levels[1]))
+    session = tab.context.new_cdp_session(tab)
+
+    def touch(kind, *xs):
+        points = [{"x": x, "y": MIDDLE[1], "id": i} for i, x in enumerate(xs)]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", MIDDLE[0] - 40, MIDDLE[0] + 40)
+    touch("touchMove", MIDDLE[0] - 40, MIDDLE[0] + 80)
+    touch("touchEnd")
+    camera = tab.evaluate("superfacets.drawing.camera")
+    assert camera["zoom"] == pytest.approx(1.5)
+    assert np.linalg.norm(camera["target"]) > 0.01
+
+
 def test_points_polygons_and_plain_meshes_are_shown(opened, bear):
     cloud = PointCloud(bear.vertices)
     labels = (cloud.points[:, 1] > cloud.points[:, 1].mean()).astype(int)
@@ -181,8 +218,8 @@ def cells_seen(tab):
         const found = [];
         for (let y = 5; y < clientHeight; y += 20) {
             for (let x = 5; x < clientWidth; x += 20) {
-                const cell = drawing.cellAt(x, y);
-                if (cell !== null) found.push([x, y, cell]);
+                const cell = drawing.cellAt({ x, y });
+                if (cell !== 2 ** 32 - 1) found.push([x, y, cell]);
             }
         }
         return found;
@@ -194,11 +231,7 @@ def test_each_pixel_has_the_color_of_the_cell_that_the_pointer_finds_there(opene
     colors = np.arange(bear.n_faces) % 7
     tab = opened(sf.view(bear, colors))
     tab.locator("#borders").uncheck()
-    tab.evaluate("""() => {
-        const { drawing } = superfacets;
-        drawing.setColor(0, [255, 0, 0]);
-        for (let group = 1; group < 7; group++) drawing.setColor(group, [0, 0, 255]);
-    }""")
+    recolor(tab, "[255, 0, 0, ...Array(6).fill([0, 0, 255]).flat()]")
     found = cells_seen(tab)
     picture = pixels(tab)
     assert len(found) > 60

@@ -10,6 +10,7 @@ import sys
 
 import httpx
 import numpy as np
+from front_end_arrays import decode_arrays
 
 from superfacets.studio.app import Studio, studio_app
 from superfacets.studio.folder import Files
@@ -31,13 +32,8 @@ def unpacked(content):
     assert content[:8] == b"SFSTUDIO"
     begin = 12 + int.from_bytes(content[8:12], "little")
     header = json.loads(content[12:begin])
-    arrays = {}
-    for entry in header["arrays"]:
-        count = int(np.prod(entry["shape"]))
-        assert entry["offset"] % 4 == 0
-        flat = np.frombuffer(content, entry["dtype"], count, begin + entry["offset"])
-        arrays[entry["name"]] = flat.reshape(entry["shape"])
-    return header, arrays
+    assert all(entry["offset"] % 4 == 0 for entry in header["arrays"])
+    return header, decode_arrays(header["arrays"], content[begin:])
 
 
 class Http:

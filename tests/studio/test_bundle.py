@@ -1,48 +1,59 @@
-"""The page that is shipped is that of the sources in `frontend/`, and names what is in it."""
+"""The scripts that are shipped, of the studio and of pages, are built from `frontend/`."""
 
 import hashlib
+import re
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 FRONTEND = ROOT / "frontend"
-BUNDLE = ROOT / "src" / "superfacets" / "studio" / "static"
-SINGLE_FILES = [
-    "index.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.js",
-    "stamp.mjs",
-]  # fmt: skip
+PACKAGE = ROOT / "src" / "superfacets"
+STUDIO, PAGE = PACKAGE / "studio" / "static", PACKAGE / "pictures" / "page"
+COMMON = ["package.json", "package-lock.json", "tsconfig.json", "vite.config.js", "stamp.mjs"]
 
 
-@pytest.fixture
-def sources():
-    """What the bundle is made of: paths in `frontend/`."""
+def _sources(folder, files):
+    """Paths in `frontend/` of the sources of a bundle."""
     if not FRONTEND.is_dir():
-        pytest.skip("the sources of the page are not part of this distribution")
-    inside = (path for path in (FRONTEND / "src").rglob("*") if path.is_file())
-    return sorted([*(path.relative_to(FRONTEND).as_posix() for path in inside), *SINGLE_FILES])
+        pytest.skip("the sources of the bundles are not part of this distribution")
+    found = [*(FRONTEND / "src" / folder).rglob("*"), *(FRONTEND / "src" / "shared").rglob("*")]
+    paths = [path.relative_to(FRONTEND).as_posix() for path in found if path.is_file()]
+    return sorted([*paths, *COMMON, *files])
 
 
-def test_the_bundle_is_that_of_the_sources(sources):
-    stamp = (BUNDLE / "SOURCES.sha256").read_text().splitlines()
+@pytest.mark.parametrize(
+    ("bundle", "folder", "files"),
+    [(STUDIO, "studio", ["index.html"]), (PAGE, "page", [])],
+    ids=["studio", "page"],
+)
+def test_each_bundle_is_built_from_the_sources(bundle, folder, files):
+    stamp = (bundle / "SOURCES.sha256").read_text().splitlines()
     built_of = {path: digest for digest, path in (line.split("  ") for line in stamp)}
+    sources = _sources(folder, files)
     now = {path: hashlib.sha256((FRONTEND / path).read_bytes()).hexdigest() for path in sources}
     changed = sorted(path for path in {*built_of, *now} if built_of.get(path) != now.get(path))
     assert changed == [], "run `make frontend` and commit what it writes"
 
 
-def test_the_page_loads_nothing_from_elsewhere_and_names_no_machine():
-    for path in BUNDLE.iterdir():
-        text = path.read_text()
-        assert "/home/" not in text
-        assert "/work/" not in text
-    page = (BUNDLE / "index.html").read_text()
-    assert 'src="/static/studio.js"' in page
-    assert "http" not in page
+@pytest.mark.parametrize(
+    "path", [*STUDIO.iterdir(), PAGE / "viewer.js"], ids=lambda path: path.name
+)
+def test_bundles_load_nothing_from_elsewhere_and_name_no_machine(path):
+    text = path.read_text()
+    for address in ("/home/", "/work/", "http:", "https:"):
+        assert address not in text
 
 
-def test_licences_of_the_libraries_are_beside_the_bundle():
-    text = (BUNDLE / "THIRD_PARTY").read_text()
-    for name in ("three ", "three-mesh-bvh "):
-        assert f"\n{name}" in text
-    assert text.count("Permission is hereby granted, free of charge") == 2
+def test_what_is_shared_imports_neither_page_nor_studio_nor_they_each_other():
+    if not FRONTEND.is_dir():
+        pytest.skip("the sources of the bundles are not part of this distribution")
+    for path in (FRONTEND / "src").rglob("*.ts"):
+        own = path.relative_to(FRONTEND / "src").parts[0]
+        others = {"page", "studio"} - {own}
+        imported = re.findall(r'from "(?:\.\./)+(\w+)/', path.read_text(encoding="utf-8"))
+        assert others.isdisjoint(imported), path
+
+
+def test_the_studio_loads_its_own_script():
+    assert 'src="/static/studio.js"' in (STUDIO / "index.html").read_text()

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..pictures.page.coding import Arrays, little_endian
+
 __all__ = [
     "MAGIC",
     "base64_of",
@@ -83,7 +85,7 @@ def inflated(packed: bytes, max_bytes: int) -> bytes:
 
 def base64_of(array: npt.NDArray[Any] | bytes) -> str:
     """Little-endian bytes of an array, or bytes, in base64."""
-    data = array if isinstance(array, bytes) else _little(array).tobytes()
+    data = array if isinstance(array, bytes) else little_endian(array).tobytes()
     return base64.b64encode(data).decode("ascii")
 
 
@@ -118,21 +120,12 @@ def packet(header: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) ->
     """A header and arrays as one block of bytes.
 
     `MAGIC`, the length of the JSON as uint32, the JSON padded with spaces, and the arrays, all of
-    which begin at multiples of 4. The header gets the entry ``arrays``: name, dtype, shape and
-    offset of each from the end of the header.
+    which begin at multiples of 4. The header gets the entry ``arrays``: an `Entry` of each, with
+    its offset from the end of the header.
     """
-    entries, blocks, offset = [], [], 0
+    block = Arrays()
     for name, array in arrays.items():
-        data = _little(array).tobytes()
-        entries.append(
-            {"name": name, "dtype": array.dtype.name, "shape": array.shape, "offset": offset}
-        )
-        blocks.append(data + b"\0" * (-len(data) % 4))
-        offset += len(blocks[-1])
-    text = json.dumps({**header, "arrays": entries}, separators=(",", ":")).encode("ascii")
+        block.add(name, array, "plain")
+    text = json.dumps({**header, "arrays": block.entries}, separators=(",", ":")).encode("ascii")
     text += b" " * (-len(text) % 4)
-    return b"".join([MAGIC, len(text).to_bytes(4, "little"), text, *blocks])
-
-
-def _little(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    return array.astype(array.dtype.newbyteorder("<"), copy=False)
+    return b"".join([MAGIC, len(text).to_bytes(4, "little"), text, block.data])

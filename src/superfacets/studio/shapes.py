@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..cells.kinds import kind_of
-from ..pictures.page.shape import Shape, shape_of
-from ..pictures.upright import guess_up
+from ..pictures.camera import View
+from ..pictures.page.shape import shape_of, view_facts
 from .coding import packet
 from .document import Document
 
 __all__ = ["mesh_packet"]
-
-ENOUGH = 100_000
-"""Triangles by which the axis that points up is guessed: of a million it would take seconds."""
 
 
 def mesh_packet(document: Document) -> bytes:
@@ -24,36 +20,20 @@ def mesh_packet(document: Document) -> bytes:
 
     Positions are float32 around the center of the bounding box. Vertices are in the order in which
     triangles use them, no two at one place. Triangles of polygons, and of the outside of
-    tetrahedra, have ``triangle_cells``; points have ``normals``.
+    tetrahedra, have ``sources``: the cell of each. Points have packed ``normals``.
     """
     shape = shape_of(document.cells)
     center = document.cells.bounds.mean(axis=0)
-    arrays: dict[str, Any] = {"positions": (shape.points - center).astype(np.float32)}
-    if shape.triangles is not None:
-        arrays["triangles"] = shape.triangles.astype(np.uint32)
-    if shape.sources is not None:
-        arrays["triangle_cells"] = shape.sources.astype(np.uint32)
-    if shape.normals is not None:
-        arrays["normals"] = shape.normals.astype(np.float32)
-    arrays["areas"] = document.areas.astype(np.float32)
-    return packet(_header(document, shape, center.tolist()), arrays)
-
-
-def _header(document: Document, shape: Shape, center: list[float]) -> dict[str, Any]:
-    return {
+    header = {
         "kind": document.source.kind,
         "n_cells": document.n_cells,
-        "n_vertices": len(shape.points),
-        "n_triangles": 0 if shape.triangles is None else len(shape.triangles),
-        "center": center,
-        "scale": shape.diagonal,
-        "up": _guessed_up(shape),
-        "point_size": shape.point_size * shape.diagonal,
+        "center": center.tolist(),
         "measure": "volume" if kind_of(document.cells).dimension == 3 else "area",
+        **view_facts(shape, View()),
+        "low": [0, 0, 0],
+        "step": [1, 1, 1],
+        "point_size": shape.point_size * shape.diagonal,
     }
-
-
-def _guessed_up(shape: Shape) -> str:
-    scene = shape.scene
-    step = len(scene.triangles) // ENOUGH + 1
-    return guess_up(replace(scene, triangles=scene.triangles[::step]))
+    parts = shape.parts((shape.points - center).astype(np.float32))
+    arrays: dict[str, Any] = {name: array for name, (array, _) in parts.items()}
+    return packet(header, {**arrays, "areas": document.areas.astype(np.float32)})

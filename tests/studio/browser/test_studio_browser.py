@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy import spatial
-from studio_page import hue
+from studio_page import Tab, hue
 
 import superfacets as sf
 from superfacets import Mesh, PolygonMesh, TetMesh, sample_mesh, write_mesh
@@ -364,6 +364,69 @@ def test_arrow_keys_go_from_face_to_face_where_one_looks(studio):
     tab.press("Delete")
     tab.settled()
     assert set(server.classes().nonzero()[0]) == walked - {last}
+
+
+def test_the_wheel_waits_for_the_mesh(serve, context, bear, errors):
+    page = context.new_page()
+    held = []
+    page.route("**/mesh", lambda route: held.append(route))  # noqa: PLW0108
+    page.goto(serve(bear, 40).address)
+    box = page.locator("#canvas").bounding_box()
+    page.mouse.move(box["x"] + 200, box["y"] + 200)
+    while not held:
+        page.wait_for_timeout(20)
+    page.mouse.wheel(0, 100)
+    page.evaluate("new Promise(requestAnimationFrame)")
+    held[0].continue_()
+    Tab(page).ready()
+    page.close()
+
+
+def test_the_picture_comes_back_with_the_graphics_card(studio):
+    _, tab = studio
+    (_, *painted), (_, *hidden) = tab.spots(2)
+    tab.press("2")
+    tab.click(*painted)
+    tab.page.mouse.move(*tab._on_page(*hidden))
+    tab.press("h")
+    tab.away()
+    places = [painted, hidden]
+
+    def seen():
+        cell = "([x, y]) => studio.cellAt(x, y)"
+        return [(tab.hue_at(*place), tab.evaluate(cell, place)) for place in places]
+
+    before = seen()
+    tab.evaluate("""async () => {
+        const view = document.querySelector("#canvas");
+        const happened = name =>
+            new Promise(done => view.addEventListener(name, done, { once: true }));
+        const card = view.getContext("webgl2").getExtension("WEBGL_lose_context");
+        const isLost = happened("webglcontextlost");
+        card.loseContext();
+        await isLost;
+        const isBack = happened("webglcontextrestored");
+        setTimeout(() => card.restoreContext());
+        await isBack;
+    }""")
+    for (hue_now, cell_now), (hue_before, cell_before) in zip(seen(), before, strict=True):
+        np.testing.assert_allclose(hue_now, hue_before, atol=0.01)
+        assert cell_now == cell_before
+
+
+def test_the_brush_paints_one_side_of_a_body(studio):
+    _, tab = studio
+    _, x, y = tab.spots(1)[0]
+    tab.press("b", "1", *["]"] * 6)
+    tab.click(x, y)
+    bear = sample_mesh(5_000)
+    normals = np.cross(*np.diff(bear.vertices[bear.faces], axis=1).transpose(1, 0, 2))
+    painted = tab.classes() == 1
+    assert painted.sum() > 50
+    under = normals[tab.evaluate("([x, y]) => studio.cellAt(x, y)", [x, y])]
+    assert (normals[painted] @ under >= 0).all()
+    middles = bear.vertices[bear.faces][painted].mean(axis=1)
+    assert np.ptp(middles, axis=0).max() < 0.5 * np.ptp(bear.vertices, axis=0).max()
 
 
 def test_two_tabs_show_the_same(studio, open_tab):

@@ -1,4 +1,4 @@
-"""Arrays as the text of a page: in planes of bytes, compressed, in base64."""
+"""Arrays in one block of bytes, as the front end reads them; for pages as text."""
 
 from __future__ import annotations
 
@@ -9,63 +9,80 @@ from typing import Any, Literal, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Arrays", "Entry", "decode_arrays", "newest_codes"]
+__all__ = ["Arrays", "Coding", "Entry", "little_endian", "newest_codes"]
 
-Coding = Literal["plain", "difference", "newest"]
+Coding = Literal["plain", "planes", "difference", "newest"]
 
 # How hard zlib works: 9 makes a page of the bunny 1 % smaller and takes three times as long.
 _EFFORT = 6
 
-_SIZES = {1: np.uint8, 2: np.uint16, 4: np.uint32}
+_ALIGNMENT = 4
+"""Offsets of arrays are multiples of it, so that plain ones are read in place."""
 
 
 class Entry(TypedDict):
-    """What a page has to know of an array."""
+    """Facts about an array that the front end needs to read it."""
 
     name: str
-    size: int  # bytes of a number
-    count: int
-    columns: int
+    dtype: str  # uint8, uint16, uint32, int32 or float32
+    shape: list[int]
+    offset: int  # first byte in the block
     coding: Coding
 
 
 class Arrays:
-    """Arrays of a page by name, in the order in which they were added."""
+    """Arrays by name, in the order in which they were added."""
 
     def __init__(self) -> None:
         self.entries: list[Entry] = []
-        self._planes: list[bytes] = []
+        self._blocks: list[bytes] = []
+        self._size = 0
 
-    def add(self, name: str, array: npt.NDArray[Any], coding: Coding = "plain") -> None:
-        """Add unsigned integers, shape (n,) or (n, columns); columns come after each other.
+    def add(self, name: str, array: npt.NDArray[Any], coding: Coding) -> None:
+        """Add an array of numbers, shape (n,) or (n, columns).
 
-        With "difference" each number but the first of a column is what is added to the one before;
-        "newest" takes what `newest_codes` returns for numbers that are new in rising order.
+        "plain" is the memory of the array. The other codings compress better: columns come after
+        each other, and bytes in planes (all lowest bytes, then all second ones, ...). With
+        "difference" each number but the first of a column is what is added to the one before.
+        "newest" takes the codes that `newest_codes` returns, of the numbers row by row.
         """
-        columns = array.shape[1] if array.ndim == 2 else 1
-        flat = np.ascontiguousarray(array.T).reshape(columns, -1)
-        if coding == "difference" and flat.size:
-            flat = np.concatenate([flat[:, :1], np.diff(flat, axis=1)], axis=1)  # it wraps around
-        if coding == "newest":
-            flat = newest_codes(flat[0])[np.newaxis]
-        size, count = flat.dtype.itemsize, flat.size
         self.entries.append(
-            {"name": name, "size": size, "count": count, "columns": columns, "coding": coding}
-        )
-        little = np.ascontiguousarray(flat.ravel(), dtype=flat.dtype.newbyteorder("<"))
-        self._planes.append(little.view(np.uint8).reshape(count, size).T.tobytes())
+            {
+                "name": name, "dtype": array.dtype.name, "shape": list(array.shape),
+                "offset": self._size, "coding": coding,
+            }
+        )  # fmt: skip
+        block = little_endian(array).tobytes() if coding == "plain" else _planes(array, coding)
+        self._blocks.append(block + b"\0" * (-len(block) % _ALIGNMENT))
+        self._size += len(self._blocks[-1])
+
+    @property
+    def data(self) -> bytes:
+        """The block: all arrays after each other."""
+        return b"".join(self._blocks)
 
     def text(self) -> str:
-        """All planes of bytes after each other, compressed, in base64."""
+        """The block, compressed, in base64."""
         packer = zlib.compressobj(_EFFORT)
-        parts = [packer.compress(planes) for planes in self._planes]
+        parts = [packer.compress(block) for block in self._blocks]
         return base64.b64encode(b"".join([*parts, packer.flush()])).decode("ascii")
 
 
-def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """How far each number is below the lowest that has not been there before: 0 for that itself.
+def _planes(array: npt.NDArray[Any], coding: Coding) -> bytes:
+    columns = array.shape[1] if array.ndim == 2 and coding != "newest" else 1
+    flat = np.ascontiguousarray(array.reshape(-1, columns).T)
+    if coding == "difference" and flat.size:
+        flat = np.concatenate([flat[:, :1], np.diff(flat, axis=1)], axis=1)  # it wraps around
+    if coding == "newest":
+        flat = newest_codes(flat[0])
+    size = flat.dtype.itemsize
+    return little_endian(flat.ravel()).view(np.uint8).reshape(-1, size).T.tobytes()
 
-    Numbers are small where triangles that follow each other share corners.
+
+def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+    """How far each number is below the lowest that has not occurred before: 0 for that itself.
+
+    Codes are small where triangles that follow each other share corners.
     """
     highest = np.maximum.accumulate(numbers)
     before = np.zeros_like(numbers)
@@ -73,20 +90,6 @@ def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
     return before - numbers
 
 
-def decode_arrays(entries: list[Entry], text: str) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of a page, as its script reads them; columns are rows here."""
-    data = np.frombuffer(zlib.decompress(base64.b64decode(text)), np.uint8)
-    found: dict[str, npt.NDArray[Any]] = {}
-    start = 0
-    for entry in entries:
-        size, count, columns = entry["size"], entry["count"], entry["columns"]
-        planes = data[start : start + size * count].reshape(size, count)
-        start += size * count
-        values = np.ascontiguousarray(planes.T).view(f"<u{size}").ravel().astype(_SIZES[size])
-        if entry["coding"] == "difference":
-            values = np.cumsum(values.reshape(columns, -1), axis=1, dtype=values.dtype).ravel()
-        if entry["coding"] == "newest":
-            is_new = values == 0
-            values = (np.cumsum(is_new) - is_new).astype(np.uint32) - values
-        found[entry["name"]] = values if columns == 1 else values.reshape(columns, -1)
-    return found
+def little_endian(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """The array with its lowest bytes first, which is the array itself on most machines."""
+    return array.astype(array.dtype.newbyteorder("<"), copy=False)

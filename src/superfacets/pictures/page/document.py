@@ -6,21 +6,19 @@ import html
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import numpy.typing as npt
 
 from ...adapters.clouds import CloudLike
 from ...adapters.convert import MeshLike, as_cells
 from ...cells.kinds import kind_of
 from ...io.atomic import atomic_outputs, checked_targets
-from ..camera import View, view_axes
+from ..camera import View
 from ..colors import scale_colors
-from ..upright import guess_up
 from .coding import Arrays
 from .groups import (
     Feature,
@@ -30,7 +28,7 @@ from .groups import (
     checked_levels,
     checked_truth,
 )
-from .shape import STEPS, Shape, shape_of
+from .shape import STEPS, Shape, shape_of, view_facts
 
 __all__ = ["Page", "checked_page_path", "view"]
 
@@ -171,13 +169,17 @@ def _arrays(
     """All that the page holds in numbers."""
     arrays = Arrays()
     labelings = [*levels, *([] if truth is None else [truth])]
-    shape.add_to(arrays, [labeling.labels for labeling in labelings])
+    for name, (array, coding) in shape.parts(shape.quantized()).items():
+        arrays.add(name, array, coding)
+    if shape.outline is not None and labelings:
+        edges = shape.outline.edges([labeling.labels for labeling in labelings])
+        arrays.add("edges", edges, "difference")
     for i, level in enumerate(levels):
         level.add_to(arrays, f"level_{i}", shape, levels[0] if i else None)
     if truth is not None:
         truth.add_to(arrays, "truth", shape, None)
     if features:
-        arrays.add("scale", scale_colors().ravel())
+        arrays.add("scale", scale_colors().ravel(), "planes")
     for i, feature in enumerate(features):
         arrays.add(f"feature_{i}", feature.steps(), "difference")
     return arrays
@@ -186,18 +188,12 @@ def _arrays(
 def _facts_of_shape(shape: Shape, camera: View) -> dict[str, Any]:
     """How the page draws the shape, in a box of diagonal 1 around the origin."""
     low, high = shape.bounds
-    up = guess_up(shape.scene) if camera.up == "auto" else camera.up
-    right, toward, upward = view_axes(replace(View(azimuth=0, elevation=0), up=up))
     return {
-        "kind": "cloud" if shape.triangles is None else "mesh",
+        **view_facts(shape, camera),
         "low": ((low - high) / 2 / shape.diagonal).tolist(),
         "step": ((high - low) / shape.diagonal / STEPS).tolist(),
-        "axes": np.stack([right, upward, toward]).tolist(),
-        "view": {
-            "azimuth": camera.azimuth, "elevation": camera.elevation, "zoom": camera.zoom,
-        },
         "point_size": shape.point_size,
-    }  # fmt: skip
+    }
 
 
 def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> str:

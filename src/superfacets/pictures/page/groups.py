@@ -64,16 +64,16 @@ class Labeling:
         """
         parents = None if finer is None else self._parents(finer)
         if parents is None:
-            arrays.add(f"{name}_labels", self.labels.view(np.uint32))
+            arrays.add(f"{name}_labels", self.labels.view(np.uint32), "planes")
         else:
-            arrays.add(f"{name}_parents", parents.view(np.uint32))
+            arrays.add(f"{name}_parents", parents.view(np.uint32), "planes")
         is_in = self.labels != NO_REGION
         inside = self.labels[is_in]
         counts = np.bincount(inside, minlength=self.n_regions)
         sizes = np.bincount(inside, shape.measures[is_in], minlength=self.n_regions)
-        arrays.add(f"{name}_colors", region_colors(shape.graph, self.labels).ravel())
-        arrays.add(f"{name}_counts", counts.astype(np.uint32))
-        arrays.add(f"{name}_sizes", sizes.astype(np.float32).view(np.uint32))
+        arrays.add(f"{name}_colors", region_colors(shape.graph, self.labels).ravel(), "planes")
+        arrays.add(f"{name}_counts", counts.astype(np.uint32), "planes")
+        arrays.add(f"{name}_sizes", sizes.astype(np.float32), "planes")
 
     def _parents(self, finer: Labeling) -> Ints | None:
         """The region of each of the finer regions; None if one is in several, or cells differ."""

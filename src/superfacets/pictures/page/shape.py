@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -18,10 +18,12 @@ from ...cells.kinds import kind_of
 from ...cells.point_graph import PointGraph, find_point_graph
 from ...mesh.faces import AnyCells, FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
+from ..camera import View, view_axes
 from ..scene import Scene, hexagons_of
-from .coding import Arrays
+from ..upright import guess_up
+from .coding import Coding
 
-__all__ = ["Shape", "shape_of"]
+__all__ = ["Shape", "shape_of", "view_facts"]
 
 STEPS = 65535
 """Steps from one side of the bounding box to the other: positions are right to half of one."""
@@ -94,17 +96,19 @@ class Shape:
         extent = np.where(high > low, high - low, 1.0)
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
-    def add_to(self, arrays: Arrays, labelings: Sequence[Ints]) -> None:
-        """Add what is drawn, and the edges at which one of the labelings has a border."""
-        arrays.add("positions", self.quantized(), "difference")
+    def parts(self, positions: npt.NDArray[Any]) -> dict[str, tuple[npt.NDArray[Any], Coding]]:
+        """Arrays that the front end draws, each with the coding in which it is small.
+
+        ``positions`` are those of `points`, in the caller's unit.
+        """
+        found: dict[str, tuple[npt.NDArray[Any], Coding]] = {"positions": (positions, "difference")}
         if self.triangles is not None:
-            arrays.add("triangles", self.triangles.ravel(), "newest")
+            found["triangles"] = self.triangles, "newest"
         if self.sources is not None:
-            arrays.add("sources", self.sources, "difference")
+            found["sources"] = self.sources, "difference"
         if self.normals is not None:
-            arrays.add("normals", _packed(self.normals))
-        if self.outline is not None and labelings:
-            arrays.add("edges", self.outline.edges(labelings), "difference")
+            found["normals"] = _packed(self.normals), "planes"
+        return found
 
 
 @dataclass(frozen=True)
@@ -133,6 +137,18 @@ class _Outline:
         if self.cells is not None:
             cells = self.cells[cells]
         return np.concatenate([ends, cells], axis=1)
+
+
+def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
+    """Axes of the first view (right, up, toward the viewer at azimuth 0), angles and zoom."""
+    up = guess_up(shape.scene) if camera.up == "auto" else camera.up
+    right, toward, upward = view_axes(replace(View(azimuth=0, elevation=0), up=up))
+    return {
+        "axes": np.stack([right, upward, toward]).tolist(),
+        "view": {
+            "azimuth": camera.azimuth, "elevation": camera.elevation, "zoom": camera.zoom,
+        },
+    }  # fmt: skip
 
 
 def shape_of(cells: AnyCells) -> Shape:
@@ -194,7 +210,7 @@ def _cloud_shape(cloud: PointCloud) -> Shape:
 
 
 def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
-    """Directions in two bytes: their places on an octahedron that is folded flat."""
+    """Directions in two bytes: their places on an octahedron that is folded flat; 0 for none."""
     sums = np.abs(directions).sum(axis=1, keepdims=True)
     folded = directions / np.where(sums > 0, sums, 1)
     x, y = folded[:, 0], folded[:, 1]
@@ -205,4 +221,5 @@ def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
         np.where(is_below, (1 - np.abs(x)) * signs[:, 1], y),
     )
     low, high = (np.rint((part + 1) * 127).astype(np.uint16) for part in (x, y))
-    return np.asarray(low | (high << 8), np.uint16)
+    codes = np.maximum(low | (high << 8), 1)  # (0, 0, -1) has other codes than 0
+    return np.where(sums[:, 0] > 0, codes, 0).astype(np.uint16)

@@ -1,0 +1,185 @@
+// The picture of the page: a call that draws the surface, and one for borders. Nothing is sent for a
+// frame but a few numbers. Cells at pixels are drawn once for a view, when the pointer first asks.
+
+import type { Numbers } from "../shared/arrays";
+import { Camera } from "../shared/camera";
+import { Frame, Gpu, Program, Table } from "../shared/gl";
+import { cellsIn, type Place } from "../shared/picking";
+import { SURFACE } from "../shared/shaders";
+import { NONE, type Shape } from "../shared/shape";
+import { Surface } from "../shared/surface";
+import { Samples } from "./samples";
+import { BORDER, INK, PICK, SHADE } from "./shaders";
+
+const SLOW_MS = 40; // between frames: a view that moves so slowly is drawn coarsely
+const COARSE = 0.5; // pixels of such a view, to one of the screen, along each side
+const REST_MS = 150; // without a change: the view is drawn finely again
+
+export type Rgb = readonly [number, number, number];
+
+interface Size {
+  width: number;
+  height: number;
+  ratio: number; // pixels to one of the page
+}
+
+export class Drawing {
+  readonly gpu: Gpu;
+  readonly camera = new Camera(() => this.move());
+  readonly stats = { frames: 0, picks: 0, calls: 0, sentBytes: 0, scriptMs: 0 };
+  marked = NONE;
+  borders = true;
+  readonly nEdges: number;
+  /** Width of borders in the page's pixels, where a length of 1 has so many. */
+  lineWidth: (pixels: number, height: number) => number = () => 1;
+  isCoarse = false;
+  frameMs: number | undefined;
+  private readonly surface: Surface;
+  private readonly shade: Program;
+  private readonly pick: Program;
+  private readonly border: Program;
+  private readonly groups: Table;
+  private readonly regions: Table;
+  private readonly colors: Table;
+  private readonly edges: Table;
+  private readonly samples: Samples;
+  private readonly picked: Frame;
+  private pickedView = "";
+  private missing: Rgb = [0, 0, 0];
+  private waiting = 0;
+  private resting = 0;
+
+  constructor(readonly canvas: HTMLCanvasElement, shape: Shape, edges: Numbers | undefined) {
+    const gpu = (this.gpu = new Gpu(canvas, false));
+    this.surface = new Surface(gpu);
+    this.shade = new Program(gpu, SURFACE, SHADE);
+    this.pick = new Program(gpu, SURFACE, PICK);
+    this.border = new Program(gpu, BORDER, INK);
+    [this.groups, this.regions, this.colors, this.edges] = Array.from({ length: 4 }, () => new Table(gpu));
+    this.samples = new Samples(gpu.gl);
+    this.picked = new Frame(gpu, 1);
+    this.surface.show(shape);
+    this.nEdges = (edges?.length ?? 0) / 4;
+    this.edges.fill("rgba32", edges ?? []);
+    this.camera.show(shape.facts, shape.positions);
+  }
+
+  /** Bytes of buffers and textures, without pictures. */
+  get gpuBytes(): number {
+    const tables = [this.surface, this.groups, this.regions, this.colors, this.edges];
+    return tables.reduce((sum, { bytes }) => sum + bytes, 0);
+  }
+
+  get nCorners(): number {
+    return this.surface.nCorners;
+  }
+
+  /** The region of each cell, between which borders lie. */
+  setRegions(labels: Numbers): void {
+    this.stats.sentBytes += this.regions.fill("r32", labels);
+    this.request();
+  }
+
+  /** The group of each cell, the colors of groups (three bytes each), and the color of none. */
+  setGroups(groups: Numbers, colors: Numbers, missing: Rgb): void {
+    const texels = new Uint8Array((colors.length / 3) * 4).fill(255);
+    for (let i = 0; i < colors.length / 3; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
+    this.stats.sentBytes += this.groups.fill("r32", groups) + this.colors.fill("rgba8", texels);
+    this.missing = missing;
+    this.request();
+  }
+
+  private resize(): Size {
+    const { canvas } = this;
+    const ratio = (window.devicePixelRatio || 1) * (this.isCoarse ? COARSE : 1);
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    this.camera.resize(width, height);
+    return { width, height, ratio };
+  }
+
+  request(): void {
+    this.waiting ||= requestAnimationFrame((start) => {
+      this.waiting = 0;
+      this.draw();
+      requestAnimationFrame((next) => this.noteFrame(next - start));
+    });
+  }
+
+  /** How long fine frames take, on average; the first, which shaders are made for, does not count. */
+  private noteFrame(ms: number): void {
+    if (this.isCoarse) return;
+    this.frameMs = this.frameMs === undefined ? 0 : (this.frameMs + ms) / 2;
+  }
+
+  /** The view changes: draw it, coarsely as long as it moves if fine frames take long. */
+  move(): void {
+    this.isCoarse ||= (this.frameMs ?? 0) > SLOW_MS;
+    clearTimeout(this.resting);
+    this.resting = window.setTimeout(() => this.rest(), REST_MS);
+    this.request();
+  }
+
+  rest(): void {
+    if (!this.isCoarse) return;
+    this.isCoarse = false;
+    this.request();
+  }
+
+  draw(): void {
+    const { gl } = this.gpu;
+    const start = performance.now();
+    const size = this.resize();
+    if (this.isCoarse) gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    else this.samples.begin(size.width, size.height);
+    gl.viewport(0, 0, size.width, size.height);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    this.drawSurface(this.shade, size);
+    if (this.borders && this.nEdges) this.drawBorders(size);
+    if (!this.isCoarse) this.samples.show();
+    this.stats.frames++;
+    this.stats.scriptMs += performance.now() - start;
+  }
+
+  private drawSurface(program: Program, { height }: Size): void {
+    const { camera, groups, regions, colors, marked } = this;
+    this.stats.calls++;
+    this.surface.draw(program, camera.eye, camera.pixelsOf(height), {
+      groups, regions, colors, marked, missing: this.missing.map((value) => value / 255),
+    });
+  }
+
+  private drawBorders({ width, height, ratio }: Size): void {
+    const { camera, edges, regions } = this;
+    const pixels = camera.pixelsOf(height) / camera.distance;
+    const line = this.lineWidth(pixels / ratio, height / ratio) * ratio;
+    this.stats.calls++;
+    this.border.use({
+      ...this.surface.placing(camera.eye), edges, regions, frame: [width, height], line_width: line,
+    });
+    this.gpu.drawNumbers(6 * this.nEdges);
+  }
+
+  /** Draw which cell is at each pixel, unless it is known for this view. */
+  private drawCells(size: Size): void {
+    const view = [size.width, size.height, ...Object.values(this.camera.eye)].join();
+    if (view === this.pickedView) return;
+    this.picked.begin(size.width, size.height);
+    this.drawSurface(this.pick, size);
+    this.stats.picks++;
+    this.pickedView = view;
+  }
+
+  /** The cell at a place of the canvas; NONE where there is none. */
+  cellAt({ x, y }: Place): number {
+    if (this.isCoarse) {
+      this.isCoarse = false;
+      this.draw();
+    }
+    const size = this.resize();
+    this.drawCells(size);
+    const [left, top] = [Math.floor(x * size.ratio), Math.floor(y * size.ratio)];
+    return cellsIn(this.gpu, this.picked, left, size.height - 1 - top, 1, 1)[0];
+  }
+}

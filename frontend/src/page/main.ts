@@ -1,0 +1,46 @@
+// The viewer of a page that superfacets.view has written: one file, without a network.
+
+import { decodeArrays } from "../shared/arrays";
+import { fromBase64 } from "../shared/base64";
+import { part } from "../shared/dom";
+import type { Facts } from "./content";
+import { Controls } from "./controls";
+import { Panel } from "./panel";
+
+declare global {
+  interface Window {
+    superfacets: Panel; // for tests and measurements
+  }
+}
+
+async function inflate(bytes: Uint8Array<ArrayBuffer>): Promise<ArrayBuffer> {
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream).arrayBuffer();
+}
+
+async function open(): Promise<Panel> {
+  const facts = JSON.parse(part("facts").textContent) as Facts;
+  const element = part("payload");
+  const buffer = await inflate(fromBase64(element.textContent.trim()));
+  element.remove(); // the text is as large as the mesh
+  const panel = new Panel(facts, decodeArrays(buffer, 0, facts.arrays));
+  new Controls(panel);
+  return panel;
+}
+
+function fail(message: string): void {
+  part("failure").textContent = `The mesh cannot be shown: ${message}.`;
+  part("failure").hidden = false;
+}
+
+window.addEventListener("load", async () => {
+  const { dataset } = document.documentElement;
+  part("canvas").addEventListener("webglcontextlost", () => fail("the graphics card was lost; load the page again"));
+  try {
+    window.superfacets = await open();
+    dataset.state = "ready";
+  } catch (error) {
+    fail((error as Error).message);
+    dataset.state = "failed";
+  }
+});

@@ -1,0 +1,192 @@
+// Controls of the page, its legend, and the tip beside the pointer.
+
+import { part } from "../shared/dom";
+import { type Place, putTip } from "../shared/picking";
+import { NONE, shapeOf } from "../shared/shape";
+import type { Arrays } from "../shared/arrays";
+import { type Coloring, Content, type Facts, type Labeling } from "./content";
+import { Drawing, type Rgb } from "./drawing";
+
+const PLAIN: Rgb = [205, 197, 184];
+const GRAY: Rgb = [150, 150, 150];
+
+function shortNumber(value: number): string {
+  const size = Math.abs(value);
+  if (size && (size < 1e-4 || size >= 1e9)) return value.toExponential(3);
+  return value.toLocaleString("en", { maximumSignificantDigits: 4 });
+}
+
+const counted = (n: number, noun: string): string => `${n.toLocaleString("en")} ${noun}${n === 1 ? "" : "s"}`;
+
+export class Panel {
+  readonly content: Content;
+  readonly drawing: Drawing;
+  private coloring: Coloring;
+  level = 0;
+  private readonly list = part<HTMLSelectElement>("coloring");
+  private readonly slider = part<HTMLInputElement>("level");
+  private readonly checkbox = part<HTMLInputElement>("borders");
+  private readonly tip = part("tip");
+
+  constructor(private readonly facts: Facts, arrays: Arrays) {
+    const canvas = part<HTMLCanvasElement>("canvas");
+    this.content = new Content(facts, arrays);
+    this.drawing = new Drawing(canvas, shapeOf(facts, arrays), arrays.edges);
+    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // they are sent
+    this.drawing.lineWidth = (pixels, height) => this.lineWidth(pixels, height);
+    this.coloring = this.content.colorings[0];
+    this.fillControls();
+    new ResizeObserver(() => this.drawing.request()).observe(canvas);
+    this.show();
+  }
+
+  /** The labels whose borders are drawn, and that the pointer tells of; null where there are none. */
+  private get labeling(): Labeling | null {
+    if (this.coloring.kind === "truth") return this.content.truth;
+    return this.content.levels[this.level] ?? this.content.truth;
+  }
+
+  /** In the page's pixels: 2 % of the diameter of a region of mean size, and never broken into dots. */
+  private lineWidth(pixels: number, height: number): number {
+    const area = this.labeling?.mean_area ?? 0;
+    const diameter = Math.sqrt((4 * area) / Math.PI) * pixels;
+    return Math.max(0.6, Math.min(Math.max(1, height / 450), 0.02 * diameter));
+  }
+
+  private fillControls(): void {
+    const { content, list, slider, checkbox } = this;
+    content.colorings.forEach(({ name }, i) => list.add(new Option(name, String(i))));
+    list.addEventListener("change", () => this.setColoring(Number(list.value)));
+    part("coloring-row").hidden = content.colorings.length < 2;
+    slider.max = String(Math.max(0, content.levels.length - 1));
+    slider.addEventListener("input", () => this.setLevel(Number(slider.value)));
+    part("level-row").hidden = content.levels.length < 2;
+    part("borders-row").hidden = !this.drawing.nEdges;
+    checkbox.addEventListener("change", () => this.setBorders(checkbox.checked));
+    part("reset").addEventListener("click", () => this.drawing.camera.home());
+    part("theme").addEventListener("click", () => {
+      const root = document.documentElement;
+      root.dataset.theme = getComputedStyle(root).colorScheme === "dark" ? "light" : "dark";
+    });
+  }
+
+  setColoring(i: number): void {
+    this.coloring = this.content.colorings[i];
+    this.list.value = String(i);
+    this.show();
+  }
+
+  nextColoring(): void {
+    const { colorings } = this.content;
+    this.setColoring((colorings.indexOf(this.coloring) + 1) % colorings.length);
+  }
+
+  setLevel(level: number): void {
+    this.level = Math.max(0, Math.min(this.content.levels.length - 1, level));
+    this.slider.value = String(this.level);
+    this.show();
+  }
+
+  setBorders(shown: boolean): void {
+    this.drawing.borders = this.checkbox.checked = shown;
+    this.drawing.request();
+  }
+
+  /** Draw the coloring and the level that are chosen, and say which. */
+  private show(): void {
+    const { content, coloring, labeling, drawing } = this;
+    const none = new Uint32Array(labeling ? 0 : this.facts.n_cells).fill(NONE);
+    const labels = labeling ? content.labelsOf(labeling) : none;
+    drawing.marked = NONE;
+    drawing.setRegions(labels);
+    if (coloring.kind === "feature") {
+      const groups = content.groupsOf(coloring.feature, coloring.values);
+      drawing.setGroups(groups, content.arrays.scale!, GRAY);
+    } else if (labeling && coloring.kind !== "plain") {
+      drawing.setGroups(labels, labeling.colors, GRAY);
+    } else {
+      drawing.setGroups(labels, new Uint8Array(3), PLAIN);
+    }
+    this.describe();
+    this.tell(NONE);
+  }
+
+  private describe(): void {
+    const { coloring, labeling, content, facts, slider } = this;
+    const feature = coloring.kind === "feature" ? coloring.feature : null;
+    const { levels } = content;
+    const level = levels.length > 1 ? counted(levels[this.level].counts.length, "region") : "";
+    part("level-text").textContent = level;
+    slider.setAttribute("aria-valuetext", level);
+    slider.disabled = coloring.kind === "truth";
+    part("scale").hidden = !feature;
+    if (feature) {
+      part("scale-name").textContent = feature.name;
+      part("scale-low").textContent = shortNumber(feature.low);
+      part("scale-high").textContent = shortNumber(feature.high);
+      part("scale-bar").style.background = `linear-gradient(to right, ${this.scaleStops()})`;
+    }
+    const nGray = (feature ? feature.n_missing : labeling?.n_left_out) ?? 0;
+    part("gray").hidden = !nGray;
+    part("gray-text").textContent = feature
+      ? `${counted(nGray, feature.of === "cell" ? facts.noun : "region")} without a value`
+      : `${counted(nGray, facts.noun)} in no region`;
+    part("regions").hidden = !!feature || !labeling;
+    const noun = coloring.kind === "truth" ? "part" : "region";
+    part("regions-text").textContent = `${counted(labeling?.counts.length ?? 0, noun)}, neighbors in different colors`;
+  }
+
+  private scaleStops(): string {
+    const scale = this.content.arrays.scale!;
+    const stops: string[] = [];
+    for (let i = 0; i < 256; i += 15) stops.push(`rgb(${scale.subarray(3 * i, 3 * i + 3).join()})`);
+    return stops.join();
+  }
+
+  /** Lines of text about a cell. */
+  private factsOf(cell: number): string[] {
+    const { labeling, content, coloring, facts } = this;
+    const lines: string[] = [];
+    const region = labeling ? content.labelsOf(labeling)[cell] : NONE;
+    if (!labeling) {
+      lines.push(`${facts.noun} ${cell}`);
+    } else if (region === NONE) {
+      lines.push("no region");
+    } else {
+      lines.push(`${labeling.name === "truth" ? "part" : "region"} ${labeling.ids ? labeling.ids[region] : region}`);
+      lines.push(counted(labeling.counts[region], facts.noun));
+      lines.push(`${facts.measure} ${shortNumber(labeling.sizes[region])}`);
+    }
+    if (coloring.kind === "feature") {
+      const value = content.valueOf(coloring.feature, coloring.values, cell);
+      lines.push(`${coloring.name} ${value === null ? "none" : shortNumber(value)}`);
+    }
+    return lines;
+  }
+
+  /** Show facts about a cell beside the pointer, and mark its region; NONE hides them. */
+  tell(cell: number, place: Place = { x: 0, y: 0 }): string[] {
+    const { tip, labeling, drawing } = this;
+    const lines = cell === NONE ? [] : this.factsOf(cell);
+    const marked = cell !== NONE && labeling ? this.content.labelsOf(labeling)[cell] : NONE;
+    if (marked !== drawing.marked) {
+      drawing.marked = marked;
+      drawing.request();
+    }
+    tip.hidden = cell === NONE;
+    tip.textContent = lines.join("\n");
+    if (!tip.hidden) putTip(tip, drawing.canvas, place);
+    return lines;
+  }
+
+  tellAt(place: Place): string[] {
+    return this.tell(this.drawing.cellAt(place), place);
+  }
+
+  /** For the keyboard and screen readers. */
+  tellMiddle(): void {
+    const { clientWidth, clientHeight } = this.drawing.canvas;
+    const lines = this.tellAt({ x: clientWidth / 2, y: clientHeight / 2 });
+    part("status").textContent = lines.join(", ") || `no ${this.facts.noun} in the middle`;
+  }
+}

@@ -1,0 +1,57 @@
+// GLSL of the page: each cell has the number of its group, each group a color.
+
+import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
+
+export const SHADE = `${HEAD}${LIGHT}
+uniform usampler2D groups;  // of each cell
+uniform sampler2D colors;  // of each group
+uniform usampler2D regions;  // of each cell
+uniform vec3 missing;  // color where there is no group
+uniform uint marked;  // region under the pointer
+out vec4 color;
+void main() {
+  uint group = texelFetch(groups, place(cell), 0).r;
+  vec3 base = group == NONE ? missing : texelFetch(colors, place(group), 0).rgb;
+  if (marked != NONE && texelFetch(regions, place(cell), 0).r == marked) base = mix(base, vec3(1.0), 0.45);
+  color = vec4(min(base * light(), 1.0), 1.0);
+}`;
+
+export const PICK = `${HEAD}${CODE}
+flat in uint cell;
+out vec4 found;
+void main() { found = codeOf(cell); }`;
+
+// A border is a rectangle on the screen; none where both sides are in one region.
+export const BORDER = `${HEAD}${EYE}
+uniform usampler2D edges;  // two vertices, and the cells on either side
+uniform usampler2D regions;
+uniform vec2 frame;  // pixels
+uniform float line_width;  // pixels
+void main() {
+  uvec4 edge = texelFetch(edges, place(uint(gl_VertexID / 6)), 0);
+  int corner = gl_VertexID % 6;  // of two triangles: 0 1 2, 2 1 3
+  corner = corner < 3 ? corner : corner == 3 ? 2 : corner == 4 ? 1 : 3;
+  uint left = texelFetch(regions, place(edge.z), 0).r;
+  uint right = texelFetch(regions, place(edge.w), 0).r;
+  gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  if (left == right) return;
+  vec3 a = seen(texelFetch(vertices, place(edge.x), 0));
+  vec3 b = seen(texelFetch(vertices, place(edge.y), 0));
+  float pixel = 2.0 / (projection[1][1] * frame.y);  // at distance 1
+  a *= 1.0 - 1.2 * line_width * pixel;
+  b *= 1.0 - 1.2 * line_width * pixel;
+  vec4 from = projection * vec4(a, 1.0);
+  vec4 to = projection * vec4(b, 1.0);
+  if (from.w <= 0.0 || to.w <= 0.0) return;
+  vec2 along = (to.xy / to.w - from.xy / from.w) * frame;
+  along = length(along) > 0.0 ? normalize(along) : vec2(1.0, 0.0);
+  float end = (corner & 1) == 0 ? -1.0 : 1.0;
+  float side = (corner & 2) == 0 ? -1.0 : 1.0;
+  vec4 place_ = end < 0.0 ? from : to;
+  vec2 shift = line_width * (0.35 * end * along + side * vec2(-along.y, along.x));
+  gl_Position = place_ + vec4(shift / frame * place_.w, 0.0, 0.0);
+}`;
+
+export const INK = `${HEAD}
+out vec4 color;
+void main() { color = vec4(0.11, 0.11, 0.12, 1.0); }`;

@@ -1,0 +1,68 @@
+// Named arrays in one block of bytes, as superfacets.pictures.page.coding writes them.
+
+const TYPES = {
+  uint8: Uint8Array, uint16: Uint16Array, uint32: Uint32Array, int32: Int32Array, float32: Float32Array,
+};
+const WORDS = [Uint8Array, Uint8Array, Uint16Array, Uint16Array, Uint32Array]; // of so many bytes
+
+export type Numbers = InstanceType<(typeof TYPES)[keyof typeof TYPES]>;
+
+export type Arrays = Record<string, Numbers | undefined>;
+
+export interface Entry {
+  name: string;
+  dtype: keyof typeof TYPES;
+  shape: number[];
+  offset: number;
+  coding: "plain" | "planes" | "difference" | "newest";
+}
+
+/** The arrays by name, row by row. Offsets count from `start`; plain arrays are views of `buffer`. */
+export function decodeArrays(buffer: ArrayBuffer, start: number, entries: Entry[]): Arrays {
+  const arrays: Arrays = {};
+  for (const entry of entries) {
+    const count = entry.shape.reduce((product, size) => product * size, 1);
+    const at = start + entry.offset;
+    const Type = TYPES[entry.dtype];
+    if (entry.coding === "plain") {
+      arrays[entry.name] = new Type(buffer, at, count);
+      continue;
+    }
+    const words = new WORDS[Type.BYTES_PER_ELEMENT](count);
+    const rows = entry.coding === "newest" ? count : entry.shape[0];
+    joinPlanes(words, new Uint8Array(buffer, at), rows, entry.coding === "difference");
+    if (entry.coding === "newest") numbersOfCodes(words);
+    arrays[entry.name] = new Type(words.buffer);
+  }
+  return arrays;
+}
+
+/** Columns come after each other, split into planes: all lowest bytes, then all second ones, ... */
+function joinPlanes(
+  words: Uint8Array | Uint16Array | Uint32Array, bytes: Uint8Array, rows: number, isDifference: boolean,
+): void {
+  const count = words.length;
+  const columns = rows ? count / rows : 0;
+  for (let column = 0; column < columns; column++) {
+    let last = 0;
+    for (let row = 0; row < rows; row++) {
+      const from = column * rows + row;
+      let word = 0;
+      for (let plane = 0; plane < words.BYTES_PER_ELEMENT; plane++) {
+        word |= bytes[plane * count + from] << (8 * plane);
+      }
+      last = isDifference ? (last + word) | 0 : word;
+      words[row * columns + column] = last; // wraps around
+    }
+  }
+}
+
+/** 0 stands for the lowest number that has not occurred yet, k for the k-th below that. */
+function numbersOfCodes(words: Uint8Array | Uint16Array | Uint32Array): void {
+  let next = 0;
+  for (let i = 0; i < words.length; i++) {
+    const code = words[i];
+    words[i] = next - code;
+    if (code === 0) next++;
+  }
+}

@@ -1,0 +1,201 @@
+// The eye: it looks at a target from a distance, turned about the axes of the mesh.
+
+import type { Positions, ShapeFacts } from "./shape";
+import { dot, lengthOf, minus, normalized, plus, type Vector } from "./vectors";
+
+const SLOPE = Math.tan((10 * Math.PI) / 180); // half the height of the picture at distance 1
+const MARGIN = 0.94; // share of the picture that a mesh may fill at first
+const NEAREST = 1e-3; // distance of the eye from its target, in sizes of the mesh
+const FARTHEST = 50;
+const LEAST_NEAR = 0.02; // of the near plane's distance to the target's: finer depths tell nothing
+const STEEP = 1.2; // elevation at most, in radians, after a flight
+const FLIGHT_MS = 300;
+
+/** Angles in degrees; zoom is 1 where all of the mesh is in the picture. */
+export interface View {
+  azimuth: number;
+  elevation: number;
+  zoom: number;
+}
+
+/** Numbers that shaders need of a camera, by their names there. */
+export interface Eye {
+  turn: number[]; // matrix from the mesh to the eye, column by column
+  target: Vector;
+  distance_: number;
+  projection: number[];
+  near_far: [number, number];
+}
+
+export class Camera {
+  target: Vector = [0, 0, 0];
+  size = 1; // largest distance of a point from the origin
+  zoom = 1;
+  private aspect = 1;
+  private azimuth = 0;
+  private elevation = 0;
+  private facts: ShapeFacts | null = null;
+  private positions: Positions | null = null;
+  private fitted = 0; // distance at zoom 1; 0: not known yet, as the picture may have no size yet
+  private flight = 0; // number of the latest one
+
+  constructor(private readonly changed: () => void) {}
+
+  /** Look at a whole mesh, which is around the origin. */
+  show(facts: ShapeFacts, positions: Positions): void {
+    this.facts = facts;
+    this.positions = positions;
+    this.home();
+  }
+
+  resize(width: number, height: number): void {
+    this.aspect = width / height;
+  }
+
+  home(): void {
+    if (!this.facts) return;
+    this.flight++;
+    const { azimuth, elevation, zoom } = this.facts.view;
+    this.azimuth = (azimuth * Math.PI) / 180;
+    this.elevation = (elevation * Math.PI) / 180;
+    this.zoom = zoom;
+    this.target = [0, 0, 0];
+    this.fitted = 0;
+    this.changed();
+  }
+
+  /** From the eye to its target. */
+  get distance(): number {
+    if (!this.fitted && this.positions) this.fit(this.positions);
+    return this.fitted / this.zoom;
+  }
+
+  /** Find the distance from which all positions are in the picture. */
+  private fit({ values, low, step }: Positions): void {
+    const directions = this.directions();
+    const [right, up, toward] = directions.map((row) => row.map((value, k) => value * step[k]));
+    const offsets = directions.map((row) => dot(row, low));
+    const reach = 1 / (SLOPE * MARGIN);
+    let farthest = 1e-6;
+    let size = 1e-12;
+    for (let i = 0; i < values.length; i += 3) {
+      const [x, y, z] = [values[i], values[i + 1], values[i + 2]];
+      const across = right[0] * x + right[1] * y + right[2] * z + offsets[0];
+      const height = up[0] * x + up[1] * y + up[2] * z + offsets[1];
+      const depth = toward[0] * x + toward[1] * y + toward[2] * z + offsets[2];
+      const needed = depth + reach * Math.max(Math.abs(height), Math.abs(across) / this.aspect);
+      if (needed > farthest) farthest = needed;
+      size = Math.max(size, across * across + height * height + depth * depth);
+    }
+    this.fitted = farthest;
+    this.size = Math.sqrt(size);
+  }
+
+  /** Right, up and toward the viewer. */
+  directions(): [Vector, Vector, Vector] {
+    const [right, up, front] = this.facts!.axes;
+    const [s, c] = [Math.sin(this.azimuth), Math.cos(this.azimuth)];
+    const [t, d] = [Math.sin(this.elevation), Math.cos(this.elevation)];
+    const mix = (x: number, y: number, z: number): Vector =>
+      [0, 1, 2].map((k) => x * right[k] + y * up[k] + z * front[k]) as Vector;
+    return [mix(c, 0, -s), mix(-s * t, d, -c * t), mix(s * d, t, c * d)];
+  }
+
+  get eye(): Eye {
+    const { distance, target, aspect } = this;
+    const reach = 1.1 * this.size + lengthOf(target);
+    const far = distance + reach;
+    const near = Math.max(distance - reach, LEAST_NEAR * distance);
+    const depth = (far + near) / (near - far);
+    const shift = (2 * far * near) / (near - far);
+    const [right, up, toward] = this.directions();
+    return {
+      turn: [0, 1, 2].flatMap((k) => [right[k], up[k], toward[k]]),
+      target,
+      distance_: distance,
+      projection: [1 / (SLOPE * aspect), 0, 0, 0, 0, 1 / SLOPE, 0, 0, 0, 0, depth, -1, 0, 0, shift, 0],
+      near_far: [near, far],
+    };
+  }
+
+  orbit(x: number, y: number): void {
+    this.flight++;
+    this.azimuth -= x;
+    this.elevation = Math.max(-Math.PI / 2, Math.min(Math.PI / 2, this.elevation + y));
+    this.changed();
+  }
+
+  /** Move the picture by shares of its height. */
+  pan(x: number, y: number): void {
+    this.flight++;
+    const [right, up] = this.directions();
+    const height = 2 * SLOPE * this.distance;
+    this.target = plus(plus(this.target, right, -x * height), up, y * height);
+    this.changed();
+  }
+
+  /** Come nearer (factor > 1). The place at (x, y), in heights from the middle, stays where it is. */
+  zoomBy(factor: number, x = 0, y = 0): void {
+    this.pan(-x, -y);
+    this.setDistance(this.distance / factor);
+    this.pan(x, y);
+  }
+
+  private setDistance(wanted: number): void {
+    const { distance, zoom, size } = this;
+    this.zoom = (zoom * distance) / Math.max(NEAREST * size, Math.min(FARTHEST * size, wanted));
+  }
+
+  /** How many pixels a length of 1 takes at distance 1, in a picture of this height. */
+  pixelsOf(height: number): number {
+    return height / (2 * SLOPE);
+  }
+
+  /** Distance of a place from the eye. */
+  distanceTo(place: Vector): number {
+    return lengthOf(minus(place, plus(this.target, this.directions()[2], this.distance)));
+  }
+
+  /** Right and down in shares of the picture; null for a place outside of it. */
+  placeOf(place: Vector): [number, number] | null {
+    const [right, up, toward] = this.directions();
+    const from = minus(place, this.target);
+    const depth = this.distance - dot(from, toward);
+    const height = 2 * SLOPE * depth;
+    const [x, y] = [0.5 + dot(from, right) / (height * this.aspect), 0.5 - dot(from, up) / height];
+    return depth > 0 && x >= 0 && x <= 1 && y >= 0 && y <= 1 ? [x, y] : null;
+  }
+
+  /** Fly in front of a place with a normal, to a distance at most if that is not nearer already. */
+  fly(place: Vector, normal: Vector, distance: number): void {
+    const from = [this.azimuth, this.elevation, this.distance, ...this.target];
+    const [azimuth, elevation] = this.anglesToward(normal);
+    const turn = Math.atan2(Math.sin(azimuth - from[0]), Math.cos(azimuth - from[0]));
+    const to = [from[0] + turn, elevation, Math.min(from[2], distance), ...place];
+    const number = ++this.flight;
+    const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const start = performance.now();
+    const move = (now: number): void => {
+      if (number !== this.flight) return;
+      const share = isCalm ? 1 : Math.min(1, Math.max(0, (now - start) / FLIGHT_MS));
+      const eased = share * share * (3 - 2 * share);
+      const [a, e, d, x, y, z] = from.map((value, i) => value + (to[i] - value) * eased);
+      [this.azimuth, this.elevation, this.target] = [a, e, [x, y, z]];
+      this.setDistance(d);
+      this.changed();
+      if (share < 1) requestAnimationFrame(move);
+    };
+    move(start);
+  }
+
+  /** Azimuth and elevation from which a surface with this normal is seen, not too steeply. */
+  private anglesToward(normal: Vector): [number, number] {
+    if (lengthOf(normal) === 0) return [this.azimuth, this.elevation];
+    const [right, up, front] = this.facts!.axes;
+    const n = normalized(normal);
+    const elevation = Math.asin(Math.max(-1, Math.min(1, dot(n, up))));
+    const isSteep = Math.abs(elevation) > 1.4;
+    const azimuth = isSteep ? this.azimuth : Math.atan2(dot(n, right), dot(n, front));
+    return [azimuth, Math.max(-STEEP, Math.min(STEEP, elevation))];
+  }
+}

@@ -1,0 +1,85 @@
+// GLSL that the page and the studio share: where vertices are, the light on them, cells as colors.
+
+import { WIDTH } from "./gl";
+import { NO_NORMAL } from "./normals";
+import { NONE } from "./shape";
+
+export const HEAD = `#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+precision highp usampler2D;
+const uint NONE = ${NONE}u;
+ivec2 place(uint i) { return ivec2(int(i % ${WIDTH}u), int(i / ${WIDTH}u)); }
+`;
+
+export const EYE = `
+uniform usampler2D vertices;  // x, y, z; packed normal
+uniform bool has_floats;  // x, y, z are the bits of floats, not whole steps
+uniform vec3 low;
+uniform vec3 step_;
+uniform mat3 turn;  // from the mesh to the eye
+uniform vec3 target;
+uniform float distance_;
+uniform mat4 projection;
+vec3 seen(uvec4 texel) {
+  vec3 steps = has_floats ? uintBitsToFloat(texel.xyz) : vec3(texel.xyz);
+  return turn * (low + step_ * steps - target) - vec3(0.0, 0.0, distance_);
+}
+`;
+
+/** Vertex shader of the surface, or of points. */
+export const SURFACE = `${HEAD}${EYE}
+in uvec2 vertex;  // number; and the triangle that begins with it
+uniform usampler2D sources;  // cell of each triangle, where triangles are not the cells
+uniform bool has_sources;
+uniform bool is_cloud;
+uniform float point_size;  // pixels at distance 1
+flat out uint cell;
+out vec3 at;
+out vec3 normal;  // (0, 0, 0) in a crease
+out float smoothness;  // 0 in a crease
+vec3 unpacked(uint bits) {
+  vec2 xy = vec2(bits & 255u, bits >> 8) / 127.0 - 1.0;
+  vec3 v = vec3(xy, 1.0 - abs(xy.x) - abs(xy.y));
+  if (v.z < 0.0) v.xy = (1.0 - abs(v.yx)) * vec2(v.x < 0.0 ? -1.0 : 1.0, v.y < 0.0 ? -1.0 : 1.0);
+  return normalize(v);
+}
+void main() {
+  uint piece = is_cloud ? vertex.x : vertex.y;
+  cell = has_sources ? texelFetch(sources, place(piece), 0).r : piece;
+  uvec4 texel = texelFetch(vertices, place(vertex.x), 0);
+  at = seen(texel);
+  bool has_normal = texel.w != ${NO_NORMAL}u;
+  normal = has_normal ? turn * unpacked(texel.w) : vec3(0.0);
+  smoothness = has_normal ? 1.0 : 0.0;
+  gl_Position = projection * vec4(at, 1.0);
+  gl_PointSize = max(1.0, point_size / -at.z);
+}`;
+
+/** Brightness of the surface, 0 to 1.06. */
+export const LIGHT = `
+uniform bool is_cloud;
+flat in uint cell;
+in vec3 at;
+in vec3 normal;
+in float smoothness;
+float light() {
+  if (is_cloud && smoothness == 0.0) return 0.9;
+  vec3 toward = normalize(-at);
+  vec3 flat_ = is_cloud ? normalize(normal) : normalize(cross(dFdx(at), dFdy(at)));
+  flat_ = dot(flat_, toward) < 0.0 ? -flat_ : flat_;
+  vec3 bent = dot(flat_, normal) < 0.0 ? -normal : normal;
+  vec3 shading = normalize(bent + max(0.0, 1.0 - smoothness) * flat_);
+  float key = max(0.0, dot(shading, normalize(vec3(0.4, 0.55, 0.75))));
+  return 0.42 + 0.48 * key + 0.16 * max(0.0, dot(shading, toward));
+}
+`;
+
+/** A cell as the color of a pixel, which `cellsIn` reads. */
+export const CODE = `
+vec4 codeOf(uint cell) {
+  uint number = cell + 1u;
+  return vec4(uvec4(number, number >> 8, number >> 16, number >> 24) & 255u) / 255.0;
+}
+`;

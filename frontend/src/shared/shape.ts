@@ -1,0 +1,41 @@
+// Triangles or points to be drawn, and their positions.
+
+import type { Arrays } from "./arrays";
+import type { View } from "./camera";
+import type { Vector } from "./vectors";
+
+export const NONE = 0xffffffff; // no cell, no region, no value
+
+/** Three numbers for each point: steps from a corner, which are the coordinates if a step is 1. */
+export interface Positions {
+  values: Uint16Array | Float32Array;
+  low: Vector;
+  step: Vector;
+}
+
+/** Facts about a shape, as superfacets.pictures.page.shape writes them. */
+export interface ShapeFacts {
+  low: Vector;
+  step: Vector;
+  axes: [right: Vector, up: Vector, front: Vector];
+  view: View;
+  point_size: number;
+}
+
+export interface Shape {
+  facts: ShapeFacts;
+  positions: Positions;
+  triangles: Uint32Array | null; // three vertices each; null: the points are the cells
+  sources: Uint32Array | null; // cell of each triangle; null: triangle i is cell i
+  normals: Uint16Array | null; // of points, packed
+}
+
+export function shapeOf(facts: ShapeFacts, arrays: Arrays): Shape {
+  return {
+    facts,
+    positions: { values: arrays.positions as Uint16Array | Float32Array, low: facts.low, step: facts.step },
+    triangles: (arrays.triangles as Uint32Array | undefined) ?? null,
+    sources: (arrays.sources as Uint32Array | undefined) ?? null,
+    normals: (arrays.normals as Uint16Array | undefined) ?? null,
+  };
+}

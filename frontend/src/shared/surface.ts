@@ -1,0 +1,138 @@
+// The surface, or points, as the graphics card has them.
+
+import type { Eye } from "./camera";
+import { type Gpu, type Program, Table, type Values } from "./gl";
+import { vertexNormals } from "./normals";
+import { NONE, type Positions, type Shape, type ShapeFacts } from "./shape";
+
+export class Surface {
+  readonly vertices: Table;
+  bufferBytes = 0;
+  nCorners = 0;
+  private readonly sources: Table;
+  private hasSources = false;
+  private hasFloats = false;
+  private isCloud = false;
+  private facts!: ShapeFacts;
+  private state: WebGLVertexArrayObject | null = null;
+  private readonly buffers: WebGLBuffer[] = [];
+
+  constructor(private readonly gpu: Gpu) {
+    this.vertices = new Table(gpu);
+    this.sources = new Table(gpu);
+  }
+
+  /** Send a shape; called again after the graphics card was lost. */
+  show({ facts, positions, triangles, sources, normals }: Shape): void {
+    this.facts = facts;
+    this.isCloud = triangles === null;
+    this.hasSources = sources !== null;
+    this.hasFloats = positions.values instanceof Float32Array;
+    const packed = triangles ? vertexNormals(positions, triangles) : normals!;
+    this.vertices.fill(this.hasFloats ? "rgba32" : "rgba16", vertexTexels(positions, packed));
+    this.sources.fill("r32", sources ?? new Uint32Array(1));
+    this.sendCorners(triangles, positions.values.length / 3);
+  }
+
+  private sendCorners(triangles: Uint32Array | null, nVertices: number): void {
+    const { gl, tellsFirst } = this.gpu;
+    const { vertices, corners } = triangles ? sharedCorners(triangles, nVertices) : points(nVertices);
+    for (let i = 0; !tellsFirst && i < corners.length; i += 3) {
+      corners.set([corners[i + 1], corners[i + 2], corners[i]], i);
+    }
+    this.nCorners = triangles ? corners.length : nVertices;
+    this.bufferBytes = vertices.byteLength + corners.byteLength;
+    gl.deleteVertexArray(this.state);
+    for (const buffer of this.buffers.splice(0)) gl.deleteBuffer(buffer);
+    this.state = gl.createVertexArray();
+    gl.bindVertexArray(this.state);
+    this.sendBuffer(gl.ARRAY_BUFFER, vertices);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribIPointer(0, 2, gl.UNSIGNED_INT, 0, 0);
+    this.sendBuffer(gl.ELEMENT_ARRAY_BUFFER, corners);
+  }
+
+  private sendBuffer(kind: GLenum, values: Uint32Array): void {
+    const { gl } = this.gpu;
+    const buffer = gl.createBuffer();
+    this.buffers.push(buffer);
+    gl.bindBuffer(kind, buffer);
+    gl.bufferData(kind, values, gl.STATIC_DRAW);
+  }
+
+  /** Values from which shaders compute positions. */
+  placing(eye: Eye): Values {
+    const { facts, vertices, hasFloats } = this;
+    return { ...eye, vertices, has_floats: hasFloats, low: facts.low, step_: facts.step };
+  }
+
+  /** Draw all of it; `pixels` are those of a length of 1 at distance 1. */
+  draw(program: Program, eye: Eye, pixels: number, others: Values): void {
+    const { gl } = this.gpu;
+    program.use({
+      ...this.placing(eye), sources: this.sources, has_sources: this.hasSources, is_cloud: this.isCloud,
+      point_size: pixels * this.facts.point_size, ...others,
+    });
+    gl.bindVertexArray(this.state);
+    if (this.isCloud) gl.drawArrays(gl.POINTS, 0, this.nCorners);
+    else gl.drawElements(gl.TRIANGLES, this.nCorners, gl.UNSIGNED_INT, 0);
+  }
+
+  get bytes(): number {
+    return this.bufferBytes + this.vertices.bytes + this.sources.bytes;
+  }
+}
+
+interface Corners {
+  vertices: Uint32Array; // number, and the triangle that begins with it
+  corners: Uint32Array; // places in `vertices`, three for a triangle
+}
+
+function points(nVertices: number): Corners {
+  const vertices = new Uint32Array(2 * nVertices);
+  for (let i = 0; i < nVertices; i++) vertices[2 * i] = i;
+  return { vertices, corners: new Uint32Array(0) };
+}
+
+/**
+ * Corners of triangles such that each triangle begins with one that no other triangle begins with:
+ * its number tells the cell. Corners are shared otherwise, so that a vertex is computed once for
+ * several triangles. A vertex that begins more than one triangle comes several times.
+ */
+function sharedCorners(triangles: Uint32Array, nVertices: number): Corners {
+  const n = triangles.length / 3;
+  const corners = new Uint32Array(triangles.length);
+  const pieces = new Uint32Array(nVertices + n).fill(NONE); // triangle that each corner begins
+  const copies = new Uint32Array(n); // vertices of the corners from nVertices on
+  let nCopies = 0;
+  for (let i = 0; i < n; i++) {
+    let first = 0;
+    while (first < 3 && pieces[triangles[3 * i + first]] !== NONE) first++;
+    const isCopied = first === 3;
+    if (isCopied) first = 0;
+    for (let k = 0; k < 3; k++) corners[3 * i + k] = triangles[3 * i + ((first + k) % 3)];
+    if (isCopied) {
+      copies[nCopies] = corners[3 * i];
+      corners[3 * i] = nVertices + nCopies++;
+    }
+    pieces[corners[3 * i]] = i;
+  }
+  const vertices = new Uint32Array(2 * (nVertices + nCopies));
+  for (let i = 0; i < nVertices + nCopies; i++) {
+    vertices[2 * i] = i < nVertices ? i : copies[i - nVertices];
+    vertices[2 * i + 1] = pieces[i];
+  }
+  return { vertices, corners };
+}
+
+/** Positions (or their bits) and normals, four numbers a vertex. */
+function vertexTexels({ values }: Positions, normals: Uint16Array): Uint16Array | Uint32Array {
+  const isFloat = values instanceof Float32Array;
+  const numbers = isFloat ? new Uint32Array(values.buffer, values.byteOffset, values.length) : values;
+  const texels = new (isFloat ? Uint32Array : Uint16Array)((4 * values.length) / 3);
+  for (let i = 0; i < normals.length; i++) {
+    for (let k = 0; k < 3; k++) texels[4 * i + k] = numbers[3 * i + k];
+    texels[4 * i + 3] = normals[i];
+  }
+  return texels;
+}

@@ -1,0 +1,156 @@
+// The keyboard's cursor on single cells: arrow keys go from one to the next.
+
+import { NONE } from "../shared/shape";
+import { dot, lengthOf, minus, normalized, plus, scaled, type Vector } from "../shared/vectors";
+import { MARK_CURSOR } from "./celltable";
+import type { Desk } from "./desk";
+import type { Mesh } from "./mesh";
+
+const LEAST_COSINE = 0.25; // between the direction of an arrow key and of a neighbor
+const MARGIN = 0.1; // share of the picture at each edge from which the cursor is brought back
+const LEAST_FACING = 0.35; // cosine between the cell's normal and the direction to the eye
+const STAND_OFF = 60; // distance of the eye from a cell, in radii of the cell
+
+const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
+
+export class CellCursor {
+  cell = -1;
+
+  constructor(
+    private readonly desk: Desk,
+    private readonly ring: SVGCircleElement,
+  ) {
+    desk.session.events.on("file", () => {
+      this.cell = -1;
+      this.showRing();
+    });
+    desk.events.on("selection", () => this.clear());
+    desk.drawing.afterDraw = () => this.showRing();
+  }
+
+  private get mesh(): Mesh {
+    return this.desk.session.mesh;
+  }
+
+  clear(): void {
+    if (this.cell < 0) return;
+    this.desk.drawing.cells.mark(Uint32Array.of(this.cell), MARK_CURSOR, false);
+    this.cell = -1;
+    this.desk.drawing.redraw();
+  }
+
+  /** Go to the neighbor on the right (x = 1), left, above (y = 1) or below; first to a start cell. */
+  move(x: number, y: number): void {
+    const isFirst = this.cell < 0 || this.desk.isHidden(this.cell);
+    const next = isFirst ? this.start() : this.next(x, y);
+    if (next >= 0) this.go(next, isFirst);
+    else this.desk.say(isFirst ? "Nothing is seen." : `No ${this.mesh.oneCell} lies that way.`);
+  }
+
+  private go(cell: number, isFirst: boolean): void {
+    const { desk } = this;
+    this.clear();
+    this.cell = cell;
+    desk.hover(-1);
+    desk.drawing.cells.mark(Uint32Array.of(cell), MARK_CURSOR, true);
+    desk.drawing.redraw();
+    if (isFirst || !this.isWellSeen(cell)) this.fly(cell);
+    const region = desk.regionOf(cell);
+    const where = region < 0 ? "in no region" : `region ${region}`;
+    desk.say(`${this.name}: ${where}, ${desk.className(desk.session.classes.of[cell])}.`);
+  }
+
+  private get name(): string {
+    return `${capital(this.mesh.oneCell)} ${this.cell}`;
+  }
+
+  /** Give the cell a class; 0 removes it. */
+  paint(id: number): void {
+    const { desk } = this;
+    desk.session.paint(Uint32Array.of(this.cell), id);
+    desk.say(id ? `${this.name}: ${desk.className(id)}.` : `${this.name}: class removed.`);
+  }
+
+  /** A cell in the region of the keyboard's cursor, or else the one nearest to the picture's middle. */
+  private start(): number {
+    const { cursor, session, drawing } = this.desk;
+    if (cursor >= 0) return this.middleCell(session.regions.cellsOf(cursor));
+    const { clientWidth, clientHeight } = drawing.canvas;
+    const seen = drawing.cellsSeen(0, 0, clientWidth, clientHeight);
+    let best = -1;
+    let least = Infinity;
+    seen.cells.forEach((cell, i) => {
+      if (cell === NONE) return;
+      const column = (i % seen.width) - seen.width / 2;
+      const row = Math.floor(i / seen.width) - seen.height / 2;
+      const off = column * column + row * row;
+      if (off < least) [best, least] = [cell, off];
+    });
+    return best;
+  }
+
+  private middleCell(cells: Uint32Array): number {
+    const shown = [...cells].filter((cell) => this.mesh.middleOf(cell) && !this.desk.isHidden(cell));
+    const middles = shown.map((cell) => this.mesh.middleOf(cell)!);
+    const middle = middles.reduce((sum, at) => plus(sum, at, 1 / shown.length), [0, 0, 0]);
+    const off = middles.map((at) => lengthOf(minus(at, middle)));
+    const best = off.reduce((least, distance, i) => (distance < off[least] ? i : least), 0);
+    return shown[best] ?? -1;
+  }
+
+  private next(x: number, y: number): number {
+    const { mesh, desk } = this;
+    const [right, up] = desk.drawing.camera.directions();
+    const way = plus(scaled(right, x), up, y);
+    const from = mesh.middleOf(this.cell)!;
+    let best = -1;
+    let most = 0;
+    for (const cell of desk.picker.surroundings.around(this.cell)) {
+      const middle = mesh.middleOf(cell);
+      if (cell === this.cell || desk.isHidden(cell) || !middle) continue;
+      const step = minus(middle, from);
+      const distance = lengthOf(step);
+      const cosine = distance > 0 ? dot(step, way) / distance : 0;
+      const worth = mesh.isCloud ? cosine / distance : cosine;
+      if (cosine >= LEAST_COSINE && worth > most) [best, most] = [cell, worth];
+    }
+    return best;
+  }
+
+  private isWellSeen(cell: number): boolean {
+    const { drawing, picker } = this.desk;
+    const place = picker.placeOf(cell);
+    if (!place) return false;
+    const { clientWidth, clientHeight } = drawing.canvas;
+    const [x, y] = [place.x / clientWidth, place.y / clientHeight];
+    if (Math.min(x, y, 1 - x, 1 - y) < MARGIN) return false;
+    return this.isFacing(cell) && picker.cellAt(place) === cell;
+  }
+
+  private isFacing(cell: number): boolean {
+    const normal = normalized(this.mesh.normalOf(cell));
+    const toward = this.desk.drawing.camera.directions()[2];
+    return lengthOf(normal) === 0 || dot(normal, toward) > LEAST_FACING;
+  }
+
+  /** Fly near the cell. If the cell can be seen now, the direction of view stays. */
+  private fly(cell: number): void {
+    const { mesh } = this;
+    const middle = mesh.middleOf(cell)!;
+    const corners = mesh.cornersOf(cell);
+    const radius = corners ? lengthOf(minus(corners[0], middle)) : mesh.shape.facts.point_size;
+    const { drawing, picker } = this.desk;
+    const place = picker.placeOf(cell);
+    const isShown = place !== null && this.isFacing(cell) && picker.cellAt(place) === cell;
+    const normal: Vector = isShown ? [0, 0, 0] : mesh.normalOf(cell);
+    drawing.camera.fly(middle, normal, STAND_OFF * radius);
+  }
+
+  private showRing(): void {
+    const place = this.cell < 0 ? null : this.desk.picker.placeOf(this.cell);
+    this.ring.toggleAttribute("hidden", place === null);
+    if (!place) return;
+    this.ring.setAttribute("cx", String(place.x));
+    this.ring.setAttribute("cy", String(place.y));
+  }
+}

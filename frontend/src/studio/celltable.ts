@@ -1,0 +1,62 @@
+// Classes and marks of cells, for shaders.
+
+import { type Gpu, Table } from "../shared/gl";
+
+export const MARK_RED = 1; // strokes of split mode
+export const MARK_BLUE = 2;
+export const MARK_HIDDEN = 4;
+export const MARK_CURSOR = 8; // the keyboard's, on one cell
+
+/** Per cell: its class in two bytes, and marks. */
+export class CellTable {
+  readonly table: Table;
+  hasHidden = false;
+  private nCells = 0;
+
+  constructor(gpu: Gpu) {
+    this.table = new Table(gpu);
+  }
+
+  /** Begin anew: no cell has a class or a mark. */
+  reset(nCells: number): void {
+    this.nCells = nCells;
+    this.hasHidden = false;
+    this.table.fill("rgba8ui", new Uint8Array(4 * nCells));
+  }
+
+  /** Take the classes of some cells, or of all. */
+  setClasses(ids: Uint16Array, cells: Uint32Array | null): void {
+    const { texels } = this.table;
+    const set = (cell: number): void => {
+      texels[4 * cell] = ids[cell] & 255;
+      texels[4 * cell + 1] = ids[cell] >> 8;
+      this.table.touch(cell);
+    };
+    if (cells) cells.forEach(set);
+    else for (let cell = 0; cell < this.nCells; cell++) set(cell);
+  }
+
+  marksOf(cell: number): number {
+    return this.table.texels[4 * cell + 2];
+  }
+
+  isHidden(cell: number): boolean {
+    return (this.marksOf(cell) & MARK_HIDDEN) !== 0;
+  }
+
+  /** Set or clear bits of some cells. */
+  mark(cells: Iterable<number>, bits: number, on: boolean): void {
+    if (bits & MARK_HIDDEN && on) this.hasHidden = true;
+    for (const cell of cells) {
+      const old = this.marksOf(cell);
+      this.table.texels[4 * cell + 2] = on ? old | bits : old & ~bits;
+      this.table.touch(cell);
+    }
+  }
+
+  /** Clear bits of all cells. */
+  unmarkAll(bits: number): void {
+    if (bits & MARK_HIDDEN) this.hasHidden = false;
+    for (let cell = 0; cell < this.nCells; cell++) if (this.marksOf(cell) & bits) this.mark([cell], bits, false);
+  }
+}

@@ -1,0 +1,75 @@
+// Types of requests to the server and of its answers.
+
+export interface Parameters {
+  n_segments: number;
+  alpha: number;
+  ridges: number;
+  smooth: boolean;
+  level: number | null;
+}
+
+export type Range = [min: number, max: number];
+
+export interface ClassEntry {
+  id: number;
+  name: string;
+  color: string;
+  key: string;
+}
+
+export interface Progress {
+  seq: number;
+  progress: number;
+  can_undo: boolean;
+  can_redo: boolean;
+}
+
+export interface State extends Progress {
+  parameters: Parameters;
+  ranges: Record<string, Range>;
+  revision: number;
+  n_regions: number;
+  classes: ClassEntry[];
+  levels: number[];
+  input: { name: string; n_cells: number; sha256?: string };
+  notes: string[];
+  exports?: Record<string, string[]>; // file formats, by what is exported
+}
+
+export interface FileEntry {
+  id: number;
+  name: string;
+  done: number;
+  n_cells?: number;
+  error?: string;
+}
+
+export interface PaintReply extends Progress {
+  changed: number;
+}
+
+/** Effect of an undo or redo, and the state after it. */
+export interface UndoReply extends Progress {
+  kind: string;
+  cells: string;
+  classes: string;
+  revision: number;
+  parameters: Parameters;
+}
+
+export interface SplitReply extends Progress {
+  revision: number;
+  n_regions: number;
+}
+
+/** A line of the streamed answer of `segment`. */
+export interface SegmentLine {
+  stage?: string;
+  iteration?: number;
+  moved?: number;
+  revision?: number;
+  n_regions?: number;
+  seconds?: number;
+  cancelled?: boolean;
+  error?: string;
+}

@@ -1,0 +1,251 @@
+// The picture on the canvas, in the two passes of shaders.ts.
+
+import { Camera } from "../shared/camera";
+import { Frame, Gpu, Program, Table } from "../shared/gl";
+import { cellsIn } from "../shared/picking";
+import { SURFACE } from "../shared/shaders";
+import { NONE } from "../shared/shape";
+import { Surface } from "../shared/surface";
+import { CellTable } from "./celltable";
+import { parseColor, type Rgb } from "./colors";
+import type { Mesh } from "./mesh";
+import { CELLS, IMAGE, WHOLE } from "./shaders";
+
+const REFINE_MS = 160; // without a change, until the picture gets smooth
+const MAX_FINE_PIXELS = 9_000_000;
+// Views that take longer are not made smooth, which takes four times as long: without a graphics
+// card the user would have to wait.
+const SLOW_MS = 80;
+const MAX_CLASSES = 65536;
+
+export class Drawing {
+  readonly camera = new Camera(() => this.changeView());
+  readonly cells: CellTable;
+  afterDraw: () => void = () => undefined;
+  private readonly gpu: Gpu;
+  private readonly surface: Surface;
+  private readonly cellsProgram: Program;
+  private readonly imageProgram: Program;
+  private readonly regions: Table; // of cells
+  private readonly regionColors: Table; // alpha: selected
+  private readonly classColors: Table;
+  private readonly frames: [Frame, Frame]; // of the first pass, by stride
+  private frame: Frame | null = null; // the latest
+  private stride = 1; // pixels of the first pass per pixel of the canvas, along each side
+  private mesh: Mesh | null = null;
+  private theme: Record<string, number[]> = {};
+  private hovered = NONE;
+  private cursor = NONE;
+  private hasBorders = true;
+  private isStale = false; // the first pass is out of date
+  private scheduled = 0;
+  private refining = 0;
+  private viewMs = 0; // time of the first pass for this mesh; 0: not measured yet
+
+  constructor(
+    readonly canvas: HTMLCanvasElement,
+    failed: (line: string) => void,
+  ) {
+    const gpu = (this.gpu = new Gpu(canvas, true));
+    this.surface = new Surface(gpu);
+    this.cells = new CellTable(gpu);
+    [this.regions, this.regionColors, this.classColors] = Array.from({ length: 3 }, () => new Table(gpu));
+    this.frames = [new Frame(gpu, 2), new Frame(gpu, 2)];
+    this.cellsProgram = new Program(gpu, SURFACE, CELLS);
+    this.imageProgram = new Program(gpu, WHOLE, IMAGE);
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault(); // else it is never restored
+      failed("The graphics card was lost.");
+    });
+    canvas.addEventListener("webglcontextrestored", () => this.restore());
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
+    this.readTheme();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.readTheme());
+  }
+
+  private restore(): void {
+    this.gpu.restore();
+    if (this.mesh) this.surface.show(this.mesh.shape);
+    this.changeView();
+  }
+
+  private readTheme(): void {
+    const style = getComputedStyle(document.documentElement);
+    for (const name of ["high", "low", "accent"]) {
+      const color = parseColor(style.getPropertyValue(`--view-${name}`).trim());
+      this.theme[name] = color.map((value) => value / 255);
+    }
+    this.redraw();
+  }
+
+  get hasSize(): boolean {
+    return this.canvas.width > 1 && this.canvas.height > 1;
+  }
+
+  private resize(): void {
+    const { clientWidth, clientHeight } = this.canvas.parentElement!;
+    if (!clientWidth || !clientHeight) return;
+    const ratio = window.devicePixelRatio;
+    this.canvas.width = Math.floor(clientWidth * ratio);
+    this.canvas.height = Math.floor(clientHeight * ratio);
+    this.frame = null;
+    this.camera.resize(clientWidth, clientHeight);
+    this.changeView();
+  }
+
+  /** Show another mesh, without regions yet. */
+  setMesh(mesh: Mesh): void {
+    this.mesh = mesh;
+    this.viewMs = 0;
+    this.surface.show(mesh.shape);
+    this.cells.reset(mesh.nCells);
+    this.setLabels(new Int32Array(mesh.nCells).fill(-1), []);
+    this.mark({ hovered: -1, cursor: -1 });
+    this.camera.show(mesh.shape.facts, mesh.shape.positions);
+  }
+
+  setLabels(labels: Int32Array, colors: Rgb[]): void {
+    this.regions.fill("r32", labels);
+    this.regionColors.fill("rgba8", colors.flatMap((color) => [...color, 0]));
+    this.redraw();
+  }
+
+  /** Show which regions are selected. */
+  select(regions: Iterable<number>, on: boolean): void {
+    for (const region of regions) {
+      this.regionColors.texels[4 * region + 3] = on ? 255 : 0;
+      this.regionColors.touch(region);
+    }
+    this.redraw();
+  }
+
+  /** Classes without a color are gray. */
+  setClassColors(colors: ReadonlyMap<number, Rgb>): void {
+    const highest = Math.min(MAX_CLASSES - 1, Math.max(0, ...colors.keys()));
+    const texels = new Uint8Array(4 * (highest + 1)).fill(128);
+    for (const [id, color] of colors) texels.set(color, 4 * id);
+    this.classColors.fill("rgba8", texels);
+    this.redraw();
+  }
+
+  /** Regions under the pointer and under the keyboard's cursor; -1 for none. */
+  mark({ hovered, cursor }: { hovered?: number; cursor?: number }): void {
+    const before = [this.hovered, this.cursor];
+    if (hovered !== undefined) this.hovered = hovered >>> 0; // -1 becomes NONE
+    if (cursor !== undefined) this.cursor = cursor >>> 0;
+    if (before[0] !== this.hovered || before[1] !== this.cursor) this.redraw();
+  }
+
+  setBorders(on: boolean): void {
+    this.hasBorders = on;
+    this.redraw();
+  }
+
+  /** Draw another view: fast at first, smooth after a while. */
+  changeView(): void {
+    this.isStale = true;
+    this.stride = 1;
+    this.schedule();
+    this.refineSoon();
+  }
+
+  /** Draw other colors in the same view. */
+  redraw(): void {
+    this.schedule();
+    if (this.stride > 1) this.refineSoon();
+  }
+
+  private schedule(): void {
+    this.scheduled ||= requestAnimationFrame(() => {
+      this.scheduled = 0;
+      this.draw(1);
+    });
+  }
+
+  private refineSoon(): void {
+    clearTimeout(this.refining);
+    this.refining = window.setTimeout(() => this.refine(), REFINE_MS);
+  }
+
+  /** Draw smooth lines; `always`: even where it takes long. */
+  refine(always = false): void {
+    const { width, height } = this.canvas;
+    if (!this.hasSize || !this.mesh || !this.frame) return;
+    this.viewMs ||= this.timeView();
+    if ((this.viewMs > SLOW_MS && !always) || 4 * width * height > MAX_FINE_PIXELS) return;
+    if (this.stride !== 2) this.isStale = true;
+    this.stride = 2;
+    this.draw(2);
+  }
+
+  /** Milliseconds that the first pass takes; tables have been sent before. */
+  private timeView(): number {
+    this.stride = 1;
+    this.gpu.read(0, 0, 1, 1); // waits for what is under way
+    const start = performance.now();
+    this.drawCells();
+    this.gpu.read(0, 0, 1, 1);
+    return performance.now() - start;
+  }
+
+  /** Draw now, with so many samples per pixel along each side, at most the stride. */
+  draw(samples: number): void {
+    if (!this.hasSize || !this.mesh || !this.classColors.bytes) return;
+    const { gl } = this.gpu;
+    for (const table of [this.cells.table, this.regionColors]) table.send();
+    const frame = this.isStale || !this.frame ? this.drawCells() : this.frame;
+    const { regions, cells, regionColors, classColors, stride, hovered, cursor } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    this.imageProgram.use({
+      ...this.theme, regions, cells: cells.table, region_colors: regionColors, class_colors: classColors,
+      ids: frame.colors[0], lights: frame.colors[1], depths: frame.depth, near_far: this.camera.eye.near_far,
+      stride, samples: Math.min(samples, stride), hovered, cursor, has_borders: this.hasBorders,
+      line: Math.max(1, Math.round(1.1 * stride * window.devicePixelRatio)),
+      is_cloud: this.mesh.isCloud, height: this.canvas.height,
+    });
+    gl.disable(gl.DEPTH_TEST);
+    this.gpu.drawNumbers(3);
+    gl.enable(gl.DEPTH_TEST);
+    this.afterDraw();
+  }
+
+  private drawCells(): Frame {
+    const { width, height } = this.canvas;
+    const { stride, camera, cells } = this;
+    const frame = (this.frame = this.frames[stride - 1]);
+    frame.begin(stride * width, stride * height);
+    this.surface.draw(this.cellsProgram, camera.eye, camera.pixelsOf(frame.height), {
+      cells: cells.table, has_hidden: cells.hasHidden,
+    });
+    this.isStale = false;
+    return frame;
+  }
+
+  /** Cells seen in a rectangle of the page's pixels, rows from below; NONE where there is none. */
+  cellsSeen(left: number, top: number, width: number, height: number): Seen {
+    if (this.isStale || !this.frame) this.draw(1);
+    const scale = (this.stride * this.canvas.width) / this.canvas.clientWidth;
+    const [w, h] = [Math.max(1, Math.ceil(width * scale)), Math.max(1, Math.ceil(height * scale))];
+    const bottom = this.frame!.height - Math.floor(top * scale) - h;
+    const cells = cellsIn(this.gpu, this.frame!, Math.floor(left * scale), bottom, w, h);
+    return { cells, width: w, height: h, scale };
+  }
+
+  /** Red, green and blue on the canvas, at a place in the page's pixels. */
+  pixel(x: number, y: number): Rgb {
+    const { gl } = this.gpu;
+    const scale = this.canvas.width / this.canvas.clientWidth;
+    const row = this.canvas.height - 1 - Math.floor(y * scale);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    const [red, green, blue] = this.gpu.read(Math.floor(x * scale), row, 1, 1);
+    return [red, green, blue];
+  }
+}
+
+export interface Seen {
+  cells: Uint32Array;
+  width: number;
+  height: number;
+  scale: number; // of these pixels to one of the page
+}

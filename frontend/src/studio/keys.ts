@@ -1,0 +1,196 @@
+// Keyboard: one table of keys, which also fills the help.
+
+import type { Desk } from "./desk";
+import type { Modes } from "./modes";
+import { make, part } from "../shared/dom";
+
+interface Key {
+  names: string[]; // as `nameOf` makes them
+  shown?: string;
+  what: string;
+  run: () => void;
+  onCanvas?: boolean; // only while the mesh has the focus
+}
+
+const TURN = 0.15;
+const FIELDS = "input:not([type=radio]):not([type=checkbox]):not([type=range]), select, textarea";
+
+const MOUSE: [string, string][] = [
+  ["Left drag", "paint the regions under the pointer"],
+  ["Shift + left drag", "remove their class"],
+  ["Ctrl + click", "take the class under the pointer"],
+  ["Right drag", "turn"],
+  ["Middle or Alt + left drag", "move"],
+  ["Wheel", "zoom"],
+];
+
+export class Keys {
+  private readonly groups: Record<string, Key[]>;
+  private readonly table = new Map<string, Key>();
+  private readonly help = part<HTMLDialogElement>("help");
+
+  constructor(
+    private readonly desk: Desk,
+    private readonly modes: Modes,
+    private readonly goToFile: (steps: number) => void,
+  ) {
+    this.groups = {
+      Labeling: this.labeling(),
+      Regions: this.regions(),
+      Modes: this.modeKeys(),
+      View: this.view(),
+      Files: this.files(),
+    };
+    for (const key of Object.values(this.groups).flat()) {
+      for (const name of key.names) this.table.set(name, key);
+    }
+    this.fillHelp();
+    part("help-button").addEventListener("click", () => this.help.showModal());
+    window.addEventListener("keydown", (event) => this.pressed(event));
+  }
+
+  private labeling(): Key[] {
+    const { desk } = this;
+    return [
+      ...Array.from({ length: 9 }, (_, i) => this.classKey(String(i + 1))),
+      { names: ["0"], what: "no class: strokes erase", run: () => desk.choose(0) },
+      { names: ["Enter"], onCanvas: true, what: "paint the chosen region; in split mode: cut", run: () => this.confirm() },
+      { names: ["Delete", "Backspace"], shown: "Delete", what: "remove its class", run: () => this.erase() },
+      { names: ["f"], what: "paint similar regions too", run: () => void desk.fillSimilar() },
+      { names: ["Ctrl+z"], what: "undo", run: () => void desk.session.undo() },
+      { names: ["Ctrl+Shift+z", "Ctrl+y"], shown: "Ctrl+Shift+Z", what: "redo", run: () => void desk.session.redo() },
+    ];
+  }
+
+  private classKey(key: string): Key {
+    return {
+      names: [key],
+      shown: key === "1" ? "1 … 9" : "",
+      what: "choose a class",
+      run: () => {
+        const entry = this.desk.session.state.classes.find((one) => one.key === key);
+        if (!entry) return this.desk.say(`No class has the key ${key}.`);
+        this.desk.choose(entry.id);
+        this.desk.say(`${entry.name} is chosen.`);
+      },
+    };
+  }
+
+  private regions(): Key[] {
+    const { desk } = this;
+    return [
+      { names: ["n"], what: "next region", run: () => desk.moveCursor(1) },
+      { names: ["p"], what: "previous region", run: () => desk.moveCursor(-1) },
+      { names: ["s"], what: "largest region without a class", run: () => desk.showLargestBare() },
+      { names: ["+", "=", "]"], shown: "+ or ]", what: "grow by a ring; with the brush: wider", run: () => this.resize(1.25, () => desk.grow()) },
+      { names: ["-", "["], shown: "- or [", what: "shrink by a ring; with the brush: narrower", run: () => this.resize(0.8, () => desk.shrink()) },
+      { names: ["h"], what: "hide the region", run: () => desk.hideActive() },
+      { names: ["Shift+h"], what: "hide all others", run: () => desk.isolateActive() },
+      { names: ["u", "Alt+h"], shown: "U", what: "show all", run: () => desk.showAll() },
+    ];
+  }
+
+  private modeKeys(): Key[] {
+    const { modes } = this;
+    return [
+      { names: ["v", "Escape"], shown: "V or Esc", what: "paint regions, none chosen", run: () => this.leave() },
+      { names: ["b"], what: "brush single cells", run: () => modes.choose("brush") },
+      { names: [], shown: "B, then arrows", what: "from cell to cell; Enter paints it, Delete removes its class", run: () => undefined },
+      { names: ["l"], what: "lasso; again: of single cells", run: () => modes.nextLasso() },
+      { names: ["x"], what: "split a region by strokes", run: () => modes.choose("split") },
+      { names: ["?"], what: "this help", run: () => this.help.showModal() },
+    ];
+  }
+
+  private view(): Key[] {
+    const { camera } = this.desk.drawing;
+    const arrow = (name: string, x: number, y: number): Key => ({
+      names: [`Arrow${name}`], shown: name === "Left" ? "Arrows" : "", what: "turn; with the brush: next cell", onCanvas: true,
+      run: () => this.arrow(x, y),
+    });
+    const shifted = (name: string, x: number, y: number): Key => ({
+      names: [`Shift+Arrow${name}`], shown: name === "Left" ? "Shift+Arrows" : "", what: "move",
+      onCanvas: true, run: () => camera.pan(0.05 * x, 0.05 * y),
+    });
+    return [
+      arrow("Left", -1, 0), arrow("Right", 1, 0), arrow("Up", 0, -1), arrow("Down", 0, 1),
+      shifted("Left", -1, 0), shifted("Right", 1, 0), shifted("Up", 0, -1), shifted("Down", 0, 1),
+      { names: ["i"], what: "nearer", run: () => camera.zoomBy(1.25) },
+      { names: ["o"], what: "farther", run: () => camera.zoomBy(0.8) },
+      { names: ["Home"], what: "all of it", onCanvas: true, run: () => camera.home() },
+    ];
+  }
+
+  private files(): Key[] {
+    return [
+      { names: ["PageDown"], what: "next file", run: () => this.goToFile(1) },
+      { names: ["PageUp"], what: "previous file", run: () => this.goToFile(-1) },
+    ];
+  }
+
+  private leave(): void {
+    this.modes.choose("paint");
+    this.desk.clearSelection();
+  }
+
+  private confirm(): void {
+    const { tool } = this.modes;
+    if (tool.confirm) tool.confirm();
+    else this.desk.paintActive(this.desk.currentClass);
+  }
+
+  private erase(): void {
+    const { tool } = this.modes;
+    if (tool.erase) tool.erase();
+    else this.desk.paintActive(0);
+  }
+
+  private arrow(x: number, y: number): void {
+    const { tool } = this.modes;
+    if (tool.arrow) tool.arrow(x, -y);
+    else this.desk.drawing.camera.orbit(TURN * x, TURN * y);
+  }
+
+  private resize(factor: number, otherwise: () => void): void {
+    const { tool } = this.modes;
+    if (tool.resize) tool.resize(factor);
+    else otherwise();
+  }
+
+  private pressed(event: KeyboardEvent): void {
+    const target = event.target as Element;
+    if (this.help.open || !this.desk.session.classes || target.closest(FIELDS)) return;
+    const key = this.table.get(nameOf(event));
+    if (!key || (key.onCanvas && target !== this.desk.drawing.canvas && target !== document.body)) return;
+    if (target.matches("[type=range]") && /^(Arrow|Page|Home)/.test(event.key)) return;
+    event.preventDefault();
+    key.run();
+  }
+
+  private fillHelp(): void {
+    const mouse = make("dl");
+    for (const [how, what] of MOUSE) mouse.append(make("dt", {}, make("kbd", {}, how)), make("dd", {}, what));
+    const sections = [make("section", {}, make("h3", {}, "Mouse"), mouse)];
+    for (const [group, keys] of Object.entries(this.groups)) {
+      const list = make("dl");
+      for (const { names, shown = names[0], what } of keys) {
+        if (!shown) continue;
+        const text = shown.length === 1 ? shown.toUpperCase() : shown.replace(/\+([a-z])$/, (_, letter: string) => `+${letter.toUpperCase()}`);
+        list.append(make("dt", {}, make("kbd", {}, text)), make("dd", {}, what));
+      }
+      sections.push(make("section", {}, make("h3", {}, group), list));
+    }
+    part("help-keys").append(...sections);
+  }
+}
+
+/** Name of a key with its modifiers; Shift counts only where it produces no other character. */
+function nameOf(event: KeyboardEvent): string {
+  const isSign = event.key.length === 1 && !/[a-z]/i.test(event.key);
+  const parts: string[] = [];
+  if (event.ctrlKey || event.metaKey) parts.push("Ctrl");
+  if (event.altKey) parts.push("Alt");
+  if (event.shiftKey && !isSign) parts.push("Shift");
+  parts.push(event.key.length === 1 ? event.key.toLowerCase() : event.key);
+  return parts.join("+");
+}

@@ -1,0 +1,85 @@
+// The mesh that the server sends, and the geometry of its cells.
+
+import { type Shape, type ShapeFacts, shapeOf } from "../shared/shape";
+import { cross, minus, plus, scaled, type Vector } from "../shared/vectors";
+import { readPacket } from "./packet";
+
+export type Kind = "triangles" | "polygons" | "points" | "tets";
+
+interface Header extends ShapeFacts {
+  kind: Kind;
+  n_cells: number;
+  measure: "area" | "volume";
+}
+
+// One, and several.
+const CELL_NAMES: Record<Kind, [string, string]> = {
+  triangles: ["triangle", "triangles"],
+  polygons: ["face", "faces"],
+  points: ["point", "points"],
+  tets: ["tetrahedron", "tetrahedra"],
+};
+
+export class Mesh {
+  readonly shape: Shape;
+  readonly nCells: number;
+  readonly areas: Float32Array; // of cells; volumes of tetrahedra
+  readonly measure: "area" | "volume";
+  readonly oneCell: string; // what a cell is called
+  readonly cellName: string; // and several
+  private readonly firstTriangle: Int32Array | null; // of each cell; -1 where none is outside
+
+  constructor(buffer: ArrayBuffer) {
+    const { header, arrays } = readPacket<Header>(buffer);
+    this.shape = shapeOf(header, arrays);
+    this.nCells = header.n_cells;
+    this.measure = header.measure;
+    this.areas = arrays.areas as Float32Array;
+    [this.oneCell, this.cellName] = CELL_NAMES[header.kind];
+    this.firstTriangle = this.shape.sources && firstPlaces(this.shape.sources, this.nCells);
+  }
+
+  get isCloud(): boolean {
+    return this.shape.triangles === null;
+  }
+
+  /** The cell that a triangle shows. */
+  cellOf(triangle: number): number {
+    return this.shape.sources ? this.shape.sources[triangle] : triangle;
+  }
+
+  corner(vertex: number): Vector {
+    const { values } = this.shape.positions;
+    return [values[3 * vertex], values[3 * vertex + 1], values[3 * vertex + 2]];
+  }
+
+  /** Corners of a triangle of a cell; null for a point, and for a cell inside a body. */
+  cornersOf(cell: number): [Vector, Vector, Vector] | null {
+    const { triangles } = this.shape;
+    const triangle = this.firstTriangle ? this.firstTriangle[cell] : cell;
+    if (!triangles || triangle < 0) return null;
+    const [a, b, c] = triangles.subarray(3 * triangle, 3 * triangle + 3);
+    return [this.corner(a), this.corner(b), this.corner(c)];
+  }
+
+  /** The middle of a cell as seen from outside; null where it cannot be seen. */
+  middleOf(cell: number): Vector | null {
+    if (this.isCloud) return this.corner(cell);
+    const corners = this.cornersOf(cell);
+    return corners && scaled(plus(plus(corners[0], corners[1]), corners[2]), 1 / 3);
+  }
+
+  /** The normal of a cell, as long as twice its triangle's area; zero where there is none. */
+  normalOf(cell: number): Vector {
+    const corners = this.cornersOf(cell);
+    if (!corners) return [0, 0, 0];
+    const [a, b, c] = corners;
+    return cross(minus(b, a), minus(c, a));
+  }
+}
+
+function firstPlaces(values: Uint32Array, count: number): Int32Array {
+  const places = new Int32Array(count).fill(-1);
+  for (let i = values.length - 1; i >= 0; i--) places[values[i]] = i;
+  return places;
+}

@@ -1,0 +1,75 @@
+// The current tool of the left button, which the bar shows.
+
+import { CellCursor } from "./cellcursor";
+import type { Desk } from "./desk";
+import { make, part } from "../shared/dom";
+import { CellBrush, Lasso, RegionBrush, Splitter, type Tool } from "./tools";
+
+export type ModeName = "paint" | "brush" | "lasso" | "lasso-cells" | "split";
+
+const BUTTONS: [ModeName, string, string][] = [
+  ["paint", "Paint", "V"],
+  ["brush", "Brush", "B"],
+  ["lasso", "Lasso", "L"],
+  ["split", "Split", "X"],
+];
+
+export class Modes {
+  readonly cellCursor: CellCursor;
+  private readonly tools: Record<ModeName, Tool>;
+  private readonly buttons = new Map<ModeName, HTMLButtonElement>();
+  current: ModeName = "paint";
+
+  constructor(private readonly desk: Desk) {
+    const line = part<SVGPolygonElement>("lasso-line");
+    this.cellCursor = new CellCursor(desk, part<SVGCircleElement>("cell-ring"));
+    this.tools = {
+      paint: new RegionBrush(desk),
+      brush: new CellBrush(desk, part<SVGCircleElement>("brush-circle"), this.cellCursor),
+      lasso: new Lasso(desk, line, false),
+      "lasso-cells": new Lasso(desk, line, true),
+      split: new Splitter(desk),
+    };
+    for (const [name, text, key] of BUTTONS) {
+      const button = make("button", { type: "button", title: `Key ${key}` }, text);
+      button.addEventListener("click", () => this.choose(name));
+      this.buttons.set(name, button);
+    }
+    part("modes").append(...this.buttons.values());
+    desk.events.on("class", () => this.showClass());
+    desk.session.events.on("classes", () => this.showClass());
+    desk.session.events.on("file", () => this.choose("paint"));
+    this.show();
+  }
+
+  get tool(): Tool {
+    return this.tools[this.current];
+  }
+
+  choose(name: ModeName): void {
+    if (this.desk.session.mesh) this.tool.leave?.();
+    this.current = name;
+    if (this.desk.session.mesh) this.tool.enter?.();
+    this.show();
+  }
+
+  /** Switch between the lassos of regions and of cells. */
+  nextLasso(): void {
+    this.choose(this.current === "lasso" ? "lasso-cells" : "lasso");
+  }
+
+  private show(): void {
+    part("mode").textContent = this.tool.name;
+    part("hint").textContent = this.tool.hint;
+    const shown = this.current === "lasso-cells" ? "lasso" : this.current;
+    for (const [name, button] of this.buttons) button.ariaPressed = String(name === shown);
+  }
+
+  private showClass(): void {
+    const { currentClass, session } = this.desk;
+    const entry = session.state.classes.find(({ id }) => id === currentClass);
+    const [swatch, name] = part("brush-class").children as unknown as HTMLElement[];
+    swatch.style.background = entry?.color ?? "none";
+    name.textContent = entry?.name ?? "No class (erases)";
+  }
+}

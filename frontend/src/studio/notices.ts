@@ -1,0 +1,44 @@
+// Messages, errors, and a banner while the server does not answer.
+
+import { part } from "../shared/dom";
+import type { Session } from "./session";
+
+export function showNotices(session: Session): void {
+  const { events } = session;
+  const error = part("error");
+  const [line, close] = error.children as unknown as HTMLElement[];
+  close.addEventListener("click", () => {
+    error.hidden = true;
+    part("canvas").focus();
+  });
+  events.on("error", (text) => {
+    line.textContent = text;
+    error.hidden = false;
+  });
+  events.on("message", (text) => {
+    part("status").textContent = text;
+    error.hidden = true;
+  });
+  events.on("online", (isOnline) => {
+    part("banner").hidden = isOnline;
+    showWaiting(session);
+    if (isOnline) events.emit("message", "The server is back; everything is saved.");
+  });
+  events.on("state", () => showWaiting(session));
+  events.on("file", (mesh) => {
+    part("file-name").textContent = session.state.input.name;
+    document.title = `${session.state.input.name} – Superfacets studio`;
+    part("file-facts").textContent = `${mesh.nCells.toLocaleString("en")} ${mesh.nCells === 1 ? mesh.oneCell : mesh.cellName}`;
+    if (session.state.notes.length) events.emit("message", session.state.notes.join(" "));
+  });
+  window.addEventListener("beforeunload", (event) => {
+    if (session.nWaiting && !session.online) event.preventDefault();
+  });
+}
+
+function showWaiting({ online, nWaiting }: Session): void {
+  if (online) return;
+  const kept = nWaiting === 0 ? "Everything is saved."
+    : `${nWaiting} ${nWaiting === 1 ? "stroke waits" : "strokes wait"} to be saved, and will be when it is back.`;
+  part("banner").textContent = `The server does not answer. ${kept} Painting goes on; the rest has to wait.`;
+}

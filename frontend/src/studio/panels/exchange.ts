@@ -1,0 +1,59 @@
+// Export and import.
+
+import { toBase64 } from "../../shared/base64";
+import { make, part } from "../../shared/dom";
+import type { Session } from "../session";
+
+const NAMES: Record<string, string> = {
+  cells: "Class per cell",
+  vertices: "Class per vertex",
+  regions: "Regions",
+  region_classes: "Class per region",
+};
+
+export class ExchangePanel {
+  private readonly what = part<HTMLSelectElement>("export-what");
+  private readonly format = part<HTMLSelectElement>("export-format");
+
+  constructor(private readonly session: Session) {
+    session.events.on("file", () => this.fillWhat());
+    this.what.addEventListener("change", () => this.fillFormats());
+    this.format.addEventListener("change", () => this.setDownload());
+    part("export").addEventListener("click", () => void session.exportTo(this.format.value, this.what.value));
+    const files = part<HTMLInputElement>("import");
+    files.addEventListener("change", () => void this.read([...(files.files ?? [])]).then(() => (files.value = "")));
+  }
+
+  private get formats(): Record<string, string[]> {
+    return this.session.state.exports ?? {};
+  }
+
+  private fillWhat(): void {
+    const kinds = Object.keys(this.formats);
+    this.what.replaceChildren(...kinds.map((kind) => make("option", { value: kind }, NAMES[kind] ?? kind)));
+    this.fillFormats();
+  }
+
+  private fillFormats(): void {
+    const formats = this.formats[this.what.value] ?? [];
+    this.format.replaceChildren(...formats.map((format) => make("option", { value: format }, format)));
+    this.setDownload();
+  }
+
+  private setDownload(): void {
+    const link = part<HTMLAnchorElement>("download");
+    link.href = this.session.downloadAddress(this.format.value, this.what.value);
+  }
+
+  private async read(files: File[]): Promise<void> {
+    try {
+      const contents = files.map(async (file) => ({
+        name: file.name,
+        data: toBase64(new Uint8Array(await file.arrayBuffer())),
+      }));
+      if (files.length) await this.session.importFrom(await Promise.all(contents));
+    } catch (error) {
+      this.session.report(error);
+    }
+  }
+}

@@ -1,0 +1,88 @@
+// The files of a folder: pictures, progress, next and previous.
+
+import { ServerError } from "../api";
+import type { FileEntry } from "../contract";
+import { make, part, percent } from "../../shared/dom";
+import type { Session } from "../session";
+
+export class FilesPanel {
+  private asked = -1; // the file requested last, which may be damaged
+  private readonly rows = new Map<number, { button: HTMLButtonElement; bar: HTMLProgressElement }>();
+
+  constructor(private readonly session: Session) {
+    session.events.on("files", (files) => this.fill(files));
+    session.events.on("file", () => this.showCurrent());
+    session.events.on("state", () => this.showProgress());
+    session.events.on("cells", () => this.showProgress());
+    part("previous-file").addEventListener("click", () => this.go(-1));
+    part("next-file").addEventListener("click", () => this.go(1));
+  }
+
+  private fill(files: FileEntry[]): void {
+    part("files-section").hidden = files.length < 2;
+    this.rows.clear();
+    part("files").replaceChildren(...files.map((file) => make("li", {}, this.row(file))));
+  }
+
+  private row({ id, name, done, error }: FileEntry): HTMLButtonElement {
+    const source = this.session.thumbnailAddress(id);
+    const picture = make("img", { src: source, alt: "", loading: "lazy" });
+    picture.addEventListener("error", () => picture.replaceWith(make("span", { class: "blank" })));
+    const bar = make("progress", { max: "1", value: String(done), "aria-label": `Labeled, ${name}` });
+    const button = make("button", { type: "button" }, picture, make("span", { class: "name" }, name), bar);
+    if (error) {
+      button.title = error; // its work file is damaged
+      button.classList.add("damaged");
+    }
+    button.addEventListener("click", () => this.open(id));
+    this.rows.set(id, { button, bar });
+    return button;
+  }
+
+  private showCurrent(): void {
+    for (const [id, { button }] of this.rows) button.ariaCurrent = String(id === this.session.fileId);
+    this.rows.get(this.session.fileId)?.button.scrollIntoView({ block: "nearest" });
+  }
+
+  private showProgress(): void {
+    const row = this.rows.get(this.session.fileId);
+    if (!row || !this.session.classes) return;
+    row.bar.value = this.session.classes.progress;
+    row.bar.title = percent(this.session.classes.progress);
+  }
+
+  /** Open the file so many places further down the list. */
+  go(steps: number): void {
+    const { files } = this.session;
+    const at = files.findIndex(({ id }) => id === this.asked) + steps;
+    if (at < 0 || at >= files.length) {
+      this.session.events.emit("message", steps > 0 ? "This is the last file." : "This is the first file.");
+      return;
+    }
+    this.open(files[at].id);
+  }
+
+  /** The first file that can be read; an error if none can. */
+  async openFirst(): Promise<void> {
+    const damaged: string[] = [];
+    for (const { id } of this.session.files) {
+      this.asked = id;
+      try {
+        await this.session.open(id);
+        if (damaged.length) this.session.report(new Error(damaged.join(" ")));
+        return;
+      } catch (error) {
+        if (!(error instanceof ServerError)) throw error;
+        damaged.push(error.message);
+      }
+    }
+    throw new Error(damaged.join(" "));
+  }
+
+  private open(id: number): void {
+    this.asked = id;
+    part("loading").hidden = false;
+    this.session.open(id).catch((error: unknown) => this.session.report(error))
+      .finally(() => (part("loading").hidden = true));
+  }
+}

@@ -1,0 +1,144 @@
+// Sliders for the segmentation's parameters, its levels, and its progress.
+
+import type { Parameters, Range, SegmentLine } from "../contract";
+import { make, part } from "../../shared/dom";
+import type { Session } from "../session";
+
+type Name = "n_segments" | "alpha" | "ridges";
+
+interface Slider {
+  name: Name;
+  text: string;
+  value: (share: number, range: Range) => number; // share: position of the slider, 0 to 1
+  share: (value: number, range: Range) => number;
+}
+
+// The number of regions is on a logarithmic scale. The scale of creases has more room for low values.
+const SLIDERS: Slider[] = [
+  {
+    name: "n_segments",
+    text: "Number of regions",
+    value: (share, [min, max]) => Math.round(min * (max / min) ** share),
+    share: (value, [min, max]) => Math.log(value / min) / Math.log(max / min),
+  },
+  {
+    name: "alpha",
+    text: "Weight of creases",
+    value: (share, [min, max]) => Number((min + (max - min) * share * share).toPrecision(3)),
+    share: (value, [min, max]) => Math.sqrt((value - min) / (max - min)),
+  },
+  {
+    name: "ridges",
+    text: "Weight of ridges",
+    value: (share, [min, max]) => Number((min + (max - min) * share).toPrecision(3)),
+    share: (value, [min, max]) => (value - min) / (max - min),
+  },
+];
+const STEPS = 1000;
+
+export class ParametersPanel {
+  private readonly fields = new Map<Name, HTMLInputElement>();
+  private readonly outputs = new Map<Name, HTMLOutputElement>();
+  private readonly smooth = make("input", { type: "checkbox", id: "smooth" });
+  private ranges: Record<string, Range> = {};
+  private readonly moved = new Set<Slider>(); // since the last segmentation that was no preview
+
+  constructor(private readonly session: Session) {
+    for (const slider of SLIDERS) this.addSlider(slider);
+    part("sliders").append(make("label", { class: "check" }, this.smooth, " Smooth borders"));
+    this.smooth.addEventListener("change", () => this.send(false));
+    part("coarser").addEventListener("click", () => this.step(1));
+    part("finer").addEventListener("click", () => this.step(-1));
+    part("cancel").addEventListener("click", () => session.cancelSegmentation());
+    session.events.on("state", () => this.show());
+    session.events.on("segmenting", (line) => this.showStage(line));
+  }
+
+  private addSlider(slider: Slider): void {
+    const { name, text } = slider;
+    const output = make("output", { for: name });
+    const field = make("input", { type: "range", id: name, min: "0", max: String(STEPS), step: "1" });
+    field.addEventListener("input", () => {
+      this.moved.add(slider);
+      this.showValue(name, this.valueOf(slider));
+      this.send(true);
+    });
+    field.addEventListener("change", () => {
+      this.moved.add(slider);
+      this.send(false);
+    });
+    this.fields.set(name, field);
+    this.outputs.set(name, output);
+    part("sliders").append(make("label", { class: "slider", for: name }, text, output), field);
+  }
+
+  private valueOf({ name, value }: Slider): number {
+    return value(Number(this.fields.get(name)!.value) / STEPS, this.ranges[name]);
+  }
+
+  private setValue(slider: Slider, value: number): void {
+    const { name } = slider;
+    this.showValue(name, value);
+    if (this.valueOf(slider) === value) return; // several positions stand for this number: stay there
+    const at = Math.round(STEPS * slider.share(value, this.ranges[name]));
+    this.fields.get(name)!.value = String(Math.min(STEPS, Math.max(0, at || 0)));
+  }
+
+  private showValue(name: Name, value: number): void {
+    const text = value.toLocaleString("en", { maximumSignificantDigits: 4 });
+    this.outputs.get(name)!.textContent = text;
+    this.fields.get(name)!.setAttribute("aria-valuetext", text);
+  }
+
+  /** Send only moved sliders: the steps of the others would round their values. */
+  private send(preview: boolean): void {
+    const parameters: Partial<Parameters> = { smooth: this.smooth.checked };
+    for (const slider of this.moved) parameters[slider.name] = this.valueOf(slider);
+    if (!preview) this.moved.clear();
+    this.session.segment(parameters, preview);
+  }
+
+  private show(): void {
+    const { parameters, ranges, levels, n_regions } = this.session.state;
+    this.ranges = ranges;
+    for (const slider of SLIDERS) {
+      this.fields.get(slider.name)!.disabled = !ranges[slider.name];
+      const isFree = ranges[slider.name] && !this.moved.has(slider);
+      if (isFree) this.setValue(slider, parameters[slider.name]);
+    }
+    this.smooth.checked = parameters.smooth;
+    const count = this.session.regions?.count ?? n_regions;
+    part("level").textContent = regionsText(count);
+    const at = this.levelIndex();
+    part<HTMLButtonElement>("finer").disabled = at <= 0;
+    part<HTMLButtonElement>("coarser").disabled = at >= levels.length - 1;
+  }
+
+  /** Index among the levels, which go from fine to coarse. */
+  private levelIndex(): number {
+    const { parameters, levels } = this.session.state;
+    return parameters.level === null ? 0 : levels.indexOf(parameters.level);
+  }
+
+  private step(steps: number): void {
+    const { levels } = this.session.state;
+    const at = this.levelIndex() + steps;
+    if (at < 0 || at >= levels.length) return;
+    this.session.segment({ level: at === 0 ? null : levels[at] }, false);
+  }
+
+  private showStage(line: SegmentLine | null): void {
+    part("cancel").hidden = line === null;
+    part("segmenting").textContent = stageText(line, this.session.regions?.count ?? 0);
+  }
+}
+
+const regionsText = (count: number): string =>
+  `${count.toLocaleString("en")} ${count === 1 ? "region" : "regions"}`;
+
+function stageText(line: SegmentLine | null, count: number): string {
+  if (line === null) return regionsText(count);
+  if (line.iteration !== undefined) return `Step ${line.iteration} …`;
+  if (line.stage !== undefined) return `${line.stage[0].toUpperCase()}${line.stage.slice(1)} …`;
+  return `${regionsText(line.n_regions ?? count)} in ${line.seconds?.toFixed(2) ?? "?"} s`;
+}

@@ -1,0 +1,137 @@
+// Strokes on their way to the server, in order, kept until the server has them.
+
+import { type Api, ServerGone, type ServerError } from "./api";
+import { fromBase64, toBase64 } from "../shared/base64";
+import type { PaintReply } from "./contract";
+
+export interface Stroke {
+  class: number;
+  cells: Uint32Array;
+  stroke: string; // parts of one stroke share this name, and are undone together
+}
+
+type Kept = [id: number, cells: string, stroke: string];
+
+interface Listener {
+  saved(reply: PaintReply): void;
+  refused(error: ServerError): void;
+  gone(): void;
+}
+
+// Most characters of waiting strokes in the browser's store.
+const MAX_KEPT = 4_000_000;
+
+/** Waiting strokes are also kept in the browser's store, so that closing the page loses nothing. */
+export class Saver {
+  private waiting: Stroke[] = [];
+  private running: Promise<void> | null = null;
+  private isHeld = false;
+
+  constructor(
+    private readonly api: Api,
+    private readonly path: string,
+    private readonly key: string,
+    private readonly listener: Listener,
+  ) {
+    this.waiting = this.kept();
+  }
+
+  get count(): number {
+    return this.waiting.length;
+  }
+
+  get strokes(): readonly Stroke[] {
+    return this.waiting;
+  }
+
+  add(stroke: Stroke): void {
+    this.waiting.push(stroke);
+    void this.flush();
+  }
+
+  /** Send waiting strokes; resolves when all are saved, or the server does not answer. */
+  flush(): Promise<void> {
+    this.running ??= this.send().finally(() => {
+      this.running = null;
+    });
+    return this.running;
+  }
+
+  private async send(): Promise<void> {
+    while (this.waiting.length && !this.isHeld) {
+      const count = this.joinable();
+      const parts = this.waiting.slice(0, count);
+      try {
+        const { class: id, stroke } = parts[0];
+        const body = { class: id, cells: toBase64(joined(parts)), stroke };
+        const reply = await this.api.post<PaintReply>(`${this.path}/paint`, body);
+        this.waiting.splice(0, count);
+        this.listener.saved(reply);
+      } catch (error) {
+        if (error instanceof ServerGone) {
+          this.keep();
+          this.listener.gone();
+          return;
+        }
+        this.waiting.splice(0, count);
+        this.listener.refused(error as ServerError);
+      }
+    }
+    if (!this.waiting.length) this.forget();
+  }
+
+  /** Keep strokes back while an operation runs that they must not overtake. */
+  hold(): void {
+    this.isHeld = true;
+  }
+
+  release(): void {
+    this.isHeld = false;
+    void this.flush();
+  }
+
+  /** Number of waiting parts that belong to the first stroke. */
+  private joinable(): number {
+    const end = this.waiting.findIndex(({ stroke }) => stroke !== this.waiting[0].stroke);
+    return end < 0 ? this.waiting.length : end;
+  }
+
+  private keep(): void {
+    const entries = this.waiting.map(({ class: id, cells, stroke }) => [id, toBase64(cells), stroke]);
+    const text = JSON.stringify(entries);
+    try {
+      if (text.length <= MAX_KEPT) localStorage.setItem(this.key, text);
+    } catch {
+      // The store is full or switched off: the strokes stay in this page.
+    }
+  }
+
+  private kept(): Stroke[] {
+    try {
+      const entries = JSON.parse(localStorage.getItem(this.key) ?? "[]") as Kept[];
+      return entries.map(([id, cells, stroke]) => ({
+        class: id, cells: new Uint32Array(fromBase64(cells).buffer), stroke,
+      }));
+    } catch {
+      return [];
+    }
+  }
+
+  private forget(): void {
+    try {
+      localStorage.removeItem(this.key);
+    } catch {
+      // Nothing was kept.
+    }
+  }
+}
+
+function joined(parts: Stroke[]): Uint32Array {
+  const cells = new Uint32Array(parts.reduce((sum, part) => sum + part.cells.length, 0));
+  let at = 0;
+  for (const part of parts) {
+    cells.set(part.cells, at);
+    at += part.cells.length;
+  }
+  return cells;
+}

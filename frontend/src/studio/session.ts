@@ -1,0 +1,406 @@
+// The open file: its state on the server, and the user's operations on it.
+
+import { Api, ServerError, ServerGone } from "./api";
+import { fromBase64 } from "../shared/base64";
+import type {
+  ClassEntry, FileEntry, PaintReply, Parameters, Progress, SegmentLine, SplitReply, State, UndoReply,
+} from "./contract";
+import { Events } from "./events";
+import { Classes, Regions } from "./labeling";
+import { Mesh } from "./mesh";
+import { Neighbors } from "./neighbors";
+import { Saver } from "./saver";
+
+interface Kinds {
+  file: Mesh;
+  regions: Regions;
+  cells: Uint32Array | null; // whose classes changed; null: any
+  classes: ClassEntry[];
+  state: State;
+  segmenting: SegmentLine | null; // null: at rest
+  online: boolean;
+  message: string;
+  error: string;
+  files: FileEntry[];
+}
+
+/** Message for an answer of a server other than the one that sent this page. */
+function strangerLine(error: unknown): string {
+  if (error instanceof ServerError && error.status === 403) {
+    return "The server was started anew: open the address that it printed. Strokes that wait are kept.";
+  }
+  return error instanceof Error ? error.message : String(error);
+}
+
+let nStrokes = 0;
+
+/** A name that no other stroke has. */
+export function newStroke(): string {
+  return `${Date.now().toString(36)}-${nStrokes++}`;
+}
+
+const RETRY_MS = 1000;
+const BEAT_MS = 5000;
+// A preview that takes longer is aborted by the next one; the next one waits for a shorter one.
+const SHORT_SECONDS = 0.4;
+
+export class Session {
+  readonly events = new Events<Kinds>();
+  files: FileEntry[] = [];
+  fileId = -1;
+  mesh!: Mesh;
+  regions!: Regions;
+  neighbors!: Neighbors;
+  classes!: Classes;
+  state!: State;
+  online = true;
+  private saver!: Saver;
+  private segmentation: AbortController | null = null;
+  private segmenting: Promise<void> = Promise.resolve();
+  private wanted: { parameters: Partial<Parameters>; preview: boolean } | null = null;
+  private lastSeconds = 0;
+  private steps: Promise<unknown> = Promise.resolve(); // see `alone`
+  private nSteps = 0; // number of steps under way
+
+  constructor(private readonly api: Api) {
+    setInterval(() => void this.beat(), BEAT_MS);
+    window.addEventListener("focus", () => void this.beat()); // back from another tab, maybe
+  }
+
+  get path(): string {
+    return `/api/files/${this.fileId}`;
+  }
+
+  get nWaiting(): number {
+    return this.saver?.count ?? 0;
+  }
+
+  /** Nothing is under way: what is shown is what the server has. */
+  get isIdle(): boolean {
+    return !this.nSteps && !this.nWaiting && !this.wanted && !this.segmentation;
+  }
+
+  /**
+   * Run work that reads or writes the whole state, one at a time. Strokes are sent before or after
+   * it: answers that overtake each other would leave wrong classes on the page.
+   */
+  private alone<T>(work: () => Promise<T>): Promise<T> {
+    this.nSteps++;
+    const done = this.steps.then(async () => {
+      const { saver } = this; // the work may put another one there
+      await saver?.flush();
+      saver?.hold();
+      try {
+        return await work();
+      } finally {
+        this.nSteps--;
+        saver?.release();
+      }
+    });
+    this.steps = done.catch(() => undefined);
+    return done;
+  }
+
+  /** Like `alone`, but shows errors; false if there was one. */
+  private async attempt(work: () => Promise<void>): Promise<boolean> {
+    try {
+      await this.alone(work);
+      return true;
+    } catch (error) {
+      this.report(error);
+      return false;
+    }
+  }
+
+  async loadFiles(): Promise<void> {
+    this.files = await this.api.get<FileEntry[]>("/api/files");
+    this.events.emit("files", this.files);
+  }
+
+  open(fileId: number): Promise<void> {
+    this.cancelSegmentation();
+    return this.segmenting.then(() => this.alone(() => this.openNow(fileId)));
+  }
+
+  private async openNow(fileId: number): Promise<void> {
+    if (this.nWaiting) throw new ServerGone();
+    const path = `/api/files/${fileId}`;
+    const [mesh, state] = await Promise.all([
+      this.api.buffer(`${path}/mesh`).then((buffer) => new Mesh(buffer)),
+      this.api.get<State>(`${path}/state`),
+    ]);
+    const [ids, found] = await Promise.all([
+      this.api.buffer(`${path}/classes`),
+      this.fetchRegions(path, state.revision, mesh),
+    ]);
+    this.fileId = fileId;
+    this.mesh = mesh;
+    this.state = state;
+    this.saver = new Saver(this.api, path, `superfacets ${state.input.name} ${state.input.sha256}`, {
+      saved: (reply) => this.take(reply),
+      refused: (error) => void this.refused(error),
+      gone: () => this.lose(),
+    });
+    this.takeClasses(ids);
+    [this.regions, this.neighbors] = found;
+    this.events.emit("file", mesh);
+    this.events.emit("classes", state.classes);
+    this.events.emit("cells", null);
+    this.events.emit("regions", this.regions);
+    this.take({});
+    void this.saver.flush();
+  }
+
+  private takeClasses(ids: ArrayBuffer): void {
+    this.classes = new Classes(new Uint16Array(ids), this.mesh.areas);
+    for (const stroke of this.saver.strokes) this.show(stroke.cells, stroke.class);
+  }
+
+  private async loadClasses(): Promise<void> {
+    this.takeClasses(await this.api.buffer(`${this.path}/classes`));
+    this.events.emit("cells", null);
+  }
+
+  private async fetchRegions(
+    path: string, revision: number, mesh: Mesh,
+  ): Promise<[Regions, Neighbors]> {
+    const [labels, graph] = await Promise.all([
+      this.api.buffer(`${path}/labels?revision=${revision}`),
+      this.api.buffer(`${path}/regions?revision=${revision}`),
+    ]);
+    const regions = new Regions(new Int32Array(labels), mesh.areas, revision);
+    return [regions, new Neighbors(graph, regions.count)];
+  }
+
+  private async loadRegions(revision: number): Promise<void> {
+    [this.regions, this.neighbors] = await this.fetchRegions(this.path, revision, this.mesh);
+    this.events.emit("regions", this.regions);
+  }
+
+  /** Take over news from the server, unless a later state is known already. */
+  private take(news: Partial<State>): void {
+    if (news.seq === undefined || news.seq >= this.state.seq) Object.assign(this.state, news);
+    this.events.emit("state", this.state);
+  }
+
+  private show(cells: Uint32Array, id: number): void {
+    for (const cell of cells) this.classes.set(cell, id);
+  }
+
+  /** Give cells a class (0 removes it). It is shown at once, and saved in the background. */
+  paint(cells: Uint32Array, id: number, stroke = newStroke()): void {
+    const changed = cells.filter((cell) => this.classes.of[cell] !== id);
+    if (!changed.length) return;
+    this.show(changed, id);
+    this.saver.add({ class: id, cells: changed, stroke });
+    this.events.emit("cells", changed);
+    this.take({});
+  }
+
+  undo(): Promise<void> {
+    return this.step("undo", "Nothing to undo.");
+  }
+
+  redo(): Promise<void> {
+    return this.step("redo", "Nothing to redo.");
+  }
+
+  private async step(what: "undo" | "redo", nothing: string): Promise<void> {
+    try {
+      const reply = await this.alone(async () => {
+        const found = await this.post<UndoReply>(what);
+        await this.takeUndo(found);
+        return found;
+      });
+      this.events.emit("message", `${what === "undo" ? "Undone" : "Done again"}: ${reply.kind}.`);
+    } catch (error) {
+      if (error instanceof ServerError && error.status === 409) this.events.emit("message", nothing);
+      else this.report(error);
+    }
+  }
+
+  private async takeUndo(reply: UndoReply): Promise<void> {
+    const { seq, progress, can_undo, can_redo, parameters } = reply;
+    const cells = new Uint32Array(fromBase64(reply.cells).buffer);
+    const ids = new Uint16Array(fromBase64(reply.classes).buffer);
+    cells.forEach((cell, i) => this.classes.set(cell, ids[i]));
+    this.events.emit("cells", cells);
+    for (const stroke of this.saver.strokes) {
+      this.show(stroke.cells, stroke.class);
+      this.events.emit("cells", stroke.cells);
+    }
+    if (reply.kind !== "paint") await this.reload();
+    this.take({ seq, progress, can_undo, can_redo, parameters });
+  }
+
+  /** Reload parameters, classes and, if they changed, regions. */
+  async reload(): Promise<void> {
+    const state = await this.api.get<State>(`${this.path}/state`);
+    this.state = state;
+    this.events.emit("classes", state.classes);
+    if (state.revision !== this.regions.revision) await this.loadRegions(state.revision);
+    this.take({});
+  }
+
+  /** Segment with these parameters. Of several waiting previews only the newest is computed. */
+  segment(parameters: Partial<Parameters>, preview: boolean): void {
+    this.wanted = { parameters, preview };
+    if (!this.segmentation) this.segmenting = this.segmentWanted();
+    else if (this.lastSeconds > SHORT_SECONDS) this.segmentation.abort();
+  }
+
+  cancelSegmentation(): void {
+    this.wanted = null;
+    this.segmentation?.abort();
+  }
+
+  private async segmentWanted(): Promise<void> {
+    while (this.wanted) {
+      const { parameters, preview } = this.wanted;
+      this.wanted = null;
+      this.segmentation = new AbortController();
+      try {
+        await this.saver.flush();
+        await this.segmentOnce(parameters, preview, this.segmentation.signal);
+      } catch (error) {
+        if (!this.segmentation.signal.aborted) this.report(error);
+      }
+      this.segmentation = null;
+    }
+    this.events.emit("segmenting", null);
+  }
+
+  private async segmentOnce(
+    parameters: Partial<Parameters>, preview: boolean, signal: AbortSignal,
+  ): Promise<void> {
+    const started = performance.now();
+    const body = { ...parameters, preview };
+    this.events.emit("segmenting", { stage: "starting" });
+    for await (const line of this.api.lines<SegmentLine>(`${this.path}/segment`, body, signal)) {
+      if (line.error !== undefined) throw new ServerError(line.error, 400);
+      if (line.cancelled) return;
+      this.events.emit("segmenting", line);
+      if (line.revision === undefined) continue;
+      if (line.revision !== this.regions.revision) await this.loadRegions(line.revision);
+    }
+    this.lastSeconds = (performance.now() - started) / 1000;
+    if (!preview) this.take(await this.alone(() => this.api.get<State>(`${this.path}/state`)));
+  }
+
+  split(region: number, red: number[], blue: number[]): Promise<boolean> {
+    const { revision } = this.regions;
+    return this.attempt(async () => {
+      const reply = await this.post<SplitReply>("split", { region, revision, red, blue });
+      await this.loadRegions(reply.revision);
+      this.take(await this.api.get<State>(`${this.path}/state`));
+    });
+  }
+
+  /** Regions similar to this one; none if the server does not answer. */
+  async similar(region: number, tolerance: number): Promise<number[]> {
+    const { revision } = this.regions;
+    let regions: number[] = [];
+    await this.attempt(async () => {
+      const body = { region, revision, tolerance };
+      ({ regions } = await this.post<{ regions: number[] }>("similar", body));
+    });
+    return regions;
+  }
+
+  async setClasses(classes: ClassEntry[]): Promise<void> {
+    const isDone = await this.attempt(async () => {
+      await this.post<unknown>("classes", { classes });
+      await this.reload();
+    });
+    if (!isDone) this.events.emit("classes", this.state.classes);
+  }
+
+  /** Write a file beside the input. An existing file is replaced only after the user agrees. */
+  async exportTo(format: string, what: string, replace = false): Promise<void> {
+    try {
+      const { path } = await this.alone(() => this.post<{ path: string }>("export", { format, what, replace }));
+      this.events.emit("message", `Written: ${path}`);
+    } catch (error) {
+      const isThere = error instanceof ServerError && error.status === 409 && !replace;
+      if (!isThere) this.report(error);
+      else if (confirm(`${error.message}\nReplace it?`)) await this.exportTo(format, what, true);
+    }
+  }
+
+  downloadAddress(format: string, what: string): string {
+    return this.api.address(`${this.path}/export`, { format, what });
+  }
+
+  thumbnailAddress(fileId: number): string {
+    return this.api.address(`/api/files/${fileId}/thumbnail`);
+  }
+
+  async importFrom(files: { name: string; data: string }[]): Promise<void> {
+    const isDone = await this.attempt(async () => {
+      await this.post<PaintReply>("import", { files });
+      await this.readAnew();
+    });
+    if (isDone) this.events.emit("message", "Read and painted.");
+  }
+
+  private async readAnew(): Promise<void> {
+    await this.loadClasses();
+    await this.reload();
+  }
+
+  private post<T>(what: string, body: unknown = {}): Promise<T> {
+    if (!this.online) throw new ServerGone();
+    return this.api.post<T>(`${this.path}/${what}`, body);
+  }
+
+  /** Show an error in one line. */
+  report(error: unknown): void {
+    if (error instanceof ServerGone) this.lose();
+    const line = error instanceof Error ? error.message : String(error);
+    this.events.emit("error", `${line[0]?.toUpperCase() ?? ""}${line.slice(1)}`);
+  }
+
+  /** A stroke was refused: show the server's classes again. */
+  private async refused(error: ServerError): Promise<void> {
+    this.report(error);
+    await this.attempt(() => this.readAnew());
+  }
+
+  private lose(): void {
+    if (this.online) setTimeout(() => void this.tryAgain(), RETRY_MS);
+    this.online = false;
+    this.events.emit("online", false);
+  }
+
+  private async tryAgain(): Promise<void> {
+    try {
+      const state = await this.api.get<State>(`${this.path}/state`);
+      if (state.input.n_cells !== this.mesh.nCells) throw new Error("another file is served now");
+      await this.alone(async () => {
+        if (this.nWaiting) throw new ServerGone();
+        await this.loadClasses();
+        await this.loadRegions((await this.api.get<State>(`${this.path}/state`)).revision);
+        await this.reload();
+      });
+      this.online = true;
+      this.events.emit("online", true);
+    } catch (error) {
+      this.online = false;
+      if (!(error instanceof ServerGone)) this.events.emit("error", strangerLine(error));
+      setTimeout(() => void this.tryAgain(), RETRY_MS);
+    }
+  }
+
+  /** Check regularly that the server answers and that nobody else has painted. */
+  private async beat(): Promise<void> {
+    if (!this.online || !this.state || !this.isIdle || document.hidden) return;
+    try {
+      await this.alone(async () => {
+        const { seq } = await this.api.get<Progress>(`${this.path}/state`);
+        if (seq !== this.state.seq) await this.readAnew();
+      });
+    } catch (error) {
+      if (error instanceof ServerGone) this.lose();
+    }
+  }
+}

@@ -1,0 +1,123 @@
+// Two passes. The first draws the cell at each pixel, and its brightness. The second looks up region,
+// class and marks of this cell, and draws borders where neighboring pixels show different regions.
+// While the user paints in one view, only the second is drawn.
+
+import { CODE, HEAD, LIGHT } from "../shared/shaders";
+
+export const CELLS = `${HEAD}${LIGHT}${CODE}
+uniform usampler2D cells;
+uniform bool has_hidden;
+layout(location = 0) out vec4 code;
+layout(location = 1) out vec4 brightness;
+void main() {
+  if (has_hidden && (texelFetch(cells, place(cell), 0).b & 4u) != 0u) discard;
+  vec2 off = gl_PointCoord - 0.5;
+  if (is_cloud && dot(off, off) > 0.25) discard;
+  code = codeOf(cell);
+  brightness = vec4(light() / 1.5, 0.0, 0.0, 1.0);
+}`;
+
+/** A triangle that covers the picture. */
+export const WHOLE = `${HEAD}
+void main() {
+  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}`;
+
+export const IMAGE = `${HEAD}
+uniform sampler2D ids;
+uniform sampler2D lights;
+uniform sampler2D depths;
+uniform usampler2D regions;  // of each cell
+uniform usampler2D cells;
+uniform sampler2D region_colors;  // alpha: selected
+uniform sampler2D class_colors;
+uniform int stride;  // pixels of the first pass per pixel of this one, along each side
+uniform int samples;  // of these, along each side, that are looked up
+uniform int line;  // width of borders, in pixels of the first pass
+uniform uint hovered;  // a region
+uniform uint cursor;
+uniform bool has_borders;
+uniform bool is_cloud;
+uniform vec2 near_far;
+uniform vec3 high;  // of the background
+uniform vec3 low;
+uniform vec3 accent;
+uniform float height;
+out vec4 color;
+
+uint cellAt(ivec2 p) {
+  uvec4 bytes = uvec4(round(texelFetch(ids, p, 0) * 255.0));
+  return (bytes.x | bytes.y << 8 | bytes.z << 16 | bytes.w << 24) - 1u;  // NONE where no cell is
+}
+uint regionOf(uint cell) { return cell == NONE ? NONE - 1u : texelFetch(regions, place(cell), 0).r; }
+float distanceAt(ivec2 p) {
+  float z = 2.0 * texelFetch(depths, p, 0).r - 1.0;
+  return 2.0 * near_far.x * near_far.y / (near_far.y + near_far.x - z * (near_far.y - near_far.x));
+}
+vec3 shade(ivec2 p, ivec2 limit) {
+  uint cell = cellAt(p);
+  if (cell == NONE) return mix(low, high, gl_FragCoord.y / height);
+  uint region = regionOf(cell);
+  uvec4 state = texelFetch(cells, place(cell), 0);
+  bool is_active = false;
+  vec3 base = vec3(0.62);
+  if (region != NONE) {
+    vec4 texel = texelFetch(region_colors, place(region), 0);
+    base = texel.rgb;
+    is_active = texel.a > 0.5 || region == hovered || region == cursor;
+  }
+  base = mix(vec3(0.88), base, 0.42);
+  uint id = state.r | state.g << 8;
+  if (id != 0u) {
+    float shift = float((region * 2654435761u) >> 29) / 7.0 - 0.5;
+    base = texelFetch(class_colors, place(id), 0).rgb * (1.0 + 0.12 * shift);
+  }
+  if ((state.b & 1u) != 0u) base = vec3(0.85, 0.07, 0.12);
+  if ((state.b & 2u) != 0u) base = vec3(0.08, 0.25, 0.9);
+  float light = 1.5 * texelFetch(lights, p, 0).r;
+  if (is_cloud) {
+    float here = log2(distanceAt(p));
+    float shadow = 0.0;
+    for (int k = 0; k < 4; k++) {
+      ivec2 q = clamp(p + (2 * (k & 2) - 2) * (1 - (k & 1)) * ivec2(line, 0)
+                        + (2 * (k & 2) - 2) * (k & 1) * ivec2(0, line), ivec2(0), limit);
+      shadow += max(0.0, here - log2(distanceAt(q)));
+    }
+    light *= mix(0.45, 1.0, exp(-60.0 * shadow));
+  }
+  vec3 result = min(base * light, 1.0);
+  bool is_marked = (state.b & 3u) != 0u;
+  if (is_active && !is_marked) result = mix(result, vec3(1.0), region == hovered ? 0.3 : 0.16);
+  if ((state.b & 8u) != 0u) result = mix(result, accent, 0.6);
+  if (!has_borders && !is_active) return result;
+  bool is_border = false;
+  bool is_edge = false;
+  int before = line / 2;
+  int after = line - before;
+  for (int k = 0; k < 4; k++) {
+    int reach = (k & 1) == 0 ? after : before;
+    if (is_active) reach = after + (line + 1) / 2;
+    if (reach == 0) continue;
+    ivec2 way = (k & 2) == 0 ? ivec2(reach, 0) : ivec2(0, reach);
+    ivec2 q = clamp((k & 1) == 0 ? p + way : p - way, ivec2(0), limit);
+    uint neighbor = cellAt(q);
+    if (neighbor == cell) continue;
+    uint other = regionOf(neighbor);
+    if (other == region) continue;
+    if (other < NONE - 1u || !is_cloud) is_edge = is_edge || is_active;
+    if (other < NONE - 1u && region < NONE - 1u) is_border = true;
+  }
+  if (is_edge) return accent;
+  if (is_border && has_borders) return mix(result, vec3(0.09, 0.09, 0.11), 0.82);
+  return result;
+}
+
+void main() {
+  ivec2 corner = ivec2(gl_FragCoord.xy) * stride;
+  ivec2 limit = textureSize(ids, 0) - 1;
+  vec3 sum = vec3(0.0);
+  for (int y = 0; y < samples; y++) {
+    for (int x = 0; x < samples; x++) sum += shade(min(corner + ivec2(x, y), limit), limit);
+  }
+  color = vec4(sum / float(samples * samples), 1.0);
+}`;

@@ -1,0 +1,357 @@
+// Tools: the current one handles the left button on the canvas.
+
+import type { Place } from "../shared/picking";
+import { NONE } from "../shared/shape";
+import { lengthOf, minus } from "../shared/vectors";
+import type { CellCursor } from "./cellcursor";
+import { MARK_BLUE, MARK_RED } from "./celltable";
+import type { Desk } from "./desk";
+import { placesBetween } from "./picking";
+import { newStroke } from "./session";
+
+export interface Tool {
+  readonly name: string;
+  readonly hint: string;
+  /** A stroke begins here; `isOther`: with Shift. */
+  begin(place: Place, isOther: boolean): void;
+  move(place: Place): void;
+  end(): void;
+  enter?(): void;
+  leave?(): void;
+  confirm?(): void; // Enter
+  erase?(): void; // Delete
+  arrow?(x: number, y: number): void; // to the right and up
+  resize?(factor: number): void;
+}
+
+const STEP = 6; // pixels between the places of a stroke at which cells are looked up
+
+/** Paints regions that the pointer goes over. */
+export class RegionBrush implements Tool {
+  readonly name = "Paint regions";
+  readonly hint = "Drag paints · Shift removes · Ctrl-click takes a class · ? help";
+  private last: Place = { x: 0, y: 0 };
+  private id = 0;
+  private stroke = "";
+  private readonly touched = new Set<number>();
+
+  constructor(private readonly desk: Desk) {}
+
+  begin(place: Place, isOther: boolean): void {
+    this.id = isOther ? 0 : this.desk.currentClass;
+    this.last = place;
+    this.stroke = newStroke();
+    this.touched.clear();
+    this.touch(place);
+  }
+
+  move(place: Place): void {
+    for (const between of placesBetween(this.last, place, STEP)) this.touch(between);
+    this.last = place;
+  }
+
+  private touch(place: Place): void {
+    const { desk } = this;
+    const cell = desk.picker.cellAt(place);
+    const region = desk.regionOf(cell);
+    desk.hover(cell);
+    if (region < 0 || this.touched.has(region)) return;
+    this.touched.add(region);
+    desk.session.paint(desk.session.regions.cellsOf(region), this.id, this.stroke);
+  }
+
+  end(): void {
+    const { desk } = this;
+    if (!this.touched.size) return;
+    desk.select(this.touched, true);
+    const count = this.touched.size;
+    const what = count === 1 ? `Region ${[...this.touched][0]}` : `${count} regions`;
+    desk.say(this.id ? `${what}: ${desk.className(this.id)}.` : `${what}: class removed.`);
+  }
+}
+
+/** Paints single cells within a circle. */
+export class CellBrush implements Tool {
+  readonly name = "Brush single cells";
+  readonly hint =
+    "Drag paints · Shift removes · [ and ] change the radius · Arrows go from cell to cell, Enter paints · Esc leaves";
+  radius = 16;
+  private last: Place = { x: 0, y: 0 };
+  private id = 0;
+  private stroke = "";
+  private readonly touched = new Set<number>();
+
+  constructor(
+    private readonly desk: Desk,
+    private readonly circle: SVGCircleElement,
+    private readonly cursor: CellCursor,
+  ) {}
+
+  enter(): void {
+    this.circle.setAttribute("r", String(this.radius));
+    this.circle.removeAttribute("hidden");
+  }
+
+  leave(): void {
+    this.circle.setAttribute("hidden", "");
+    this.cursor.clear();
+  }
+
+  arrow(x: number, y: number): void {
+    this.cursor.move(x, y);
+  }
+
+  confirm(): void {
+    this.paintChosen(this.desk.currentClass);
+  }
+
+  erase(): void {
+    this.paintChosen(0);
+  }
+
+  private paintChosen(id: number): void {
+    if (this.cursor.cell >= 0) this.cursor.paint(id);
+    else this.desk.paintActive(id);
+  }
+
+  resize(factor: number): void {
+    this.radius = Math.min(200, Math.max(2, this.radius * factor));
+    this.circle.setAttribute("r", String(this.radius));
+    this.desk.say(`Brush: ${Math.round(this.radius)} pixels.`);
+  }
+
+  begin(place: Place, isOther: boolean): void {
+    this.id = isOther ? 0 : this.desk.currentClass;
+    this.last = place;
+    this.stroke = newStroke();
+    this.touched.clear();
+    this.touch(place);
+  }
+
+  move(place: Place): void {
+    for (const between of placesBetween(this.last, place, Math.max(STEP, this.radius / 2))) {
+      this.touch(between);
+    }
+    this.last = place;
+  }
+
+  private touch(place: Place): void {
+    const { desk } = this;
+    const around = desk.picker.cellsAround(place, this.radius);
+    const fresh = around.filter((cell) => !this.touched.has(cell));
+    for (const cell of fresh) this.touched.add(cell);
+    desk.session.paint(Uint32Array.from(fresh), this.id, this.stroke);
+  }
+
+  end(): void {
+    if (!this.touched.size) return;
+    this.desk.select([], false);
+    this.desk.say(`${this.touched.size} cells: ${this.desk.className(this.id)}.`);
+  }
+}
+
+/** Paints regions that are mostly inside a drawn line, or single cells inside it. */
+export class Lasso implements Tool {
+  readonly name: string;
+  readonly hint = "Draw a line around what to paint · Shift removes · L: regions or cells · Esc leaves";
+  private places: Place[] = [];
+  private id = 0;
+
+  constructor(
+    private readonly desk: Desk,
+    private readonly line: SVGPolygonElement,
+    private readonly ofCells: boolean,
+  ) {
+    this.name = ofCells ? "Lasso (single cells)" : "Lasso (regions)";
+  }
+
+  begin(place: Place, isOther: boolean): void {
+    this.id = isOther ? 0 : this.desk.currentClass;
+    this.places = [place];
+  }
+
+  move(place: Place): void {
+    this.places.push(place);
+    this.line.setAttribute("points", this.places.map(({ x, y }) => `${x},${y}`).join(" "));
+  }
+
+  leave(): void {
+    this.line.setAttribute("points", "");
+  }
+
+  end(): void {
+    this.line.setAttribute("points", "");
+    if (this.places.length < 3) return;
+    const inside = this.countInside();
+    if (this.ofCells) this.paintCells(inside);
+    else this.paintRegions(inside);
+  }
+
+  /** How many pixels of each visible cell are enclosed. */
+  private countInside(): Map<number, number> {
+    const xs = this.places.map(({ x }) => x);
+    const ys = this.places.map(({ y }) => y);
+    const { clientWidth, clientHeight } = this.desk.drawing.canvas;
+    const left = Math.max(0, Math.min(...xs));
+    const top = Math.max(0, Math.min(...ys));
+    const right = Math.min(clientWidth, Math.max(...xs));
+    const bottom = Math.min(clientHeight, Math.max(...ys));
+    const counts = new Map<number, number>();
+    if (right <= left || bottom <= top) return counts;
+    const seen = this.desk.drawing.cellsSeen(left, top, right - left, bottom - top);
+    for (let row = 0; row < seen.height; row++) {
+      const y = top + (seen.height - row - 0.5) / seen.scale;
+      const crossings = crossingsOf(this.places, y);
+      for (let k = 0; k + 1 < crossings.length; k += 2) {
+        const first = Math.max(0, Math.ceil((crossings[k] - left) * seen.scale - 0.5));
+        const last = Math.min(seen.width, Math.ceil((crossings[k + 1] - left) * seen.scale - 0.5));
+        for (let column = first; column < last; column++) {
+          const cell = seen.cells[row * seen.width + column];
+          if (cell !== NONE) counts.set(cell, (counts.get(cell) ?? 0) + 1);
+        }
+      }
+    }
+    return counts;
+  }
+
+  private paintCells(inside: Map<number, number>): void {
+    this.desk.session.paint(Uint32Array.from(inside.keys()).sort(), this.id);
+    this.desk.say(`${inside.size} cells: ${this.desk.className(this.id)}.`);
+  }
+
+  private paintRegions(inside: Map<number, number>): void {
+    const { drawing } = this.desk;
+    const { clientWidth, clientHeight } = drawing.canvas;
+    const total = new Map<number, number>();
+    for (const cell of drawing.cellsSeen(0, 0, clientWidth, clientHeight).cells) {
+      if (cell === NONE) continue;
+      const region = this.desk.regionOf(cell);
+      total.set(region, (total.get(region) ?? 0) + 1);
+    }
+    const enclosed = new Map<number, number>();
+    for (const [cell, count] of inside) {
+      const region = this.desk.regionOf(cell);
+      enclosed.set(region, (enclosed.get(region) ?? 0) + count);
+    }
+    const chosen = [...enclosed.keys()].filter(
+      (region) => region >= 0 && 2 * enclosed.get(region)! >= total.get(region)!,
+    );
+    this.desk.paintRegions(chosen, this.id);
+    this.desk.say(`${chosen.length} regions: ${this.desk.className(this.id)}.`);
+  }
+}
+
+/** Where a closed line crosses a row, from left to right. */
+export function crossingsOf(places: Place[], y: number): number[] {
+  const found: number[] = [];
+  places.forEach((a, i) => {
+    const b = places[(i + 1) % places.length];
+    if (a.y <= y === b.y <= y) return;
+    found.push(a.x + ((y - a.y) / (b.y - a.y)) * (b.x - a.x));
+  });
+  return found.sort((a, b) => a - b);
+}
+
+/** Cuts a region between red and blue strokes. */
+export class Splitter implements Tool {
+  readonly name = "Split a region";
+  readonly hint =
+    "Drag: red stroke · Shift-drag: blue · Enter cuts (without strokes: across its length) · Esc leaves";
+  private last: Place = { x: 0, y: 0 };
+  private region = -1;
+  private isBlue = false;
+  private readonly red = new Set<number>();
+  private readonly blue = new Set<number>();
+
+  constructor(private readonly desk: Desk) {}
+
+  enter(): void {
+    this.clear();
+  }
+
+  leave(): void {
+    this.clear();
+  }
+
+  private clear(): void {
+    this.red.clear();
+    this.blue.clear();
+    this.region = -1;
+    this.desk.drawing.cells.unmarkAll(MARK_RED | MARK_BLUE);
+    this.desk.drawing.redraw();
+  }
+
+  begin(place: Place, isOther: boolean): void {
+    this.isBlue = isOther;
+    this.last = place;
+    const region = this.desk.regionOf(this.desk.picker.cellAt(place));
+    if (region >= 0 && region !== this.region && !this.blue.size !== !this.red.size) {
+      this.desk.say("Both strokes have to be in one region.");
+    }
+    if (this.region < 0) this.region = region;
+    this.touch(place);
+  }
+
+  move(place: Place): void {
+    for (const between of placesBetween(this.last, place, 3)) this.touch(between);
+    this.last = place;
+  }
+
+  private touch(place: Place): void {
+    const cell = this.desk.picker.cellAt(place);
+    if (cell < 0 || this.desk.regionOf(cell) !== this.region) return;
+    const [into, from] = this.isBlue ? [this.blue, this.red] : [this.red, this.blue];
+    if (from.has(cell)) return;
+    into.add(cell);
+    const bits = this.isBlue ? MARK_BLUE : MARK_RED;
+    this.desk.drawing.cells.mark(Uint32Array.of(cell), bits, true);
+    this.desk.drawing.redraw();
+  }
+
+  end(): void {
+    if (this.red.size && this.blue.size) this.desk.say("Enter cuts between red and blue.");
+    else if (this.red.size) this.desk.say("Now a blue stroke: Shift-drag.");
+  }
+
+  confirm(): void {
+    const { desk } = this;
+    if (!this.red.size && !this.blue.size) this.takeEnds(desk.activeRegion);
+    if (!this.red.size || !this.blue.size) {
+      desk.say("A cut needs a red and a blue stroke in one region.");
+      return;
+    }
+    const region = this.region;
+    const [red, blue] = [[...this.red], [...this.blue]];
+    this.clear();
+    void desk.session.split(region, red, blue).then((done) => {
+      if (done) desk.say(`Region ${region} is cut in two.`);
+    });
+  }
+
+  /** Strokes for keyboard users: two cells that are nearly the farthest apart. */
+  private takeEnds(region: number): void {
+    if (region < 0) return;
+    const cells = this.desk.session.regions.cellsOf(region);
+    const seen = cells.filter((cell) => this.desk.session.mesh.middleOf(cell));
+    const isInside = seen.length < 2; // cells there cannot be seen: any two will do
+    const one = isInside ? cells[0] : this.farthestFrom(seen, seen[0]);
+    const other = isInside ? cells[cells.length - 1] : this.farthestFrom(seen, one);
+    if (one === other) return;
+    this.region = region;
+    this.red.add(one);
+    this.blue.add(other);
+  }
+
+  private farthestFrom(cells: Uint32Array, start: number): number {
+    const { mesh } = this.desk.session;
+    const from = mesh.middleOf(start);
+    if (!from) return start;
+    let best = start;
+    let most = 0;
+    for (const cell of cells) {
+      const distance = lengthOf(minus(mesh.middleOf(cell) ?? from, from));
+      if (distance > most) [best, most] = [cell, distance];
+    }
+    return best;
+  }
+}
