@@ -12,6 +12,7 @@ from studio_client import PORT, TOKEN, decoded, encoded, unpacked
 
 import superfacets
 from superfacets import PointCloud, PolygonMesh, write_mesh
+from superfacets.pictures.colors import PALETTE
 from superfacets.studio.revisions import MAX_KEPT
 
 
@@ -37,6 +38,7 @@ def test_the_mesh_is_as_in_the_file(client, sheet):
     )
     corners = arrays["positions"][arrays["triangles"]] + header["center"]
     assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
+    assert header["palette"] == PALETTE.tolist()  # regions look as in pictures
     assert arrays["areas"].sum() == pytest.approx(client.files.document(0).areas.sum())
 
 
