@@ -115,6 +115,9 @@ def test_regions_have_the_colors_of_pictures_and_take_others(opened, bear):
     tab = opened(sf.view(bear, np.zeros(bear.n_faces, int)))
     before = pixels(tab)
     assert 0.1 < (before[..., 3] > 0).mean() < 0.9
+    swatches = "[...document.querySelectorAll('#regions i:not([hidden])')]"
+    first = tab.evaluate(f"{swatches}.map(swatch => swatch.style.background)")
+    assert first == ["rgb({}, {}, {})".format(*PALETTE[0])]
     place = (225, 250)
     np.testing.assert_allclose(
         hue_at(before, *place), PALETTE[0] / PALETTE[0].astype(float).sum(), atol=0.02

@@ -13,6 +13,7 @@ from studio_client import PORT, TOKEN, decoded, encoded, unpacked
 
 import superfacets
 from superfacets import PointCloud, PolygonMesh, write_mesh
+from superfacets.pictures.colors import PALETTE
 from superfacets.studio.revisions import MAX_KEPT
 
 

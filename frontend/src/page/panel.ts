@@ -1,9 +1,9 @@
 // Controls of the page, its legend, and the tip beside the pointer.
 
+import type { Arrays, Numbers } from "../shared/arrays";
 import { part } from "../shared/dom";
 import { type Place, putTip } from "../shared/picking";
 import { NONE, shapeOf } from "../shared/shape";
-import type { Arrays } from "../shared/arrays";
 import { type Coloring, Content, type Facts, type Labeling } from "./content";
 import { Drawing, type Rgb } from "./drawing";
 
@@ -15,6 +15,8 @@ function shortNumber(value: number): string {
   if (size && (size < 1e-4 || size >= 1e9)) return value.toExponential(3);
   return value.toLocaleString("en", { maximumSignificantDigits: 4 });
 }
+
+const cssColor = (colors: Numbers, i: number): string => `rgb(${colors.subarray(3 * i, 3 * i + 3).join()})`;
 
 const counted = (n: number, noun: string): string => `${n.toLocaleString("en")} ${noun}${n === 1 ? "" : "s"}`;
 
@@ -133,13 +135,17 @@ export class Panel {
       : `${counted(nGray, facts.noun)} in no region`;
     part("regions").hidden = !!feature || !labeling;
     const noun = coloring.kind === "truth" ? "part" : "region";
+    part("regions").querySelectorAll("i").forEach((swatch, i) => {
+      swatch.hidden = i >= (labeling?.counts.length ?? 0);
+      if (labeling && !swatch.hidden) swatch.style.background = cssColor(labeling.colors, i);
+    });
     part("regions-text").textContent = `${counted(labeling?.counts.length ?? 0, noun)}, neighbors in different colors`;
   }
 
   private scaleStops(): string {
     const scale = this.content.arrays.scale!;
     const stops: string[] = [];
-    for (let i = 0; i < 256; i += 15) stops.push(`rgb(${scale.subarray(3 * i, 3 * i + 3).join()})`);
+    for (let i = 0; i < 256; i += 15) stops.push(cssColor(scale, i));
     return stops.join();
   }
 

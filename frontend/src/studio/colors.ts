@@ -4,14 +4,6 @@ import type { Neighbors } from "./neighbors";
 
 export type Rgb = readonly [number, number, number];
 
-// The palette of superfacets.pictures.colors.
-const PALETTE: Rgb[] = [
-  [255, 155, 180], [80, 160, 220], [250, 230, 115], [135, 165, 80],
-  [190, 140, 220], [255, 170, 95], [165, 250, 195], [220, 115, 135],
-  [170, 190, 255], [210, 135, 35], [50, 195, 180], [225, 210, 190],
-  [255, 195, 255], [170, 205, 120], [185, 165, 150], [95, 230, 250],
-];
-
 // Colors of new classes, in turn. Color-blind people can tell each from the ones beside it.
 const CLASS_COLORS = [
   "#e6550d", "#3182bd", "#31a354", "#8856a7", "#d6b300", "#c51b8a", "#1b9e9e", "#8c510a",
@@ -28,19 +20,19 @@ export function parseColor(text: string): Rgb {
   return [value >> 16, (value >> 8) & 255, value & 255];
 }
 
-/** For each region the least used color that no neighbor has, if there is one. */
-export function regionColors(neighbors: Neighbors, count: number): Rgb[] {
+/** For each region the least used color of the palette that no neighbor has, if there is one. */
+export function regionColors(neighbors: Neighbors, count: number, palette: Rgb[]): Rgb[] {
   const chosen = new Int8Array(count).fill(-1);
-  const uses = new Uint32Array(PALETTE.length);
+  const uses = new Uint32Array(palette.length);
   for (let region = 0; region < count; region++) {
     const taken = new Set<number>();
     for (const other of neighbors.of(region)) taken.add(chosen[other]);
     let best = -1;
-    for (let color = 0; color < PALETTE.length; color++) {
+    for (let color = 0; color < palette.length; color++) {
       if (!taken.has(color) && (best < 0 || uses[color] < uses[best])) best = color;
     }
-    chosen[region] = best < 0 ? region % PALETTE.length : best;
+    chosen[region] = best < 0 ? region % palette.length : best;
     uses[chosen[region]]++;
   }
-  return Array.from(chosen, (color) => PALETTE[color]);
+  return Array.from(chosen, (color) => palette[color]);
 }

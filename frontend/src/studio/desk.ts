@@ -47,11 +47,11 @@ export class Desk {
   }
 
   private takeRegions(): void {
-    const { regions, neighbors } = this.session;
+    const { regions, neighbors, mesh } = this.session;
     this.selection.clear();
     this.cursor = -1;
     this.order = neighbors.walk();
-    this.drawing.setLabels(regions.labels, regionColors(neighbors, regions.count));
+    this.drawing.setLabels(regions.labels, regionColors(neighbors, regions.count, mesh.palette));
     this.drawing.mark({ hovered: this.regionOf(this.hoveredCell), cursor: -1 });
     this.events.emit("selection", this.selection);
   }

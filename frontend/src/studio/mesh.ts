@@ -2,6 +2,7 @@
 
 import { type Shape, type ShapeFacts, shapeOf } from "../shared/shape";
 import { cross, minus, plus, scaled, type Vector } from "../shared/vectors";
+import type { Rgb } from "./colors";
 import { readPacket } from "./packet";
 
 export type Kind = "triangles" | "polygons" | "points" | "tets";
@@ -10,6 +11,7 @@ interface Header extends ShapeFacts {
   kind: Kind;
   n_cells: number;
   measure: "area" | "volume";
+  palette: Rgb[]; // of regions
 }
 
 // One, and several.
@@ -25,6 +27,7 @@ export class Mesh {
   readonly nCells: number;
   readonly areas: Float32Array; // of cells; volumes of tetrahedra
   readonly measure: "area" | "volume";
+  readonly palette: Rgb[];
   readonly oneCell: string; // what a cell is called
   readonly cellName: string; // and several
   private readonly firstTriangle: Int32Array | null; // of each cell; -1 where none is outside
@@ -34,6 +37,7 @@ export class Mesh {
     this.shape = shapeOf(header, arrays);
     this.nCells = header.n_cells;
     this.measure = header.measure;
+    this.palette = header.palette;
     this.areas = arrays.areas as Float32Array;
     [this.oneCell, this.cellName] = CELL_NAMES[header.kind];
     this.firstTriangle = this.shape.sources && firstPlaces(this.shape.sources, this.nCells);

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..cells.kinds import kind_of
 from ..pictures.camera import View
+from ..pictures.colors import PALETTE
 from ..pictures.page.shape import shape_of, view_facts
 from .coding import packet
 from .document import Document
@@ -33,6 +34,7 @@ def mesh_packet(document: Document) -> bytes:
         "low": [0, 0, 0],
         "step": [1, 1, 1],
         "point_size": shape.point_size * shape.diagonal,
+        "palette": PALETTE.tolist(),
     }
     parts = shape.parts((shape.points - center).astype(np.float32))
     arrays: dict[str, Any] = {name: array for name, (array, _) in parts.items()}
