@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -17,14 +18,33 @@ from .clock import interleaved, median, summary
 __all__ = ["measure_batch", "table"]
 
 
-def measure_batch(folder: Path, workers: Sequence[int], repeats: int) -> list[dict[str, Any]]:
+_WHOLE = """
+import ctypes, os, sys
+ctypes.CDLL(None).prctl(36, 1)  # PR_SET_CHILD_SUBREAPER
+command = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ)
+try:
+    while True:
+        pid, status = os.wait()
+        if pid == command:
+            result = os.waitstatus_to_exitcode(status)
+except ChildProcessError:
+    sys.exit(result)
+"""
+"""Runs a command, and ends when all its processes have: they become its children, and count."""
+
+
+def measure_batch(
+    folder: Path, workers: Sequence[int], repeats: int, n_files: int | None = None
+) -> list[dict[str, Any]]:
     """Return a row for each number of workers: seconds, processor time, gain over the first.
 
-    The runs take turns, each into a folder of its own, and all must write the same bytes. What
-    other processes do to the wall time they do less to the processor time, which all processes of
-    a command have together.
+    The runs take turns, each into a folder of its own, and all must write the same bytes. Other
+    processes change the wall time more than the processor time, which is the sum over all
+    processes of a command. With `n_files`, the batch is copies of the files, that many in all.
     """
     with tempfile.TemporaryDirectory() as scratch:
+        if n_files is not None:
+            folder = _copied(folder, Path(scratch, "copies"), n_files)
         outputs = {count: Path(scratch, str(count)) for count in workers}
         expected: dict[str, bytes] = {}
 
@@ -46,11 +66,22 @@ def measure_batch(folder: Path, workers: Sequence[int], repeats: int) -> list[di
     return [row | {"gain": rows[0]["seconds"] / row["seconds"]} for row in rows]
 
 
+def _copied(folder: Path, copies: Path, n_files: int) -> Path:
+    """Copy the files in turns until there are enough; return the folder of the copies."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    copies.mkdir()
+    for number in range(n_files):
+        file = files[number % len(files)]
+        shutil.copyfile(file, copies / f"{number}{file.suffix}")
+    return copies
+
+
 def _run(folder: Path, output: Path, n_workers: int) -> float:
     """Run the command, and return the processor time of all of its processes."""
     before = _spent()
     command = ["-m", "superfacets", "batch", str(folder), "-o", str(output), "--to", "npy", "-q"]
-    subprocess.run([sys.executable, *command, "--workers", str(n_workers)], check=True)
+    command = [sys.executable, *command, "--workers", str(n_workers)]
+    subprocess.run([sys.executable, "-I", "-S", "-c", _WHOLE, *command], check=True)
     return _spent() - before
 
 

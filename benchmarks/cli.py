@@ -154,10 +154,11 @@ def timings(repeats: int) -> None:
 @click.argument("folder", type=FOLDER)
 @click.option("--workers", default="1,2", show_default=True, help="Numbers, separated by commas.")
 @click.option("--repeats", type=click.IntRange(min=1), default=5, show_default=True)
-def batch(folder: Path, workers: str, repeats: int) -> None:
+@click.option("--files", type=click.IntRange(min=1), help="Copy the files until there are so many.")
+def batch(folder: Path, workers: str, repeats: int, files: int | None) -> None:
     """Time `superfacets batch` on the meshes in FOLDER, on several numbers of workers in turns."""
     counts = [int(count) for count in workers.split(",")]
-    click.echo(table(measure_batch(folder, counts, repeats)))
+    click.echo(table(measure_batch(folder, counts, repeats, files)))
 
 
 @commands.command()

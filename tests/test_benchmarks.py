@@ -415,9 +415,9 @@ def test_batches_on_several_workers_write_the_same(tmp_path):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         sf.write_mesh(path, sf.sample_mesh(3_000))
-    ran = CliRunner().invoke(commands, ["batch", str(tmp_path), "--repeats", "1"])
+    ran = CliRunner().invoke(commands, ["batch", str(tmp_path), "--repeats", "1", "--files", "5"])
     rows = [line.split("|")[1:-1] for line in ran.output.splitlines()]
-    assert [[cell.strip() for cell in row[:2]] for row in rows[2:]] == [["1", "2"], ["2", "2"]]
+    assert [[cell.strip() for cell in row[:2]] for row in rows[2:]] == [["1", "5"], ["2", "5"]]
     assert float(rows[2][5]) == 1.0
     assert all(float(row[4]) > 0 for row in rows[2:])
 

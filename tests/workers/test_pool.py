@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from multiprocessing import Pipe
 from pathlib import Path
 
 import pytest
@@ -180,8 +181,12 @@ def test_the_server_is_started_ahead_where_a_second_core_can_run_it(monkeypatch)
         assert servers() == [prepared]
 
 
+def end(*_):
+    os._exit(1)
+
+
 def test_workers_that_never_begin_are_an_error(monkeypatch):
-    monkeypatch.setattr(pool, "begin", os._exit)
+    monkeypatch.setattr(pool, "serve", end)
     with (
         open_pool(2) as team,
         pytest.raises(ConnectionError, match="cannot be started: each ended before it began"),
@@ -193,7 +198,7 @@ def test_workers_that_the_system_has_no_room_for_are_an_error(monkeypatch):
     def refuse(*_):
         raise BlockingIOError
 
-    monkeypatch.setattr(pool.ProcessPoolExecutor, "submit", refuse)
+    monkeypatch.setattr("multiprocessing.process.BaseProcess.start", refuse)
     with open_pool(2) as team, pytest.raises(ConnectionError, match="cannot be started"):
         run(team, double, 1)
 
@@ -205,7 +210,9 @@ def test_a_machine_without_room_for_more_workers_goes_on_with_those_there_are(mo
     def fail_after_the_first(process, *arguments):
         begin(process, *arguments)
         if started:
-            process.kill()
+            process.connection.close()
+            process.connection, theirs = Pipe()
+            theirs.close()
         started.append(process)
 
     monkeypatch.setattr(pool._Process, "__init__", fail_after_the_first)

@@ -8,16 +8,14 @@ import pickle
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
-from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from importlib.util import find_spec
-from typing import Any
+from multiprocessing.connection import wait
 
 from .._memory import usable_memory
 from ..errors import MissingExtraError
 from . import calls as limits
 from .calls import Call, Done, Ending, Failed, Killed, Team, Worker
-from .child import begin, hello, make_call
+from .child import serve
 from .start import own_settings, start_context
 
 __all__ = ["Admits", "Pool", "open_pool"]
@@ -42,40 +40,32 @@ Admits = Callable[[int, Sequence[int]], bool]
 
 
 class _Process:
-    """A worker: the one process of an executor, so that its death ends no other call."""
+    """A worker, seen from here."""
 
     def __init__(self, n_threads: int, memory: float) -> None:
         context = start_context()
-        theirs, self._life = context.Pipe(duplex=False)
-        with theirs, own_settings():
-            self._executor = ProcessPoolExecutor(
-                1, context, initializer=begin, initargs=(theirs, n_threads, memory)
-            )
-            self.calls: deque[tuple[int | None, Future[Any]]] = deque()
-            self.give(None, hello)
+        self.connection, theirs = context.Pipe()
+        self.places: deque[int] = deque()
+        """Places of the calls that it has, the one at work first."""
+        self.has_begun = False
+        arguments = (theirs, n_threads, memory)
+        self._process = context.Process(target=serve, args=arguments, daemon=True)
+        # Where it cannot be started, the connection is found to be closed.
+        with theirs, own_settings(), contextlib.suppress(OSError, EOFError):
+            self._process.start()
 
-    def give(self, place: int | None, function: Callable[..., Any], *arguments: Any) -> None:
+    def give(self, place: int, call: Call) -> None:
         """Let it make a call when it has made those that it has."""
-        try:
-            future = self._executor.submit(function, *arguments)
-        except (OSError, EOFError, BrokenProcessPool) as error:  # it ended, or could not begin
-            future = Future()
-            future.set_exception(BrokenProcessPool(str(error)))
-        self.calls.append((place, future))
-
-    @property
-    def places(self) -> list[int]:
-        """Places of calls that it has, the one at work first."""
-        return [place for place, _ in self.calls if place is not None]
-
-    def kill(self) -> None:
-        """End it, whatever it does."""
-        self._life.close()
+        self.places.append(place)
+        with contextlib.suppress(OSError):  # it has ended: seen when the connection is read
+            self.connection.send_bytes(pickle.dumps(call))
 
     def end(self) -> None:
-        """End it, and return when it has ended."""
-        self.kill()
-        self._executor.shutdown(cancel_futures=True)
+        """End it, whatever it does, and return when it has ended."""
+        self.connection.close()
+        if self._process.pid is not None:
+            self._process.kill()
+            self._process.join()
 
 
 class Pool(Team):
@@ -142,26 +132,27 @@ class Pool(Team):
                 fits = (place for place in waiting if admits is None or admits(place, at_work))
                 if (place := next(fits, None)) is not None:
                     waiting.remove(place)
-                    process.give(place, make_call, pickle.dumps(calls[place]))
+                    process.give(place, calls[place])
 
     def _ready(self) -> list[_Process]:
-        """Workers that have made a call, or have ended."""
-        first = {process.calls[0][1]: process for process in self._processes if process.calls}
-        ended, _ = wait(first, TICK, FIRST_COMPLETED)
-        return [process for future, process in first.items() if future in ended]
+        """Workers that have sent something, or have ended."""
+        ready = wait([process.connection for process in self._processes], TICK)
+        return [process for process in self._processes if process.connection in ready]
 
     def _take(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
         """The place of the call that has ended, and its ending; None if there is none."""
-        place, future = process.calls[0]
-        if future.exception() is not None:
+        try:
+            message = process.connection.recv()
+        except (EOFError, OSError):
             return self._lost(process, waiting, kills)
-        process.calls.popleft()
-        if place is None:
+        if message is None:
+            process.has_begun = True
             self._n_lost_at_start = 0
             return None
-        has_returned, data = future.result()
+        has_returned, data = message
+        place = process.places.popleft()
         try:
             value = pickle.loads(data)
         except Exception as error:
@@ -172,18 +163,19 @@ class Pool(Team):
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
         """Take the calls of a worker that has ended back, and count that against the first."""
-        has_begun = process.calls[0][0] is not None
-        places = process.places
         self._processes.remove(process)
         process.end()
-        waiting.extendleft(reversed(places))
-        if not has_begun:
+        waiting.extendleft(reversed(process.places))
+        if not process.has_begun:
             self._check_start()
             return None
-        kills[places[0]] += 1
-        if kills[places[0]] <= self._allowed_kills:
+        if not process.places:
             return None
-        return waiting.popleft(), Killed(kills[places[0]])
+        place = process.places[0]
+        kills[place] += 1
+        if kills[place] <= self._allowed_kills:
+            return None
+        return waiting.popleft(), Killed(kills[place])
 
     def _check_start(self) -> None:
         """Raise a ConnectionError where workers end before they have begun, again and again."""
@@ -195,8 +187,6 @@ class Pool(Team):
 
     def close(self) -> None:
         """End all processes."""
-        for process in self._processes:
-            process.kill()
         while self._processes:
             self._processes.pop().end()
 

@@ -16,13 +16,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from multiprocessing.context import BaseContext
+    from multiprocessing.context import ForkServerContext, SpawnContext
 
 __all__ = ["own_settings", "prepare", "start_context"]
 
 _MODULES = [
     "superfacets.batches.jobs", "superfacets.io.readers.read", "superfacets.pipeline", "psutil",
-    "superfacets.workers.child", "concurrent.futures.process",
+    "superfacets.workers.child",
 ]  # fmt: skip
 """What nearly every worker needs."""
 
@@ -45,7 +45,7 @@ def prepare() -> None:
         start_context()
 
 
-def start_context() -> BaseContext:
+def start_context() -> ForkServerContext | SpawnContext:
     """The way in which processes start on this system; its helpers are at work."""
     import multiprocessing
 
