@@ -519,33 +519,19 @@ def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int3
     return flat.reshape(-1, 2)
 
 
-def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels as an (N,) int32 array, and their number K; each of 0..K-1 must occur."""
-    given = _integer_array(labels, "labels")
-    if len(given) != n_cells:
-        raise ValueError(f"there are {len(given)} labels for {n_cells} faces")
-    array = owned_indices(given)
-    if array.min() < 0 or array.max() >= n_cells:
-        place = int(np.argmax((array < 0) | (array >= n_cells)))
-        raise ValueError(f"labels[{place}] is {given[place]}; labels are 0..K-1, K <= {n_cells}")
-    counts = np.bincount(array)
-    if not counts.all():
-        raise ValueError(f"no face has label {int(np.argmin(counts))}")
-    return array, len(counts)
-
-
 def checked_partial_labels(
-    labels: Any, n_cells: int, name: str = "labels"
+    labels: Any, n_cells: int, name: str = "labels", *, least: int = -1
 ) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels as an (N,) int32 array, -1 for cells in no region, and the number K of regions.
+    """Labels as an (N,) int32 array, and the number K of regions.
 
-    Each of 0..K-1 must occur.
+    Each of 0..K-1 must occur. -1 stands for no region, and is refused if the least label is 0.
     """
     given = _row_of_labels(labels, n_cells, name)
-    is_wrong = (given < -1) | (given >= n_cells)
+    is_wrong = (given < least) | (given >= n_cells)
     if is_wrong.any():
         place = int(np.argmax(is_wrong))
-        raise ValueError(f"{name}[{place}] is {given[place]}; labels are -1..K-1, K <= {n_cells}")
+        allowed = f"labels are {least}..K-1, K <= {n_cells}"
+        raise ValueError(f"{name}[{place}] is {given[place]}; {allowed}")
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
@@ -579,71 +565,53 @@ def _row_of_labels(labels: Any, n_cells: int, name: str) -> npt.NDArray[Any]:
     return given
 
 
-def checked_face_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
+def checked_any_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
     """Labels of any numbers as an (N,) int64 array."""
-    given = _integer_array(labels, "labels")
-    if len(given) != n_cells:
-        raise ValueError(f"there are {len(given)} labels for {n_cells} faces")
+    given = _row_of_labels(labels, n_cells, "labels")
     array = owned(given, np.int64)
     if given.dtype.kind == "u" and array.min() < 0:
         raise ValueError("labels must fit in int64")
     return array
 
 
-def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels of any numbers, renamed to 0..K-1 in their order, and K; for pictures and colors."""
-    array = checked_face_labels(labels, n_cells)
-    if array.min() >= 0 and array.max() < n_cells:  # no need to sort
-        is_used = np.bincount(array) > 0
-        ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
-        return ranks[array], int(ranks[-1]) + 1
-    values, compact = np.unique(array, return_inverse=True)
-    return compact.astype(np.int32), len(values)
-
-
 def compact_partial_labels(
     labels: Any, n_cells: int
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
-    """Labels of any numbers, renamed to 0..K-1 in their order, and what those were called, (K,).
-
-    -1 stays: such cells are in no region.
-    """
-    array = checked_face_labels(labels, n_cells)
-    if array.min() >= -1 and array.max() < n_cells:  # no need to sort
-        is_used = np.bincount(array + 1) > 0
-        is_used[0] = False
-        ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
-        ranks[0] = -1
-        return ranks[array + 1], np.flatnonzero(is_used) - 1
-    ids, places = np.unique(array, return_inverse=True)
-    ranks = np.cumsum(ids != -1, dtype=np.int32) - np.int32(1)
-    ranks[ids == -1] = -1
-    return ranks[places], ids[ids != -1]
+) -> tuple[npt.NDArray[np.int32], npt.NDArray[Any]]:
+    """Labels of any numbers, checked and renamed as by `ranked_labels`."""
+    return ranked_labels(checked_any_labels(labels, n_cells))
 
 
 def compact_complete(
     labels: Any, n_cells: int, name: str = "labels"
 ) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels with a region for every cell as by `compact_labels`; a MeshError where one has none.
+    """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError where one is below.
 
     For metrics: cells in no region would count as a region of their own.
     """
-    array = checked_face_labels(labels, n_cells)
+    array = checked_any_labels(labels, n_cells)
     if array.min() < 0:
         place = int(np.argmax(array < 0))
         raise MeshError(
             f"{name}[{place}] is {array[place]}; metrics need each cell in a region, 0 and up"
         )
-    return compact_labels(array, n_cells)
+    ranks, names = ranked_labels(array)
+    return ranks, len(names)
 
 
 def ranked_labels(
     labels: npt.NDArray[np.integer[Any]],
 ) -> tuple[npt.NDArray[np.int32], npt.NDArray[Any]]:
-    """Checked labels renamed to 0..K-1 in their order, -1 as it is, and the K labels that occur."""
-    names, ranks = np.unique(labels, return_inverse=True)
-    has_none = int(names[0] < 0)
-    return (ranks - has_none).astype(np.int32), names[has_none:]
+    """Labels renamed to 0..K-1 in their order, -1 as it is, and the K labels that occur."""
+    if labels.min() >= -1 and labels.max() < len(labels):  # no need to sort
+        is_used = np.bincount(labels + 1) > 0
+        names, places = np.arange(-1, len(is_used) - 1), labels + 1
+    else:
+        names, places = np.unique(labels, return_inverse=True)
+        is_used = np.ones(len(names), bool)
+    is_used &= names != -1
+    ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
+    ranks[names == -1] = -1
+    return ranks[places], names[is_used]
 
 
 def checked_count(

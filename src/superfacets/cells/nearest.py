@@ -11,11 +11,9 @@ import numpy.typing as npt
 from .._validate import checked_number, checked_queries, checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.cells import Cells
-from .cell_graph import CellGraph
 from .kinds import kind_of
 
-__all__ = ["NearestFaces", "checked_distance", "nearest_cells", "nearest_faces", "query_points"]
+__all__ = ["NearestFaces", "checked_distance", "nearest_faces", "query_points"]
 
 
 class NearestFaces(NamedTuple):
@@ -86,7 +84,8 @@ def nearest_faces(
     surface = as_mesh(mesh)
     queries = query_points(points)
     limit = checked_distance(max_distance)
-    return nearest_cells(surface, queries, limit, checked_threads(n_threads))
+    found = kind_of(surface).nearest(surface, queries, limit, checked_threads(n_threads))
+    return NearestFaces(*found)
 
 
 def checked_distance(max_distance: Any) -> float:
@@ -101,16 +100,3 @@ def query_points(points: Any) -> npt.NDArray[np.float64]:
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)
-
-
-def nearest_cells(
-    cells: Cells | CellGraph,
-    queries: npt.NDArray[np.float64],
-    max_distance: float,
-    n_threads: int,
-) -> NearestFaces:
-    """Find the nearest face, point, or tetrahedron (0 inside of it) to each checked query.
-
-    The cells of a graph are points.
-    """
-    return NearestFaces(*kind_of(cells).nearest(cells, queries, max_distance, n_threads))

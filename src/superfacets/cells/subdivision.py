@@ -12,8 +12,8 @@ import numpy.typing as npt
 from .. import _core
 from .._validate import (
     MAX_CELLS,
+    checked_any_labels,
     checked_count,
-    checked_face_labels,
     checked_number,
     checked_threads,
     freeze,
@@ -100,7 +100,7 @@ class Subdivision:
         >>> halves.mesh.n_faces, halves.labels_back([7, 3])
         (2, array([3]))
         """
-        given = checked_face_labels(labels, len(self.sources))
+        given = checked_any_labels(labels, len(self.sources))
         starts = np.flatnonzero(np.diff(self.sources, prepend=-1))
         back = given[starts]
         is_mixed = np.minimum.reduceat(given, starts) != np.maximum.reduceat(given, starts)

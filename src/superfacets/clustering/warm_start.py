@@ -42,7 +42,7 @@ def first_centers(
     if is_result or given.shape != (n_cells,) or _are_all_different(given):
         centers = checked_seeds(given, n_cells, "init")
         return centers if order is None else _places_of(centers, order)
-    labels = in_order(_checked_labels(given, n_cells), order)
+    labels = in_order(_labels_of(given, n_cells), order)
     if kept is not None:
         named = np.full(len(labels), -1, np.int32)
         named[kept] = labels[kept]
@@ -77,7 +77,7 @@ def with_seeds(size: SizeOptions, init: Init | Seeds) -> SizeOptions:
     return SizeOptions(size.n_segments, size.radius, seeds)
 
 
-def _checked_labels(given: npt.NDArray[Any], n_cells: int) -> npt.NDArray[np.int32]:
+def _labels_of(given: npt.NDArray[Any], n_cells: int) -> npt.NDArray[np.int32]:
     try:
         return checked_partial_labels(given, n_cells)[0]
     except ValueError as error:

@@ -13,7 +13,7 @@ from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, kind_of
 from ..cells.majority import weighted_majority
-from ..cells.nearest import checked_distance, nearest_cells, query_points
+from ..cells.nearest import checked_distance, query_points
 from ..mesh.samples import sample_faces
 
 __all__ = ["transfer"]
@@ -94,7 +94,7 @@ def transfer(
     limit += _ROUNDING * float(np.abs(source.bounds).max())
 
     def labels_at(points: npt.NDArray[np.float64]) -> Ints:
-        nearest = nearest_cells(source, points, limit, threads).faces
+        nearest, _, _ = kind_of(source).nearest(source, points, limit, threads)
         return np.append(given, np.int32(-1))[nearest]  # -1 stays -1
 
     if isinstance(goal, np.ndarray):
