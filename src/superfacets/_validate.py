@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._types import Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
@@ -38,7 +39,7 @@ MAX_THREADS_PER_CORE = 4
 take four times as long as two."""
 
 
-def exact_array(array: Any, dtype: Any) -> npt.NDArray[Any]:
+def exact_array(array: Any, dtype: Any) -> Array:
     """An array as the core takes it: of one type, contiguous, and aligned.
 
     Views of bytes, of a file say, are contiguous too, but may begin anywhere.
@@ -46,18 +47,18 @@ def exact_array(array: Any, dtype: Any) -> npt.NDArray[Any]:
     return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
 
 
-def exact_doubles(array: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+def exact_doubles(array: Array) -> Floats:
     """Numbers as float64, exact as `exact_array` makes them, infinite where they are too large.
 
     A file that shrinks while it is mapped ends the process that reads it: such memory is copied.
     """
     # A signaling NaN, or a longdouble beyond float64, is found by the checks that follow.
     with np.errstate(over="ignore", invalid="ignore"):
-        doubles: npt.NDArray[np.float64] = exact_array(array, np.float64)
+        doubles: Floats = exact_array(array, np.float64)
     return doubles.copy() if _is_mapped(doubles) else doubles
 
 
-def _is_mapped(array: npt.NDArray[Any]) -> bool:
+def _is_mapped(array: Array) -> bool:
     """Whether the memory of an array is mapped from a file, if its owner shows that."""
     owner: Any = array
     while isinstance(owner, np.ndarray):
@@ -65,12 +66,12 @@ def _is_mapped(array: npt.NDArray[Any]) -> bool:
     return isinstance(owner.obj if isinstance(owner, memoryview) else owner, mmap.mmap)
 
 
-def owned(array: npt.NDArray[Any], dtype: Any) -> npt.NDArray[Any]:
+def owned(array: Array, dtype: Any) -> Array:
     """A copy of an array, which no one else can change after it was checked."""
     return np.array(array, dtype=dtype, order="C")
 
 
-def owned_indices(array: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+def owned_indices(array: Array) -> Ints:
     """A copy of integers as int32, as from `owned`; -1 for those that do not fit."""
     # Numbers of 2**63 or more become negative here, and do not fit either.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
@@ -93,7 +94,7 @@ def restored(state: Any, names: Sequence[str]) -> list[Any]:
     return [state[name] for name in names]
 
 
-def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
+def freeze(instance: object, **arrays: Array) -> None:
     """Set fields of a frozen dataclass to views that cannot be written through.
 
     The caller's own arrays stay writable.
@@ -106,7 +107,7 @@ def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
 
 def checked_mesh(
     vertices: Any, faces: Any, *, are_new: bool = False
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+) -> tuple[Floats, Ints, Floats]:
     """Vertices, faces, and the bounding box (2, 3) of the vertices used; a MeshError if wrong.
 
     Arrays that are new, as a reader has just made them, are nobody else's and need no copy.
@@ -123,9 +124,7 @@ def checked_mesh(
 
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
-) -> tuple[
-    npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float64]
-]:
+) -> tuple[Floats, Longs, Ints, Floats]:
     """Vertices, offsets, corners and the bounding box as `checked_mesh`; a MeshError if wrong."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
@@ -140,9 +139,7 @@ def checked_polygons(
     return points, starts, corners, box
 
 
-def checked_tets(
-    vertices: Any, tets: Any
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
     """Vertices, tetrahedra, and the bounding box as `checked_mesh`; a MeshError if wrong."""
     points = _point_array(vertices)
     given = _numeric_array(tets, "tets")
@@ -164,7 +161,7 @@ def checked_tets(
     return points, corners, box
 
 
-def checked_mask(mask: Any, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
+def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
     """One bool per cell; all are True where None is given."""
     if mask is None:
         return np.ones(n_cells, dtype=bool)
@@ -176,7 +173,7 @@ def checked_mask(mask: Any, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
     return array
 
 
-def polygon_arrays(faces: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def polygon_arrays(faces: Any) -> tuple[Array, Array]:
     """Offsets and corners of faces given as rows of an array, or as lists of vertices."""
     array = faces if isinstance(faces, np.ndarray) else None
     if array is None or array.dtype == object:
@@ -191,7 +188,7 @@ def polygon_arrays(faces: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     return np.arange(len(array) + 1) * array.shape[1], array.ravel()
 
 
-def _row_of_integers(value: Any, name: str) -> npt.NDArray[Any]:
+def _row_of_integers(value: Any, name: str) -> Array:
     array = _numeric_array(value, name)
     if array.ndim != 1:
         raise MeshError(f"{name} must be one-dimensional, got shape {array.shape}")
@@ -200,7 +197,7 @@ def _row_of_integers(value: Any, name: str) -> npt.NDArray[Any]:
     return array
 
 
-def _check_offsets(offsets: npt.NDArray[np.int64], n_corners: int) -> None:
+def _check_offsets(offsets: Longs, n_corners: int) -> None:
     """Raise a MeshError if they do not cut the corners into faces of three and more."""
     if len(offsets) < 2:
         raise MeshError("the mesh has no faces")
@@ -217,9 +214,7 @@ def _check_offsets(offsets: npt.NDArray[np.int64], n_corners: int) -> None:
         raise MeshError(f"faces[{face}] has {sizes[face]} corners: a face needs at least 3")
 
 
-def _checked_corners(
-    points: npt.NDArray[np.float64], corners: npt.NDArray[np.int32]
-) -> tuple[int | None, npt.NDArray[np.float64]]:
+def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
     """The first corner that is no vertex, and the box of the vertices that corners use."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
@@ -232,7 +227,7 @@ def _checked_corners(
     return None, box
 
 
-def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
+def _point_array(vertices: Any) -> Floats:
     """Vertex positions as a contiguous (V, 3) float64 array; a MeshError if they are not valid."""
     array = _numeric_array(vertices, "vertices")
     if array.ndim != 2 or array.shape[1] != 3:
@@ -242,7 +237,7 @@ def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
     return exact_doubles(array)
 
 
-def _corner_array(faces: Any) -> npt.NDArray[Any]:
+def _corner_array(faces: Any) -> Array:
     """Triangles as an (F, 3) array of integers, in the type given."""
     array = _numeric_array(faces, "faces")
     if array.size == 0:
@@ -267,12 +262,7 @@ def raise_index_error(face: int, vertex: int, n_vertices: int) -> None:
     )
 
 
-def check_extent(
-    low: npt.NDArray[np.float64],
-    high: npt.NDArray[np.float64],
-    what: str = "faces lie",
-    whole: str = "mesh",
-) -> None:
+def check_extent(low: Floats, high: Floats, what: str = "faces lie", whole: str = "mesh") -> None:
     """Raise a MeshError if the used vertices coincide, or their range is too small or too large."""
     if np.array_equal(low, high):
         raise MeshError(f"all {what} at one point: the bounding box has no size")
@@ -285,14 +275,14 @@ def check_extent(
         )
 
 
-def is_extent_valid(bounds: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+def is_extent_valid(bounds: Floats) -> Bools:
     """Whether each box, (K, 2, 3), has a size that a mesh may have: (K,)."""
     with np.errstate(over="ignore"):
         sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
     return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
 
 
-def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
+def _numeric_array(value: Any, name: str) -> Array:
     refuse_mask(value, name, MeshError)
     try:
         array = np.asarray(value)
@@ -303,7 +293,7 @@ def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
     return array
 
 
-def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def checked_points(points: Any) -> tuple[Floats, Floats]:
     """Points (N, 3) as float64 and their bounding box (2, 3); a MeshError if they are wrong."""
     given = _rows(points, "points")
     if not len(given):
@@ -320,12 +310,12 @@ def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np
     return array, box
 
 
-def check_spread(bounds: npt.NDArray[np.float64]) -> None:
+def check_spread(bounds: Floats) -> None:
     """Raise a MeshError if all points of a cloud lie at one place."""
     check_extent(bounds[0], bounds[1], "points lie", "cloud")
 
 
-def checked_queries(points: Any) -> npt.NDArray[np.float64]:
+def checked_queries(points: Any) -> Floats:
     """Points (M, 3) as float64, M >= 0; a MeshError if they are wrong."""
     array = exact_doubles(_rows(points, "points"))
     if not np.isfinite(array).all():
@@ -336,7 +326,7 @@ def checked_queries(points: Any) -> npt.NDArray[np.float64]:
     return array
 
 
-def checked_normals(normals: Any, n_points: int, first: int = 0) -> npt.NDArray[np.float64]:
+def checked_normals(normals: Any, n_points: int, first: int = 0) -> Floats:
     """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong.
 
     `first` is the number of the first one.
@@ -351,7 +341,7 @@ def checked_normals(normals: Any, n_points: int, first: int = 0) -> npt.NDArray[
     return array
 
 
-def checked_colors(colors: Any, n_points: int) -> npt.NDArray[np.float32]:
+def checked_colors(colors: Any, n_points: int) -> Singles:
     """Red, green and blue of each point from 0 to 1, (N, 3) float32; a MeshError if wrong."""
     array = _numeric_array(colors, "colors")
     if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
@@ -369,7 +359,7 @@ def checked_colors(colors: Any, n_points: int) -> npt.NDArray[np.float32]:
     return shades
 
 
-def _rows(value: Any, name: str, n_rows: int | None = None) -> npt.NDArray[Any]:
+def _rows(value: Any, name: str, n_rows: int | None = None) -> Array:
     """An array of numbers of shape (N, 3)."""
     array = _numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
@@ -378,12 +368,12 @@ def _rows(value: Any, name: str, n_rows: int | None = None) -> npt.NDArray[Any]:
     return array
 
 
-def _raise_not_finite(rows: npt.NDArray[np.float64], name: str, first: int = 0) -> None:
+def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
     wrong = int(np.argmin(np.isfinite(rows).all(axis=1)))
     raise MeshError(f"{name}[{first + wrong}] is not finite: {rows[wrong].tolist()}")
 
 
-def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def checked_bounds(bounds: Any, positions: Floats) -> Floats:
     """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
@@ -393,7 +383,7 @@ def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArr
     return array
 
 
-def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
+def checked_positions(positions: Any) -> Floats:
     """Cell positions as a contiguous (N, 3) float64 array, N >= 1."""
     array = exact_doubles(_numeric_array(positions, "positions"))
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
@@ -410,9 +400,7 @@ def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
     return array
 
 
-def checked_nonnegative_array(
-    value: Any, n: int, name: str, per: str, n_threads: int
-) -> npt.NDArray[np.float64]:
+def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
     """A contiguous (n,) float64 array of finite numbers >= 0."""
     refuse_mask(value, name)
     array = np.asarray(value)
@@ -433,9 +421,7 @@ def checked_nonnegative_array(
     return array
 
 
-def checked_arcs(
-    offsets: Any, neighbors: Any, n_cells: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> tuple[Longs, Ints]:
     """Arcs in CSR form, as (N + 1,) int64 offsets and (M,) int32 neighbors."""
     starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 or more: negative
     targets = owned_indices(_integer_array(neighbors, "neighbors"))
@@ -448,7 +434,7 @@ def checked_arcs(
     return starts, targets
 
 
-def checked_angles(angles: Any, n_arcs: int) -> npt.NDArray[np.float64]:
+def checked_angles(angles: Any, n_arcs: int) -> Floats:
     """One angle per arc, (M,) float64, from -pi to pi."""
     array = owned(_numeric_array(angles, "angles"), np.float64)
     if array.shape != (n_arcs,):
@@ -462,7 +448,7 @@ def checked_angles(angles: Any, n_arcs: int) -> npt.NDArray[np.float64]:
     return array
 
 
-def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
+def checked_sides(sides: Any, offsets: Longs) -> Ints:
     """One side >= 0 per arc, (M,) int32, ascending for the arcs of each cell."""
     array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
@@ -475,7 +461,7 @@ def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.
     return array
 
 
-def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArray[np.int32]:
+def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
     """Distinct cells as a (K,) int32 array, K >= 1."""
     given = _integer_array(seeds, name)
     array = owned_indices(given)
@@ -490,9 +476,7 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArra
     return array
 
 
-def checked_region_centers(
-    centers: npt.ArrayLike, labels: npt.NDArray[np.int32], n_regions: int
-) -> npt.NDArray[np.int32]:
+def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
     """One cell of each region, in the order of the labels, as (K,) int32; a ValueError if not."""
     cells = checked_seeds(centers, len(labels))
     if len(cells) != n_regions:
@@ -505,7 +489,7 @@ def checked_region_centers(
     return cells
 
 
-def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int32]:
+def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
     """Pairs of vertices as an (E, 2) int32 array."""
     given = np.asarray(edges)
     if given.ndim != 2 or given.shape[1] != 2:
@@ -521,7 +505,7 @@ def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int3
 
 def checked_partial_labels(
     labels: Any, n_cells: int, name: str = "labels", *, least: int = -1
-) -> tuple[npt.NDArray[np.int32], int]:
+) -> tuple[Ints, int]:
     """Labels as an (N,) int32 array, and the number K of regions.
 
     Each of 0..K-1 must occur. -1 stands for no region, and is refused if the least label is 0.
@@ -539,7 +523,7 @@ def checked_partial_labels(
     return array, len(counts)
 
 
-def checked_regions(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+def checked_regions(labels: Any, n_cells: int) -> tuple[Ints, int]:
     """Labels as `checked_partial_labels`, of one region at least."""
     array, n_regions = checked_partial_labels(labels, n_cells)
     if not n_regions:
@@ -547,7 +531,7 @@ def checked_regions(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], i
     return array, n_regions
 
 
-def checked_classes(labels: Any, n_cells: int, name: str) -> npt.NDArray[np.int32]:
+def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
     """Labels that may have gaps as an (N,) int32 array: 0 and up, or -1 where there is none."""
     given = _row_of_labels(labels, n_cells, name)
     array = given.astype(np.int32, order="C")  # a copy
@@ -558,14 +542,14 @@ def checked_classes(labels: Any, n_cells: int, name: str) -> npt.NDArray[np.int3
     return array
 
 
-def _row_of_labels(labels: Any, n_cells: int, name: str) -> npt.NDArray[Any]:
+def _row_of_labels(labels: Any, n_cells: int, name: str) -> Array:
     given = _integer_array(labels, name)
     if len(given) != n_cells:
         raise ValueError(f"there are {len(given)} {name} for {n_cells} cells")
     return given
 
 
-def checked_any_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
+def checked_any_labels(labels: Any, n_cells: int) -> Longs:
     """Labels of any numbers as an (N,) int64 array."""
     given = _row_of_labels(labels, n_cells, "labels")
     array = owned(given, np.int64)
@@ -574,16 +558,12 @@ def checked_any_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
     return array
 
 
-def compact_partial_labels(
-    labels: Any, n_cells: int
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[Any]]:
+def compact_partial_labels(labels: Any, n_cells: int) -> tuple[Ints, Array]:
     """Labels of any numbers, checked and renamed as by `ranked_labels`."""
     return ranked_labels(checked_any_labels(labels, n_cells))
 
 
-def compact_complete(
-    labels: Any, n_cells: int, name: str = "labels"
-) -> tuple[npt.NDArray[np.int32], int]:
+def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[Ints, int]:
     """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError where one is below.
 
     For metrics: cells in no region would count as a region of their own.
@@ -598,9 +578,7 @@ def compact_complete(
     return ranks, len(names)
 
 
-def ranked_labels(
-    labels: npt.NDArray[np.integer[Any]],
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[Any]]:
+def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
     """Labels renamed to 0..K-1 in their order, -1 as it is, and the K labels that occur."""
     if labels.min() >= -1 and labels.max() < len(labels):  # no need to sort
         is_used = np.bincount(labels + 1) > 0
@@ -707,7 +685,7 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def _integer_array(value: Any, name: str) -> npt.NDArray[Any]:
+def _integer_array(value: Any, name: str) -> Array:
     """A one-dimensional array of integers, in the type given."""
     refuse_mask(value, name)
     array = np.asarray(value)

@@ -6,8 +6,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .._validate import checked_number, checked_queries, checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..adapters.convert import MeshLike, as_mesh
@@ -29,9 +29,9 @@ class NearestFaces(NamedTuple):
         The nearest point of that face; NaN where there is none.
     """
 
-    faces: npt.NDArray[np.int32]
-    distances: npt.NDArray[np.float64]
-    points: npt.NDArray[np.float64]
+    faces: Ints
+    distances: Floats
+    points: Floats
 
 
 def nearest_faces(
@@ -95,7 +95,7 @@ def checked_distance(max_distance: Any) -> float:
     return checked_number(max_distance, "max_distance", zero=True)
 
 
-def query_points(points: Any) -> npt.NDArray[np.float64]:
+def query_points(points: Any) -> Floats:
     """Positions, shape (M, 3), of an array or of anything like a cloud; a MeshError if wrong."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Ints
 from .._validate import checked_partial_labels, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 
@@ -14,7 +14,7 @@ __all__ = ["update_centers"]
 
 def update_centers(
     graph: CellGraph, labels: npt.ArrayLike, *, n_threads: int | None = None
-) -> npt.NDArray[np.int32]:
+) -> Ints:
     """Return the center of each region: its cell nearest to the mean of its cells' positions.
 
     The mean is weighted by the measures (the plain mean where all are 0), and may lie off the

@@ -7,6 +7,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Bytes, Ints
 from .._validate import checked_any_labels, checked_choice
 from ..adapters.convert import as_cells
 from ..adapters.results import NO_COLOR, Results, put_results
@@ -92,7 +93,7 @@ def attach_labels(
     put_results(target, Results(name, checked, shades, on_points=of_vertices or are_points))
 
 
-def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> npt.NDArray[np.int32]:
+def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
     """Any numbers that fit; never the caller's own array."""
     array = checked_any_labels(labels, n_rows)
     limits = np.iinfo(np.int32)
@@ -102,11 +103,8 @@ def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> npt.NDArray[np.int32
 
 
 def _checked_colors(
-    cells: AnyCells,
-    labels: npt.NDArray[np.int32],
-    colors: bool | npt.ArrayLike,
-    of_vertices: bool,
-) -> npt.NDArray[np.uint8] | None:
+    cells: AnyCells, labels: Ints, colors: bool | npt.ArrayLike, of_vertices: bool
+) -> Bytes | None:
     """Colors as given, or those that are made for regions of cells; None where none are wanted."""
     if colors is False:
         return None

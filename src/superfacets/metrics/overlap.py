@@ -10,6 +10,7 @@ from typing import NamedTuple, Protocol, TypeAlias, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_complete
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -28,9 +29,7 @@ __all__ = [
     "undersegmentation_error",
 ]
 
-Floats = npt.NDArray[np.float64]
 Cells: TypeAlias = MeshLike | CellGraph
-Ints = npt.NDArray[np.int32]
 
 # A table of all pairs of labels is no larger than so many times the number of faces; else the
 # pairs are sorted.

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .._validate import checked_classes, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
@@ -20,8 +21,6 @@ __all__ = ["transfer"]
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Of the largest coordinate: how far centroids may lie beside the faces that they are of."""
-
-Ints = npt.NDArray[np.int32]
 
 
 def transfer(
@@ -93,7 +92,7 @@ def transfer(
     goal = _as_target(target)
     limit += _ROUNDING * float(np.abs(source.bounds).max())
 
-    def labels_at(points: npt.NDArray[np.float64]) -> Ints:
+    def labels_at(points: Floats) -> Ints:
         nearest, _, _ = kind_of(source).nearest(source, points, limit, threads)
         return np.append(given, np.int32(-1))[nearest]  # -1 stays -1
 
