@@ -15,6 +15,7 @@ CORE = ROOT / "src" / "core"
 PYTHON_LAYERS = [
     "_core",
     "errors",
+    "_types",
     "_memory",
     "_timing",
     "_validate",

@@ -75,11 +75,11 @@ def test_sides_of_arcs_changed_after_the_check_change_nothing(graph):
 def test_labels_seeds_and_centers_are_copies():
     mesh = shapes.bumpy_sheet(8)
     graph = sf.build_face_graph(mesh).with_weights(np.ones(sf.build_face_graph(mesh).n_arcs))
-    from superfacets._validate import checked_labels, checked_seeds, compact_labels
+    from superfacets._validate import checked_partial_labels, checked_seeds, compact_partial_labels
 
     for dtype in (np.int32, np.int64):
         labels = np.arange(mesh.n_faces, dtype=dtype)
-        for check in (checked_labels, compact_labels):
+        for check in (checked_partial_labels, compact_partial_labels):
             assert not np.shares_memory(check(labels, mesh.n_faces)[0], labels)
         assert not np.shares_memory(checked_seeds(labels, mesh.n_faces), labels)
     assert sf.classify(graph, np.array([0, 5], np.int32)).centers.tolist() == [0, 5]

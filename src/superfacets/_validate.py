@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
+from ._types import Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
@@ -39,7 +40,7 @@ MAX_THREADS_PER_CORE = 4
 take four times as long as two."""
 
 
-def exact_array(array: Any, dtype: Any) -> npt.NDArray[Any]:
+def exact_array(array: Any, dtype: Any) -> Array:
     """An array as the core takes it: of one type, contiguous, and aligned.
 
     Views of bytes, of a file say, are contiguous too, but may begin anywhere.
@@ -47,18 +48,18 @@ def exact_array(array: Any, dtype: Any) -> npt.NDArray[Any]:
     return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
 
 
-def exact_doubles(array: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+def exact_doubles(array: Array) -> Floats:
     """Numbers as float64, exact as `exact_array` makes them, infinite where they are too large.
 
     A file that shrinks while it is mapped ends the process that reads it: such memory is copied.
     """
     # A signaling NaN, or a longdouble beyond float64, is found by the checks that follow.
     with np.errstate(over="ignore", invalid="ignore"):
-        doubles: npt.NDArray[np.float64] = exact_array(array, np.float64)
+        doubles: Floats = exact_array(array, np.float64)
     return doubles.copy() if _is_mapped(doubles) else doubles
 
 
-def _is_mapped(array: npt.NDArray[Any]) -> bool:
+def _is_mapped(array: Array) -> bool:
     """Whether the memory of an array is mapped from a file, if its owner shows that."""
     owner: Any = array
     while isinstance(owner, np.ndarray):
@@ -66,12 +67,12 @@ def _is_mapped(array: npt.NDArray[Any]) -> bool:
     return isinstance(owner.obj if isinstance(owner, memoryview) else owner, mmap.mmap)
 
 
-def owned(array: npt.NDArray[Any], dtype: Any) -> npt.NDArray[Any]:
+def owned(array: Array, dtype: Any) -> Array:
     """A copy of an array, which no one else can change after it was checked."""
     return np.array(array, dtype=dtype, order="C")
 
 
-def owned_indices(array: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
+def owned_indices(array: Array) -> Ints:
     """A copy of integers as int32, as from `owned`; -1 for those that do not fit."""
     # Numbers of 2**63 or more become negative here, and do not fit either.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
@@ -94,7 +95,7 @@ def restored(state: Any, names: Sequence[str]) -> list[Any]:
     return [state[name] for name in names]
 
 
-def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
+def freeze(instance: object, **arrays: Array) -> None:
     """Set fields of a frozen dataclass to views that cannot be written through.
 
     The caller's own arrays stay writable.
@@ -107,7 +108,7 @@ def freeze(instance: object, **arrays: npt.NDArray[Any]) -> None:
 
 def checked_mesh(
     vertices: Any, faces: Any, *, are_new: bool = False
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+) -> tuple[Floats, Ints, Floats]:
     """Vertices, faces, and the bounding box (2, 3) of the vertices used; a MeshError if wrong.
 
     Arrays that are new, as a reader has just made them, are nobody else's and need no copy.
@@ -124,9 +125,7 @@ def checked_mesh(
 
 def checked_polygons(
     vertices: Any, offsets: Any, indices: Any, *, are_new: bool = False
-) -> tuple[
-    npt.NDArray[np.float64], npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float64]
-]:
+) -> tuple[Floats, Longs, Ints, Floats]:
     """Vertices, offsets, corners and the bounding box as `checked_mesh`; a MeshError if wrong."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
@@ -141,9 +140,7 @@ def checked_polygons(
     return points, starts, corners, box
 
 
-def checked_tets(
-    vertices: Any, tets: Any
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32], npt.NDArray[np.float64]]:
+def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
     """Vertices, tetrahedra, and the bounding box as `checked_mesh`; a MeshError if wrong."""
     points = _point_array(vertices)
     given = _numeric_array(tets, "tets")
@@ -165,7 +162,7 @@ def checked_tets(
     return points, corners, box
 
 
-def checked_mask(mask: Any, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
+def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
     """One bool per cell; all are True where None is given."""
     if mask is None:
         return np.ones(n_cells, dtype=bool)
@@ -177,7 +174,7 @@ def checked_mask(mask: Any, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
     return array
 
 
-def polygon_arrays(faces: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def polygon_arrays(faces: Any) -> tuple[Array, Array]:
     """Offsets and corners of faces given as rows of an array, or as lists of vertices."""
     array = faces if isinstance(faces, np.ndarray) else None
     if array is None or array.dtype == object:
@@ -192,7 +189,7 @@ def polygon_arrays(faces: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
     return np.arange(len(array) + 1) * array.shape[1], array.ravel()
 
 
-def _row_of_integers(value: Any, name: str) -> npt.NDArray[Any]:
+def _row_of_integers(value: Any, name: str) -> Array:
     array = _numeric_array(value, name)
     if array.ndim != 1:
         raise MeshError(f"{name} must be one-dimensional, got shape {array.shape}")
@@ -201,7 +198,7 @@ def _row_of_integers(value: Any, name: str) -> npt.NDArray[Any]:
     return array
 
 
-def _check_offsets(offsets: npt.NDArray[np.int64], n_corners: int) -> None:
+def _check_offsets(offsets: Longs, n_corners: int) -> None:
     """Raise a MeshError if they do not cut the corners into faces of three and more."""
     if len(offsets) < 2:
         raise MeshError("the mesh has no faces")
@@ -218,9 +215,7 @@ def _check_offsets(offsets: npt.NDArray[np.int64], n_corners: int) -> None:
         raise MeshError(f"faces[{face}] has {sizes[face]} corners: a face needs at least 3")
 
 
-def _checked_corners(
-    points: npt.NDArray[np.float64], corners: npt.NDArray[np.int32]
-) -> tuple[int | None, npt.NDArray[np.float64]]:
+def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
     """The first corner that is no vertex, and the box of the vertices that corners use."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
@@ -233,7 +228,7 @@ def _checked_corners(
     return None, box
 
 
-def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
+def _point_array(vertices: Any) -> Floats:
     """Vertex positions as a contiguous (V, 3) float64 array; a MeshError if they are not valid."""
     array = _numeric_array(vertices, "vertices")
     if array.ndim != 2 or array.shape[1] != 3:
@@ -243,7 +238,7 @@ def _point_array(vertices: Any) -> npt.NDArray[np.float64]:
     return exact_doubles(array)
 
 
-def _corner_array(faces: Any) -> npt.NDArray[Any]:
+def _corner_array(faces: Any) -> Array:
     """Triangles as an (F, 3) array of integers, in the type given."""
     array = _numeric_array(faces, "faces")
     if array.size == 0:
@@ -268,12 +263,7 @@ def raise_index_error(face: int, vertex: int, n_vertices: int) -> None:
     )
 
 
-def check_extent(
-    low: npt.NDArray[np.float64],
-    high: npt.NDArray[np.float64],
-    what: str = "faces lie",
-    whole: str = "mesh",
-) -> None:
+def check_extent(low: Floats, high: Floats, what: str = "faces lie", whole: str = "mesh") -> None:
     """Raise a MeshError if the used vertices coincide, or their range is too small or too large."""
     if np.array_equal(low, high):
         raise MeshError(f"all {what} at one point: the bounding box has no size")
@@ -286,14 +276,14 @@ def check_extent(
         )
 
 
-def is_extent_valid(bounds: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
+def is_extent_valid(bounds: Floats) -> Bools:
     """Whether each box, (K, 2, 3), has a size that a mesh may have: (K,)."""
     with np.errstate(over="ignore"):
         sizes = (bounds[:, 1] - bounds[:, 0]).max(axis=1)
     return np.asarray((sizes >= EXTENT_RANGE[0]) & (sizes <= EXTENT_RANGE[1]))
 
 
-def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
+def _numeric_array(value: Any, name: str) -> Array:
     refuse_mask(value, name, MeshError)
     try:
         array = np.asarray(value)
@@ -304,7 +294,7 @@ def _numeric_array(value: Any, name: str) -> npt.NDArray[Any]:
     return array
 
 
-def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+def checked_points(points: Any) -> tuple[Floats, Floats]:
     """Points (N, 3) as float64 and their bounding box (2, 3); a MeshError if they are wrong."""
     given = _rows(points, "points")
     if not len(given):
@@ -321,12 +311,12 @@ def checked_points(points: Any) -> tuple[npt.NDArray[np.float64], npt.NDArray[np
     return array, box
 
 
-def check_spread(bounds: npt.NDArray[np.float64]) -> None:
+def check_spread(bounds: Floats) -> None:
     """Raise a MeshError if all points of a cloud lie at one place."""
     check_extent(bounds[0], bounds[1], "points lie", "cloud")
 
 
-def checked_queries(points: Any) -> npt.NDArray[np.float64]:
+def checked_queries(points: Any) -> Floats:
     """Points (M, 3) as float64, M >= 0; a MeshError if they are wrong."""
     array = exact_doubles(_rows(points, "points"))
     if not np.isfinite(array).all():
@@ -337,7 +327,7 @@ def checked_queries(points: Any) -> npt.NDArray[np.float64]:
     return array
 
 
-def checked_normals(normals: Any, n_points: int, first: int = 0) -> npt.NDArray[np.float64]:
+def checked_normals(normals: Any, n_points: int, first: int = 0) -> Floats:
     """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong.
 
     `first` is the number of the first one.
@@ -352,7 +342,7 @@ def checked_normals(normals: Any, n_points: int, first: int = 0) -> npt.NDArray[
     return array
 
 
-def checked_colors(colors: Any, n_points: int) -> npt.NDArray[np.float32]:
+def checked_colors(colors: Any, n_points: int) -> Singles:
     """Red, green and blue of each point from 0 to 1, (N, 3) float32; a MeshError if wrong."""
     array = _numeric_array(colors, "colors")
     if array.ndim != 2 or array.shape[0] != n_points or array.shape[1] not in (3, 4):
@@ -370,7 +360,7 @@ def checked_colors(colors: Any, n_points: int) -> npt.NDArray[np.float32]:
     return shades
 
 
-def _rows(value: Any, name: str, n_rows: int | None = None) -> npt.NDArray[Any]:
+def _rows(value: Any, name: str, n_rows: int | None = None) -> Array:
     """An array of numbers of shape (N, 3)."""
     array = _numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
@@ -379,12 +369,12 @@ def _rows(value: Any, name: str, n_rows: int | None = None) -> npt.NDArray[Any]:
     return array
 
 
-def _raise_not_finite(rows: npt.NDArray[np.float64], name: str, first: int = 0) -> None:
+def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
     wrong = int(np.argmin(np.isfinite(rows).all(axis=1)))
     raise MeshError(f"{name}[{first + wrong}] is not finite: {rows[wrong].tolist()}")
 
 
-def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def checked_bounds(bounds: Any, positions: Floats) -> Floats:
     """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
@@ -394,7 +384,7 @@ def checked_bounds(bounds: Any, positions: npt.NDArray[np.float64]) -> npt.NDArr
     return array
 
 
-def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
+def checked_positions(positions: Any) -> Floats:
     """Cell positions as a contiguous (N, 3) float64 array, N >= 1."""
     array = exact_doubles(_numeric_array(positions, "positions"))
     if array.ndim != 2 or array.shape[1] != 3 or not 1 <= len(array) <= MAX_CELLS:
@@ -411,9 +401,7 @@ def checked_positions(positions: Any) -> npt.NDArray[np.float64]:
     return array
 
 
-def checked_nonnegative_array(
-    value: Any, n: int, name: str, per: str, n_threads: int
-) -> npt.NDArray[np.float64]:
+def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads: int) -> Floats:
     """A contiguous (n,) float64 array of finite numbers >= 0."""
     refuse_mask(value, name)
     array = np.asarray(value)
@@ -434,9 +422,7 @@ def checked_nonnegative_array(
     return array
 
 
-def checked_arcs(
-    offsets: Any, neighbors: Any, n_cells: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> tuple[Longs, Ints]:
     """Arcs in CSR form, as (N + 1,) int64 offsets and (M,) int32 neighbors."""
     starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 or more: negative
     targets = owned_indices(_integer_array(neighbors, "neighbors"))
@@ -449,7 +435,7 @@ def checked_arcs(
     return starts, targets
 
 
-def checked_angles(angles: Any, n_arcs: int) -> npt.NDArray[np.float64]:
+def checked_angles(angles: Any, n_arcs: int) -> Floats:
     """One angle per arc, (M,) float64, from -pi to pi."""
     array = owned(_numeric_array(angles, "angles"), np.float64)
     if array.shape != (n_arcs,):
@@ -463,7 +449,7 @@ def checked_angles(angles: Any, n_arcs: int) -> npt.NDArray[np.float64]:
     return array
 
 
-def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.int32]:
+def checked_sides(sides: Any, offsets: Longs) -> Ints:
     """One side >= 0 per arc, (M,) int32, ascending for the arcs of each cell."""
     array = owned_indices(_integer_array(sides, "sides"))
     if len(array) != offsets[-1]:
@@ -476,7 +462,7 @@ def checked_sides(sides: Any, offsets: npt.NDArray[np.int64]) -> npt.NDArray[np.
     return array
 
 
-def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArray[np.int32]:
+def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
     """Distinct cells as a (K,) int32 array, K >= 1."""
     given = _integer_array(seeds, name)
     array = owned_indices(given)
@@ -491,9 +477,7 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> npt.NDArra
     return array
 
 
-def checked_region_centers(
-    centers: npt.ArrayLike, labels: npt.NDArray[np.int32], n_regions: int
-) -> npt.NDArray[np.int32]:
+def checked_region_centers(centers: npt.ArrayLike, labels: Ints, n_regions: int) -> Ints:
     """One cell of each region, in the order of the labels, as (K,) int32; a ValueError if not."""
     cells = checked_seeds(centers, len(labels))
     if len(cells) != n_regions:
@@ -506,7 +490,7 @@ def checked_region_centers(
     return cells
 
 
-def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int32]:
+def checked_edges(edges: Any, n_vertices: int, name: str) -> Ints:
     """Pairs of vertices as an (E, 2) int32 array."""
     given = np.asarray(edges)
     if given.ndim != 2 or given.shape[1] != 2:
@@ -520,33 +504,19 @@ def checked_edges(edges: Any, n_vertices: int, name: str) -> npt.NDArray[np.int3
     return flat.reshape(-1, 2)
 
 
-def checked_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels as an (N,) int32 array, and their number K; each of 0..K-1 must occur."""
-    given = _integer_array(labels, "labels")
-    if len(given) != n_cells:
-        raise ValueError(f"there are {len(given)} labels for {n_cells} faces")
-    array = owned_indices(given)
-    if array.min() < 0 or array.max() >= n_cells:
-        place = int(np.argmax((array < 0) | (array >= n_cells)))
-        raise ValueError(f"labels[{place}] is {given[place]}; labels are 0..K-1, K <= {n_cells}")
-    counts = np.bincount(array)
-    if not counts.all():
-        raise ValueError(f"no face has label {int(np.argmin(counts))}")
-    return array, len(counts)
-
-
 def checked_partial_labels(
-    labels: Any, n_cells: int, name: str = "labels"
-) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels as an (N,) int32 array, -1 for cells in no region, and the number K of regions.
+    labels: Any, n_cells: int, name: str = "labels", *, least: int = -1
+) -> tuple[Ints, int]:
+    """Labels as an (N,) int32 array, and the number K of regions.
 
-    Each of 0..K-1 must occur.
+    Each of 0..K-1 must occur. -1 stands for no region, and is refused if the least label is 0.
     """
     given = _row_of_labels(labels, n_cells, name)
-    is_wrong = (given < -1) | (given >= n_cells)
+    is_wrong = (given < least) | (given >= n_cells)
     if is_wrong.any():
         place = int(np.argmax(is_wrong))
-        raise ValueError(f"{name}[{place}] is {given[place]}; labels are -1..K-1, K <= {n_cells}")
+        allowed = f"labels are {least}..K-1, K <= {n_cells}"
+        raise ValueError(f"{name}[{place}] is {given[place]}; {allowed}")
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
@@ -554,7 +524,7 @@ def checked_partial_labels(
     return array, len(counts)
 
 
-def checked_regions(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
+def checked_regions(labels: Any, n_cells: int) -> tuple[Ints, int]:
     """Labels as `checked_partial_labels`, of one region at least."""
     array, n_regions = checked_partial_labels(labels, n_cells)
     if not n_regions:
@@ -562,7 +532,7 @@ def checked_regions(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], i
     return array, n_regions
 
 
-def checked_classes(labels: Any, n_cells: int, name: str) -> npt.NDArray[np.int32]:
+def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
     """Labels that may have gaps as an (N,) int32 array: 0 and up, or -1 where there is none."""
     given = _row_of_labels(labels, n_cells, name)
     array = given.astype(np.int32, order="C")  # a copy
@@ -573,78 +543,54 @@ def checked_classes(labels: Any, n_cells: int, name: str) -> npt.NDArray[np.int3
     return array
 
 
-def _row_of_labels(labels: Any, n_cells: int, name: str) -> npt.NDArray[Any]:
+def _row_of_labels(labels: Any, n_cells: int, name: str) -> Array:
     given = _integer_array(labels, name)
     if len(given) != n_cells:
         raise ValueError(f"there are {len(given)} {name} for {n_cells} cells")
     return given
 
 
-def checked_face_labels(labels: Any, n_cells: int) -> npt.NDArray[np.int64]:
+def checked_any_labels(labels: Any, n_cells: int) -> Longs:
     """Labels of any numbers as an (N,) int64 array."""
-    given = _integer_array(labels, "labels")
-    if len(given) != n_cells:
-        raise ValueError(f"there are {len(given)} labels for {n_cells} faces")
+    given = _row_of_labels(labels, n_cells, "labels")
     array = owned(given, np.int64)
     if given.dtype.kind == "u" and array.min() < 0:
         raise ValueError("labels must fit in int64")
     return array
 
 
-def compact_labels(labels: Any, n_cells: int) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels of any numbers, renamed to 0..K-1 in their order, and K; for pictures and colors."""
-    array = checked_face_labels(labels, n_cells)
-    if array.min() >= 0 and array.max() < n_cells:  # no need to sort
-        is_used = np.bincount(array) > 0
-        ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
-        return ranks[array], int(ranks[-1]) + 1
-    values, compact = np.unique(array, return_inverse=True)
-    return compact.astype(np.int32), len(values)
+def compact_partial_labels(labels: Any, n_cells: int) -> tuple[Ints, Array]:
+    """Labels of any numbers, checked and renamed as by `ranked_labels`."""
+    return ranked_labels(checked_any_labels(labels, n_cells))
 
 
-def compact_partial_labels(
-    labels: Any, n_cells: int
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
-    """Labels of any numbers, renamed to 0..K-1 in their order, and what those were called, (K,).
-
-    -1 stays: such cells are in no region.
-    """
-    array = checked_face_labels(labels, n_cells)
-    if array.min() >= -1 and array.max() < n_cells:  # no need to sort
-        is_used = np.bincount(array + 1) > 0
-        is_used[0] = False
-        ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
-        ranks[0] = -1
-        return ranks[array + 1], np.flatnonzero(is_used) - 1
-    ids, places = np.unique(array, return_inverse=True)
-    ranks = np.cumsum(ids != -1, dtype=np.int32) - np.int32(1)
-    ranks[ids == -1] = -1
-    return ranks[places], ids[ids != -1]
-
-
-def compact_complete(
-    labels: Any, n_cells: int, name: str = "labels"
-) -> tuple[npt.NDArray[np.int32], int]:
-    """Labels with a region for every cell as by `compact_labels`; a MeshError where one has none.
+def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[Ints, int]:
+    """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError where one is below.
 
     For metrics: cells in no region would count as a region of their own.
     """
-    array = checked_face_labels(labels, n_cells)
+    array = checked_any_labels(labels, n_cells)
     if array.min() < 0:
         place = int(np.argmax(array < 0))
         raise MeshError(
             f"{name}[{place}] is {array[place]}; metrics need each cell in a region, 0 and up"
         )
-    return compact_labels(array, n_cells)
+    ranks, names = ranked_labels(array)
+    return ranks, len(names)
 
 
-def ranked_labels(
-    labels: npt.NDArray[np.integer[Any]],
-) -> tuple[npt.NDArray[np.int32], npt.NDArray[Any]]:
-    """Checked labels renamed to 0..K-1 in their order, -1 as it is, and the K labels that occur."""
-    names, ranks = np.unique(labels, return_inverse=True)
-    has_none = int(names[0] < 0)
-    return (ranks - has_none).astype(np.int32), names[has_none:]
+def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
+    """Labels renamed to 0..K-1 in their order, -1 as it is, and the K labels that occur."""
+    if labels.min() >= -1 and labels.max() < len(labels):  # no need to sort
+        is_used = np.bincount(labels + 1) > 0
+        names, places = np.arange(-1, len(is_used) - 1), labels + 1
+    else:
+        names, places = np.unique(labels, return_inverse=True)
+        is_used = np.ones(len(names), bool)
+    is_used &= names != -1
+    ranks = np.cumsum(is_used, dtype=np.int32) - np.int32(1)
+    ranks[names == -1] = -1
+    return ranks[places], names[is_used]
 
 
 def checked_count(
@@ -740,7 +686,7 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def _integer_array(value: Any, name: str) -> npt.NDArray[Any]:
+def _integer_array(value: Any, name: str) -> Array:
     """A one-dimensional array of integers, in the type given."""
     refuse_mask(value, name)
     array = np.asarray(value)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from . import _core
 from ._options import ISLANDS, Islands
+from ._types import Floats, Ints
 from ._validate import VALUE_RANGE, checked_choice, checked_count, checked_threads
 from .adapters.clouds import CloudLike
 from .adapters.convert import MeshLike, as_cells
@@ -162,7 +163,7 @@ def hierarchy(
     return Hierarchy(wanted, regions, tree.children, tree.costs, found)
 
 
-def _checked_features(table: npt.NDArray[np.float64] | None) -> npt.NDArray[np.float64] | None:
+def _checked_features(table: Floats | None) -> Floats | None:
     """Features whose squares do not overflow; only those that were not scaled could."""
     largest = 0.0 if table is None else float(np.abs(table).max())
     if largest > VALUE_RANGE[1] ** (2 / 3):
@@ -192,7 +193,7 @@ def _finest(source: Any, n: int, weld: bool, options: dict[str, Any]) -> Segment
         return segment(source, n, weld=weld, **options)
 
 
-def _check_sides(regions: npt.NDArray[np.int32], groups: npt.NDArray[np.int32]) -> None:
+def _check_sides(regions: Ints, groups: Ints) -> None:
     """Raise a ValueError if a region has cells of different groups."""
     is_told = (regions >= 0) & (groups != ANY_GROUP)
     group_of = np.full(int(regions.max()) + 1, ANY_GROUP, np.int32)

@@ -14,16 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._options import (
-    INITS,
-    CleanupOptions,
-    Init,
-    Islands,
-    LoopOptions,
-    Progress,
-    SizeOptions,
-)
+from ._options import INITS, CleanupOptions, Init, Islands, LoopOptions, Progress, SizeOptions
 from ._timing import OnStage, timed
+from ._types import Ints
 from ._validate import checked_choice
 from .adapters.clouds import CloudLike
 from .adapters.convert import MeshLike, as_cells
@@ -93,7 +86,7 @@ class Prepared:
     graph: Any
     found: Any
     """Findings of the kind about its cells, for the weights."""
-    order: npt.NDArray[np.int32] | None
+    order: Ints | None
     """Numbers of the cells in the source; None: 0 to N - 1."""
 
     @classmethod
@@ -548,7 +541,7 @@ def _finish(work: _Work) -> _Work:
     return replace(work, result=result)
 
 
-def _in_input_order(result: Segmentation, order: npt.NDArray[np.int32]) -> Segmentation:
+def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
     """The result for cells in the order of the input, of which `order` holds the numbers."""
     labels = np.empty_like(result.labels)
     labels[order] = result.labels

@@ -254,7 +254,7 @@ def test_labels_of_old_faces_go_there_and_back():
 
 def test_wrong_labels_are_refused():
     parts = bisect(shapes.cube(), 0.5)
-    with pytest.raises(ValueError, match=r"there are 3 labels for \d+ faces"):
+    with pytest.raises(ValueError, match=r"there are 3 labels for \d+ cells"):
         parts.labels_back([0, 1, 2])
     with pytest.raises(TypeError, match="labels must be integers"):
         parts.labels_back(np.zeros(parts.mesh.n_faces))

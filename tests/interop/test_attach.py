@@ -210,7 +210,7 @@ def test_cells_without_a_label_are_gray():
 @pytest.mark.parametrize(
     ("change", "error", "message"),
     [
-        ({"labels": [0, 1]}, ValueError, "2 labels for 128 faces"),
+        ({"labels": [0, 1]}, ValueError, "2 labels for 128 cells"),
         ({"labels": np.full(128, 0.5)}, TypeError, "integers"),
         ({"labels": np.full(128, 2**40)}, ValueError, "fit in int32"),
         ({"location": "points"}, ValueError, "128 labels for 81"),

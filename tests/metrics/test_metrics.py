@@ -250,9 +250,9 @@ def test_single_metrics_are_those_of_evaluate():
 def test_what_cannot_be_measured_is_refused():
     mesh = shapes.strip(4)
     flat = Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
-    with pytest.raises(ValueError, match="there are 3 labels for 4 faces"):
+    with pytest.raises(ValueError, match="there are 3 labels for 4 cells"):
         evaluate(mesh, [0, 0, 0])
-    with pytest.raises(ValueError, match="there are 3 labels for 4 faces"):
+    with pytest.raises(ValueError, match="there are 3 labels for 4 cells"):
         evaluate(mesh, [0] * 4, [[0] * 3])
     with pytest.raises(TypeError, match="labels must be integers, got float64"):
         compactness(mesh, [0.5] * 4)

@@ -244,10 +244,10 @@ def test_the_first_view_is_that_of_pictures():
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"labels": [0]}, ValueError, "there are 1 labels for 2 faces"),
-        ({"labels": [[0, 1], [0]]}, ValueError, "there are 1 labels for 2 faces"),
+        ({"labels": [0]}, ValueError, "there are 1 labels for 2 cells"),
+        ({"labels": [[0, 1], [0]]}, ValueError, "there are 1 labels for 2 cells"),
         ({"labels": [0.5, 1]}, TypeError, "labels must be integers"),
-        ({"ground_truth": [0, 1, 2]}, ValueError, "there are 3 labels for 2 faces"),
+        ({"ground_truth": [0, 1, 2]}, ValueError, "there are 3 labels for 2 cells"),
         ({"features": {"a": [1, 2, 3]}}, ValueError,
          r"feature 'a' must have a value per cell, 2, got shape \(3,\)"),
         ({"labels": [0, 0], "features": {"a": []}}, ValueError,

@@ -39,6 +39,7 @@ def test_the_mesh_is_as_in_the_file(client, sheet):
     )
     corners = arrays["positions"][arrays["triangles"]] + header["center"]
     assert np.allclose(corners, mesh.vertices[mesh.faces], atol=1e-6)
+    assert header["palette"] == PALETTE.tolist()  # regions look as in pictures
     assert arrays["areas"].sum() == pytest.approx(client.document().areas.sum())
 
 

@@ -19,7 +19,7 @@ from superfacets import (
     build_face_graph,
     superfacet_weights,
 )
-from superfacets.study.baselines import normalized_cuts, spectral_embedding
+from superfacets.study.baselines import affinity_embedding, normalized_cuts
 from superfacets.study.baselines.spectral import _discretize, _leading_eigenvectors
 
 REACHES = [None, 3.0]
@@ -159,7 +159,7 @@ def test_eigenvalues_are_those_of_the_affinities(sheet, sheet_graph):
     affinities = np.exp(-lengths / width)
     scale = 1 / np.sqrt(affinities.sum(axis=1))
     expected = np.linalg.eigvalsh(scale[:, None] * affinities * scale)[::-1][:20]
-    embedding = spectral_embedding(sheet, 20)
+    embedding = affinity_embedding(sheet, 20)
     assert embedding.params["sigma_length"] == pytest.approx(width)
     assert embedding.eigenvalues == pytest.approx(expected, abs=1e-5)
 
@@ -202,7 +202,7 @@ def test_regions_are_compact(sheet, reach):
 
 def test_an_embedding_serves_every_number_of_regions():
     mesh = shapes.bumpy_sheet(8)  # all eigenvectors come at once, whatever their number
-    embedding = spectral_embedding(mesh, 30)
+    embedding = affinity_embedding(mesh, 30)
     assert embedding.n_vectors == 30
     for k in (1, 7, 30):
         result = embedding.segment(k)
@@ -247,7 +247,7 @@ def test_faces_without_neighbors_are_regions_of_their_own(reach):
     mesh = shapes.soup(shapes.cube())
     result = normalized_cuts(mesh, 5, weld=False, reach=reach)
     assert result.labels.tolist() == list(range(12))
-    embedding = spectral_embedding(mesh, 5, weld=False, reach=reach)
+    embedding = affinity_embedding(mesh, 5, weld=False, reach=reach)
     assert embedding.eigenvalues.tolist() == [1.0] * 12
 
 

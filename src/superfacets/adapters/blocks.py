@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array
 from .._validate import polygon_arrays
 from ..errors import MeshError
 from ..mesh.faces import FaceMesh
@@ -70,7 +70,7 @@ def mesh_of_blocks(source: Any) -> FaceMesh | TetMesh:
     return PolygonMesh(source.points, np.concatenate([[0], np.cumsum(sizes)]), corners)
 
 
-def _faces_of(block: Any) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def _faces_of(block: Any) -> tuple[Array, Array]:
     """Offsets and corners of the faces of a block, without the nodes on their edges."""
     n_corners = _FACES[block.type]
     if n_corners is None:

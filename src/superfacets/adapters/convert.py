@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Array
 from ..errors import MeshError
 from ..mesh.cells import Cells
 from ..mesh.faces import AnyCells, FaceMesh
@@ -240,9 +241,9 @@ def _faces_of_polydata(source: Any) -> Any:
     return _faces_in_turn(flat)
 
 
-def _faces_in_turn(flat: npt.NDArray[Any]) -> list[npt.NDArray[Any]]:
+def _faces_in_turn(flat: Array) -> list[Array]:
     """Faces that differ in length; each begins where the one before it ends."""
-    faces: list[npt.NDArray[Any]] = []
+    faces: list[Array] = []
     place = 0
     while place < len(flat):
         end = place + 1 + int(flat[place])

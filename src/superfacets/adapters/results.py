@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Bytes, Ints
 from .blocks import cell_blocks, has_blocks
 
 __all__ = ["NO_COLOR", "Results", "first_face", "put_results"]
@@ -22,14 +22,14 @@ class Results:
     """One label, and a color if there are any, per cell or per point of a target."""
 
     name: str
-    labels: npt.NDArray[np.int32]  # -1: no label
-    colors: npt.NDArray[np.uint8] | None  # (n, 3)
+    labels: Ints  # -1: no label
+    colors: Bytes | None  # (n, 3)
     on_points: bool  # of vertices, or of a point cloud; otherwise of faces or tetrahedra
 
     @property
-    def arrays(self) -> dict[str, tuple[npt.NDArray[Any], Any]]:
+    def arrays(self) -> dict[str, tuple[Array, Any]]:
         """By name the array, and what cells have that are not among those segmented."""
-        named: dict[str, tuple[npt.NDArray[Any], Any]] = {self.name: (self.labels, -1)}
+        named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
         return named
@@ -75,7 +75,7 @@ def first_face(target: Any) -> int:
     return int(target.n_verts + target.n_lines) if hasattr(target, "verts") else 0
 
 
-def _filled(n_rows: int, values: npt.NDArray[Any], nothing: Any) -> npt.NDArray[Any]:
+def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
     """An array of rows as those of `values`, all of which say that there is nothing."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
@@ -112,7 +112,7 @@ def _put_tensors(attributes: Any, results: Results) -> None:
     """Write to a map of tensors, beside which new ones are made of the class of an old one."""
     old = next(iter(dict(attributes.items()).values()))
 
-    def tensor(array: npt.NDArray[Any]) -> Any:
+    def tensor(array: Array) -> Any:
         return type(old)(np.ascontiguousarray(array), device=old.device)
 
     attributes[results.name] = tensor(results.labels)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Floats, Ints, Longs, Singles
 from .._validate import (
     checked_angles,
     checked_arcs,
@@ -60,13 +61,13 @@ class ArcMeasures:
         If an array has the wrong shape, type or values; shapes are checked by `CellGraph`.
     """
 
-    border_lengths: npt.NDArray[np.float64]
-    step_lengths: npt.NDArray[np.float64] | None = None
-    angles: npt.NDArray[np.float64] | None = None
-    sides: npt.NDArray[np.int32] | None = None
-    open_lengths: npt.NDArray[np.float64] | None = None
+    border_lengths: Floats
+    step_lengths: Floats | None = None
+    angles: Floats | None = None
+    sides: Ints | None = None
+    open_lengths: Floats | None = None
 
-    def checked(self, offsets: npt.NDArray[np.int64], n_arcs: int, n_threads: int) -> ArcMeasures:
+    def checked(self, offsets: Longs, n_arcs: int, n_threads: int) -> ArcMeasures:
         """Return the measures as the core takes them, for a graph with these arcs."""
         n_cells = len(offsets) - 1
         checked = object.__new__(ArcMeasures)
@@ -93,11 +94,11 @@ class ArcMeasures:
 class Arcs:
     """The common part of the graphs of all kinds: cells, and arcs between them in CSR form."""
 
-    positions: npt.NDArray[np.float64]  # (N, 3)
-    measures: npt.NDArray[np.float64]  # (N,)
-    offsets: npt.NDArray[np.int64]  # (N + 1,)
-    neighbors: npt.NDArray[np.int32]  # (M,)
-    bounds: npt.NDArray[np.float64]  # (2, 3)
+    positions: Floats  # (N, 3)
+    measures: Floats  # (N,)
+    offsets: Longs  # (N + 1,)
+    neighbors: Ints  # (M,)
+    bounds: Floats  # (2, 3)
 
     @property
     def n_cells(self) -> int:
@@ -115,13 +116,11 @@ class Arcs:
         return box_diagonal(self.bounds)
 
     @property
-    def arcs(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    def arcs(self) -> tuple[Longs, Ints]:
         """Offsets and neighbors."""
         return self.offsets, self.neighbors
 
-    def quantized(
-        self, weights: npt.ArrayLike, n_threads: int
-    ) -> tuple[npt.NDArray[np.float32], float]:
+    def quantized(self, weights: npt.ArrayLike, n_threads: int) -> tuple[Singles, float]:
         """Return weights of the arcs as `CellGraph.lengths`, and the unit of these."""
         checked_measures(self.measures, self.n_cells, n_threads)
         return _core.quantize_weights(checked_weights(weights, self.n_arcs, n_threads), n_threads)
@@ -187,13 +186,13 @@ class CellGraph(Arcs):
     array([1., 1., 2., 2.], dtype=float32)
     """
 
-    positions: npt.NDArray[np.float64]
-    measures: npt.NDArray[np.float64]
-    offsets: npt.NDArray[np.int64]
-    neighbors: npt.NDArray[np.int32]
-    weights: npt.NDArray[np.float64]
-    bounds: npt.NDArray[np.float64] = None  # type: ignore[assignment]  # set in __post_init__
-    lengths: npt.NDArray[np.float32] = field(init=False, repr=False)
+    positions: Floats
+    measures: Floats
+    offsets: Longs
+    neighbors: Ints
+    weights: Floats
+    bounds: Floats = None  # type: ignore[assignment]  # set in __post_init__
+    lengths: Singles = field(init=False, repr=False)
     unit: float = field(init=False, repr=False)
     weight_unit: float = field(default=1.0, kw_only=True)
     arc_measures: ArcMeasures | None = field(default=None, kw_only=True, repr=False)
@@ -256,19 +255,17 @@ class CellGraph(Arcs):
         return f"CellGraph({self.n_cells} cells, {self.n_arcs} arcs)"
 
 
-def checked_measures(
-    measures: npt.ArrayLike, n_cells: int, n_threads: int
-) -> npt.NDArray[np.float64]:
+def checked_measures(measures: npt.ArrayLike, n_cells: int, n_threads: int) -> Floats:
     """One measure per cell, finite and >= 0."""
     return checked_nonnegative_array(measures, n_cells, "measures", "cell", n_threads)
 
 
-def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> npt.NDArray[np.float64]:
+def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floats:
     """One weight per arc, finite and >= 0."""
     return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
 
 
-def owned_weights(weights: npt.ArrayLike) -> npt.NDArray[Any]:
+def owned_weights(weights: npt.ArrayLike) -> Array:
     """A copy, so that lengths are made of the weights that were checked."""
     refuse_mask(weights, "weights")
     return owned(np.asarray(weights), None)
@@ -284,7 +281,7 @@ def checked_graph(graph: object) -> CellGraph:
     )
 
 
-def box_diagonal(bounds: npt.NDArray[np.float64]) -> float:
+def box_diagonal(bounds: Floats) -> float:
     """Length of the diagonal of a box given by its low and high corner, shape (2, 3)."""
     x, y, z = (bounds[1] - bounds[0]).tolist()
     return math.sqrt(x * x + y * y + z * z)

@@ -9,12 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import (
-    checked_edges,
-    checked_mask,
-    checked_seeds,
-    refuse_mask,
-)
+from .._types import Array, Bools, Ints, Longs
+from .._validate import checked_edges, checked_mask, checked_seeds, refuse_mask
 from ..mesh.faces import ends_of_sides, face_sizes
 from .face_graph import FaceGraph
 from .surface import Surface
@@ -26,9 +22,6 @@ ANY_GROUP = -1
 
 NO_GROUPS = np.empty(0, np.int32)
 """In the place of groups where any cells may come together."""
-
-Ints = npt.NDArray[np.int32]
-Bools = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -97,8 +90,8 @@ class Cut:
 
     n_whole: int
     cells: Ints
-    arcs: npt.NDArray[np.int64]
-    offsets: npt.NDArray[np.int64]
+    arcs: Longs
+    offsets: Longs
     neighbors: Ints
     groups: Ints
 
@@ -147,7 +140,7 @@ class Cut:
         return whole
 
 
-def in_order(values: npt.NDArray[Any], order: Ints | None) -> npt.NDArray[Any]:
+def in_order(values: Array, order: Ints | None) -> Array:
     """Values of cells in another order, which holds the numbers that cells had; None: the same."""
     return values if order is None else values[order]
 
@@ -204,7 +197,7 @@ def _crossed_by(
     return np.asarray(is_crossed[starts[sources] + graph.sides])
 
 
-def _names_of(edges: Ints) -> npt.NDArray[np.int64]:
+def _names_of(edges: Ints) -> Longs:
     """One number for each edge, (n, 2), whichever way it leads."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Bytes, Floats, Ints, Longs
 from .._validate import (
     checked_arcs,
     checked_bounds,
@@ -77,13 +78,13 @@ class FaceGraph(Arcs):
         Edges, and those on the boundary, non-manifold and inconsistent.
     """
 
-    positions: npt.NDArray[np.float64]
-    measures: npt.NDArray[np.float64]
-    offsets: npt.NDArray[np.int64]
-    neighbors: npt.NDArray[np.int32]
-    sides: npt.NDArray[Any]
-    same_turn: npt.NDArray[np.uint8]
-    bounds: npt.NDArray[np.float64]
+    positions: Floats
+    measures: Floats
+    offsets: Longs
+    neighbors: Ints
+    sides: Array
+    same_turn: Bytes
+    bounds: Floats
     edge_counts: EdgeCounts
 
     def __post_init__(self) -> None:
@@ -117,7 +118,7 @@ class FaceGraph(Arcs):
         FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
 
     @classmethod
-    def _unchecked(cls, edge_counts: EdgeCounts, **arrays: npt.NDArray[Any]) -> FaceGraph:
+    def _unchecked(cls, edge_counts: EdgeCounts, **arrays: Array) -> FaceGraph:
         """Make a graph of what our own kernels have just made, which needs no check."""
         graph = object.__new__(cls)
         freeze(graph, **arrays)
@@ -189,9 +190,9 @@ def build_face_graph(
 class FaceShapes(NamedTuple):
     """Facts about faces that weights need, and that take memory."""
 
-    normals: npt.NDArray[np.float64] | None
+    normals: Floats | None
     """Unit normals, shape (F, 3), 0 where a face has none; None for polygons."""
-    longest: npt.NDArray[np.float64] | None
+    longest: Floats | None
     """Square of the longest side in each of the core's blocks of triangles."""
 
 
@@ -202,12 +203,7 @@ def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[Fac
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
 
 
-def _graph_of(
-    mesh: FaceMesh,
-    arcs: FoundArcs,
-    positions: npt.NDArray[np.float64],
-    measures: npt.NDArray[np.float64],
-) -> FaceGraph:
+def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floats) -> FaceGraph:
     return FaceGraph._unchecked(
         EdgeCounts(*arcs.counts),
         positions=positions,
@@ -220,9 +216,7 @@ def _graph_of(
     )
 
 
-def arcs_at_borders(
-    mesh: Mesh, labels: npt.NDArray[np.int32], n_threads: int
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.int32]]:
+def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
     """Return arcs of the triangles at borders between labels, in CSR form, and their labels.
 
     Few triangles of a large mesh are at borders, and the graph of these takes a fraction of the

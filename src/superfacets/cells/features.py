@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints
 from .._validate import checked_flag, checked_number, exact_doubles, refuse_mask
 from .cell_graph import CellGraph
 from .kinds import kind_of
@@ -19,8 +20,6 @@ __all__ = ["FEATURE_WEIGHT", "FeatureOptions", "FeatureSteps"]
 FEATURE_WEIGHT = 5.0
 """Default: a step by one standard deviation costs as much as five radii of a region. Of three color
 photographs, smoothed a little, 200 regions find 70 % of the edges at 5, and 71 % at 20."""
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -50,11 +49,7 @@ class FeatureOptions:
         return {"feature_weight": self.weight, "scale_features": self.is_scaled}
 
     def steps(
-        self,
-        source: Any,
-        measures: Floats,
-        n_threads: int,
-        order: npt.NDArray[np.int32] | None = None,
+        self, source: Any, measures: Floats, n_threads: int, order: Ints | None = None
     ) -> FeatureSteps | None:
         """Return features of the cells of a source, or None where there are none to be used.
 
@@ -67,9 +62,7 @@ class FeatureOptions:
             return None
         return FeatureSteps(table, self.weight, n_threads)
 
-    def table(
-        self, source: Any, measures: Floats, order: npt.NDArray[np.int32] | None = None
-    ) -> Floats | None:
+    def table(self, source: Any, measures: Floats, order: Ints | None = None) -> Floats | None:
         """Return features of the cells of a source, (N, F), scaled if asked for; as `steps`."""
         if self.given is None:
             return None

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats
 from .._validate import checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..adapters.convert import MeshLike, as_cells
@@ -252,7 +252,7 @@ _FACTS: dict[str, Callable[[Any, bool], Any]] = {
 """By the name of the kind."""
 
 
-def _count_positions(points: npt.NDArray[np.float64]) -> int:
+def _count_positions(points: Floats) -> int:
     return len(np.unique(_core.weld_vertices(points, checked_threads(None))))
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Bools, Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -56,9 +57,7 @@ __all__ = [
     "register",
 ]
 
-Floats: TypeAlias = npt.NDArray[np.float64]
-Ints: TypeAlias = npt.NDArray[np.int32]
-Arcs: TypeAlias = tuple[npt.NDArray[np.int64], Ints]
+Arcs: TypeAlias = tuple[Longs, Ints]
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 
 
@@ -153,13 +152,13 @@ class Kind:
         raise MeshError(f"{self.plural} cannot be taken apart: only their labels can be written")
 
     def with_corners(
-        self, cells: Any, vertices: Floats, corners: Ints, offsets: npt.NDArray[np.int64],
+        self, cells: Any, vertices: Floats, corners: Ints, offsets: Longs,
         bounds: Floats | None = None,
     ) -> Any:  # fmt: skip
         """Return cells of the same class with these corners; not checked if `bounds` are given."""
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
-    def outside(self, cells: Any, keep: npt.NDArray[np.bool_] | None = None) -> Outside | None:
+    def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
         """Return the faces that are drawn of the cells, or of those to keep; None for points."""
         return None
 
@@ -217,7 +216,7 @@ class _Faces(Kind):
     def corners(self, cells: AnyMesh) -> Corners:
         return corners_of(cells)
 
-    def outside(self, cells: FaceMesh, keep: npt.NDArray[np.bool_] | None = None) -> Outside:
+    def outside(self, cells: FaceMesh, keep: Bools | None = None) -> Outside:
         return Outside(cells, None)
 
 
@@ -263,7 +262,7 @@ class _Tets(Kind):
     def corners(self, cells: TetMesh) -> Corners:
         return corners_of(cells)
 
-    def outside(self, cells: TetMesh, keep: npt.NDArray[np.bool_] | None = None) -> Outside:
+    def outside(self, cells: TetMesh, keep: Bools | None = None) -> Outside:
         return Outside(*cells.boundary(keep))
 
 

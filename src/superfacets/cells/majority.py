@@ -5,16 +5,13 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["weighted_majority"]
+from .._types import Floats, Ints
 
-Ints = npt.NDArray[np.int32]
+__all__ = ["weighted_majority"]
 
 
 def weighted_majority(
-    groups: npt.NDArray[np.integer],
-    labels: Ints,
-    weights: npt.NDArray[np.float64],
-    n_groups: int,
+    groups: npt.NDArray[np.integer], labels: Ints, weights: Floats, n_groups: int
 ) -> Ints:
     """Return the label with the largest sum of weights in each group.
 
@@ -53,12 +50,7 @@ def weighted_majority(
     return winners
 
 
-def _settle(
-    winners: Ints,
-    groups: npt.NDArray[np.integer],
-    labels: Ints,
-    weights: npt.NDArray[np.float64],
-) -> None:
+def _settle(winners: Ints, groups: npt.NDArray[np.integer], labels: Ints, weights: Floats) -> None:
     """Write the label with the most weight into `winners`, for each group that occurs."""
     span = int(labels.max()) + 2  # labels from -1 up; both factors are below 2**31
     keys = groups.astype(np.int64) * span + (labels.astype(np.int64) + 1)

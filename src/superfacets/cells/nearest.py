@@ -6,16 +6,14 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .._validate import checked_number, checked_queries, checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..adapters.convert import MeshLike, as_mesh
-from ..mesh.cells import Cells
-from .cell_graph import CellGraph
 from .kinds import kind_of
 
-__all__ = ["NearestFaces", "checked_distance", "nearest_cells", "nearest_faces", "query_points"]
+__all__ = ["NearestFaces", "checked_distance", "nearest_faces", "query_points"]
 
 
 class NearestFaces(NamedTuple):
@@ -31,9 +29,9 @@ class NearestFaces(NamedTuple):
         The nearest point of that face; NaN where there is none.
     """
 
-    faces: npt.NDArray[np.int32]
-    distances: npt.NDArray[np.float64]
-    points: npt.NDArray[np.float64]
+    faces: Ints
+    distances: Floats
+    points: Floats
 
 
 def nearest_faces(
@@ -86,7 +84,8 @@ def nearest_faces(
     surface = as_mesh(mesh)
     queries = query_points(points)
     limit = checked_distance(max_distance)
-    return nearest_cells(surface, queries, limit, checked_threads(n_threads))
+    found = kind_of(surface).nearest(surface, queries, limit, checked_threads(n_threads))
+    return NearestFaces(*found)
 
 
 def checked_distance(max_distance: Any) -> float:
@@ -96,21 +95,8 @@ def checked_distance(max_distance: Any) -> float:
     return checked_number(max_distance, "max_distance", zero=True)
 
 
-def query_points(points: Any) -> npt.NDArray[np.float64]:
+def query_points(points: Any) -> Floats:
     """Positions, shape (M, 3), of an array or of anything like a cloud; a MeshError if wrong."""
     if isinstance(points, (np.ndarray, list, tuple)):
         return checked_queries(points)
     return checked_queries(as_cloud(points).points)
-
-
-def nearest_cells(
-    cells: Cells | CellGraph,
-    queries: npt.NDArray[np.float64],
-    max_distance: float,
-    n_threads: int,
-) -> NearestFaces:
-    """Find the nearest face, point, or tetrahedron (0 inside of it) to each checked query.
-
-    The cells of a graph are points.
-    """
-    return NearestFaces(*kind_of(cells).nearest(cells, queries, max_distance, n_threads))

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints, Longs, Singles
 from .._validate import checked_count, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -84,20 +85,19 @@ are taken: any one of them has no meaning."""
 
 NO_GROUPS = np.empty(0, np.int32)
 
-Floats = npt.NDArray[np.float64]
-Arcs = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
+Arcs = tuple[Longs, Ints]
 
 
 class Embedding(NamedTuple):
     """Numbers of groups of cells, in which the parts of a shape lie apart."""
 
-    vectors: npt.NDArray[np.float32]
+    vectors: Singles
     """psi, (G, Q): Q may be 0."""
-    logs: npt.NDArray[np.float64] | None
+    logs: Floats | None
     """Logarithm of the thickness of each group, (G,), NaN where it has none; None if none has."""
-    measures: npt.NDArray[np.float64]
+    measures: Floats
     """Of the groups, (G,)."""
-    group_of: npt.NDArray[np.int32]
+    group_of: Ints
     """The group of each cell, (N,); of length 0 where each cell is one by itself."""
     unit: float
     """How many units of length a step has for each unit of distance between its ends."""
@@ -113,7 +113,7 @@ class _Level(NamedTuple):
     conductances: Floats
     measures: Floats
     positions: Floats
-    coarse_of: npt.NDArray[np.int32] | None = None  # the coarse cell of each on the level above
+    coarse_of: Ints | None = None  # the coarse cell of each on the level above
 
 
 def spectral_embedding(
@@ -122,7 +122,7 @@ def spectral_embedding(
     *,
     weld: bool = True,
     n_threads: int | None = None,
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     r"""Return coordinates of each face in which the parts of a shape lie apart.
 
     They are the slowest vibrations of the surface: eigenvectors :math:`L \phi = \lambda A \phi`,
@@ -298,7 +298,7 @@ def _groups(ordered: _core.OrderedGraph, n_threads: int) -> _core.CoarseGraph | 
     return groups if 2 * groups.graph.n_cells <= ordered.n_cells else None  # most are not alone
 
 
-def _unit(level: _Level, vectors: npt.NDArray[np.float32], n_threads: int) -> float:
+def _unit(level: _Level, vectors: Singles, n_threads: int) -> float:
     """The sum of all steps over that of the distances between their ends; 0 if that is 0."""
     none, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, none, table, 1.0, n_threads)
@@ -306,9 +306,7 @@ def _unit(level: _Level, vectors: npt.NDArray[np.float32], n_threads: int) -> fl
     return _core.sum_of(level.steps, n_threads) / total if total > 0.0 else 0.0
 
 
-def _coarser(
-    level: _Level, graph: _core.OrderedGraph, n_threads: int
-) -> tuple[list[_Level], npt.NDArray[np.int32]]:
+def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> tuple[list[_Level], Ints]:
     """Return levels of ever fewer cells, and the first level's cell in the middle of each last."""
     centers = np.arange(len(level.measures), dtype=np.int32)
     levels: list[_Level] = []
@@ -350,11 +348,7 @@ def _per_step(crossed: Floats, steps: Floats) -> Floats:
 
 
 def _thickness(
-    cells: Any,
-    graph: Any,
-    surface: Surface,
-    groups: _core.CoarseGraph | None,
-    centers: npt.NDArray[np.int32],
+    cells: Any, graph: Any, surface: Surface, groups: _core.CoarseGraph | None, centers: Ints
 ) -> Floats | None:
     """Thickness of coarse cells, by rays from their centers; None for cells without normals.
 
@@ -419,7 +413,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
     return next((last for last in range(wanted, len(values)) if is_end(last)), wanted)
 
 
-def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> npt.NDArray[np.float32]:
+def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
     """Bring rows of the last level to the first, level by level."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
@@ -428,12 +422,7 @@ def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> npt.NDAr
     return rows if rows.size else np.zeros((len(levels[0].measures), values.shape[1]), np.float32)
 
 
-def _relaxed(
-    rows: npt.NDArray[np.float32],
-    coarse_of: npt.NDArray[np.int32],
-    level: _Level,
-    n_threads: int,
-) -> npt.NDArray[np.float32]:
+def _relaxed(rows: Singles, coarse_of: Ints, level: _Level, n_threads: int) -> Singles:
     """Copy rows of coarse cells to the cells that these have, and relax them there."""
     n_sweeps = math.ceil(2.0 * math.sqrt(len(coarse_of) / len(rows))) + 2
     copied = np.take(rows, coarse_of, axis=0)

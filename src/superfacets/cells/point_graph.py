@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Floats, Ints, Longs
 from .._validate import check_spread, checked_count, checked_number, checked_threads
 from ..adapters.clouds import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
@@ -43,14 +43,14 @@ thousand of the six nearest neighbors is farther than 3.3."""
 class PointGraph(Arcs):
     """Points as cells, with arcs between near ones. What our own kernel made: not checked."""
 
-    positions: npt.NDArray[np.float64]  # (N, 3)
-    measures: npt.NDArray[np.float64]  # (N,) area around each point
-    normals: npt.NDArray[np.float64]  # (N, 3)
-    offsets: npt.NDArray[np.int64]  # (N + 1,)
-    neighbors: npt.NDArray[np.int32]  # (M,) ascending for each point
-    order: npt.NDArray[np.int32]  # (N,) all cells, near ones after each other
-    bounds: npt.NDArray[np.float64]  # (2, 3)
-    points: npt.NDArray[np.int32] | None = None  # (N,) of the cloud; None if cells are in its order
+    positions: Floats  # (N, 3)
+    measures: Floats  # (N,) area around each point
+    normals: Floats  # (N, 3)
+    offsets: Longs  # (N + 1,)
+    neighbors: Ints  # (M,) ascending for each point
+    order: Ints  # (N,) all cells, near ones after each other
+    bounds: Floats  # (2, 3)
+    points: Ints | None = None  # (N,) of the cloud; None if cells are in its order
 
 
 def find_point_graph(
@@ -209,7 +209,7 @@ def estimate_normals(
     n_neighbors: int = N_AROUND,
     viewpoint: npt.ArrayLike | None = None,
     n_threads: int | None = None,
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     """Return a normal for each point: the direction in which its neighbors vary least.
 
     Normals of neighbors are turned to agree, along a minimum spanning tree of each component of
@@ -268,7 +268,7 @@ def estimate_normals(
     return _turned_to(place, graph)
 
 
-def _turned_to(place: npt.NDArray[np.float64], graph: PointGraph) -> npt.NDArray[np.float64]:
+def _turned_to(place: Floats, graph: PointGraph) -> Floats:
     """The normals, where most of each component point to a place."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
@@ -276,5 +276,5 @@ def _turned_to(place: npt.NDArray[np.float64], graph: PointGraph) -> npt.NDArray
     facing = graph.measures * np.einsum("ij,ij->i", graph.normals, toward)
     lengths = np.sqrt(np.einsum("ij,ij->i", toward, toward))
     np.divide(facing, lengths, out=facing, where=lengths > 0)
-    sums: npt.NDArray[Any] = np.bincount(components, weights=facing, minlength=n_components)
+    sums: Array = np.bincount(components, weights=facing, minlength=n_components)
     return np.where(sums[components] < 0, -1.0, 1.0)[:, None] * graph.normals

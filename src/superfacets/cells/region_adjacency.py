@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Bools, Floats, Ints, Longs, Singles
 from .._validate import checked_choice, checked_region_centers, checked_regions, freeze
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
@@ -24,8 +25,6 @@ from .surface import Surface
 
 __all__ = ["RegionGraph", "region_graph", "region_graph_of"]
 
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int32]
 
 _ROUNDING = 1e-14
 """Of the largest variance of a region, up to which another one is rounding error, as of a plane."""
@@ -95,14 +94,14 @@ class RegionGraph:
     bounds: Floats
     perimeters: Floats
     open_lengths: Floats
-    cell_counts: npt.NDArray[np.int64]
+    cell_counts: Longs
     centers: Ints
     edge_index: Ints
     border_lengths: Floats
     mean_angles: Floats
     max_angles: Floats
     concavities: Floats
-    edge_counts: npt.NDArray[np.int64]
+    edge_counts: Longs
     dimension: int = 2
 
     ARC_VALUES: ClassVar[tuple[str, ...]] = (
@@ -171,12 +170,12 @@ class RegionGraph:
         return _ratio(self.perimeters, self.measures ** ((self.dimension - 1) / self.dimension))
 
     @property
-    def neighbor_counts(self) -> npt.NDArray[np.int64]:
+    def neighbor_counts(self) -> Longs:
         """Number of regions that each touches, shape (K,)."""
         return np.bincount(self.edge_index.ravel(), minlength=self.n_regions)
 
     @property
-    def is_open(self) -> npt.NDArray[np.bool_]:
+    def is_open(self) -> Bools:
         """Whether each region touches the boundary of an open mesh, shape (K,)."""
         return self.open_lengths > 0
 
@@ -188,7 +187,7 @@ class RegionGraph:
         return targets[offsets[region] : offsets[region + 1]]
 
     @cached_property
-    def _both_ways(self) -> tuple[npt.NDArray[np.int64], Ints, npt.NDArray[np.int64]]:
+    def _both_ways(self) -> tuple[Longs, Ints, Longs]:
         """Arcs in both directions in CSR form: offsets, regions they lead to, and which arc."""
         sources, targets = np.concatenate([self.edge_index, self.edge_index[::-1]], axis=1)
         order = np.lexsort((targets, sources))
@@ -196,19 +195,19 @@ class RegionGraph:
         offsets = np.concatenate([[0], np.cumsum(counts)])
         return offsets, targets[order], order % max(self.n_arcs, 1)
 
-    def arc_values(self, name: str) -> npt.NDArray[Any]:
+    def arc_values(self, name: str) -> Array:
         """One of `ARC_VALUES` for each arc, shape (E,); a ValueError if there is no such name."""
         checked_choice(name, "value", self.ARC_VALUES)
         plural = "concavities" if name == "concavity" else f"{name}s"
-        values: npt.NDArray[Any] = getattr(self, plural)
+        values: Array = getattr(self, plural)
         return values
 
-    def table(self) -> dict[str, npt.NDArray[Any]]:
+    def table(self) -> dict[str, Array]:
         """Columns of numbers by name, K rows each, as `to_pandas` and the command show them.
 
         ``area`` is named ``volume`` for tetrahedra.
         """
-        columns: dict[str, npt.NDArray[Any]] = {
+        columns: dict[str, Array] = {
             "region": np.arange(self.n_regions),
             "cell_count": self.cell_counts,
             "area" if self.dimension == 2 else "volume": self.measures,
@@ -277,7 +276,7 @@ class RegionGraph:
         shape = (self.n_regions, self.n_regions)
         return sparse.csr_array((values[arcs], targets, offsets), shape=shape)
 
-    def to_pyg(self) -> dict[str, npt.NDArray[Any]]:
+    def to_pyg(self) -> dict[str, Array]:
         """Return the arrays that a graph of PyTorch Geometric is made of.
 
         ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` is
@@ -377,7 +376,7 @@ def region_graph_of(
     )
     low, high, *arc_values = _core.region_arcs(handle, labels, n_threads)
     border_lengths, mean_angles, concavities, max_angles, edge_counts = arc_values
-    arrays: dict[str, npt.NDArray[Any]] = {
+    arrays: dict[str, Array] = {
         "labels": labels,
         "measures": measures,
         "centroids": centroids,
@@ -424,16 +423,16 @@ def _ratio(above: Floats, below: Floats) -> Floats:
     return quotients
 
 
-def _float32(values: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+def _float32(values: Array) -> Singles:
     with np.errstate(over="ignore"):
         return values.astype(np.float32)
 
 
-def _by_axis(name: str, vectors: Floats) -> dict[str, npt.NDArray[Any]]:
+def _by_axis(name: str, vectors: Floats) -> dict[str, Array]:
     return {f"{name}_{axis}": vectors[:, i] for i, axis in enumerate("xyz")}
 
 
-def _rows(columns: dict[str, npt.NDArray[Any]]) -> list[dict[str, Any]]:
+def _rows(columns: dict[str, Array]) -> list[dict[str, Any]]:
     """One dict of Python's numbers per row."""
     values = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in values]

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
 from .. import _core
 from .._options import SizeOptions
+from .._types import Floats
 from .._validate import checked_count, checked_seeds
 
 __all__ = [
@@ -31,11 +29,7 @@ class RegionSize(NamedTuple):
 
 
 def region_size(
-    options: SizeOptions,
-    measures: npt.NDArray[np.float64],
-    diagonal: float,
-    n_threads: int,
-    dimension: int = 2,
+    options: SizeOptions, measures: Floats, diagonal: float, n_threads: int, dimension: int = 2
 ) -> RegionSize:
     """Return the size of the regions that cells with these measures are to be divided into.
 
@@ -74,9 +68,7 @@ def checked_n_segments(n_segments: int | None, n_cells: int, noun: str = "faces"
     return checked_count(n_segments, "n_segments", n_cells, noun)
 
 
-def radius_of(
-    measures: npt.NDArray[np.float64], n_regions: int, n_threads: int, dimension: int = 2
-) -> float:
+def radius_of(measures: Floats, n_regions: int, n_threads: int, dimension: int = 2) -> float:
     """Return the radius of a disk with the mean area of k regions, sqrt(A / (pi k)).
 
     In a volume that of a ball, the cube root of 3 V / (4 pi k).

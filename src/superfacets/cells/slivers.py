@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats
 from .._validate import checked_threads
 from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 from .face_graph import FaceGraph
@@ -43,11 +43,7 @@ On 11 CAD parts with 150 regions the median compactness is 10.7; subdivided at r
 
 
 def sliver_share(
-    mesh: FaceMesh,
-    faces: FaceGraph,
-    longest: npt.NDArray[np.float64] | None,
-    radius: float,
-    n_threads: int,
+    mesh: FaceMesh, faces: FaceGraph, longest: Floats | None, radius: float, n_threads: int
 ) -> float:
     """Return the share of the area in faces longer than 2 radii and thinner than half of one.
 

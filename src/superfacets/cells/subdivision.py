@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Bytes, Floats, Ints, Longs
 from .._validate import (
     MAX_CELLS,
+    checked_any_labels,
     checked_count,
-    checked_face_labels,
     checked_number,
     checked_threads,
     freeze,
@@ -55,9 +56,9 @@ class Subdivision:
     """
 
     mesh: Mesh
-    sources: npt.NDArray[np.int32]
-    depths: npt.NDArray[np.uint8]
-    cut_areas: npt.NDArray[np.float64] | None = None
+    sources: Ints
+    depths: Bytes
+    cut_areas: Floats | None = None
 
     def __post_init__(self) -> None:
         freeze(self, sources=self.sources, depths=self.depths)
@@ -69,7 +70,7 @@ class Subdivision:
         """Number of faces of the old mesh."""
         return int(self.sources[-1]) + 1
 
-    def labels_back(self, labels: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    def labels_back(self, labels: npt.ArrayLike) -> Longs:
         """Return labels of the old faces: for each the label with the most area in it.
 
         Areas are compared exactly, as the powers of two that bisection makes of them (but for
@@ -100,7 +101,7 @@ class Subdivision:
         >>> halves.mesh.n_faces, halves.labels_back([7, 3])
         (2, array([3]))
         """
-        given = checked_face_labels(labels, len(self.sources))
+        given = checked_any_labels(labels, len(self.sources))
         starts = np.flatnonzero(np.diff(self.sources, prepend=-1))
         back = given[starts]
         is_mixed = np.minimum.reduceat(given, starts) != np.maximum.reduceat(given, starts)
@@ -123,11 +124,7 @@ class Subdivision:
 
 
 def subdivide(
-    mesh: MeshLike,
-    max_edge: float,
-    *,
-    max_faces: int | None = None,
-    n_threads: int | None = None,
+    mesh: MeshLike, max_edge: float, *, max_faces: int | None = None, n_threads: int | None = None
 ) -> Subdivision:
     """Bisect faces by their longest edge until no edge is longer than `max_edge`.
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, FoundArcs, signed_volume, surface_of_faces
@@ -26,16 +26,16 @@ class Surface:
     """Checked cells, the arcs between them, and what kernels of stages 5 to 7 take."""
 
     handle: _core.Surface  # knows the lengths of borders, and what lies around corners
-    offsets: npt.NDArray[np.int64]  # (N + 1,)
-    neighbors: npt.NDArray[np.int32]  # (M,)
-    bounds: npt.NDArray[np.float64]  # (2, 3)
+    offsets: Longs  # (N + 1,)
+    neighbors: Ints  # (M,)
+    bounds: Floats  # (2, 3)
     weight_unit: float  # of arc weights, in the unit of the positions
     n_threads: int
     mesh: FaceMesh | None = None  # that the cells are the faces of
-    weights: npt.NDArray[np.float64] | None = None  # of the arcs, where the cells came with some
+    weights: Floats | None = None  # of the arcs, where the cells came with some
     volume: float = 0.0  # that faces enclose; 0 where they do not, or where it is not known
     dimension: int = 2  # 3 where measures are volumes, and lengths of borders areas
-    order: npt.NDArray[np.int32] | None = None  # (N,) numbers in the input; None: 0 to N - 1
+    order: Ints | None = None  # (N,) numbers in the input; None: 0 to N - 1
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
@@ -99,7 +99,7 @@ class Surface:
         return len(self.neighbors)
 
     @property
-    def arcs(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+    def arcs(self) -> tuple[Longs, Ints]:
         """Offsets and neighbors."""
         return self.offsets, self.neighbors
 
@@ -109,17 +109,17 @@ class Surface:
         return box_diagonal(self.bounds)
 
     @property
-    def positions(self) -> npt.NDArray[np.float64]:
+    def positions(self) -> Floats:
         """Where each cell is, shape (N, 3)."""
         return self._cells[0]
 
     @property
-    def measures(self) -> npt.NDArray[np.float64]:
+    def measures(self) -> Floats:
         """Area (or volume) of each cell, shape (N,)."""
         return self._cells[1]
 
     @cached_property
-    def _cells(self) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    def _cells(self) -> tuple[Floats, Floats]:
         return self.handle.cells(self.n_threads)
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints, Longs
 from .._validate import checked_threads, freeze
 from ..adapters.convert import MeshLike, as_tets
 from ..errors import MeshError
@@ -57,11 +57,11 @@ class TetGraph(Arcs):
         Triangles, and those on the outside and of three tetrahedra or more.
     """
 
-    positions: npt.NDArray[np.float64]
-    measures: npt.NDArray[np.float64]
-    offsets: npt.NDArray[np.int64]
-    neighbors: npt.NDArray[np.int32]
-    bounds: npt.NDArray[np.float64]
+    positions: Floats
+    measures: Floats
+    offsets: Longs
+    neighbors: Ints
+    bounds: Floats
     arc_measures: ArcMeasures
     triangle_counts: TriangleCounts
 

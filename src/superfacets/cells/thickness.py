@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints, Longs
 from .._validate import checked_count, checked_number, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -28,8 +29,6 @@ LEAST_DISTANCE = 1e-6
 """Of the diagonal: hits that are nearer are of the same surface, or of its other side where a sheet
 is closed upon itself, which has no thickness."""
 
-Floats = npt.NDArray[np.float64]
-
 
 def shape_diameter(
     mesh: MeshLike | CloudLike,
@@ -38,7 +37,7 @@ def shape_diameter(
     n_rays: int = N_RAYS,
     weld: bool = True,
     n_threads: int | None = None,
-) -> npt.NDArray[np.float64]:
+) -> Floats:
     r"""Return how thick the body is below each face: small at a finger, large at the palm.
 
     Rays lead from the centroid of a face into the body, in a cone of half-angle 60 degrees about
@@ -164,9 +163,7 @@ def rays_from_patches(
     )  # fmt: skip
 
 
-def _squares(
-    middles: Floats, normals: Floats, lengths: Floats
-) -> tuple[Floats, npt.NDArray[np.int32]]:
+def _squares(middles: Floats, normals: Floats, lengths: Floats) -> tuple[Floats, Ints]:
     """Vertices and triangles of squares with these middles, unit normals and sides."""
     x, y, z = normals.T
     sign = np.where(z < 0, -1.0, 1.0)  # as `across` in ray_thickness.cpp
@@ -183,7 +180,7 @@ def _squares(
 
 
 def smoothed(
-    arcs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]],
+    arcs: tuple[Longs, Ints],
     conductances: Floats,
     measures: Floats,
     thickness: Floats,

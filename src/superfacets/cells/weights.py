@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Bytes, Floats
 from .._validate import checked_choice, checked_number, checked_share, checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from .cell_graph import Arcs
@@ -45,8 +46,6 @@ NO_NORMALS = np.empty((0, 3))
 ALL_COUNT = np.empty(0, np.uint8)
 """What the core takes for arcs that all count."""
 
-
-Floats = npt.NDArray[np.float64]
 
 WeightName = Literal["creases", "parts", "superfacets", "stk02"]
 
@@ -486,7 +485,7 @@ def creases_and_turn(
     options: WeightOptions,
     normals: Floats | None,
     evened: float,
-    counted: npt.NDArray[np.uint8],
+    counted: Bytes,
 ) -> tuple[Floats, int]:
     """As `arc_weights` for ``"creases"`` of a part of a mesh, evened as the whole says.
 
@@ -500,11 +499,7 @@ def creases_and_turn(
 
 
 def weights_and_turn(
-    surface: Surface,
-    cells: CellArrays,
-    factors: EdgeFactors,
-    evened: float,
-    counted: npt.NDArray[np.uint8] | None,
+    surface: Surface, cells: CellArrays, factors: EdgeFactors, evened: float, counted: Bytes | None
 ) -> tuple[Floats, int]:
     """Weights of faces as `weights_of`, and by how much the arcs from some faces turn outward.
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import click
 
+from ..io.readers.read import CELL_ENDINGS
+
 __all__ = [
     "COUNT",
     "EXISTING_FOLDER",
@@ -79,11 +81,8 @@ NOT_NEGATIVE = Real(min=0)
 STANDARD_STREAM = "-"
 """Stands for standard input or standard output."""
 
-INPUT_FORMATS = (
-    *("ply", "obj", "off", "stl", "glb", "gltf", "tri", "vtp", "vtu", "vtk", "msh", "mesh"),
-    *("xyz", "csv", "txt", "npy", "las", "laz", "e57"),
-)
-"""Of meshes and, in the second line (and PLY without faces), of point clouds."""
+INPUT_FORMATS = tuple(ending.lstrip(".") for ending in CELL_ENDINGS)
+"""Formats of meshes, then of point clouds."""
 
 Decorator = Callable[[Any], Any]
 """Of commands."""

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints
 from .._validate import checked_number, checked_seeds, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 
@@ -28,9 +29,9 @@ class Classification(NamedTuple):
         Length of the shortest path from its center to each cell, in the unit of the weights.
     """
 
-    labels: npt.NDArray[np.int32]
-    centers: npt.NDArray[np.int32]
-    distances: npt.NDArray[np.float64]
+    labels: Ints
+    centers: Ints
+    distances: Floats
 
 
 def classify(

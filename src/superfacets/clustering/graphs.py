@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from typing import Protocol, TypeAlias
 
-import numpy as np
-import numpy.typing as npt
-
 from .. import _core
 from .._core import OrderedGraph
+from .._types import Floats, Ints
 
 __all__ = [
     "AnyGraph", "CoarseCells", "LargeGraph", "Regions", "coarsened", "in_memory",
     "join_islands", "regions_of",
 ]  # fmt: skip
-
-Ints = npt.NDArray[np.int32]
 
 
 class Regions(Protocol):
@@ -73,7 +69,7 @@ class LargeGraph(Protocol):
     def gathered(self, n_threads: int) -> OrderedGraph:
         """The graph in memory."""
 
-    def positions_of(self, cells: Ints) -> npt.NDArray[np.float64]:
+    def positions_of(self, cells: Ints) -> Floats:
         """Positions of some cells, shape (n, 3)."""
 
 

@@ -8,18 +8,18 @@ import time
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from .._options import LoopOptions
 from .._timing import timed
+from .._types import Ints
 from .graphs import AnyGraph, CoarseCells, Regions, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
 __all__ = ["Iteration"]
 
-Centers = npt.NDArray[np.int32]
+Centers = Ints
 
 RELOCATED_SHARES = (0.13, 0.0975, 0.065, 0.0325)
 """The share of centers that may move in each round of relocation, one at least."""

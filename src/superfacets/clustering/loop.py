@@ -10,6 +10,7 @@ import numpy.typing as npt
 from .. import _core
 from .._options import Init, Islands, LoopOptions, Progress, SizeOptions
 from .._timing import timed
+from .._types import Floats
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
@@ -122,12 +123,7 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
     )
 
 
-def segment_cells(
-    graph: AnyGraph,
-    bounds: npt.NDArray[np.float64],
-    plan: Plan,
-    loop: LoopOptions,
-) -> Segmentation:
+def segment_cells(graph: AnyGraph, bounds: Floats, plan: Plan, loop: LoopOptions) -> Segmentation:
     """Segment what has been checked: the cells that are left, by a plan."""
     size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}

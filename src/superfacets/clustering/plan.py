@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
-import numpy as np
-import numpy.typing as npt
-
 from .. import _core
 from .._options import Init, Seeds, SizeOptions
+from .._types import Ints, Longs, Singles
 from ..cells.constraints import NO_GROUPS, Cut
 from ..cells.size import RegionSize, region_size
 from .segmentation import Segmentation
@@ -17,7 +15,7 @@ from .warm_start import Start, first_centers, with_seeds
 
 __all__ = ["ArcLengths", "Plan"]
 
-ArcLengths: TypeAlias = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32], npt.NDArray[np.float32]]
+ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 """Offsets, neighbors and lengths of arcs."""
 
 
@@ -44,7 +42,7 @@ class Plan:
     @classmethod
     def of(
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start], n_threads: int,
-        *, dimension: int, order: npt.NDArray[np.int32] | None = None,
+        *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
         """Make the plan for a graph, of which some may be left; errors are those of `segment`.
 
@@ -63,16 +61,12 @@ class Plan:
         return cls(cut, size, asked, init)
 
     @property
-    def groups(self) -> npt.NDArray[np.int32]:
+    def groups(self) -> Ints:
         """Groups of cells that must not come together in one region; empty if there are none."""
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
-        self,
-        graph: Any,
-        lengths: npt.NDArray[np.float32],
-        n_threads: int,
-        placed: _core.PlacedCells | None = None,
+        self, graph: Any, lengths: Singles, n_threads: int, placed: _core.PlacedCells | None = None
     ) -> tuple[_core.PlacedCells, ArcLengths]:
         """Return the cells that are left, in order, and their arcs.
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-import numpy.typing as npt
-
 from .. import _core
 from .._options import INITS, ISLANDS, Init, Islands, Seeds, SizeOptions
+from .._types import Floats, Ints
 from .._validate import checked_choice, checked_seeds, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
@@ -28,7 +26,7 @@ def place_seeds(
     init: Init | Seeds = "geodesic",
     islands: Islands = "keep",
     n_threads: int | None = None,
-) -> npt.NDArray[np.int32]:
+) -> Ints:
     """Return the first centers.
 
     Parameters
@@ -93,9 +91,9 @@ def place_seeds(
 
 
 def run_seeding(
-    graph: _core.OrderedGraph, bounds: npt.NDArray[np.float64], size: RegionSize,
+    graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
-) -> npt.NDArray[np.int32]:  # fmt: skip
+) -> Ints:  # fmt: skip
     """Place seeds for regions of a size that is known, as they were asked for."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
@@ -114,7 +112,7 @@ def run_seeding(
     return _core.flood_seeds(graph, first, size.n_segments, reach, what, n_threads)
 
 
-def _given_seeds(options: SizeOptions, n_cells: int) -> npt.NDArray[np.int32]:
+def _given_seeds(options: SizeOptions, n_cells: int) -> Ints:
     array = checked_seeds(options.seeds, n_cells, "init")
     if options.n_segments is not None and options.n_segments != len(array):
         raise ValueError(f"n_segments is {options.n_segments} but {len(array)} seeds are given")

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Ints
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
 from ..cells.region_adjacency import RegionGraph, region_graph_of
@@ -93,8 +93,8 @@ class Segmentation:
         for a result that was made by hand.
     """
 
-    labels: npt.NDArray[np.int32]
-    centers: npt.NDArray[np.int32]
+    labels: Ints
+    centers: Ints
     n_iter: int
     stop_reason: StopReason
     timings: dict[str, float] = field(repr=False)
@@ -131,7 +131,7 @@ class Segmentation:
         surface = as_surface(self.cells, weld=weld, n_threads=None)
         return region_graph_of(surface, self.labels, self.n_segments, self.centers)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         if copy is None:  # which `array` of numpy 1 does not take
             return np.asarray(self.labels, dtype=dtype)
         return np.array(self.labels, dtype=dtype, copy=copy)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._validate import checked_labels, checked_threads
+from .._types import Ints
+from .._validate import checked_partial_labels, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 
 __all__ = ["update_centers"]
@@ -14,7 +14,7 @@ __all__ = ["update_centers"]
 
 def update_centers(
     graph: CellGraph, labels: npt.ArrayLike, *, n_threads: int | None = None
-) -> npt.NDArray[np.int32]:
+) -> Ints:
     """Return the center of each region: its cell nearest to the mean of its cells' positions.
 
     The mean is weighted by the measures (the plain mean where all are 0), and may lie off the
@@ -49,6 +49,6 @@ def update_centers(
     array([1, 3], dtype=int32)
     """
     checked_graph(graph)
-    array, n_regions = checked_labels(labels, graph.n_cells)
+    array, n_regions = checked_partial_labels(labels, graph.n_cells, least=0)
     threads = checked_threads(n_threads)
     return _core.update_centers(graph.ordered(threads), array, n_regions, threads)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from .._options import Init, Seeds, SizeOptions
+from .._types import Array, Floats, Ints
 from .._validate import checked_partial_labels, checked_seeds, refuse_mask
 from ..cells.constraints import in_order
 from .segmentation import Segmentation
@@ -21,11 +21,11 @@ Start: TypeAlias = Seeds | Segmentation
 
 def first_centers(
     init: Init | Start,
-    positions: npt.NDArray[np.float64],
-    measures: npt.NDArray[np.float64],
-    kept: npt.NDArray[np.int32] | None,
+    positions: Floats,
+    measures: Floats,
+    kept: Ints | None,
     n_threads: int,
-    order: npt.NDArray[np.int32] | None = None,
+    order: Ints | None = None,
 ) -> Init | Seeds:
     """Return the name of a way to place seeds, or the cells that are to be the first centers.
 
@@ -42,7 +42,7 @@ def first_centers(
     if is_result or given.shape != (n_cells,) or _are_all_different(given):
         centers = checked_seeds(given, n_cells, "init")
         return centers if order is None else _places_of(centers, order)
-    labels = in_order(_checked_labels(given, n_cells), order)
+    labels = in_order(_labels_of(given, n_cells), order)
     if kept is not None:
         named = np.full(len(labels), -1, np.int32)
         named[kept] = labels[kept]
@@ -50,7 +50,7 @@ def first_centers(
     return _centers_of(labels, positions, measures, n_threads)
 
 
-def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> npt.NDArray[Any]:
+def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
     if not isinstance(init, Segmentation):
         refuse_mask(init, "init")
         return np.asarray(init)
@@ -59,14 +59,14 @@ def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> npt.NDArray[
     return init.centers
 
 
-def _places_of(cells: npt.NDArray[np.int32], order: npt.NDArray[np.int32]) -> npt.NDArray[np.int32]:
+def _places_of(cells: Ints, order: Ints) -> Ints:
     """The places in an order at which these cells stand."""
     places = np.empty_like(order)
     places[order] = np.arange(len(order), dtype=order.dtype)
     return places[cells]
 
 
-def _are_all_different(given: npt.NDArray[Any]) -> bool:
+def _are_all_different(given: Array) -> bool:
     """Whether each of 0..N-1 occurs once: then each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
@@ -77,19 +77,14 @@ def with_seeds(size: SizeOptions, init: Init | Seeds) -> SizeOptions:
     return SizeOptions(size.n_segments, size.radius, seeds)
 
 
-def _checked_labels(given: npt.NDArray[Any], n_cells: int) -> npt.NDArray[np.int32]:
+def _labels_of(given: Array, n_cells: int) -> Ints:
     try:
         return checked_partial_labels(given, n_cells)[0]
     except ValueError as error:
         raise ValueError(f"init has a label per cell, but {error}") from None
 
 
-def _centers_of(
-    labels: npt.NDArray[np.int32],
-    positions: npt.NDArray[np.float64],
-    measures: npt.NDArray[np.float64],
-    n_threads: int,
-) -> npt.NDArray[np.int32]:
+def _centers_of(labels: Ints, positions: Floats, measures: Floats, n_threads: int) -> Ints:
     """The center of each region, in the order of labels; cells with -1 are in none."""
     kept = np.flatnonzero(labels >= 0)
     if not len(kept):

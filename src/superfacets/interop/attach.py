@@ -7,7 +7,8 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from .._validate import checked_choice, checked_face_labels
+from .._types import Bytes, Ints
+from .._validate import checked_any_labels, checked_choice
 from ..adapters.convert import as_cells
 from ..adapters.results import NO_COLOR, Results, put_results
 from ..cells.kinds import kind_of
@@ -87,14 +88,14 @@ def attach_labels(
     n_rows, of_vertices = cells.n_cells, False
     if location == "points" and not are_points:
         n_rows, of_vertices = cells.n_vertices, True
-    checked = _checked_labels(labels, n_rows)
+    checked = _labels_as_int32(labels, n_rows)
     shades = _checked_colors(cells, checked, colors, of_vertices)
     put_results(target, Results(name, checked, shades, on_points=of_vertices or are_points))
 
 
-def _checked_labels(labels: npt.ArrayLike, n_rows: int) -> npt.NDArray[np.int32]:
+def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
     """Any numbers that fit; never the caller's own array."""
-    array = checked_face_labels(labels, n_rows)
+    array = checked_any_labels(labels, n_rows)
     limits = np.iinfo(np.int32)
     if array.min() < limits.min or array.max() > limits.max:
         raise ValueError("labels must fit in int32")
@@ -102,11 +103,8 @@ def _checked_labels(labels: npt.ArrayLike, n_rows: int) -> npt.NDArray[np.int32]
 
 
 def _checked_colors(
-    cells: AnyCells,
-    labels: npt.NDArray[np.int32],
-    colors: bool | npt.ArrayLike,
-    of_vertices: bool,
-) -> npt.NDArray[np.uint8] | None:
+    cells: AnyCells, labels: Ints, colors: bool | npt.ArrayLike, of_vertices: bool
+) -> Bytes | None:
     """Colors as given, or those that are made for regions of cells; None where none are wanted."""
     if colors is False:
         return None

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista
 
-from .._validate import compact_labels
+from .._validate import compact_partial_labels
 from ..adapters.convert import as_mesh
 from ..adapters.results import first_face
 from ..cells.face_graph import build_face_graph
@@ -95,7 +95,7 @@ class SuperfacetsAccessor:
         mesh = as_mesh(self._dataset)
         first = first_face(self._dataset)
         stored = np.asarray(self._dataset.cell_data[name])
-        labels, _ = compact_labels(stored[first : first + mesh.n_faces], mesh.n_faces)
+        labels, _ = compact_partial_labels(stored[first : first + mesh.n_faces], mesh.n_faces)
         ends = border_edges(mesh, build_face_graph(mesh), labels)
         used, lines = np.unique(ends, return_inverse=True)
         lines = np.insert(lines.reshape(-1, 2), 0, 2, axis=1)

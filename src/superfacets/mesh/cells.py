@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints
 
 __all__ = ["Cells", "lowest_vertices"]
 
@@ -17,7 +17,7 @@ class Cells:
     `cells.kinds.register`.
     """
 
-    bounds: npt.NDArray[np.float64]
+    bounds: Floats
     """Low and high corner of the bounding box, shape (2, 3)."""
 
     @property
@@ -26,9 +26,7 @@ class Cells:
         raise NotImplementedError
 
 
-def lowest_vertices(
-    vertices: npt.NDArray[np.float64], weld: bool, n_threads: int
-) -> npt.NDArray[np.int32]:
+def lowest_vertices(vertices: Floats, weld: bool, n_threads: int) -> Ints:
     """The lowest vertex at the position of each, or each vertex itself where it is not welded."""
     if weld:
         return _core.weld_vertices(vertices, n_threads)

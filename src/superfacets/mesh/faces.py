@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Bytes, Floats, Ints, Longs
 from .._validate import freeze
 from ..errors import MeshError
 from .cells import Cells
@@ -46,14 +47,12 @@ FaceMesh: TypeAlias = Mesh | PolygonMesh
 AnyMesh: TypeAlias = FaceMesh | TetMesh
 AnyCells: TypeAlias = Cells
 
-Floats = npt.NDArray[np.float64]
-
 
 class VertexGraph(NamedTuple):
     """Which vertices share an edge, in CSR form, and the lengths of the edges."""
 
-    offsets: npt.NDArray[np.int64]
-    neighbors: npt.NDArray[np.int32]
+    offsets: Longs
+    neighbors: Ints
     lengths: Floats
 
 
@@ -61,18 +60,16 @@ class VertexGraph(NamedTuple):
 class Corners:
     """Vertices of the corners of all cells of a mesh, one cell after the other."""
 
-    vertices: npt.NDArray[np.int32]  # (C,)
+    vertices: Ints  # (C,)
     size: int | None  # corners of each cell; None where cells differ
-    offsets: npt.NDArray[np.int64] | None = None  # (N + 1,), where cells differ
+    offsets: Longs | None = None  # (N + 1,), where cells differ
 
     @property
-    def sizes(self) -> npt.NDArray[np.int64] | int:
+    def sizes(self) -> Longs | int:
         """Number of corners of each cell, as `numpy.repeat` takes it."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0
 
-    def of(
-        self, cells: npt.NDArray[np.integer]
-    ) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64]]:
+    def of(self, cells: npt.NDArray[np.integer]) -> tuple[Ints, Longs]:
         """Return the corners of some cells in a row, and the offsets of each cell's corners."""
         if self.offsets is None:
             table = self.vertices.reshape(-1, self.size or 0)[cells]
@@ -100,14 +97,10 @@ def corners_of(mesh: AnyMesh) -> Corners:
 
 
 def mesh_like(
-    mesh: AnyMesh,
-    vertices: Floats,
-    corners: npt.NDArray[np.int32],
-    offsets: npt.NDArray[np.int64],
-    bounds: Floats | None = None,
+    mesh: AnyMesh, vertices: Floats, corners: Ints, offsets: Longs, bounds: Floats | None = None
 ) -> AnyMesh:
     """Return a mesh of the same class with these cells; it is not checked if `bounds` are given."""
-    arrays: dict[str, npt.NDArray[Any]] = {"vertices": vertices}
+    arrays: dict[str, Array] = {"vertices": vertices}
     if isinstance(mesh, PolygonMesh):
         arrays |= {"offsets": offsets, "indices": corners}
     elif isinstance(mesh, TetMesh):
@@ -121,19 +114,19 @@ def mesh_like(
     return made
 
 
-def corners_in_a_row(mesh: FaceMesh) -> npt.NDArray[np.int32]:
+def corners_in_a_row(mesh: FaceMesh) -> Ints:
     """Vertices of the corners of all faces, shape (C,)."""
     return mesh.indices if isinstance(mesh, PolygonMesh) else mesh.faces.ravel()
 
 
-def face_sizes(mesh: FaceMesh) -> npt.NDArray[np.int64]:
+def face_sizes(mesh: FaceMesh) -> Longs:
     """Number of corners of each face, shape (F,)."""
     if isinstance(mesh, PolygonMesh):
         return mesh.sizes
     return np.full(mesh.n_faces, 3, dtype=np.int64)
 
 
-def cut_into_triangles(mesh: FaceMesh) -> tuple[npt.NDArray[np.int32], npt.NDArray[Any] | None]:
+def cut_into_triangles(mesh: FaceMesh) -> tuple[Ints, Array | None]:
     """Triangles, (T, 3), and the face that each is a part of; None where those are the faces."""
     if isinstance(mesh, Mesh):
         return mesh.faces, None
@@ -141,9 +134,7 @@ def cut_into_triangles(mesh: FaceMesh) -> tuple[npt.NDArray[np.int32], npt.NDArr
     return triangulation.mesh.faces, triangulation.sources
 
 
-def ends_of_sides(
-    mesh: FaceMesh, faces: npt.NDArray[Any], sides: npt.NDArray[Any]
-) -> npt.NDArray[np.int32]:
+def ends_of_sides(mesh: FaceMesh, faces: Array, sides: Array) -> Ints:
     """Vertices that sides of faces begin and end at, shape (n, 2)."""
     if isinstance(mesh, Mesh):
         return np.stack([mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]], axis=1)
@@ -223,9 +214,7 @@ def sliver_area(
     return _core.polygon_sliver_area(mesh.vertices, mesh.offsets, mesh.indices, areas, *limits)
 
 
-def vertex_graph(
-    mesh: FaceMesh, representative: npt.NDArray[np.int32], n_threads: int
-) -> VertexGraph:
+def vertex_graph(mesh: FaceMesh, representative: Ints, n_threads: int) -> VertexGraph:
     """Return the graph of the vertices that are the lowest of their position."""
     if isinstance(mesh, Mesh):
         arrays = _core.build_vertex_graph(mesh.vertices, mesh.faces, representative, n_threads)
@@ -244,14 +233,14 @@ def _measure_polygons(mesh: PolygonMesh, n_threads: int) -> tuple[Floats, Floats
 class FoundArcs(NamedTuple):
     """Arcs between faces that share an edge, in CSR form."""
 
-    offsets: npt.NDArray[np.int64]
-    neighbors: npt.NDArray[np.int32]
-    sides: npt.NDArray[Any]
-    same_turn: npt.NDArray[np.uint8]
+    offsets: Longs
+    neighbors: Ints
+    sides: Array
+    same_turn: Bytes
     counts: tuple[int, int, int, int]  # of edges
 
 
-def arcs_of_faces(mesh: FaceMesh, lowest: npt.NDArray[np.int32], n_threads: int) -> FoundArcs:
+def arcs_of_faces(mesh: FaceMesh, lowest: Ints, n_threads: int) -> FoundArcs:
     """Return the arcs between the faces of a mesh; a MeshError if there are too many.
 
     `lowest` holds the lowest vertex at the position of each.
@@ -264,9 +253,7 @@ def arcs_of_faces(mesh: FaceMesh, lowest: npt.NDArray[np.int32], n_threads: int)
         raise MeshError(str(error)) from None
 
 
-def arcs_of_triangles(
-    faces: npt.NDArray[np.int32], lowest: npt.NDArray[np.int32], n_threads: int
-) -> FoundArcs:
+def arcs_of_triangles(faces: Ints, lowest: Ints, n_threads: int) -> FoundArcs:
     """As `arcs_of_faces`, of an array of triangles, shape (F, 3)."""
     try:
         return FoundArcs(*_core.build_face_graph(faces, lowest, n_threads))

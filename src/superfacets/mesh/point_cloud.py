@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Singles
 from .._validate import checked_colors, checked_normals, checked_points, freeze, restored
 from .cells import Cells
 
@@ -52,10 +53,10 @@ class PointCloud(Cells):
     (4, [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
     """
 
-    points: npt.NDArray[np.float64]
-    normals: npt.NDArray[np.float64] | None = None
-    colors: npt.NDArray[np.float32] | None = None
-    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
+    points: Floats
+    normals: Floats | None = None
+    colors: Singles | None = None
+    bounds: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         points, bounds = checked_points(self.points)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Floats, Ints, Longs
 from .._validate import checked_polygons, checked_threads, freeze, polygon_arrays, restored
 from .cells import Cells
 from .triangle_mesh import Mesh
@@ -30,7 +31,7 @@ class Triangulation(NamedTuple):
     """
 
     mesh: Mesh
-    sources: npt.NDArray[np.int32]
+    sources: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +74,10 @@ class PolygonMesh(Cells):
     (PolygonMesh(5 vertices, 2 faces), array([3, 2, 4], dtype=int32))
     """
 
-    vertices: npt.NDArray[np.float64]
-    offsets: npt.NDArray[np.int64]
-    indices: npt.NDArray[np.int32]
-    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
+    vertices: Floats
+    offsets: Longs
+    indices: Ints
+    bounds: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         vertices, offsets, indices, bounds = checked_polygons(
@@ -97,12 +98,7 @@ class PolygonMesh(Cells):
         return cls(vertices, *polygon_arrays(faces))  # type: ignore[arg-type]  # checked there
 
     @classmethod
-    def _of_new(
-        cls,
-        vertices: npt.NDArray[Any],
-        offsets: npt.NDArray[np.int64],
-        indices: npt.NDArray[Any],
-    ) -> PolygonMesh:
+    def _of_new(cls, vertices: Array, offsets: Longs, indices: Array) -> PolygonMesh:
         """Make a mesh of arrays that nothing else refers to, as readers make them: not copied."""
         mesh = object.__new__(cls)
         vertices, offsets, indices, bounds = checked_polygons(
@@ -131,11 +127,11 @@ class PolygonMesh(Cells):
         return len(self.vertices)
 
     @property
-    def sizes(self) -> npt.NDArray[np.int64]:
+    def sizes(self) -> Longs:
         """Number of corners of each face, shape (F,)."""
         return np.diff(self.offsets)
 
-    def face(self, i: int) -> npt.NDArray[np.int32]:
+    def face(self, i: int) -> Ints:
         """Vertices of the corners of face i, 0 to F - 1."""
         if not 0 <= i < self.n_faces:
             raise IndexError(f"there is no face {i}: the mesh has {self.n_faces} faces")

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
+
+from .._types import Array, Floats, Ints
 
 __all__ = ["split_in_four"]
 
 
-def split_in_four(
-    vertices: npt.NDArray[np.float64], faces: npt.NDArray[Any]
-) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     """Return vertices and faces with each face split at the middles of its sides.
 
     Neighbors share the middle of the edge between them. Orientation, area and shape stay; so do

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Floats
 from .faces import FaceMesh, cut_into_triangles
 
 __all__ = ["Samples", "sample_faces"]
@@ -19,9 +19,9 @@ MAX_STEPS = 8
 class Samples(NamedTuple):
     """Points of the faces of a mesh."""
 
-    points: npt.NDArray[np.float64]  # (S, 3)
-    faces: npt.NDArray[Any]  # (S,), of which each is a point
-    areas: npt.NDArray[np.float64]  # (S,), that each stands for
+    points: Floats  # (S, 3)
+    faces: Array  # (S,), of which each is a point
+    areas: Floats  # (S,), that each stands for
 
 
 def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
@@ -53,7 +53,7 @@ def sample_faces(mesh: FaceMesh, n_samples: int, n_threads: int) -> Samples:
     return Samples(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
-def _centroids_of_parts(corners: npt.NDArray[np.float64], n: int) -> npt.NDArray[np.float64]:
+def _centroids_of_parts(corners: Floats, n: int) -> Floats:
     """Centroids of the n^2 equal parts of each triangle, those of a triangle in a row."""
     i, j = np.mgrid[:n, :n].reshape(2, -1)
     upright = np.stack([i, j])[:, i + j < n] + 1 / 3

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints
 from .._validate import checked_mask, checked_tets, checked_threads, freeze, restored
 from ..errors import MeshError
 from .cells import Cells, lowest_vertices
@@ -33,7 +34,7 @@ class TetBoundary(NamedTuple):
     """
 
     mesh: Mesh
-    sources: npt.NDArray[np.int32]
+    sources: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +69,9 @@ class TetMesh(Cells):
     (TetMesh(4 vertices, 1 tets), Mesh(4 vertices, 4 faces))
     """
 
-    vertices: npt.NDArray[np.float64]
-    tets: npt.NDArray[np.int32]
-    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
+    vertices: Floats
+    tets: Ints
+    bounds: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         vertices, tets, bounds = checked_tets(self.vertices, self.tets)
@@ -135,8 +136,8 @@ class TetMesh(Cells):
         return f"TetMesh({self.n_vertices} vertices, {self.n_tets} tets)"
 
 
-def signed_volumes(mesh: TetMesh) -> npt.NDArray[np.float64]:
+def signed_volumes(mesh: TetMesh) -> Floats:
     """Volume of each tetrahedron, negative where the fourth corner lies below the others."""
     a, b, c, d = (mesh.vertices[corner] for corner in mesh.tets.T)
-    volumes: npt.NDArray[np.float64] = np.einsum("ij,ij->i", d - a, np.cross(b - a, c - a)) / 6.0
+    volumes: Floats = np.einsum("ij,ij->i", d - a, np.cross(b - a, c - a)) / 6.0
     return volumes

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from .._types import Array, Floats, Ints
 from .._validate import checked_mesh, freeze, restored
 from .cells import Cells
 
@@ -49,16 +47,16 @@ class Mesh(Cells):
     2
     """
 
-    vertices: npt.NDArray[np.float64]
-    faces: npt.NDArray[np.int32]
-    bounds: npt.NDArray[np.float64] = field(init=False, repr=False)
+    vertices: Floats
+    faces: Ints
+    bounds: Floats = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         vertices, faces, bounds = checked_mesh(self.vertices, self.faces)
         freeze(self, vertices=vertices, faces=faces, bounds=bounds)
 
     @classmethod
-    def _of_new(cls, vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> Mesh:
+    def _of_new(cls, vertices: Array, faces: Array) -> Mesh:
         """Make a mesh of arrays that nothing else refers to, as readers make them: not copied."""
         mesh = object.__new__(cls)
         vertices, faces, bounds = checked_mesh(vertices, faces, are_new=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats, Ints
 from ..cells.sums import sums_by_label
 from .edges import MeshEdges
 
@@ -19,13 +19,13 @@ class Borders(NamedTuple):
     Each edge is there by its two ends, each of which stands for half of it.
     """
 
-    vertices: npt.NDArray[np.int32]
+    vertices: Ints
     """Ends of border edges, ascending, none twice, shape (B,)."""
-    lengths: npt.NDArray[np.float64]
+    lengths: Floats
     """Length of border that each stands for, in the unit of the vertices."""
 
 
-def find_borders(mesh: MeshEdges, labels: npt.NDArray[np.int32]) -> Borders:
+def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
     """Return the borders between labels; the boundary of an open mesh is none."""
     graph = mesh.graph
     sources = np.repeat(np.arange(graph.n_cells, dtype=np.int32), np.diff(graph.offsets))
@@ -37,6 +37,6 @@ def find_borders(mesh: MeshEdges, labels: npt.NDArray[np.int32]) -> Borders:
     return Borders(vertices, sums_by_label(places.ravel(), halves, len(vertices)))
 
 
-def _distinct(edges: npt.NDArray[np.int32], n_vertices: int) -> npt.NDArray[np.int32]:
+def _distinct(edges: Ints, n_vertices: int) -> Ints:
     keys = np.unique(edges[:, 0].astype(np.int64) * n_vertices + edges[:, 1])
     return np.stack([keys // n_vertices, keys % n_vertices], axis=1).astype(np.int32)

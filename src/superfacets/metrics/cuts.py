@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .._validate import checked_number, compact_complete
 from ..adapters.convert import MeshLike
 from .borders import Borders, find_borders
@@ -40,10 +41,10 @@ class Cuts:
     """The borders of labels, and the distance of each vertex from them."""
 
     borders: Borders
-    distances: npt.NDArray[np.float64]  # (V,) along edges to the nearest border; inf if no way
+    distances: Floats  # (V,) along edges to the nearest border; inf if no way
 
     @classmethod
-    def of(cls, mesh: MeshEdges, labels: npt.NDArray[np.int32]) -> Cuts:
+    def of(cls, mesh: MeshEdges, labels: Ints) -> Cuts:
         """Find the borders of labels."""
         borders = find_borders(mesh, labels)
         return cls(borders, mesh.paths.distances(borders.vertices))
@@ -170,14 +171,14 @@ def _cuts_of_both(
     return Cuts.of(mesh, regions), Cuts.of(mesh, segments)
 
 
-def _share_near(borders: Borders, distances: npt.NDArray[np.float64], within: float) -> float:
+def _share_near(borders: Borders, distances: Floats, within: float) -> float:
     total = float(borders.lengths.sum())
     if not total > 0:
         return 1.0
     return float(borders.lengths[distances[borders.vertices] <= within].sum()) / total
 
 
-def _mean_distance(borders: Borders, distances: npt.NDArray[np.float64], farthest: float) -> float:
+def _mean_distance(borders: Borders, distances: Floats, farthest: float) -> float:
     total = float(borders.lengths.sum())
     if not total > 0:
         return 0.0

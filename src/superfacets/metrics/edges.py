@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Floats, Ints
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..cells.face_graph import FaceGraph, build_face_graph
@@ -29,11 +28,11 @@ class EdgePaths:
 
     graph: _core.OrderedGraph  # of the vertices that have edges, with the lengths of those
     unit: float  # of path lengths
-    places: npt.NDArray[np.int32]  # (V,) among these, -1 for a vertex that has none
+    places: Ints  # (V,) among these, -1 for a vertex that has none
     n_threads: int
 
     @classmethod
-    def of(cls, mesh: FaceMesh, representative: npt.NDArray[np.int32], n_threads: int) -> EdgePaths:
+    def of(cls, mesh: FaceMesh, representative: Ints, n_threads: int) -> EdgePaths:
         """Order the vertices of a mesh for paths along its edges."""
         offsets, neighbors, edge_lengths = vertex_graph(mesh, representative, n_threads)
         has_edges = np.diff(offsets) > 0
@@ -49,7 +48,7 @@ class EdgePaths:
         )
         return cls(graph, unit, places, n_threads)
 
-    def distances(self, sources: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
+    def distances(self, sources: Ints) -> Floats:
         """Length of the shortest way along edges from any source to each vertex, shape (V,).
 
         Infinite where there is no way.
@@ -72,7 +71,7 @@ class MeshEdges:
     mesh: FaceMesh
     graph: FaceGraph
     surface: Surface
-    representative: npt.NDArray[np.int32]  # (V,) lowest vertex at the same position
+    representative: Ints  # (V,) lowest vertex at the same position
 
     @classmethod
     def of(cls, source: MeshLike, *, weld: bool, n_threads: int | None) -> MeshEdges:
@@ -87,7 +86,7 @@ class MeshEdges:
         return cls(mesh, graph, Surface.of_faces(mesh, graph, threads), representative)
 
     @property
-    def areas(self) -> npt.NDArray[np.float64]:
+    def areas(self) -> Floats:
         """Area of each face, shape (F,)."""
         return self.graph.measures
 
@@ -109,13 +108,11 @@ class MeshEdges:
         radius = float(self.areas @ offsets) / total
         return radius if radius > _POINT * self.graph.diagonal else self.graph.diagonal
 
-    def ends_of(
-        self, faces: npt.NDArray[np.int32], sides: npt.NDArray[Any]
-    ) -> npt.NDArray[np.int32]:
+    def ends_of(self, faces: Ints, sides: Array) -> Ints:
         """Ends of these sides of faces, the lower vertex first, shape (n, 2)."""
         return np.sort(self.representative[ends_of_sides(self.mesh, faces, sides)], axis=1)
 
-    def lengths_of(self, edges: npt.NDArray[np.int32]) -> npt.NDArray[np.float64]:
+    def lengths_of(self, edges: Ints) -> Floats:
         """Lengths of edges given by their ends."""
         start, end = self.mesh.vertices[edges[:, 0]], self.mesh.vertices[edges[:, 1]]
         return np.asarray(np.linalg.norm(end - start, axis=1))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Ints
 from .._validate import checked_number, compact_complete
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -36,7 +37,7 @@ __all__ = ["GroundTruths", "evaluate"]
 class _Truth:
     """One ground truth of a surface."""
 
-    segments: npt.NDArray[np.int32]
+    segments: Ints
     n_segments: int
     cuts: Cuts
 
@@ -184,9 +185,7 @@ def _of_volume(
     return values | means
 
 
-def _listed(
-    truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
-) -> list[npt.ArrayLike]:
+def _listed(truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:
     if isinstance(truths, np.ndarray) and truths.ndim == 1 and truths.dtype.kind in "iu":
         return [truths]  # one ground truth
     listed = list(truths) if hasattr(truths, "__iter__") else None

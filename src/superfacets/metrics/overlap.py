@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias, overload
+from functools import update_wrapper
+from typing import NamedTuple, Protocol, TypeAlias, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .._validate import checked_nonnegative_array, checked_share, checked_threads, compact_complete
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -26,9 +29,7 @@ __all__ = [
     "undersegmentation_error",
 ]
 
-Floats = npt.NDArray[np.float64]
 Cells: TypeAlias = MeshLike | CellGraph
-Ints = npt.NDArray[np.int32]
 
 # A table of all pairs of labels is no larger than so many times the number of faces; else the
 # pairs are sorted.
@@ -122,6 +123,44 @@ def overlap_of(
     )
 
 
+_PARAMETERS = """    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        The cells that the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, 0 and up.
+"""
+
+Value_co = TypeVar("Value_co", covariant=True)
+
+
+class _Metric(Protocol[Value_co]):
+    """A metric of labels, or of an overlap."""
+
+    @overload
+    def __call__(self, overlap: Overlap, /) -> Value_co: ...
+    @overload
+    def __call__(self, mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> Value_co: ...
+
+
+def _of_overlap(measure: Callable[[Overlap], Value_co]) -> _Metric[Value_co]:
+    """Make a function of an overlap take labels of a mesh as well."""
+
+    def metric(
+        mesh: Overlap | Cells,
+        labels: npt.ArrayLike | None = None,
+        truth: npt.ArrayLike | None = None,
+    ) -> Value_co:
+        return measure(_prepared(mesh, labels, truth))
+
+    update_wrapper(metric, measure)
+    del metric.__wrapped__  # type: ignore[attr-defined]  # whose arguments are others
+    metric.__annotations__["return"] = measure.__annotations__["return"]
+    if measure.__doc__ is not None:  # python -OO
+        metric.__doc__ = measure.__doc__.replace("{parameters}\n", _PARAMETERS)
+    return metric
+
+
 @overload
 def undersegmentation_error(overlap: Overlap, /, *, tolerance: float = ...) -> float: ...
 @overload
@@ -169,25 +208,13 @@ def undersegmentation_error(
     return float((whole - overlap.areas)[counts].sum() / overlap.total)
 
 
-@overload
-def achievable_accuracy(overlap: Overlap, /) -> float: ...
-@overload
-def achievable_accuracy(mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> float: ...
-def achievable_accuracy(
-    mesh: Overlap | Cells,
-    labels: npt.ArrayLike | None = None,
-    truth: npt.ArrayLike | None = None,
-) -> float:
+@_of_overlap
+def achievable_accuracy(overlap: Overlap) -> float:
     """Return the share of the area that is right if each region gets its best true label.
 
     1 is best: no region crosses a true border. Known as achievable segmentation accuracy (ASA).
 
-    Parameters
-    ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        What the labels are of; or an overlap that was prepared, alone.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+    {parameters}
 
     References
     ----------
@@ -198,7 +225,6 @@ def achievable_accuracy(
     >>> achievable_accuracy(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     0.75
     """
-    overlap = _prepared(mesh, labels, truth)
     return _best_shared(overlap.regions, overlap.areas, len(overlap.region_areas)) / overlap.total
 
 
@@ -213,26 +239,14 @@ class Hamming(NamedTuple):
     """Area of each region outside of the true segment that overlaps it most."""
 
 
-@overload
-def hamming_distance(overlap: Overlap, /) -> Hamming: ...
-@overload
-def hamming_distance(mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> Hamming: ...
-def hamming_distance(
-    mesh: Overlap | Cells,
-    labels: npt.ArrayLike | None = None,
-    truth: npt.ArrayLike | None = None,
-) -> Hamming:
+@_of_overlap
+def hamming_distance(overlap: Overlap) -> Hamming:
     """Return the Hamming distance of the Princeton benchmark, with both directions.
 
     An oversegmentation misses much of each segment by intent; its false alarms are what its regions
     leak over true borders.
 
-    Parameters
-    ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        What the labels are of; or an overlap that was prepared, alone.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+    {parameters}
 
     References
     ----------
@@ -243,33 +257,20 @@ def hamming_distance(
     >>> hamming_distance(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     Hamming(distance=0.25, missing_rate=0.25, false_alarm_rate=0.25)
     """
-    overlap = _prepared(mesh, labels, truth)
     best = _best_shared(overlap.segments, overlap.areas, len(overlap.segment_areas))
     missing = max(0.0, 1.0 - best / overlap.total)
     false_alarm = max(0.0, 1.0 - achievable_accuracy(overlap))
     return Hamming(0.5 * (missing + false_alarm), missing, false_alarm)
 
 
-@overload
-def rand_index(overlap: Overlap, /) -> float: ...
-@overload
-def rand_index(mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> float: ...
-def rand_index(
-    mesh: Overlap | Cells,
-    labels: npt.ArrayLike | None = None,
-    truth: npt.ArrayLike | None = None,
-) -> float:
+@_of_overlap
+def rand_index(overlap: Overlap) -> float:
     """Return the chance that two points of the surface are together, or apart, in both; 1 is best.
 
     Points are drawn by area, so a pair may fall into one face. (The Princeton benchmark plots one
     minus this number.)
 
-    Parameters
-    ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        What the labels are of; or an overlap that was prepared, alone.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+    {parameters}
 
     References
     ----------
@@ -281,7 +282,6 @@ def rand_index(
     >>> rand_index(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     0.625
     """
-    overlap = _prepared(mesh, labels, truth)
     together = [
         float(np.square(areas / overlap.total).sum())
         for areas in (overlap.region_areas, overlap.segment_areas, overlap.areas)
@@ -298,27 +298,15 @@ class Consistency(NamedTuple):
     """Either way, from point to point."""
 
 
-@overload
-def consistency_error(overlap: Overlap, /) -> Consistency: ...
-@overload
-def consistency_error(mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> Consistency: ...
-def consistency_error(
-    mesh: Overlap | Cells,
-    labels: npt.ArrayLike | None = None,
-    truth: npt.ArrayLike | None = None,
-) -> Consistency:
+@_of_overlap
+def consistency_error(overlap: Overlap) -> Consistency:
     """Return the global and the local consistency error: how far neither refines the other.
 
     At each point, the refinement error one way is the share of its region that is outside of its
     segment, and the other way round. The global error takes the way that is better on the whole,
     the local error the better one at each point. An oversegmentation without leaks has 0 in both.
 
-    Parameters
-    ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        What the labels are of; or an overlap that was prepared, alone.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
+    {parameters}
 
     References
     ----------
@@ -331,7 +319,6 @@ def consistency_error(
     >>> round(error.global_error, 6), round(error.local_error, 6)
     (0.25, 0.125)
     """
-    overlap = _prepared(mesh, labels, truth)
     has_area = overlap.areas > 0
     areas = overlap.areas[has_area]
     of_region = 1.0 - areas / overlap.region_areas[overlap.regions[has_area]]

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints
 from .._validate import compact_complete
 from ..adapters.convert import MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
@@ -60,7 +61,7 @@ def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool
     return compactness_of(surface, *compact_complete(labels, surface.n_cells))
 
 
-def compactness_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> float:
+def compactness_of(surface: Surface, labels: Ints, n_regions: int) -> float:
     """Return the compactness of labels without gaps."""
     perimeters = _core.region_perimeters(surface.handle, labels, n_regions, surface.n_threads)
     areas = sums_by_label(labels, surface.measures, n_regions)
@@ -108,9 +109,7 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
     return explained_variation_of(surface, *compact_complete(labels, surface.n_cells))
 
 
-def explained_variation_of(
-    surface: Surface, labels: npt.NDArray[np.int32], n_regions: int
-) -> float:
+def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> float:
     """Return the explained variation of normals for labels without gaps.
 
     Normals count as differences from their mean. With area vectors S (the sum of area times such a
@@ -130,14 +129,14 @@ def explained_variation_of(
     return min(1.0, between / variation)
 
 
-def _squares_over(vectors: npt.NDArray[np.float64], areas: npt.NDArray[np.float64]) -> float:
+def _squares_over(vectors: Floats, areas: Floats) -> float:
     """Sum of squared lengths over areas, of what has an area."""
     squared = np.einsum("ij,ij->i", vectors, vectors)
     has_area = areas > 0
     return float((squared[has_area] / areas[has_area]).sum())
 
 
-def extra_pieces_of(surface: Surface, labels: npt.NDArray[np.int32], n_regions: int) -> int:
+def extra_pieces_of(surface: Surface, labels: Ints, n_regions: int) -> int:
     """Return the number of connected pieces beyond one per region."""
     _, n_pieces = _core.find_components(surface.offsets, surface.neighbors, labels)
     return n_pieces - n_regions

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Ints
 from ..cells.face_graph import FaceGraph
 from ..mesh.faces import FaceMesh, ends_of_sides
 from .camera import Camera
@@ -24,9 +24,7 @@ _SHARE_OF_PICTURE = 1 / 250
 _LEAST_WIDTH = 0.6
 
 
-def border_edges(
-    mesh: FaceMesh, graph: FaceGraph, labels: npt.NDArray[np.int32]
-) -> npt.NDArray[np.int32]:
+def border_edges(mesh: FaceMesh, graph: FaceGraph, labels: Ints) -> Ints:
     """Ends, (B, 2), of the edges between faces of different labels, each pair of faces once."""
     sources = np.repeat(np.arange(mesh.n_faces, dtype=np.int32), np.diff(graph.offsets))
     between = (labels[sources] != labels[graph.neighbors]) & (sources < graph.neighbors)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats
 from .._validate import checked_choice, checked_number
 
 __all__ = [
@@ -22,7 +22,7 @@ __all__ = [
     "view_axes",
 ]
 
-FloatArray = npt.NDArray[np.float64]
+FloatArray = Floats
 
 # Half of the angle that the picture's height spans, degrees: a long lens, little distortion.
 _HALF_VIEW_ANGLE = 10.0

@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Bytes, Floats, Ints, Longs
 from .._validate import checked_partial_labels, checked_threads, compact_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
@@ -56,14 +57,12 @@ class _Arcs(Protocol):
     """The part of a graph that `region_colors` uses: arcs in CSR form."""
 
     @property
-    def offsets(self) -> npt.NDArray[np.int64]: ...
+    def offsets(self) -> Longs: ...
     @property
-    def neighbors(self) -> npt.NDArray[np.int32]: ...
+    def neighbors(self) -> Ints: ...
 
 
-def face_colors(
-    mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike
-) -> npt.NDArray[np.uint8]:
+def face_colors(mesh: MeshLike | CloudLike | CellGraph, labels: npt.ArrayLike) -> Bytes:
     """Return a color for each face, by region, clearly different where regions share an edge.
 
     Parameters
@@ -96,21 +95,19 @@ def face_colors(
     return colors_of_cells(_colors_of(cells, compact), compact)
 
 
-def colors_of_cells(
-    colors: npt.NDArray[np.uint8], labels: npt.NDArray[np.int32]
-) -> npt.NDArray[np.uint8]:
+def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:
     """Colors of cells, (N, 3), given those of their regions; gray for label -1."""
     return np.concatenate([colors, np.array([NO_COLOR], dtype=np.uint8)])[labels]
 
 
-def _colors_of(cells: AnyCells | CellGraph, labels: npt.NDArray[np.int32]) -> npt.NDArray[np.uint8]:
+def _colors_of(cells: AnyCells | CellGraph, labels: Ints) -> Bytes:
     """Color of each region of any kind of cells."""
     arcs, of_cells = kind_of(cells).border_arcs(cells, labels, checked_threads(None))
     n_regions = int(labels.max()) + 1
     return _colors_of_adjacency(*_region_adjacency(arcs, of_cells, n_regions))
 
 
-def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
+def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> Bytes:
     """Return a color for each region, clearly different where regions touch.
 
     Regions that touch differ by at least `MIN_COLOR_DISTANCE` in OKLab, as seen by normal eyes and
@@ -147,17 +144,13 @@ def region_colors(graph: _Arcs, labels: npt.ArrayLike) -> npt.NDArray[np.uint8]:
     return _colors_of_adjacency(*_region_adjacency(arcs, checked, n_regions))
 
 
-def _colors_of_adjacency(
-    starts: npt.NDArray[np.int64], touching: npt.NDArray[np.int64]
-) -> npt.NDArray[np.uint8]:
+def _colors_of_adjacency(starts: Longs, touching: Longs) -> Bytes:
     """Colors of regions, given those that touch each region, in CSR form."""
     order = _peeled_order(starts, touching)
     return _choices()[_color_greedily(order.tolist(), starts.tolist(), touching.tolist())]
 
 
-def _peeled_order(
-    starts: npt.NDArray[np.int64], touching: npt.NDArray[np.int64]
-) -> npt.NDArray[np.int64]:
+def _peeled_order(starts: Longs, touching: Longs) -> Longs:
     """Regions in an order in which few neighbors of each come before it.
 
     Regions with at most 5 neighbors left, or else with the fewest, are taken away together, again
@@ -178,10 +171,8 @@ def _peeled_order(
 
 
 def _region_adjacency(
-    arcs: tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]],
-    labels: npt.NDArray[np.int32],
-    n_regions: int,
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    arcs: tuple[Longs, Ints], labels: Ints, n_regions: int
+) -> tuple[Longs, Longs]:
     """Regions that touch each region, in CSR form: starts, (K + 1,), and regions."""
     offsets, neighbors = arcs
     sources = np.repeat(labels, np.diff(offsets))
@@ -222,7 +213,7 @@ def _farthest_color(taken: list[int]) -> int:
 
 
 @cache
-def _choices() -> npt.NDArray[np.uint8]:
+def _choices() -> Bytes:
     """Palette, then the wider choice, (C, 3): steps of 51 in each channel, nearly as light."""
     steps = np.arange(0, 256, 51)
     cube = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -233,7 +224,7 @@ def _choices() -> npt.NDArray[np.uint8]:
 
 
 @cache
-def _distances() -> npt.NDArray[np.float64]:
+def _distances() -> Floats:
     """Distances between all choices, in the worst vision."""
     return color_distances(_choices(), _choices())
 
@@ -245,7 +236,7 @@ def _near_colors() -> list[int]:
     return [sum(1 << int(color) for color in np.flatnonzero(row)) for row in near]
 
 
-def scale_colors(n: int = 256) -> npt.NDArray[np.uint8]:
+def scale_colors(n: int = 256) -> Bytes:
     """Return n colors for values from low to high, (n, 3), sRGB.
 
     They run from blue over green to yellow, in steps of about the same length in OKLab. Lightness

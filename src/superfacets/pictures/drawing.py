@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats, Longs
 from .camera import Camera
 from .gl import RenderError, quiet_vtk
 from .needs import import_pillow, import_vtk
@@ -72,7 +72,7 @@ class _Lines:
 
     actor: Any
     places: Any  # the points of VTK
-    ends: npt.NDArray[np.float64]  # (P, 3), on the surface
+    ends: Floats  # (P, 3), on the surface
     lift: float  # per distance from the camera
 
 
@@ -158,11 +158,7 @@ def _border_lines(vtk: Any, scene: Scene, line_width: float, lift: float) -> _Li
 
 
 def _poly_data(
-    vtk: Any,
-    points: npt.NDArray[np.float64],
-    *,
-    faces: npt.NDArray[np.int64] | None = None,
-    lines: npt.NDArray[np.int64] | None = None,
+    vtk: Any, points: Floats, *, faces: Longs | None = None, lines: Longs | None = None
 ) -> Any:
     """Points, and the faces, (F, 3), or lines, (B, 2), between them."""
     data, places = vtk.vtkPolyData(), vtk.vtkPoints()

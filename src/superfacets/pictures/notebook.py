@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import Any, Protocol
+from typing import Protocol
 from weakref import WeakKeyDictionary
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Ints
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import kind_of
 from ..errors import MissingExtraError, RenderError
@@ -44,7 +44,7 @@ class _Result(Protocol):
     """A `Segmentation`, whose class is of a higher layer."""
 
     @property
-    def labels(self) -> npt.NDArray[np.int32]: ...
+    def labels(self) -> Ints: ...
     @property
     def cells(self) -> AnyCells | CellGraph | None: ...
     @property
@@ -69,7 +69,7 @@ def png_of(result: _Result) -> bytes | None:
     return _drawn[result]
 
 
-def _draw(labels: npt.NDArray[np.int32], cells: AnyCells | CellGraph | None) -> bytes | None:
+def _draw(labels: Ints, cells: AnyCells | CellGraph | None) -> bytes | None:
     if cells is None or isinstance(cells, CellGraph):
         return None
     if cells.n_cells > (MAX_DRAWN_POINTS if kind_of(cells).are_points else MAX_DRAWN):
@@ -106,7 +106,7 @@ def html_of(result: _Result) -> str:
     )
 
 
-def _facts(result: _Result, noun: str, sizes: npt.NDArray[Any]) -> dict[str, str]:
+def _facts(result: _Result, noun: str, sizes: Array) -> dict[str, str]:
     """Names and values of the rows of the table."""
     left_out = len(result.labels) - int(sizes.sum())
     facts = {f"{noun}s": f"{len(result.labels):,}", "regions": f"{result.n_segments:,}"}
@@ -119,7 +119,7 @@ def _facts(result: _Result, noun: str, sizes: npt.NDArray[Any]) -> dict[str, str
     return facts
 
 
-def _histogram(sizes: npt.NDArray[Any], noun: str) -> str:
+def _histogram(sizes: Array, noun: str) -> str:
     """Inline SVG of the numbers of cells that regions have, in bars of equal width."""
     low, high = int(sizes.min()), int(sizes.max())
     n_bars = min(_MAX_BARS, high - low + 1)

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._options import Clip
+from .._types import Array, Floats
 from .._validate import checked_choice, checked_count, compact_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -33,7 +34,7 @@ from .rendering import (
     upright,
 )
 from .scene import Picture
-from .values import Floats, Scale, checked_values, scale_of
+from .values import Scale, checked_values, scale_of
 
 __all__ = ["Plot", "plot"]
 
@@ -64,7 +65,7 @@ class Plot:
         """The first picture, (height, width, 3)."""
         return self.frames[0]
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         """The first picture."""
         return np.array(self.image, dtype=dtype, copy=copy is not False)
 
@@ -281,11 +282,7 @@ class _Panels:
 
 
 def _draw_side_by_side(
-    panels: _Panels,
-    style: Style,
-    n_frames: int,
-    titles: Sequence[str] | None,
-    scale: Scale | None,
+    panels: _Panels, style: Style, n_frames: int, titles: Sequence[str] | None, scale: Scale | None
 ) -> list[Picture]:
     """The panels from each camera, between their titles and the scale."""
     width, height = style.frame

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._options import CLIPS, Clip
+from .._types import Array, Bools
 from .._validate import checked_choice, checked_count, checked_number, compact_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -147,10 +148,7 @@ def checked_style(
 
 
 def scene_of(
-    cells: AnyCells,
-    labels: npt.ArrayLike | None,
-    colors: npt.ArrayLike | None,
-    clip: Clip | None,
+    cells: AnyCells, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None
 ) -> Scene:
     """What is drawn of cells of any kind."""
     kind = kind_of(cells)
@@ -170,7 +168,7 @@ def scene_of(
     return build_scene(surface, labels, colors)
 
 
-def _half(cells: Any, clip: Clip) -> npt.NDArray[np.bool_]:
+def _half(cells: Any, clip: Clip) -> Bools:
     """Which cells of a volume are in one half of its bounding box."""
     checked_choice(clip, "clip", CLIPS)
     kind = kind_of(cells)
@@ -203,7 +201,7 @@ def png_of_picture(picture: Picture) -> bytes:
     return file.getvalue()
 
 
-def _colors_of(colors: npt.ArrayLike, n_cells: int) -> npt.NDArray[Any]:
+def _colors_of(colors: npt.ArrayLike, n_cells: int) -> Array:
     array = np.asarray(colors)
     if len(array) != n_cells:
         raise ValueError(f"colors must have shape ({n_cells}, 3), got {array.shape}")

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Bytes, Floats, Longs
 from .._validate import checked_threads, compact_partial_labels, refuse_mask
 from ..cells.face_graph import build_face_graph
 from ..cells.point_graph import PointGraph, find_point_graph
@@ -28,8 +29,8 @@ __all__ = [
     "hexagons_of",
 ]
 
-FloatArray = npt.NDArray[np.float64]
-Picture = npt.NDArray[np.uint8]
+FloatArray = Floats
+Picture = Bytes
 
 _PLAIN_COLOR = (205, 197, 184)
 
@@ -44,9 +45,9 @@ class Scene:
     """What is drawn, scaled and moved to a box of diagonal 1 around the origin."""
 
     points: FloatArray  # (P, 3), no two at one place, all used
-    triangles: npt.NDArray[np.int64]  # (T, 3), faces, or what polygons are cut into
+    triangles: Longs  # (T, 3), faces, or what polygons are cut into
     colors: Picture  # (T, 3)
-    borders: npt.NDArray[np.int64]  # (B, 2), ends of edges between regions
+    borders: Longs  # (B, 2), ends of edges between regions
     n_regions: int  # 1 without any
 
     @cached_property

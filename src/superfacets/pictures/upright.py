@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array
 from .scene import FloatArray, Scene
 
 __all__ = ["guess_up"]
@@ -55,7 +55,7 @@ def _firmness(points: FloatArray, center: FloatArray, axis: int) -> float:
     return float(reach.max(axis=0).min())
 
 
-def _sampled(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _sampled(rows: Array) -> Array:
     """All rows, or `_MAX_SAMPLES` evenly spread ones if there are more."""
     n = len(rows)
     if n <= _MAX_SAMPLES:

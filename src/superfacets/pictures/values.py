@@ -6,15 +6,14 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Bytes, Floats
 from .._validate import refuse_mask
 from ..adapters.results import NO_COLOR
 from .colors import scale_colors
 
 __all__ = ["Scale", "checked_values", "scale_of"]
 
-Floats = npt.NDArray[np.float64]
 
 _N_COLORS = 256
 
@@ -56,7 +55,7 @@ class Scale:
         span = self.high / 2 - self.low / 2
         return (values / 2 - self.low / 2) / span if span > 0 else values * 0 + 0.5
 
-    def colors(self, values: Floats) -> npt.NDArray[np.uint8]:
+    def colors(self, values: Floats) -> Bytes:
         """Color of each value, (N, 3); gray for NaN."""
         shares = self.shares(values)
         is_missing = np.isnan(shares)

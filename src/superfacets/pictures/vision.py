@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
+
+from .._types import Array, Bytes, Floats
 
 __all__ = ["VISIONS", "Vision", "color_distances", "from_oklab", "oklab", "seen_as"]
 
-Floats = npt.NDArray[np.float64]
 
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)
@@ -57,7 +57,7 @@ _SIMULATIONS = {
 }
 
 
-def oklab(colors: npt.NDArray[Any]) -> Floats:
+def oklab(colors: Array) -> Floats:
     """Return sRGB colors, (N, 3), 0 to 255, in OKLab: lightness 0 to 1, green-red, blue-yellow.
 
     Euclidean distances are close to perceived ones. Matrices: Ottosson, "A perceptual color space
@@ -66,7 +66,7 @@ def oklab(colors: npt.NDArray[Any]) -> Floats:
     return _oklab_of_linear(_linear(colors))
 
 
-def seen_as(colors: npt.NDArray[Any], vision: Vision) -> Floats:
+def seen_as(colors: Array, vision: Vision) -> Floats:
     """Return sRGB colors, (N, 3), 0 to 255, in OKLab as eyes of this kind tell them apart."""
     linear = _linear(colors)
     if vision != "normal":
@@ -74,15 +74,13 @@ def seen_as(colors: npt.NDArray[Any], vision: Vision) -> Floats:
     return _oklab_of_linear(linear)
 
 
-def color_distances(
-    colors: npt.NDArray[Any], others: npt.NDArray[Any], visions: tuple[Vision, ...] = VISIONS
-) -> Floats:
+def color_distances(colors: Array, others: Array, visions: tuple[Vision, ...] = VISIONS) -> Floats:
     """Return the distances in OKLab between all colors of two sets, (N, M), in the worst vision."""
     apart = [_distances(seen_as(colors, v), seen_as(others, v)) for v in visions]
     return np.asarray(np.min(apart, axis=0))
 
 
-def from_oklab(places: Floats) -> npt.NDArray[np.uint8]:
+def from_oklab(places: Floats) -> Bytes:
     """Return colors of OKLab, (N, 3), in sRGB; those out of its range are clipped."""
     linear = (places @ np.linalg.inv(_CONES_TO_OKLAB).T) ** 3 @ np.linalg.inv(_LINEAR_TO_CONES).T
     linear = np.clip(linear, 0, 1)
@@ -90,7 +88,7 @@ def from_oklab(places: Floats) -> npt.NDArray[np.uint8]:
     return np.asarray(np.rint(shares * 255), np.uint8)
 
 
-def _linear(colors: npt.NDArray[Any]) -> Floats:
+def _linear(colors: Array) -> Floats:
     """Linear sRGB, 0 to 1."""
     scaled = np.asarray(colors, dtype=np.float64) / 255.0
     return np.where(scaled <= 0.04045, scaled / 12.92, ((scaled + 0.055) / 1.055) ** 2.4)

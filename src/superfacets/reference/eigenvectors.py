@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+
+from .._types import Floats, Ints, Longs
 
 __all__ = ["smallest_eigenpairs"]
 
-Floats = npt.NDArray[np.float64]
-
 
 def smallest_eigenpairs(
-    offsets: npt.NDArray[np.int64],
-    neighbors: npt.NDArray[np.int32],
+    offsets: Longs,
+    neighbors: Ints,
     conductances: Floats,
     measures: Floats,
     n_constants: int,

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
+
+from .._types import Floats
 
 __all__ = ["arctangent", "exponential"]
 
-Floats = npt.NDArray[np.float64]
 
 # atan(q) = q + q z P(z), z = q^2: the coefficients of P in ascending order.
 _ARCTANGENT_SERIES = (

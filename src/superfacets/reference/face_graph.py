@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats
 from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
@@ -16,8 +16,6 @@ from ..mesh.triangle_mesh import Mesh
 from .vectors import cross, norm
 
 __all__ = ["Arc", "build_face_graph", "build_tet_graph", "measure_faces", "measure_polygons"]
-
-Floats = npt.NDArray[np.float64]
 
 
 class Arc(NamedTuple):

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import heapq
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array
 from ..cells.cell_graph import CellGraph
 from .update import update_centers
 from .vectors import dot
@@ -15,7 +14,7 @@ from .vectors import dot
 __all__ = ["arcs_of", "expand", "find_components", "first_cell"]
 
 
-def find_components(graph: CellGraph, labels: npt.NDArray[Any]) -> list[int]:
+def find_components(graph: CellGraph, labels: Array) -> list[int]:
     """Component of each cell: arcs between cells of one label join them, whichever way they lead.
 
     Components are numbered in the order of their lowest cells.

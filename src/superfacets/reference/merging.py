@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats
 from .vectors import norm
 
 __all__ = ["find_bridges", "merge_tree"]
-
-Floats = npt.NDArray[np.float64]
 
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:

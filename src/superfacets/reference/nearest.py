@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .vectors import cross, dot
 
 __all__ = ["nearest_faces", "nearest_in_tet", "nearest_on_triangle", "nearest_tets"]
 
-Floats = npt.NDArray[np.float64]
 
 FLAT = 1e-20
 """Squared sine of the angle at the first corner below which a triangle is as good as flat."""
@@ -71,14 +71,14 @@ def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
 
 def nearest_faces(
     vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.ArrayLike
-) -> tuple[npt.NDArray[np.int32], Floats, Floats]:
+) -> tuple[Ints, Floats, Floats]:
     """Return what `superfacets.nearest_faces` does for triangles, without a limit."""
     return _nearest_shapes(nearest_on_triangle, vertices, faces, points)
 
 
 def nearest_tets(
     vertices: npt.ArrayLike, tets: npt.ArrayLike, points: npt.ArrayLike
-) -> tuple[npt.NDArray[np.int32], Floats, Floats]:
+) -> tuple[Ints, Floats, Floats]:
     """Return the same for tetrahedra."""
     return _nearest_shapes(nearest_in_tet, vertices, tets, points)
 
@@ -88,7 +88,7 @@ def _nearest_shapes(
     vertices: npt.ArrayLike,
     cells: npt.ArrayLike,
     points: npt.ArrayLike,
-) -> tuple[npt.NDArray[np.int32], Floats, Floats]:
+) -> tuple[Ints, Floats, Floats]:
     """Compare all cells for each point; the first of equals wins."""
     corners = np.asarray(vertices, np.float64)[np.asarray(cells)]
     queries = np.asarray(points, np.float64)

@@ -7,17 +7,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["PointArcs", "build_point_graph", "point_normals"]
+from .._types import Floats, Ints, Longs
 
-Floats = npt.NDArray[np.float64]
+__all__ = ["PointArcs", "build_point_graph", "point_normals"]
 
 
 class PointArcs(NamedTuple):
     """Points as cells, with arcs in CSR form."""
 
     measures: Floats
-    offsets: npt.NDArray[np.int64]
-    neighbors: npt.NDArray[np.int32]
+    offsets: Longs
+    neighbors: Ints
     border_lengths: Floats
 
 

@@ -10,13 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Ints, Longs
 from ..cells.cell_graph import ArcMeasures
 from ..cells.kinds import kind_of
 from ..mesh.faces import AnyMesh, corners_of
 
 __all__ = ["RegionArc", "RegionShape", "region_arcs", "region_shapes"]
-
-Floats = npt.NDArray[np.float64]
 
 
 class RegionShape(NamedTuple):
@@ -118,10 +117,7 @@ def _mean(simplices: list[_Simplex]) -> Floats:
 
 
 def region_arcs(
-    offsets: npt.NDArray[np.int64],
-    neighbors: npt.NDArray[np.int32],
-    measures: ArcMeasures,
-    labels: npt.ArrayLike,
+    offsets: Longs, neighbors: Ints, measures: ArcMeasures, labels: npt.ArrayLike
 ) -> list[RegionArc]:
     """The borders between regions, sorted; of an arc and the one that leads back, one counts."""
     regions = np.asarray(labels).tolist()

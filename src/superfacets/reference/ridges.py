@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Bools, Floats
 from ..mesh.triangle_mesh import Mesh
 from .face_graph import Arc
 
@@ -20,12 +20,7 @@ MAX_STEPS = 64
 
 
 def find_ridges(
-    mesh: Mesh,
-    arcs: list[Arc],
-    thetas: npt.NDArray[np.float64],
-    concave: npt.NDArray[np.bool_],
-    *,
-    weld: bool,
+    mesh: Mesh, arcs: list[Arc], thetas: Floats, concave: Bools, *, weld: bool
 ) -> list[int]:
     """Arcs across sharp convex edges between triangles that are flat beside them.
 
@@ -48,7 +43,7 @@ class _Surface:
         for index, arc in enumerate(arcs):
             self._of_face.setdefault(arc.face, []).append((arc.neighbor, index))
 
-    def is_flat_beside(self, index: int, thetas: npt.NDArray[np.float64]) -> bool:
+    def is_flat_beside(self, index: int, thetas: Floats) -> bool:
         """Whether an arc is the only one between its faces, and both are flat but for it."""
         face, _, neighbor, _ = self._arcs[index]
         is_only = [other for other, _ in self._of_face[face]].count(neighbor) == 1

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array
 from ..cells.cell_graph import CellGraph
 from .graphs import expand, find_components, first_cell
 from .update import update_centers
@@ -16,7 +15,7 @@ from .vectors import dot
 __all__ = ["farthest_seeds", "flood_seeds", "geodesic_seeds", "grid_seeds"]
 
 
-def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[npt.NDArray[Any], list[int]]:
+def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:
     """Component of each cell, and the components that are no islands, the largest first."""
     components = np.array(find_components(graph, np.zeros(graph.n_cells)))
     measures = np.bincount(components, graph.measures)  # bincount adds in the order of the cells

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats
 from ..cells.face_graph import FaceGraph
 from ..mesh.triangle_mesh import Mesh
 from .elementary import exponential
@@ -14,8 +14,6 @@ from .patches import Patches
 from .vectors import norm
 
 __all__ = ["smooth_borders"]
-
-Floats = npt.NDArray[np.float64]
 
 
 def smooth_borders(

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Floats
 from ..mesh.triangle_mesh import Mesh
 
 __all__ = ["Part", "subdivide"]
-
-Floats = npt.NDArray[np.float64]
 
 
 class _Edge(NamedTuple):

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
+
+from .._types import Floats, Ints
 
 __all__ = ["cone_of_rays", "ray_thickness", "typical_length"]
 
-Floats = npt.NDArray[np.float64]
 
 COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
 
@@ -38,7 +38,7 @@ def typical_length(lengths: Sequence[float], weights: Sequence[float]) -> float:
 
 def ray_thickness(
     vertices: Floats,
-    triangles: npt.NDArray[np.int32],
+    triangles: Ints,
     starts: Floats,
     axes: Floats,
     n_rays: int,

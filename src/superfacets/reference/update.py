@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array, Floats
 from ..cells.cell_graph import CellGraph
 from .vectors import dot
 
 __all__ = ["update_centers"]
 
-Floats = npt.NDArray[np.float64]
 
-
-def update_centers(graph: CellGraph, labels: npt.NDArray[Any]) -> list[int]:
+def update_centers(graph: CellGraph, labels: Array) -> list[int]:
     """The cell of each region nearest to the weighted mean of its positions; -1 is no region."""
     n_regions = int(labels.max()) + 1
     labels = np.where(labels < 0, n_regions, labels)
@@ -33,7 +30,7 @@ def update_centers(graph: CellGraph, labels: npt.NDArray[Any]) -> list[int]:
     return [int(min(cells[labels == r], key=lambda cell: squared[cell])) for r in range(n_regions)]
 
 
-def _fixed_point_means(graph: CellGraph, labels: npt.NDArray[Any]) -> Floats:
+def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
     """Means whose sums are exact, whatever their order; NaN for regions too small for that.
 
     Each cell adds whole numbers: its measure, and its measure times its position from the low

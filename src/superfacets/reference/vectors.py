@@ -8,11 +8,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from .._types import Floats
 
 __all__ = ["cross", "dot", "norm"]
-
-Floats = npt.NDArray[np.float64]
 
 
 def dot(a: Floats, b: Floats) -> Any:

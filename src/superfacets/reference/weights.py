@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Bools, Floats, Singles
 from ..mesh.triangle_mesh import Mesh
 from .elementary import arctangent
 from .face_graph import Arc, measure_faces
@@ -14,8 +14,6 @@ from .ridges import SHARP_ANGLE, find_ridges
 from .vectors import cross, dot, norm
 
 __all__ = ["quantize_weights", "superfacet_weights", "unit_normals"]
-
-Floats = npt.NDArray[np.float64]
 
 
 def superfacet_weights(
@@ -59,7 +57,7 @@ def superfacet_weights(
 
 def _measure_arcs(
     mesh: Mesh, arcs: list[Arc], *, inside_out: bool
-) -> tuple[Floats, Floats, Floats, npt.NDArray[np.bool_]]:
+) -> tuple[Floats, Floats, Floats, Bools]:
     """Of each arc the way over its edge, the length of that, its angle, and if it is concave."""
     centroids, areas = measure_faces(mesh)
     normals = unit_normals(mesh)
@@ -118,7 +116,7 @@ def _signed_volume(mesh: Mesh, arcs: list[Arc], weld: bool) -> float:
     return float(np.sum(dot(a, cross(b, c)))) / 6.0
 
 
-def quantize_weights(weights: Floats) -> tuple[npt.NDArray[np.float32], float]:
+def quantize_weights(weights: Floats) -> tuple[Singles, float]:
     """Weights as whole numbers of a unit, and the unit."""
     chunks = np.zeros((-(-len(weights) // 4096), 4096))
     chunks.flat[: len(weights)] = weights

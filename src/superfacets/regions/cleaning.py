@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-import numpy.typing as npt
-
 from .._options import CleanupOptions
+from .._types import Ints
 from ..cells.constraints import NO_GROUPS
 from ..clustering.segmentation import Segmentation
 from .connect import connect_regions
@@ -22,7 +20,7 @@ def clean(
     costs: BorderCosts,
     result: Segmentation,
     options: CleanupOptions,
-    groups: npt.NDArray[np.int32] = NO_GROUPS,
+    groups: Ints = NO_GROUPS,
     max_distance: float = MAX_DISTANCE,
 ) -> Segmentation:
     """Return the result with its regions cleaned up; those of different groups never join.

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints
 from .._validate import checked_region_centers
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -13,8 +14,6 @@ from ..cells.sums import sums_by_label
 from .edit import BorderCosts, LabeledPart, RegionEdit
 
 __all__ = ["connect_regions", "enforce_connectivity"]
-
-Ints = npt.NDArray[np.int32]
 
 
 def enforce_connectivity(
@@ -107,7 +106,7 @@ def connect_regions(
     )
 
 
-def _largest_pieces(region_of_piece: Ints, areas: npt.NDArray[np.float64], n_regions: int) -> Ints:
+def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
     """The largest piece of each region, first of equals."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Floats, Ints
 from .._validate import checked_count
 from ..cells.sums import sums_by_label
 from ..clustering.segmentation import Segmentation
@@ -28,8 +28,6 @@ MERGE_CREASE_SCALE = 1.6
 Creases are deeper here than for `smooth_borders`: with 3 the error is 0.222 at the same
 compactness."""
 
-Ints = npt.NDArray[np.int32]
-Floats = npt.NDArray[np.float64]
 Borders = tuple[Ints, Ints, Floats, Floats]
 
 

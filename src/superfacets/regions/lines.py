@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Bools, Floats, Ints, Longs
 from .._validate import checked_regions, checked_threads, freeze
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_mesh
@@ -18,8 +19,6 @@ from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 
 __all__ = ["BorderLines", "border_lines", "find_boundaries"]
 
-Ints = npt.NDArray[np.int32]
-Longs = npt.NDArray[np.int64]
 
 NO_REGION = -1
 """What a border separates a region from where there is no other: at the boundary of the mesh."""
@@ -54,8 +53,8 @@ class BorderLines:
     vertices: Ints
     offsets: Longs
     regions: Ints
-    is_closed: npt.NDArray[np.bool_]
-    lengths: npt.NDArray[np.float64]
+    is_closed: Bools
+    lengths: Floats
     junctions: Ints
 
     def __len__(self) -> int:
@@ -217,7 +216,7 @@ def _lines_of(segments: _Segments, mesh: FaceMesh) -> BorderLines:
     return lines
 
 
-def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> npt.NDArray[np.bool_]:
+def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
     """Whether borders run through each vertex: two edges meet there, with the same regions."""
     firsts = np.flatnonzero(np.diff(segments.edges, prepend=-1))
     at, kinds = ends[firsts].ravel(), np.repeat(segments.kinds, 2)
@@ -229,7 +228,7 @@ def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> npt.NDArray[n
     return np.asarray(is_pair & (lowest == highest))
 
 
-def _partners_of(at: Longs, regions: Ints, goes_on: npt.NDArray[np.bool_]) -> Longs:
+def _partners_of(at: Longs, regions: Ints, goes_on: Bools) -> Longs:
     """The end of a segment that each end meets where a line goes on, else -1, shape (2 S,)."""
     partners = np.full(len(at), -1, dtype=np.int64)
     ends = np.flatnonzero(goes_on[at])
@@ -245,7 +244,7 @@ def find_boundaries(
     *,
     weld: bool = True,
     n_threads: int | None = None,
-) -> npt.NDArray[np.bool_]:
+) -> Bools:
     """Return which cells have a neighbor with another label.
 
     As scikit-image's ``find_boundaries`` marks pixels on both sides of a border (its mode

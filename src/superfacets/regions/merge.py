@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
 from .._options import ISLANDS, Islands
+from .._types import Array, Ints
 from .._validate import checked_choice, checked_number
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -21,7 +21,6 @@ from .edit import BorderCosts, LabeledPart, RegionEdit
 
 __all__ = ["merge_regions", "merge_small_regions"]
 
-Ints = npt.NDArray[np.int32]
 Places = npt.NDArray[np.intp]
 
 
@@ -167,7 +166,7 @@ def _by_group(
             yield some, others
 
 
-def _split_by(values: npt.NDArray[Any], keys: Ints) -> dict[int, npt.NDArray[Any]]:
+def _split_by(values: Array, keys: Ints) -> dict[int, Array]:
     """The values of each key, in their order."""
     found, counts = np.unique(keys, return_counts=True)
     parts = np.split(values[np.argsort(keys, kind="stable")], np.cumsum(counts)[:-1])

@@ -7,21 +7,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Floats, Ints
 from .._validate import checked_classes, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, kind_of
 from ..cells.majority import weighted_majority
-from ..cells.nearest import checked_distance, nearest_cells, query_points
+from ..cells.nearest import checked_distance, query_points
 from ..mesh.samples import sample_faces
 
 __all__ = ["transfer"]
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Of the largest coordinate: how far centroids may lie beside the faces that they are of."""
-
-Ints = npt.NDArray[np.int32]
 
 
 def transfer(
@@ -93,8 +92,8 @@ def transfer(
     goal = _as_target(target)
     limit += _ROUNDING * float(np.abs(source.bounds).max())
 
-    def labels_at(points: npt.NDArray[np.float64]) -> Ints:
-        nearest = nearest_cells(source, points, limit, threads).faces
+    def labels_at(points: Floats) -> Ints:
+        nearest, _, _ = kind_of(source).nearest(source, points, limit, threads)
         return np.append(given, np.int32(-1))[nearest]  # -1 stays -1
 
     if isinstance(goal, np.ndarray):

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Ints, Longs
 from .._validate import checked_regions, is_extent_valid
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -18,8 +19,6 @@ from ..errors import MeshError
 from ..mesh.faces import AnyCells
 
 __all__ = ["Splitter", "Submesh", "split_regions", "submesh"]
-
-Ints = npt.NDArray[np.int32]
 
 
 class Submesh(NamedTuple):
@@ -116,7 +115,7 @@ def split_regions(cells: MeshLike | CloudLike, labels: npt.ArrayLike) -> Iterato
     return _all_parts(whole, order[starts[0] :], starts - starts[0])
 
 
-def _all_parts(whole: Any, order: Ints, starts: npt.NDArray[np.int64]) -> Iterator[Submesh]:
+def _all_parts(whole: Any, order: Ints, starts: Longs) -> Iterator[Submesh]:
     """Yield all parts; what takes long, numbers of vertices and checks, is done for all at once.
 
     Cells of part i are ``order[starts[i]:starts[i + 1]]``.

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Array, Floats, Ints, Longs
 from .._validate import (
     checked_choice,
     checked_classes,
@@ -27,8 +28,6 @@ from .vertices import corner_groups
 
 __all__ = ["Pooling", "pool", "snap", "unpool"]
 
-Ints = npt.NDArray[np.int32]
-Floats = npt.NDArray[np.float64]
 
 Pooling = Literal["mean", "sum", "max", "min", "majority"]
 _POOLINGS = ("mean", "sum", "max", "min", "majority")
@@ -44,7 +43,7 @@ def pool(
     how: Pooling = "mean",
     cells: MeshLike | CloudLike | CellGraph | None = None,
     measures: npt.ArrayLike | None = None,
-) -> npt.NDArray[Any]:
+) -> Array:
     """Return one value, or one row of values, per region.
 
     Parameters
@@ -115,9 +114,7 @@ def pool(
     return reduce(columns, members).reshape(n_regions, *table.shape[1:])
 
 
-def unpool(
-    values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = None
-) -> npt.NDArray[Any]:
+def unpool(values: npt.ArrayLike, labels: npt.ArrayLike, fill: float | None = None) -> Array:
     """Return the value, or row of values, of its region for each cell.
 
     Parameters
@@ -159,7 +156,7 @@ def unpool(
     missing = _checked_fill(fill, table.dtype)
     if not len(table):
         return np.full((len(array), *table.shape[1:]), missing)
-    spread: npt.NDArray[Any] = table[array]
+    spread: Array = table[array]
     spread[is_outside] = missing
     return spread
 
@@ -219,13 +216,13 @@ class _Members:
     regions: npt.NDArray[np.integer]  # of each member
     rows: npt.NDArray[np.integer]  # of the values of each member
     weights: Floats | None  # of each member; None: all alike
-    starts: npt.NDArray[np.int64]  # (K + 1,); no region is empty
+    starts: Longs  # (K + 1,); no region is empty
 
     @property
     def n_regions(self) -> int:
         return len(self.starts) - 1
 
-    def blocks(self) -> Iterator[tuple[slice, slice, npt.NDArray[np.int64]]]:
+    def blocks(self) -> Iterator[tuple[slice, slice, Longs]]:
         """Regions, their members, and where each region begins among these."""
         first = 0
         while first < self.n_regions:
@@ -241,7 +238,7 @@ class _Members:
 
 
 def _members_of(
-    values: npt.NDArray[Any],
+    values: Array,
     labels: Ints,
     n_regions: int,
     weights: Floats | None,
@@ -268,7 +265,7 @@ def _members_of(
     )
 
 
-def _means(table: npt.NDArray[Any], members: _Members) -> Floats:
+def _means(table: Array, members: _Members) -> Floats:
     means = np.empty((members.n_regions, table.shape[1]))
     weights = _positive_weights(members)
     with np.errstate(invalid="ignore", over="ignore"):  # of infinite values
@@ -292,7 +289,7 @@ def _positive_weights(members: _Members) -> Floats:
     return np.where(highest[members.regions] > 0, members.weights, 1.0)
 
 
-def _sums(table: npt.NDArray[Any], members: _Members) -> Floats:
+def _sums(table: Array, members: _Members) -> Floats:
     sums = np.empty((members.n_regions, table.shape[1]))
     with np.errstate(invalid="ignore", over="ignore"):
         for regions, inside, starts in members.blocks():
@@ -303,22 +300,22 @@ def _sums(table: npt.NDArray[Any], members: _Members) -> Floats:
     return sums
 
 
-def _highest(table: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]:
+def _highest(table: Array, members: _Members) -> Array:
     return _extremes(np.maximum, table, members)
 
 
-def _lowest(table: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]:
+def _lowest(table: Array, members: _Members) -> Array:
     return _extremes(np.minimum, table, members)
 
 
-def _extremes(operation: np.ufunc, table: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]:
+def _extremes(operation: np.ufunc, table: Array, members: _Members) -> Array:
     extremes = np.empty((members.n_regions, table.shape[1]), table.dtype)
     for regions, inside, starts in members.blocks():
         extremes[regions] = operation.reduceat(table[members.rows[inside]], starts)
     return extremes
 
 
-def _majorities(column: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]:
+def _majorities(column: Array, members: _Members) -> Array:
     """The value with the most weight in each region; -1 where none is known."""
     votes, names = _codes(column[members.rows])
     regions, weights = members.regions, members.weights
@@ -331,7 +328,7 @@ def _majorities(column: npt.NDArray[Any], members: _Members) -> npt.NDArray[Any]
     return winners.astype(column.dtype) if names is None else names[winners]
 
 
-def _codes(values: npt.NDArray[Any]) -> tuple[Ints, npt.NDArray[Any] | None]:
+def _codes(values: Array) -> tuple[Ints, Array | None]:
     """Integers as int32 in their order, with -1 for -1 alone, and what the others stand for.
 
     They stand for themselves where None is returned.
@@ -346,7 +343,7 @@ def _codes(values: npt.NDArray[Any]) -> tuple[Ints, npt.NDArray[Any] | None]:
     return codes.astype(np.int32), names
 
 
-def _checked_values(values: npt.ArrayLike, how: str) -> npt.NDArray[Any]:
+def _checked_values(values: npt.ArrayLike, how: str) -> Array:
     """Numbers or bools, one or a row of them per cell."""
     refuse_mask(values, "values")
     array = np.asarray(values)
@@ -382,7 +379,7 @@ def _weights_of(
     return None if source is None else measures_of(source, threads)
 
 
-def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:
     """What stands for no value, in the type of the values; a ValueError if that cannot hold it."""
     if fill is None:
         fill = np.nan if dtype.kind == "f" else -1

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Ints
 from .._validate import checked_number, checked_seeds
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
@@ -13,7 +14,6 @@ from .edit import BorderCosts, LabeledPart
 
 __all__ = ["MAX_DISTANCE", "smooth_borders", "straighten"]
 
-Ints = npt.NDArray[np.int32]
 
 MAX_DISTANCE = 1.0
 """In r. On the benchmark models compactness is 4.59 at 0.6, 4.49 at 1 and 4.44 at 1.3, and the
@@ -35,7 +35,7 @@ def smooth_borders(
     max_distance: float = MAX_DISTANCE,
     weld: bool = True,
     n_threads: int | None = None,
-) -> npt.NDArray[np.int32]:
+) -> Ints:
     r"""Return labels with straight borders where the surface is smooth, and in creases elsewhere.
 
     Chains of up to eight faces move from one region to the next as long as that makes the borders
@@ -106,9 +106,7 @@ def smooth_borders(
     return part.whole_labels(straighten(part.costs, part.labels, fixed, max_distance))
 
 
-def straighten(
-    costs: BorderCosts, labels: Ints, fixed: Ints, max_distance: float
-) -> npt.NDArray[np.int32]:
+def straighten(costs: BorderCosts, labels: Ints, fixed: Ints, max_distance: float) -> Ints:
     """Smooth the borders of what has been checked; `max_distance` in r."""
     return _core.smooth_borders(
         *costs.args,

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Ints, Longs
 from .._validate import checked_classes, checked_threads, ranked_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -17,7 +18,7 @@ from ..errors import MeshError
 __all__ = ["corner_groups", "vertex_ids", "vertex_labels"]
 
 
-def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> npt.NDArray[np.int32]:
+def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> Ints:
     """Return one label per vertex: that of most of the area around it.
 
     Parameters
@@ -68,7 +69,7 @@ def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> npt.NDAr
     return weighted_majority(vertices, of_corners, weights, cells.n_vertices)
 
 
-def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> npt.NDArray[np.int64]:
+def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
     """Return an id for each vertex: its label, by `vertex_labels`, but all regions have a vertex.
 
     A region that has most of the area around no vertex gets the first of its corners of which the
@@ -86,9 +87,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> npt.NDArray[
     return ids
 
 
-def _give_vertices(
-    of_vertices: npt.NDArray[np.int32], cells: Any, labels: npt.NDArray[np.int32], n: int
-) -> None:
+def _give_vertices(of_vertices: Ints, cells: Any, labels: Ints, n: int) -> None:
     """Give a vertex to each of the n regions that has none, where another has one to spare."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=n)
     lost = np.flatnonzero(counts == 0)
@@ -108,7 +107,7 @@ def _give_vertices(
             of_vertices[spare[0]] = region
 
 
-def corner_groups(cells: Any) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.int64] | int]:
+def corner_groups(cells: Any) -> tuple[Ints, Longs | int]:
     """Vertices of the corners of all cells in a row, and the number of corners of each cell."""
     kind = kind_of(cells)
     corners = kind.corners(cells)

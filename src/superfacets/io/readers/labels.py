@@ -43,9 +43,8 @@ def read_labels(
         The ending, in any case, tells the format: ``.npy`` (one-dimensional, any integer type),
         ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
         ``label``; the faces may be polygons; where there are none, of the vertices), ``.vtp``,
-        ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``); of
-        point clouds also ``.csv``, ``.xyz``, ``.las``, ``.laz`` and ``.e57`` (a column or dimension
-        ``label``).
+        ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``); and the other
+        formats of `read_cloud` (a column or dimension ``label``).
     n_faces : int, optional
         Faces of the mesh that the labels are for; checked where given.
     name : str, default "label"
@@ -158,7 +157,7 @@ def _has_column(data: Content, name: str, *, ending: str) -> bool:
     return name in CLOUD_READERS[ending](data).attributes.vertex
 
 
-_OF_CLOUDS = (".csv", ".e57", ".las", ".laz", ".xyz")
+_OF_CLOUDS = tuple(ending for ending in CLOUD_READERS if ending not in (".ply", ".npy", ".txt"))
 """Files of clouds; .npy and .txt are more often labels alone."""
 
 _READERS: dict[str, Callable[[Content, str], npt.NDArray[Any]]] = {

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Bytes, Ints
 from ..._validate import refuse_mask
 from ...cells.kinds import Kind, kind_of
 from ...errors import MeshError
@@ -110,7 +110,7 @@ class FormatOptions:
         names = None if classes is None else tuple(map(_checked_class, classes))
         return cls(ascii, label_name, vertex_labels, names)
 
-    def check_classes(self, labels: npt.NDArray[np.int32] | None) -> None:
+    def check_classes(self, labels: Ints | None) -> None:
         """Raise a ValueError if there are classes, but not one for each label."""
         if self.classes is None:
             return
@@ -132,7 +132,7 @@ class CellWriter:
     """Cells and what goes with them, to be written to files of any format."""
 
     cells: AnyCells
-    labels: npt.NDArray[np.int32] | None
+    labels: Ints | None
     given_colors: Any
     attributes: MeshAttributes | None
     options: FormatOptions
@@ -172,7 +172,7 @@ class CellWriter:
         WRITERS[kind_of(cells).name][ending](file, cells, labels, colors, **keywords)
 
     @cached_property
-    def _colors(self) -> npt.NDArray[np.uint8] | None:
+    def _colors(self) -> Bytes | None:
         """The colors as given, or those of the labels, or None where there are neither."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # checked
@@ -202,7 +202,7 @@ def _check_kind(kind: Kind, ending: str) -> None:
         raise MeshError(f"{kind.plural} are written as {listed}, not as {ending}")
 
 
-def _checked_colors(colors: Any, mesh: AnyCells) -> npt.NDArray[np.uint8] | None:
+def _checked_colors(colors: Any, mesh: AnyCells) -> Bytes | None:
     if colors is None:
         return None
     refuse_mask(colors, "colors")
@@ -225,7 +225,7 @@ def _check_attributes(attributes: Any, cells: Any) -> None:
         n_vertices, n_faces = cells.n_cells, 0
     else:
         n_vertices, n_faces = cells.n_vertices, cells.n_cells
-    owners: tuple[tuple[str, Mapping[str, npt.NDArray[Any]], int], ...] = (
+    owners: tuple[tuple[str, Mapping[str, Array], int], ...] = (
         ("vertex", attributes.vertex, n_vertices),
         ("face", attributes.face, n_faces),
     )

@@ -12,6 +12,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._types import Ints, Longs
 from ..._validate import ranked_labels
 from ...cells.kinds import kind_of
 from ...errors import MeshError
@@ -40,7 +41,7 @@ class IdWriter:
     """Labels of cells, to be written to files of any format that holds labels alone."""
 
     cells: AnyCells
-    labels: npt.NDArray[np.int32] | None
+    labels: Ints | None
     options: FormatOptions
 
     def checked(self, endings: Sequence[str]) -> IdWriter:
@@ -83,7 +84,7 @@ class IdWriter:
         return len(np.setdiff1d(self.labels, self._vertex_ids))
 
     @cached_property
-    def _vertex_ids(self) -> npt.NDArray[np.int64]:
+    def _vertex_ids(self) -> Longs:
         from ...regions.vertices import vertex_ids
 
         assert self.labels is not None
@@ -136,13 +137,13 @@ def _check_triangles(cells: AnyCells) -> None:
         raise MeshError(f".sstk.json holds labels of triangles, and these are {kind.noun}s")
 
 
-def _check_all_in_regions(labels: npt.NDArray[np.int32], ending: str) -> None:
+def _check_all_in_regions(labels: Ints, ending: str) -> None:
     if labels.min() < 0:
         first = int(np.argmin(labels))
         raise MeshError(f"labels[{first}] is {labels[first]}; ids in {ending} are 0 and up")
 
 
-def _check_nested(levels: Sequence[npt.NDArray[np.int32]]) -> None:
+def _check_nested(levels: Sequence[Ints]) -> None:
     """Raise a MeshError if a region is in several regions of the next level."""
     for level, (fine, coarse) in enumerate(pairwise(levels)):
         _, firsts, places = np.unique(fine, return_index=True, return_inverse=True)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
 import numpy.typing as npt
 
+from ..._types import Array, Bytes, Ints
 from ...mesh.faces import FaceMesh, corners_of
 from ..attributes import MeshAttributes
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
@@ -18,8 +19,8 @@ __all__ = ["face_lines", "write_obj"]
 def write_obj(
     file: IO[bytes],
     mesh: FaceMesh,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
+    labels: Ints | None,
+    colors: Bytes | None,
     *,
     ascii: bool,
     attributes: MeshAttributes | None = None,
@@ -54,7 +55,7 @@ def face_lines(
     begin: str,
     *,
     first: int = 0,
-    ends: tuple[npt.NDArray[Any], ...] = (),
+    ends: tuple[Array, ...] = (),
 ) -> Iterator[list[bytes]]:
     """Lines of text of some faces: the corners, counted from `first`, between `begin` and `ends`.
 
@@ -65,11 +66,7 @@ def face_lines(
 
 
 def _lines_of(
-    mesh: FaceMesh,
-    faces: npt.NDArray[np.integer],
-    begin: str,
-    first: int,
-    ends: tuple[npt.NDArray[Any], ...],
+    mesh: FaceMesh, faces: npt.NDArray[np.integer], begin: str, first: int, ends: tuple[Array, ...]
 ) -> list[bytes]:
     lines = np.empty(len(faces), dtype=object)
     corners, offsets = corners_of(mesh).of(faces)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import IO
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Bytes, Ints
 from ...mesh.faces import FaceMesh
 from ..attributes import MeshAttributes
 from .obj import face_lines
@@ -18,8 +18,8 @@ __all__ = ["write_off"]
 def write_off(
     file: IO[bytes],
     mesh: FaceMesh,
-    labels: npt.NDArray[np.int32] | None,
-    colors: npt.NDArray[np.uint8] | None,
+    labels: Ints | None,
+    colors: Bytes | None,
     *,
     ascii: bool,
     attributes: MeshAttributes | None = None,

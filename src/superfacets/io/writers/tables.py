@@ -12,13 +12,14 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ...errors import MissingExtraError
 from ..atomic import StrPath, atomic_outputs
 from ..guards import known_ending
 
 __all__ = ["LINE_ENDINGS", "TABLE_ENDINGS", "Columns", "print_csv", "write_lines", "write_tables"]
 
-Columns = Mapping[str, npt.NDArray[Any]]
+Columns = Mapping[str, Array]
 """Columns of a table by name, all of the same length."""
 
 TABLE_ENDINGS = (".csv", ".json", ".parquet")
@@ -83,9 +84,7 @@ def _write_parquet(path: Path, columns: Columns) -> None:
 
 
 def write_lines(
-    path: StrPath,
-    vertices: npt.NDArray[np.float64],
-    lines: Iterable[tuple[str, npt.NDArray[np.integer]]],
+    path: StrPath, vertices: Floats, lines: Iterable[tuple[str, npt.NDArray[np.integer]]]
 ) -> None:
     """Write lines as OBJ, each in a group of its name; those that are closed repeat their first.
 

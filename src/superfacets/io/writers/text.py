@@ -8,6 +8,8 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._types import Array, Floats
+
 __all__ = [
     "ROWS_AT_ONCE",
     "coordinate_format",
@@ -21,7 +23,7 @@ ROWS_AT_ONCE = 1 << 14
 """Rows turned into text at a time: they stay in the cache."""
 
 
-def text_rows(row: str, columns: Sequence[npt.NDArray[Any]]) -> bytes:
+def text_rows(row: str, columns: Sequence[Array]) -> bytes:
     """Rows of text in one format operation; `row` has a conversion for each column."""
     lists = [column.tolist() for column in columns]
     n_rows = len(lists[0])
@@ -31,7 +33,7 @@ def text_rows(row: str, columns: Sequence[npt.NDArray[Any]]) -> bytes:
     return (row * n_rows % tuple(flat)).encode("ascii")
 
 
-def write_rows(file: IO[bytes], row: str, columns: Sequence[npt.NDArray[Any]]) -> None:
+def write_rows(file: IO[bytes], row: str, columns: Sequence[Array]) -> None:
     """Write a row of text for each row of the columns, which are as long as each other."""
     for begin in range(0, len(columns[0]), ROWS_AT_ONCE):
         file.write(text_rows(row, [column[begin : begin + ROWS_AT_ONCE] for column in columns]))
@@ -46,12 +48,12 @@ def write_list(file: IO[bytes], numbers: npt.NDArray[np.integer[Any]]) -> None:
     file.write(b"]")
 
 
-def coordinate_format(values: npt.NDArray[np.float64]) -> str:
+def coordinate_format(values: Floats) -> str:
     """The shortest conversion that reads back as the same numbers, whatever they are."""
     return "%.9g" if fits_single(values) else "%.17g"
 
 
-def fits_single(values: npt.NDArray[np.float64]) -> bool:
+def fits_single(values: Floats) -> bool:
     """Whether float32 holds all of the values exactly."""
     with np.errstate(over="ignore"):  # what becomes infinite is not equal
         return all(

@@ -4,13 +4,13 @@ They are no part of the pipeline, and nothing in the package depends on them.
 """
 
 from .metis import metis_partition
-from .spectral import SpectralEmbedding, normalized_cuts, spectral_embedding
+from .spectral import AffinityEmbedding, affinity_embedding, normalized_cuts
 from .vsa import variational_shape_approximation
 
 __all__ = [
-    "SpectralEmbedding",
+    "AffinityEmbedding",
+    "affinity_embedding",
     "metis_partition",
     "normalized_cuts",
-    "spectral_embedding",
     "variational_shape_approximation",
 ]

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ... import _core
 from ..._timing import timed
-from ..._validate import compact_labels
+from ..._validate import compact_partial_labels
 from ...adapters.convert import MeshLike, as_mesh
 from ...cells.cell_graph import CellGraph
 from ...cells.face_graph import FaceGraph, build_face_graph
@@ -71,7 +71,7 @@ class FaceCells:
 
         Labels that no face has are skipped.
         """
-        compact, _ = compact_labels(labels, self.graph.n_cells)
+        compact, _ = compact_partial_labels(labels, self.graph.n_cells)
         timings = dict(self.timings)
         with timed(timings, "update"):
             centers = update_centers(self.graph, compact, n_threads=n_threads)

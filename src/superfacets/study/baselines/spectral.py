@@ -18,7 +18,7 @@ from ...clustering.segmentation import Segmentation
 from ...errors import MissingExtraError
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
-__all__ = ["SpectralEmbedding", "normalized_cuts", "spectral_embedding"]
+__all__ = ["AffinityEmbedding", "affinity_embedding", "normalized_cuts"]
 
 SIGMA = 0.1
 """Width of the affinity in mean path lengths.
@@ -62,7 +62,7 @@ class _EmbeddedComponent(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class SpectralEmbedding:
+class AffinityEmbedding:
     """Eigenvectors of a mesh that give its normalized cuts for any number of regions.
 
     Attributes
@@ -230,7 +230,7 @@ def normalized_cuts(
     >>> normalized_cuts(square, 2)
     Segmentation(2 cells, 2 regions, 1 iterations, converged)
     """
-    return spectral_embedding(
+    return affinity_embedding(
         mesh,
         n_segments,
         alpha=alpha,
@@ -244,7 +244,7 @@ def normalized_cuts(
     ).segment()
 
 
-def spectral_embedding(
+def affinity_embedding(
     mesh: MeshLike,
     n_vectors: int | None = None,
     *,
@@ -256,7 +256,7 @@ def spectral_embedding(
     max_memory: float = MAX_MEMORY,
     weld: bool = True,
     n_threads: int | None = None,
-) -> SpectralEmbedding:
+) -> AffinityEmbedding:
     """Return the eigenvectors from which normalized cuts come, for up to `n_vectors` regions.
 
     All but the last step of `normalized_cuts`, once for many numbers of regions.
@@ -270,7 +270,7 @@ def spectral_embedding(
 
     Returns
     -------
-    SpectralEmbedding
+    AffinityEmbedding
 
     Raises
     ------
@@ -280,7 +280,7 @@ def spectral_embedding(
     Examples
     --------
     >>> square = ([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
-    >>> embedding = spectral_embedding(square, 2)
+    >>> embedding = affinity_embedding(square, 2)
     >>> [embedding.segment(k).labels.tolist() for k in (1, 2)]
     [[0, 0], [0, 1]]
     """
@@ -301,7 +301,7 @@ def spectral_embedding(
     affinity = _Affinity(width, None if reach is None else reach * cells.radius, threads)
     cells.params.update(method="ncuts", sigma=sigma, sigma_length=width, reach=reach)
     embedded = [_embed(cells, component, affinity) for component in components]
-    return SpectralEmbedding(cells, embedded, threads)
+    return AffinityEmbedding(cells, embedded, threads)
 
 
 @dataclass(frozen=True)

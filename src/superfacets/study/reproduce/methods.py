@@ -98,9 +98,9 @@ def _vsa(
 
 
 def _normalized_cuts(mesh: FaceMesh, setting: Setting, *, reach: float | None) -> Segmenter:
-    from ..baselines import spectral_embedding
+    from ..baselines import affinity_embedding
 
-    embedding = spectral_embedding(
+    embedding = affinity_embedding(
         mesh,
         min(setting.most_segments, mesh.n_faces),
         alpha=setting.alpha,

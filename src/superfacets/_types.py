@@ -1,0 +1,20 @@
+"""Arrays by the type of their elements."""
+
+from __future__ import annotations
+
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["Array", "Bools", "Bytes", "Floats", "Ints", "Longs", "Singles"]
+
+Array: TypeAlias = npt.NDArray[Any]
+Bools: TypeAlias = npt.NDArray[np.bool_]
+Bytes: TypeAlias = npt.NDArray[np.uint8]
+Floats: TypeAlias = npt.NDArray[np.float64]
+Singles: TypeAlias = npt.NDArray[np.float32]
+Ints: TypeAlias = npt.NDArray[np.int32]
+"""Cells, vertices and labels."""
+Longs: TypeAlias = npt.NDArray[np.int64]
+"""Offsets."""
