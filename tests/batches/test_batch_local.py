@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 
+import psutil
 import pytest
 from batch_folders import records_of, results_in
 from local_workers import worker_processes
@@ -150,6 +151,21 @@ def many(scans):
     return scans
 
 
+def wait_for_the_end_of_session(number):
+    """Return when no process is left that the command, or one of its processes, has started."""
+    deadline = time.monotonic() + 20
+    while any(session_of(pid) == number for pid in psutil.pids()):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def session_of(pid):
+    try:
+        return os.getsid(pid)
+    except OSError:
+        return None
+
+
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="no groups of processes here")
 @pytest.mark.parametrize(("how", "status"), [("SIGINT", 130), ("SIGTERM", 130), ("SIGKILL", -9)])
 def test_a_batch_that_is_ended_goes_on_where_it_was(many, alone, tmp_path, how, status):
@@ -161,6 +177,7 @@ def test_a_batch_that_is_ended_goes_on_where_it_was(many, alone, tmp_path, how, 
         process.send_signal(getattr(signal, how))
     _, errors = process.communicate(timeout=60)
     assert process.returncode == status
+    wait_for_the_end_of_session(process.pid)
     if how != "SIGKILL":
         lines = [line for line in errors.split("\n") if line and "bad.ply" not in line]
         assert lines == ["superfacets: error: interrupted"]
@@ -191,11 +208,15 @@ def test_a_script_needs_no_guard_as_workers_do_not_import_it(scans, tmp_path):
 
 
 def test_workers_run_no_code_of_the_current_folder(scans, tmp_path):
-    for name in ("multiprocessing", "concurrent", "numpy", "psutil", "pickle", "superfacets"):
-        (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
-    command = [sys.executable, "-P", "-m", "superfacets", "batch", str(scans), "--workers", "2"]
+    here = tmp_path / "here"
+    here.mkdir()
+    for name in ("multiprocessing", "numpy", "psutil", "pickle", "superfacets"):
+        (here / f"{name}.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')")
+    script = tmp_path / "command.py"  # as what is installed: its folder is not the current one
+    script.write_text("from superfacets.__main__ import main; main()")
+    command = [sys.executable, str(script), "batch", str(scans), "--workers", "2"]
     command += ["-o", str(tmp_path / "out"), "-n", "20"]
-    ended = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    ended = subprocess.run(command, cwd=here, capture_output=True, text=True, check=False)
     assert ended.stdout.startswith("4 files done")
     assert not (tmp_path / "ran").exists()
 

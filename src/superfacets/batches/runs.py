@@ -178,10 +178,9 @@ def batch(
 
     Notes
     -----
-    A file that needs more than its share of a worker's memory (an estimate by its size), and one at
-    which workers were killed, is done when the others are, alone, with all memory of this machine
-    or, on a cluster, of a worker. Elsewhere than on Linux and on a cluster, a script has to call
-    this below ``if __name__ == "__main__":``, as Python demands where processes are started.
+    Some files are done last, one at a time, with all memory of this machine or, on a cluster, of a
+    worker: those that need more than their share of a worker's memory (an estimate by their size),
+    and those during which workers were killed.
 
     Examples
     --------

@@ -114,7 +114,7 @@ class _Recording:
     """A task as a job: its result says which records could not be written, and why."""
 
     task: Task
-    deadline: float | None
+    deadline: float | None = None
     """`time.monotonic` after which it is not begun: all processes have the same clock."""
 
     @property
