@@ -47,7 +47,9 @@ PYTHON_LAYERS = [
 CORE_LAYERS = [
     "base",
     "mesh",
+    "spatial",
     "cells",
+    "spectral",
     "paths",
     "clustering",
     "regions",
