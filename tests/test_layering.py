@@ -48,7 +48,9 @@ PYTHON_LAYERS = [
 CORE_LAYERS = [
     "base",
     "mesh",
+    "spatial",
     "cells",
+    "spectral",
     "paths",
     "clustering",
     "regions",

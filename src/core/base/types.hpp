@@ -28,6 +28,11 @@ struct Triangle {
 };
 static_assert(sizeof(Triangle) == 3 * sizeof(Vertex), "triangles are rows of an (F, 3) array");
 
+struct Tet {
+  Vertex corners[4];
+};
+static_assert(sizeof(Tet) == 4 * sizeof(Vertex), "tetrahedra are rows of an (N, 4) array");
+
 inline Point operator+(const Point& a, const Point& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }

@@ -26,9 +26,10 @@ constexpr std::int64_t kMaxParts = 1024;
 constexpr std::int64_t kBlock = 1 << 14;
 
 // The corners of faces, with welded vertices replaced by their representative.
-class Corners {
+class WeldedCorners {
  public:
-  Corners(std::span<const Triangle> faces, std::span<const Vertex> representative, ThreadTeam& team)
+  WeldedCorners(std::span<const Triangle> faces, std::span<const Vertex> representative,
+                ThreadTeam& team)
       : faces_(faces), representative_(representative) {
     SUPERFACETS_ASSERT(are_representatives(representative));
     if (is_identity(representative, team)) representative_ = {};
@@ -71,7 +72,7 @@ class Corners {
 
 // Calls visit(side, from, to) for the sides of a face that join two different vertices.
 template <typename Visit>
-void for_each_side(const Corners& corners, Face face, const Visit& visit) {
+void for_each_side(const WeldedCorners& corners, Face face, const Visit& visit) {
   const Vertex ends[] = {corners(face, 0), corners(face, 1), corners(face, 2)};
   for (int side = 0; side < 3; ++side) {
     const Vertex from = ends[side];
@@ -95,8 +96,8 @@ struct Files {
 
 // Calls visit(face, part) for the parts of faces begin .. end-1.
 template <typename Visit>
-void for_each_filing(const Corners& corners, std::int64_t begin, std::int64_t end, int part_bits,
-                     const Visit& visit) {
+void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int64_t end,
+                     int part_bits, const Visit& visit) {
   for (std::int64_t i = begin; i < end; ++i) {
     const auto face = static_cast<Face>(i);
     const Vertex a = corners(face, 0);
@@ -126,7 +127,7 @@ std::vector<std::int64_t> place_blocks(std::vector<std::vector<std::int64_t>>& c
 }
 
 // A parallel counting sort: blocks of faces have write cursors of their own.
-Files file_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team) {
+Files file_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team) {
   int bits = kMinPartBits;
   while ((n_vertices >> bits) >= kMaxParts) ++bits;
   const std::int64_t n_parts = (n_vertices >> bits) + 1;
@@ -202,7 +203,8 @@ class Side {
 // faces and sides.
 class SidesOfPart {
  public:
-  void sort(const Corners& corners, std::span<const Face> faces, int part_bits, std::int64_t part) {
+  void sort(const WeldedCorners& corners, std::span<const Face> faces, int part_bits,
+            std::int64_t part) {
     const auto for_each_lower_end = [&](const auto& visit) {
       for (std::size_t i = 0; i < faces.size(); ++i) {
         if (i + kAhead < faces.size()) corners.prefetch(faces[i + kAhead]);
@@ -285,7 +287,7 @@ void sort(std::span<std::uint64_t> values) {
 // Links the sides on edges, one part after another.
 class Linker {
  public:
-  Linker(const Corners& corners, Rings& rings) : corners_(corners), rings_(rings) {}
+  Linker(const WeldedCorners& corners, Rings& rings) : corners_(corners), rings_(rings) {}
 
   const Tally& tally() const { return tally_; }
 
@@ -378,7 +380,7 @@ class Linker {
     }
   }
 
-  const Corners& corners_;
+  const WeldedCorners& corners_;
   Rings& rings_;
   SidesOfPart sides_;
   std::vector<std::uint64_t> order_;  // of a vertex: higher vertex and index, 31 and 33 bits
@@ -386,7 +388,8 @@ class Linker {
   Tally tally_;  // of all parts
 };
 
-Tally link_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& team, Rings& rings) {
+Tally link_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team,
+                 Rings& rings) {
   const Files files = file_faces(corners, n_vertices, team);
   std::vector<Linker> linkers;
   linkers.reserve(team.size());
@@ -399,7 +402,7 @@ Tally link_faces(const Corners& corners, std::int64_t n_vertices, ThreadTeam& te
   return total;
 }
 
-struct Arc {
+struct FaceArc {
   Face neighbor;
   bool same_turn;
 };
@@ -407,7 +410,7 @@ struct Arc {
 // Converts the rings to arcs.
 class ArcReader {
  public:
-  ArcReader(const Corners& corners, const Rings& rings) : corners_(corners), rings_(rings) {}
+  ArcReader(const WeldedCorners& corners, const Rings& rings) : corners_(corners), rings_(rings) {}
 
   Link link(Face face, int side) const { return rings_.links[place(face, side)]; }
   Face next(Face face, int side) const { return rings_.next[place(face, side)]; }
@@ -415,16 +418,16 @@ class ArcReader {
   std::int64_t count(Face face, int side) const {
     if (link(face, side) != Link::kRing) return link(face, side) != Link::kNone;
     std::int64_t n_others = 0;
-    walk_ring(face, side, [&](Arc) { ++n_others; });
+    walk_ring(face, side, [&](FaceArc) { ++n_others; });
     return n_others;
   }
 
   // The other faces on an edge of three or more, in ascending order.
-  void collect_ring(Face face, int side, std::vector<Arc>& arcs) const {
+  void collect_ring(Face face, int side, std::vector<FaceArc>& arcs) const {
     arcs.clear();
-    walk_ring(face, side, [&](Arc arc) { arcs.push_back(arc); });
+    walk_ring(face, side, [&](FaceArc arc) { arcs.push_back(arc); });
     std::sort(arcs.begin(), arcs.end(),
-              [](const Arc& a, const Arc& b) { return a.neighbor < b.neighbor; });
+              [](const FaceArc& a, const FaceArc& b) { return a.neighbor < b.neighbor; });
   }
 
  private:
@@ -436,7 +439,7 @@ class ArcReader {
     const Vertex to = corners_(face, (side + 1) % 3);
     for (Face other = next(face, side); other != face;) {
       const int other_side = side_along(other, from, to);
-      visit(Arc{other, corners_(other, other_side) == from});
+      visit(FaceArc{other, corners_(other, other_side) == from});
       other = next(other, other_side);
     }
   }
@@ -451,7 +454,7 @@ class ArcReader {
     return 2;
   }
 
-  const Corners& corners_;
+  const WeldedCorners& corners_;
   const Rings& rings_;
 };
 
@@ -464,7 +467,7 @@ void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end, F
     graph.same_turn[place] = static_cast<std::uint8_t>(same_turn);
     ++place;
   };
-  std::vector<Arc> ring;
+  std::vector<FaceArc> ring;
   for (std::int64_t i = begin; i < end; ++i) {
     const auto face = static_cast<Face>(i);
     graph.offsets[i] = place;
@@ -476,7 +479,7 @@ void write_arcs(const ArcReader& reader, std::int64_t begin, std::int64_t end, F
         continue;
       }
       reader.collect_ring(face, side, ring);
-      for (const Arc& arc : ring) write(arc.neighbor, side, arc.same_turn);
+      for (const FaceArc& arc : ring) write(arc.neighbor, side, arc.same_turn);
     }
   }
 }
@@ -541,7 +544,7 @@ void check_number_of_arcs(std::uint64_t n_arcs, std::int64_t most_on_edge, std::
 
 FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
                            ThreadTeam& team) {
-  const Corners corners(faces, representative, team);
+  const WeldedCorners corners(faces, representative, team);
   const std::int64_t n_faces = corners.n_faces();
   Rings rings{Buffer<Face>(3 * n_faces), Buffer<Link>(3 * n_faces)};
   team.fill(rings.links.span(), Link::kNone);

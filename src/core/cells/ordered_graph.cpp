@@ -9,8 +9,8 @@
 
 #include "base/assert.hpp"
 #include "base/prefetch.hpp"
-#include "cells/morton.hpp"
 #include "cells/weights.hpp"
+#include "spatial/morton.hpp"
 
 namespace superfacets {
 namespace {

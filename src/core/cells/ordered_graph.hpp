@@ -10,7 +10,7 @@
 #include "base/threads.hpp"
 #include "base/types.hpp"
 #include "cells/arcs.hpp"
-#include "cells/box_tree.hpp"
+#include "spatial/box_tree.hpp"
 
 namespace superfacets {
 

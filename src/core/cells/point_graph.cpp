@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "base/assert.hpp"
-#include "cells/neighbor_search.hpp"
-#include "cells/normals.hpp"
 #include "cells/turning.hpp"
 #include "mesh/weld.hpp"
+#include "spatial/neighbor_search.hpp"
+#include "spatial/normals.hpp"
 
 namespace superfacets {
 namespace {

@@ -37,20 +37,20 @@ inline bool is_sharper(double bend, double turn) {
 // a face would take a walk over all of its arcs.
 class CrowdedFaces {
  public:
-  struct Neighbor {
+  struct ArcTo {
     Cell to;
     std::int64_t arc;
-    bool operator<(const Neighbor& other) const {
+    bool operator<(const ArcTo& other) const {
       return std::pair(to, arc) < std::pair(other.to, other.arc);
     }
   };
   struct Crowd {
-    std::vector<Neighbor> neighbors;  // sorted
-    std::vector<double> bends;        // of all arcs, in ascending order
+    std::vector<ArcTo> neighbors;  // sorted
+    std::vector<double> bends;     // of all arcs, in ascending order
 
-    std::span<const Neighbor> arcs_to(Cell to) const {
-      const auto first = std::lower_bound(neighbors.begin(), neighbors.end(), Neighbor{to, 0});
-      const auto last = std::lower_bound(first, neighbors.end(), Neighbor{to + 1, 0});
+    std::span<const ArcTo> arcs_to(Cell to) const {
+      const auto first = std::lower_bound(neighbors.begin(), neighbors.end(), ArcTo{to, 0});
+      const auto last = std::lower_bound(first, neighbors.end(), ArcTo{to + 1, 0});
       return {first, last};
     }
 

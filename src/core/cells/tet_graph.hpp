@@ -7,11 +7,6 @@
 
 namespace superfacets {
 
-struct Tet {
-  Vertex corners[4];
-};
-static_assert(sizeof(Tet) == 4 * sizeof(Vertex), "tetrahedra are rows of an (N, 4) array");
-
 struct TetMeasures {
   Buffer<Point> centroids;      // (N,)
   Buffer<double> volumes;       // (N,) >= 0, whichever way a tetrahedron is turned

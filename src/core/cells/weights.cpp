@@ -77,34 +77,34 @@ SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, 
 }
 
 // How the surface bends on an arc.
-struct Bend {
+struct ArcTurn {
   double theta;
   double rise;  // positive where it is concave: a bool would keep loops from using vectors
 };
 
-SUPERFACETS_ALWAYS_INLINE Bend bend_of(const ArcData& data, double up) {
+SUPERFACETS_ALWAYS_INLINE ArcTurn arc_turn(const ArcData& data, double up) {
   const Fold fold = fold_of(data.normal_from, data.normal_to, data.to - data.from);
   return {arctangent(fold.sine, fold.cosine), up * fold.rise};
 }
 
 // Eq. 1-3. kHasLength: options have a crease_length.
 template <bool kHasLength>
-SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const Bend& bend,
+SUPERFACETS_ALWAYS_INLINE double arc_weight(const ArcData& data, const ArcTurn& turned,
                                             const WeightOptions& options) {
   const double length = kHasLength ? options.crease_length : data.edge.length();
-  const double price = options.alpha * options.eta(bend.rise, bend.theta) * length;
-  const double angular = price * bend.theta / std::numbers::pi;  // eq. 2
+  const double price = options.alpha * options.eta(turned.rise, turned.theta) * length;
+  const double angular = price * turned.theta / std::numbers::pi;  // eq. 2
   return (way_over(data.edge, data.from, data.to) + angular) / options.diagonal;
 }
 
 double any_arc_weight(const ArcData& data, const WeightOptions& options, double up) {
-  const Bend bend = bend_of(data, up);
-  return options.crease_length > 0.0 ? arc_weight<true>(data, bend, options)
-                                     : arc_weight<false>(data, bend, options);
+  const ArcTurn turned = arc_turn(data, up);
+  return options.crease_length > 0.0 ? arc_weight<true>(data, turned, options)
+                                     : arc_weight<false>(data, turned, options);
 }
 
-SUPERFACETS_ALWAYS_INLINE double turn_of(const ArcData& data, const Bend& bend) {
-  return (bend.rise > 0.0 ? -bend.theta : bend.theta) * data.edge.length();
+SUPERFACETS_ALWAYS_INLINE double turn_of(const ArcData& data, const ArcTurn& turned) {
+  return (turned.rise > 0.0 ? -turned.theta : turned.theta) * data.edge.length();
 }
 
 // What ridges are found by.
@@ -213,9 +213,9 @@ struct Weigh {
     const NetTurn rounding = net_turn;
     for (std::size_t i = 0; i < n; ++i) {
       const ArcData data = block.get(i);
-      const Bend bend = bend_of(data, up);
-      (*weights)[i] = arc_weight<kHasLength>(data, bend, hoisted);
-      if constexpr (kHasTurns) (*turns)[i] = rounding.rounded(turn_of(data, bend));
+      const ArcTurn turned = arc_turn(data, up);
+      (*weights)[i] = arc_weight<kHasLength>(data, turned, hoisted);
+      if constexpr (kHasTurns) (*turns)[i] = rounding.rounded(turn_of(data, turned));
     }
   }
 };

@@ -6,7 +6,7 @@
 
 #include "base/assert.hpp"
 #include "base/exponential.hpp"
-#include "cells/diffusion.hpp"
+#include "spectral/diffusion.hpp"
 
 namespace superfacets {
 namespace {

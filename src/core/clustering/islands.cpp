@@ -7,8 +7,8 @@
 #include <tuple>
 #include <vector>
 
-#include "cells/box_tree.hpp"
 #include "cells/components.hpp"
+#include "spatial/box_tree.hpp"
 
 namespace superfacets {
 namespace {

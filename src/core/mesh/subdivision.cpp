@@ -247,7 +247,7 @@ class Cutter {
 
  private:
   // A side of the face, one within it, or a part of either.
-  struct Edge {
+  struct SplitEdge {
     Vertex from;
     Vertex to;
     Vertex middle = kNoVertex;  // where it is bisected, into two other edges
@@ -274,15 +274,15 @@ class Cutter {
   const Point& point(Vertex vertex) const { return parts_.vertices[vertex]; }
 
   Vertex start(const Side& side) const {
-    const Edge& edge = edges_[side.edge];
+    const SplitEdge& edge = edges_[side.edge];
     return side.is_reversed ? edge.to : edge.from;
   }
   Side half_at_start(const Side& side) const {
-    const Edge& edge = edges_[side.edge];
+    const SplitEdge& edge = edges_[side.edge];
     return {side.is_reversed ? edge.second_half : edge.first_half, side.is_reversed};
   }
   Side half_at_end(const Side& side) const {
-    const Edge& edge = edges_[side.edge];
+    const SplitEdge& edge = edges_[side.edge];
     return {side.is_reversed ? edge.first_half : edge.second_half, side.is_reversed};
   }
 
@@ -341,7 +341,7 @@ class Cutter {
   const Limit& limit_;
   const LongEdges& long_edges_;
   Subdivision& parts_;
-  std::vector<Edge> edges_;  // of the face that is being cut
+  std::vector<SplitEdge> edges_;  // of the face that is being cut
   Face source_ = 0;
   std::int64_t next_part_ = 0;
   Vertex next_point_ = 0;

@@ -1,4 +1,4 @@
-#include "cells/normals.hpp"
+#include "spatial/normals.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,6 @@
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
-#include "cells/tet_graph.hpp"
 
 namespace superfacets {
 

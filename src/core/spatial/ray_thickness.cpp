@@ -1,4 +1,4 @@
-#include "cells/ray_thickness.hpp"
+#include "spatial/ray_thickness.hpp"
 
 #include <array>
 #include <limits>
@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "base/arctangent.hpp"
-#include "cells/box_tree.hpp"
-#include "cells/morton.hpp"
+#include "spatial/box_tree.hpp"
+#include "spatial/morton.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,4 +1,4 @@
-#include "cells/diffusion.hpp"
+#include "spectral/diffusion.hpp"
 
 #include <algorithm>
 #include <cmath>

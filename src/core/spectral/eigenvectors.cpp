@@ -1,4 +1,4 @@
-#include "cells/eigenvectors.hpp"
+#include "spectral/eigenvectors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "base/assert.hpp"
-#include "cells/sparse_factor.hpp"
+#include "spectral/sparse_factor.hpp"
 
 namespace superfacets {
 namespace {

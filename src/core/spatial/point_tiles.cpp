@@ -1,11 +1,11 @@
-#include "cells/point_tiles.hpp"
+#include "spatial/point_tiles.hpp"
 
 #include <algorithm>
 #include <numeric>
 
 #include "base/assert.hpp"
-#include "cells/neighbor_search.hpp"
-#include "cells/normals.hpp"
+#include "spatial/neighbor_search.hpp"
+#include "spatial/normals.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,4 +1,4 @@
-#include "cells/box_tree.hpp"
+#include "spatial/box_tree.hpp"
 
 namespace superfacets {
 

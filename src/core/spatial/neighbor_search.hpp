@@ -7,7 +7,7 @@
 #include "base/buffer.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
-#include "cells/box_tree.hpp"
+#include "spatial/box_tree.hpp"
 
 namespace superfacets {
 

@@ -1,11 +1,11 @@
-#include "cells/neighbor_search.hpp"
+#include "spatial/neighbor_search.hpp"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
 #include "base/assert.hpp"
-#include "cells/morton.hpp"
+#include "spatial/morton.hpp"
 
 namespace superfacets {
 namespace {

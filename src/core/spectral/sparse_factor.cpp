@@ -1,4 +1,4 @@
-#include "cells/sparse_factor.hpp"
+#include "spectral/sparse_factor.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,13 +1,13 @@
-#include "cells/nearest_cell.hpp"
+#include "spatial/nearest_cell.hpp"
 
 #include <array>
 #include <limits>
 #include <utility>
 
 #include "base/assert.hpp"
-#include "cells/box_tree.hpp"
-#include "cells/morton.hpp"
 #include "mesh/shapes.hpp"
+#include "spatial/box_tree.hpp"
+#include "spatial/morton.hpp"
 
 namespace superfacets {
 namespace {

@@ -1,4 +1,4 @@
-#include "cells/morton.hpp"
+#include "spatial/morton.hpp"
 
 #include <algorithm>
 #include <array>
