@@ -25,7 +25,7 @@ from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
 from ..io.writers.cells import CellWriter, FormatOptions
 from ..io.writers.ids import IdWriter
-from ..io.writers.sstk import write_sstk
+from ..io.writers.scannet import write_sstk
 from ..io.writers.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..levels import hierarchy
 from ..mesh.faces import AnyCells
