@@ -44,8 +44,7 @@ def read_labels(
         ``.seg`` and ``.txt`` (one integer per line, no header), ``.ply`` (integer face property
         ``label``; the faces may be polygons; where there are none, of the vertices), ``.vtp``,
         ``.vtu``, ``.vtk``, ``.msh`` and ``.mesh`` (integer cell data ``label``; they need the extra
-        ``io``); of point clouds also ``.csv``, ``.xyz``, ``.las``, ``.laz`` and ``.e57`` (a column
-        or dimension ``label``).
+        ``io``); and the other formats of `read_cloud` (a column or dimension ``label``).
     n_faces : int, optional
         Faces of the mesh that the labels are for; checked where given.
     name : str, default "label"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import IO, Any
+from typing import IO
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Bytes, Floats, Ints
 from ...errors import MeshError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
@@ -19,8 +19,8 @@ from .text import write_rows
 
 __all__ = ["CLOUD_WRITERS"]
 
-Labels = npt.NDArray[np.int32] | None
-Colors = npt.NDArray[np.uint8] | None
+Labels = Ints | None
+Colors = Bytes | None
 
 _LAS_STEPS = 2.0**31 - 2
 """Coordinates in LAS are whole numbers of 32 bits."""
@@ -39,7 +39,7 @@ def _write_csv(
     names = ["x", "y", "z"] + ([] if labels is None else ["label"])
     file.write((",".join(names) + "\n").encode())
     row = ",".join(["%.17g"] * 3 + ([] if labels is None else ["%d"])) + "\n"
-    columns: list[npt.NDArray[Any]] = list(cloud.points.T)
+    columns: list[Array] = list(cloud.points.T)
     write_rows(file, row, columns if labels is None else [*columns, labels])
 
 
@@ -82,7 +82,7 @@ def _write_las(
         file.write(path.read_bytes())
 
 
-def _round_step(least: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _round_step(least: Floats) -> Floats:
     """The next power of ten, as scales in LAS usually are, from 1e-6 on."""
     with np.errstate(divide="ignore"):
         return np.asarray(10.0 ** np.maximum(np.ceil(np.log10(least)), -6.0))

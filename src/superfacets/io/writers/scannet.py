@@ -83,8 +83,8 @@ def _check_ids(ids: npt.NDArray[np.integer]) -> None:
 def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
     """Write the region of each triangle, on each level, the finest first, for the Scene Toolkit.
 
-    The tool (SSTK) finds the segmentations of a hierarchy by name, and takes its levels from fine to
-    coarse. Negative numbers are in no segment.
+    The tool (SSTK) finds the segmentations of a hierarchy by name, and takes its levels from fine
+    to coarse. Negative numbers are in no segment.
     """
     file.write(b'{"elementType":"triangles","elementCount":%d,"segmentation":[' % len(levels[0]))
     for level, labels in enumerate(levels):
