@@ -236,3 +236,32 @@ def test_only_kinds_ask_for_the_class_of_cells(path):
 def test_a_test_of_the_class_of_cells_is_found(text):
     assert cell_tests(ast.parse(text))
     assert not cell_tests(ast.parse("isinstance(x, CellGraph) and type(x) is int"))
+
+
+LONGEST_TUPLE = 4
+LONG_TUPLES = {"tiles.clouds.normals", "tiles.sorting"}
+"""Modules that are yet to change."""
+
+
+def long_tuples(tree: ast.AST) -> list[str]:
+    """Functions that return a tuple of more values than one can tell apart by their place."""
+    found = []
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.FunctionDef) or not isinstance(node.returns, ast.Subscript):
+            continue
+        returned, inner = node.returns.value, node.returns.slice
+        is_tuple = isinstance(returned, ast.Name) and returned.id == "tuple"
+        if is_tuple and isinstance(inner, ast.Tuple) and len(inner.elts) > LONGEST_TUPLE:
+            found.append(node.name)
+    return found
+
+
+@pytest.mark.parametrize("path", MODULES, ids=name_of)
+def test_no_function_returns_a_long_tuple(path):
+    found = long_tuples(ast.parse(path.read_text(encoding="utf-8")))
+    assert bool(found) == (name_of(path) in LONG_TUPLES), found
+
+
+def test_a_long_tuple_is_found():
+    assert long_tuples(ast.parse("def f() -> tuple[int, int, int, int, str]: ..."))
+    assert not long_tuples(ast.parse("def f() -> tuple[int, int, int, str]: ..."))

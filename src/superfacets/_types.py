@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Array", "Bools", "Bytes", "Floats", "Ints", "Longs", "Singles"]
+__all__ = ["ArcLists", "Array", "Bools", "Bytes", "Floats", "Ints", "Longs", "Singles"]
 
 Array: TypeAlias = npt.NDArray[Any]
 Bools: TypeAlias = npt.NDArray[np.bool_]
@@ -18,3 +18,5 @@ Ints: TypeAlias = npt.NDArray[np.int32]
 """Cells, vertices and labels."""
 Longs: TypeAlias = npt.NDArray[np.int64]
 """Offsets."""
+ArcLists: TypeAlias = tuple[Longs, Ints]
+"""Arcs in CSR form: offsets, (N + 1,), and neighbors, (M,)."""

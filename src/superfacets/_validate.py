@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._types import Array, Bools, Floats, Ints, Longs, Singles
+from ._types import ArcLists, Array, Bools, Floats, Ints, Longs, Singles
 from .errors import MeshError
 
 MAX_CELLS = 2**31 - 1
@@ -422,7 +422,7 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
     return array
 
 
-def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> tuple[Longs, Ints]:
+def checked_arcs(offsets: Any, neighbors: Any, n_cells: int) -> ArcLists:
     """Arcs in CSR form, as (N + 1,) int64 offsets and (M,) int32 neighbors."""
     starts = owned(_integer_array(offsets, "offsets"), np.int64)  # 2**63 or more: negative
     targets = owned_indices(_integer_array(neighbors, "neighbors"))

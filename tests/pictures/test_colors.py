@@ -282,7 +282,7 @@ def test_faces_may_have_labels_of_any_numbers():
 @pytest.mark.parametrize(
     ("labels", "error", "message"),
     [
-        ([0, 1, 2], ValueError, "3 labels for 4 faces"),
+        ([0, 1, 2], ValueError, "3 labels for 4 cells"),
         ([[0, 1, 2, 3]], ValueError, "one-dimensional"),
         ([0.0, 1.0, 0.0, 1.0], TypeError, "must be integers"),
     ],

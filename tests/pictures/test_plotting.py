@@ -235,7 +235,7 @@ def test_without_the_encoder_a_video_is_refused_before_anything_is_drawn(tmp_pat
         ),
         ({"color_by": [1, 2, 3]}, ValueError, r"color_by must have a value per cell, 2, got shape"),
         ({"view": "above"}, ValueError, "view must be one of front"),
-        ({"compare": [[0, 1, 2]]}, ValueError, "3 labels for 2 faces"),
+        ({"compare": [[0, 1, 2]]}, ValueError, "3 labels for 2 cells"),
     ],
 )
 def test_wrong_arguments_are_named(gl, tmp_path, monkeypatch, arguments, error, message):

@@ -340,7 +340,7 @@ def test_a_failed_write_leaves_an_existing_file_as_it_was(gl, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
-        ({"labels": [0, 1, 2]}, ValueError, "3 labels for 2 faces"),
+        ({"labels": [0, 1, 2]}, ValueError, "3 labels for 2 cells"),
         ({"labels": [0.5, 1.0]}, TypeError, "labels must be integers"),
         ({"colors": [[1, 2, 3]]}, ValueError, r"colors must have shape \(2, 3\), got \(1, 3\)"),
         ({"colors": np.zeros((2, 3))}, TypeError, "colors must be uint8"),

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs, Singles
+from .._types import ArcLists, Array, Floats, Ints, Longs, Singles
 from .._validate import (
     checked_angles,
     checked_arcs,
@@ -116,7 +116,7 @@ class Arcs:
         return box_diagonal(self.bounds)
 
     @property
-    def arcs(self) -> tuple[Longs, Ints]:
+    def arcs(self) -> ArcLists:
         """Offsets and neighbors."""
         return self.offsets, self.neighbors
 

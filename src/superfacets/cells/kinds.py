@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Bools, Floats, Ints, Longs
+from .._types import ArcLists, Bools, Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -57,7 +57,6 @@ __all__ = [
     "register",
 ]
 
-Arcs: TypeAlias = tuple[Longs, Ints]
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 
 
@@ -166,7 +165,7 @@ class Kind:
         """Return the points that are drawn of the cells where these have no outside."""
         return PointCloud(self.positions(cells))
 
-    def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[Arcs, Ints]:
+    def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
         """Return all arcs that cross from label to label, and perhaps others; and their labels."""
         graph, _ = self.build_graph(cells, True, n_threads)
         return (graph.offsets, graph.neighbors), labels
@@ -225,7 +224,7 @@ class _Triangles(_Faces):
 
     name = "triangles"
 
-    def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[Arcs, Ints]:
+    def border_arcs(self, cells: Mesh, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
         offsets, neighbors, of_cells = arcs_at_borders(cells, labels, n_threads)
         return (offsets, neighbors), of_cells
 

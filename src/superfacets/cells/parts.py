@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Floats, Ints, Longs, Singles
+from .._types import ArcLists, Floats, Ints, Singles
 from .._validate import checked_count, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -85,8 +85,6 @@ are taken: any one of them has no meaning."""
 
 NO_GROUPS = np.empty(0, np.int32)
 
-Arcs = tuple[Longs, Ints]
-
 
 class Embedding(NamedTuple):
     """Numbers of groups of cells, in which the parts of a shape lie apart."""
@@ -108,7 +106,7 @@ class Embedding(NamedTuple):
 class _Level(NamedTuple):
     """Cells of one size, and how well the arcs between them conduct."""
 
-    arcs: Arcs
+    arcs: ArcLists
     steps: Floats
     conductances: Floats
     measures: Floats
@@ -380,7 +378,7 @@ def _hindered(levels: list[_Level], logs: Floats, n_threads: int) -> list[_Level
     return hindered
 
 
-def _crossed(level: _Level, arcs: Arcs) -> Floats:
+def _crossed(level: _Level, arcs: ArcLists) -> Floats:
     """Conductance times step, summed over what lies between the coarse cells of a level."""
     assert level.coarse_of is not None
     return _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)

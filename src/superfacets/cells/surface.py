@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from .. import _core
-from .._types import Floats, Ints, Longs
+from .._types import ArcLists, Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, FoundArcs, signed_volume, surface_of_faces
@@ -99,7 +99,7 @@ class Surface:
         return len(self.neighbors)
 
     @property
-    def arcs(self) -> tuple[Longs, Ints]:
+    def arcs(self) -> ArcLists:
         """Offsets and neighbors."""
         return self.offsets, self.neighbors
 

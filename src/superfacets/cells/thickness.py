@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Floats, Ints, Longs
+from .._types import ArcLists, Floats, Ints
 from .._validate import checked_count, checked_number, checked_threads
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
@@ -180,7 +180,7 @@ def _squares(middles: Floats, normals: Floats, lengths: Floats) -> tuple[Floats,
 
 
 def smoothed(
-    arcs: tuple[Longs, Ints],
+    arcs: ArcLists,
     conductances: Floats,
     measures: Floats,
     thickness: Floats,

@@ -25,7 +25,7 @@ from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
 from ..io.writers.cells import CellWriter, FormatOptions
 from ..io.writers.ids import IdWriter
-from ..io.writers.sstk import write_sstk
+from ..io.writers.scannet import write_sstk
 from ..io.writers.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..levels import hierarchy
 from ..mesh.faces import AnyCells
@@ -125,7 +125,7 @@ def levels_command(
     also_read = [str(path) for path in (labels, mask, barriers) if path is not None]
     check_files([job], also_read)
     checked_targets(plan.paths)
-    source = _Source(input, labels, labels_named, mask, barriers)
+    source = _Source(input, labels, labels_named, mask, barriers, options.pop("format"))
     keeps = job.holds_attributes and not drop_attributes
 
     def compute() -> tuple[AnyCells, MeshAttributes | None, Hierarchy]:
@@ -215,15 +215,16 @@ class _Source:
     labels_named: str
     mask: Path | None
     barriers: Path | None
+    format: str | None  # of the input
 
 
 def _computed(
     source: _Source, counts: tuple[int, ...], endings: set[str], *, keeps: bool,
-    format: str | None, features: tuple[str, ...], islands: Islands, n_threads: int | None,
+    features: tuple[str, ...], islands: Islands, n_threads: int | None,
 ) -> tuple[AnyCells, MeshAttributes | None, Hierarchy]:  # fmt: skip
     """Read the files, and make the levels; an error before that if no output can hold them."""
     keeps_any = keeps or bool(features)
-    cells, attributes = load_cells_and_attributes(source.input, format, keep=keeps_any)
+    cells, attributes = load_cells_and_attributes(source.input, source.format, keep=keeps_any)
     n_cells = cells.n_cells
     given = None
     if source.labels is not None:  # a file's labels may have gaps

@@ -26,6 +26,20 @@ __all__ = ["file_options", "options_of", "segment_options"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+
+def _defaults_of(parameter: str) -> str:
+    """The values that a parameter has by default with the weights that use it."""
+    used = [
+        weight.defaults[parameter] for weight in WEIGHTS.values() if parameter in weight.defaults
+    ]
+    return ", ".join(dict.fromkeys(f"{value:g}" for value in used))
+
+
+def _users_of(parameter: str) -> str:
+    """The weights that use a parameter."""
+    return " and ".join(name for name, weight in WEIGHTS.items() if parameter in weight.defaults)
+
+
 _OF_SEGMENT = (
     click.option("-n", "--n-segments", type=COUNT, help="Number of regions.  [default: 150]"),
     click.option(
@@ -38,19 +52,20 @@ _OF_SEGMENT = (
         "-a",
         "--alpha",
         type=NOT_NEGATIVE,
-        help="How much borders follow creases.  [default: by weights: 20, 25, 200, 0.5]",
+        help=f"How much borders follow creases.  [default: by weights: {_defaults_of('alpha')}]",
     ),
     click.option(
         "--eta",
         "eta_convex",
         type=NOT_NEGATIVE,
-        help="Weight of convex creases relative to concave ones.  [default: by weights: 0, 0.2]",
+        help="Weight of convex creases relative to concave ones."
+        f"  [default: by weights: {_defaults_of('eta_convex')}]",
     ),
     click.option(
         "--ridges",
         type=NOT_NEGATIVE,
         help="The same for sharp edges between flat faces, as on machine parts; 0 turns it off."
-        "  [default: 0.35 with --weights creases and parts]",
+        f"  [default: {_defaults_of('ridges')} with --weights {_users_of('ridges')}]",
     ),
     click.option(
         "--weights",

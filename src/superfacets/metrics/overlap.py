@@ -29,7 +29,7 @@ __all__ = [
     "undersegmentation_error",
 ]
 
-Cells: TypeAlias = MeshLike | CellGraph
+Labeled: TypeAlias = MeshLike | CellGraph
 
 # A table of all pairs of labels is no larger than so many times the number of faces; else the
 # pairs are sorted.
@@ -140,14 +140,14 @@ class _Metric(Protocol[Value_co]):
     @overload
     def __call__(self, overlap: Overlap, /) -> Value_co: ...
     @overload
-    def __call__(self, mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike) -> Value_co: ...
+    def __call__(self, mesh: Labeled, labels: npt.ArrayLike, truth: npt.ArrayLike) -> Value_co: ...
 
 
 def _of_overlap(measure: Callable[[Overlap], Value_co]) -> _Metric[Value_co]:
     """Make a function of an overlap take labels of a mesh as well."""
 
     def metric(
-        mesh: Overlap | Cells,
+        mesh: Overlap | Labeled,
         labels: npt.ArrayLike | None = None,
         truth: npt.ArrayLike | None = None,
     ) -> Value_co:
@@ -165,10 +165,10 @@ def _of_overlap(measure: Callable[[Overlap], Value_co]) -> _Metric[Value_co]:
 def undersegmentation_error(overlap: Overlap, /, *, tolerance: float = ...) -> float: ...
 @overload
 def undersegmentation_error(
-    mesh: Cells, labels: npt.ArrayLike, truth: npt.ArrayLike, *, tolerance: float = ...
+    mesh: Labeled, labels: npt.ArrayLike, truth: npt.ArrayLike, *, tolerance: float = ...
 ) -> float: ...
 def undersegmentation_error(
-    mesh: Overlap | Cells,
+    mesh: Overlap | Labeled,
     labels: npt.ArrayLike | None = None,
     truth: npt.ArrayLike | None = None,
     *,
@@ -329,7 +329,7 @@ def consistency_error(overlap: Overlap) -> Consistency:
 
 
 def _prepared(
-    source: Overlap | Cells, labels: npt.ArrayLike | None, truth: npt.ArrayLike | None
+    source: Overlap | Labeled, labels: npt.ArrayLike | None, truth: npt.ArrayLike | None
 ) -> Overlap:
     """The overlap that was given, or that of the labels of a mesh."""
     if isinstance(source, Overlap):

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from .._types import Bytes, Floats, Ints, Longs
+from .._types import ArcLists, Bytes, Floats, Ints, Longs
 from .._validate import checked_partial_labels, checked_threads, compact_partial_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
@@ -170,9 +170,7 @@ def _peeled_order(starts: Longs, touching: Longs) -> Longs:
     return np.concatenate(rounds[::-1])
 
 
-def _region_adjacency(
-    arcs: tuple[Longs, Ints], labels: Ints, n_regions: int
-) -> tuple[Longs, Longs]:
+def _region_adjacency(arcs: ArcLists, labels: Ints, n_regions: int) -> tuple[Longs, Longs]:
     """Regions that touch each region, in CSR form: starts, (K + 1,), and regions."""
     offsets, neighbors = arcs
     sources = np.repeat(labels, np.diff(offsets))

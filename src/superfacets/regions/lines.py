@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import Bools, Floats, Ints, Longs
+from .._types import ArcLists, Bools, Floats, Ints, Longs
 from .._validate import checked_regions, checked_threads, freeze
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_mesh
@@ -291,7 +291,7 @@ def find_boundaries(
 
 def _arcs_of(
     cells: MeshLike | CloudLike | CellGraph, weld: bool, n_threads: int | None
-) -> tuple[Longs, Ints]:
+) -> ArcLists:
     if isinstance(cells, CellGraph):  # which need not have measures of arcs
         return cells.offsets, cells.neighbors
     return as_surface(cells, weld=weld, n_threads=n_threads).arcs

@@ -157,7 +157,7 @@ def _has_column(data: Content, name: str, *, ending: str) -> bool:
     return name in CLOUD_READERS[ending](data).attributes.vertex
 
 
-_OF_CLOUDS = tuple(ending for ending in CLOUD_READERS if ending not in (".ply", ".npy", ".txt"))
+_OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
 """Files of clouds; .npy and .txt are more often labels alone."""
 
 _READERS: dict[str, Callable[[Content, str], npt.NDArray[Any]]] = {

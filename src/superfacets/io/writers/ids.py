@@ -20,9 +20,14 @@ from ...mesh.faces import AnyCells
 from ..readers.labels import checked_labels
 from .cells import FormatOptions
 from .pyg import GRAPH_OUTPUTS, write_arrays
-from .scannet import scene_of, write_aggregation, write_segments
-from .sstk import write_sstk
-from .superpoints import write_npy, write_superpoints
+from .scannet import (
+    scene_of,
+    write_aggregation,
+    write_npy,
+    write_segments,
+    write_sstk,
+    write_superpoints,
+)  # fmt: skip
 from .text import write_rows
 
 __all__ = ["ID_OUTPUTS", "LABEL_OUTPUTS", "VERTEX_OUTPUTS", "IdWriter", "write_given_labels"]

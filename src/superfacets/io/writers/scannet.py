@@ -1,4 +1,4 @@
-"""Files of ScanNet: the segment of each vertex, and which segments make an object."""
+"""Labels for tools and networks of indoor scans: ScanNet, SSTK, OneFormer3D and UniDet3D."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
+import numpy.lib.format as npy_format
 import numpy.typing as npt
 
 from ...errors import MeshError
 from .text import write_list
 
-__all__ = ["NO_CLASS", "scene_of", "write_aggregation", "write_segments"]
+__all__ = [
+    "scene_of", "write_aggregation", "write_npy", "write_segments", "write_sstk",
+    "write_superpoints",
+]  # fmt: skip
 
 MAX_ID = 1 << 24
 """Some readers keep ids as float32, which holds no larger whole numbers."""
@@ -74,3 +78,39 @@ def _check_ids(ids: npt.NDArray[np.integer]) -> None:
     highest = int(ids.max())
     if highest >= MAX_ID:
         raise MeshError(f"segment {highest} is too high: readers of ScanNet take ids below 2**24")
+
+
+def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
+    """Write the region of each triangle, on each level, the finest first, for the Scene Toolkit.
+
+    The tool (SSTK) finds the segmentations of a hierarchy by name, and takes its levels from fine
+    to coarse. Negative numbers are in no segment.
+    """
+    file.write(b'{"elementType":"triangles","elementCount":%d,"segmentation":[' % len(levels[0]))
+    for level, labels in enumerate(levels):
+        file.write(b"," if level else b"")
+        file.write(b'{"name":"level%d","elementType":"triangles","index":' % level)
+        write_list(file, labels)
+        file.write(b"}")
+    names = ",".join(f'"level{level}"' for level in range(len(levels)))
+    file.write(f'],"hierarchies":[{{"levels":[{names}]}}]}}'.encode("ascii"))
+
+
+def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str) -> None:
+    """Write an id per vertex, for OneFormer3D and UniDet3D, which want no gaps.
+
+    Ids are 0 and up, in the order of the given ones, as 64-bit numbers, low byte first.
+    ``.bin`` is the numbers alone; ``_sp_label.npy`` has the header of an array.
+    """
+    _, contiguous = np.unique(ids, return_inverse=True)
+    numbers = contiguous.astype("<i8")
+    if ending == ".bin":
+        file.write(numbers.data)
+    else:
+        write_npy(file, numbers)
+
+
+def write_npy(file: IO[bytes], array: npt.NDArray[np.integer]) -> None:
+    """Write an array; numpy.save asks a file where it stands, which pipes cannot tell."""
+    npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
+    file.write(array.data)
