@@ -21,6 +21,8 @@ class Buffer {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
 
  public:
+  using value_type = T;
+
   Buffer() = default;
   explicit Buffer(std::size_t size) : data_(allocate(size)), size_(size) {}
   Buffer(Buffer&& other) noexcept

@@ -1,4 +1,5 @@
-// Shared by all bindings: views of input arrays, and arrays that own the results.
+// Shared by all bindings: arrays become spans, kernels run without the GIL on a team of threads,
+// and results become arrays that own their memory.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -6,13 +7,13 @@
 #include <nanobind/stl/tuple.h>
 
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "base/buffer.hpp"
 #include "base/team_scope.hpp"
 #include "base/threads.hpp"
 #include "base/types.hpp"
-#include "mesh/polygons.hpp"
 
 namespace superfacets {
 
@@ -21,94 +22,242 @@ using namespace nb::literals;
 
 template <typename T>
 using Array = nb::ndarray<const T, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-template <typename T>
-using Rows = nb::ndarray<const T, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+template <typename T, int kColumns>
+using Rows = nb::ndarray<const T, nb::shape<-1, kColumns>, nb::c_contig, nb::device::cpu>;
 template <typename T>
 using Table = nb::ndarray<const T, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+using Points = std::span<const Point>;
+using Triangles = std::span<const Triangle>;
+using Tets = std::span<const Tet>;
+using Doubles = std::span<const double>;
+using Floats = std::span<const float>;
+using Bytes = std::span<const std::uint8_t>;
+using Integers = std::span<const std::int32_t>;  // cells, places, vertices, labels
+using Offsets = std::span<const std::int64_t>;
+
+// The array that holds elements of a type: rows for points, triangles and tetrahedra.
 template <typename T>
-using NewArray = nb::ndarray<nb::numpy, T, nb::ndim<1>, nb::c_contig>;
-using NewRows = nb::ndarray<nb::numpy, double, nb::shape<-1, 3>, nb::c_contig>;
-using NewTriangles = nb::ndarray<nb::numpy, Vertex, nb::shape<-1, 3>, nb::c_contig>;
+struct ArrayOf {
+  using Type = Array<T>;
+};
+template <>
+struct ArrayOf<Point> {
+  using Type = Rows<double, 3>;
+};
+template <>
+struct ArrayOf<Triangle> {
+  using Type = Rows<Vertex, 3>;
+};
+template <>
+struct ArrayOf<Tet> {
+  using Type = Rows<Vertex, 4>;
+};
 
+}  // namespace superfacets
+
+// An array of the exact type; it is never converted, so that nothing is copied unnoticed. The
+// caster holds on to the array until the call returns.
 template <typename T>
-std::span<const T> view(const Array<T>& array) {
-  return {array.data(), array.shape(0)};
-}
+struct nanobind::detail::type_caster<std::span<const T>> {
+  using Held = make_caster<typename superfacets::ArrayOf<T>::Type>;
+  NB_TYPE_CASTER(std::span<const T>, Held::Name)
 
-inline std::span<const Point> points(const Rows<double>& rows) {
-  return {reinterpret_cast<const Point*>(rows.data()), rows.shape(0)};
-}
+  template <typename Flags>  // their type depends on the version of nanobind
+  bool from_python(handle source, Flags flags, cleanup_list* cleanup) noexcept {
+    const auto no_conversion = static_cast<Flags>(cast_flags::convert);
+    if (!held.from_python(source, static_cast<Flags>(flags & ~no_conversion), cleanup))
+      return false;
+    value = {reinterpret_cast<const T*>(held.value.data()), held.value.shape(0)};
+    return true;
+  }
 
-inline std::span<const Triangle> triangles(const Rows<Vertex>& rows) {
-  return {reinterpret_cast<const Triangle*>(rows.data()), rows.shape(0)};
-}
+  Held held;
+};
 
-inline Polygons polygons(const Array<std::int64_t>& offsets, const Array<Vertex>& corners) {
-  return {view(offsets), view(corners)};
-}
+template <>
+struct nanobind::detail::type_caster<superfacets::Point> {
+  using Numbers = std::tuple<double, double, double>;
+  NB_TYPE_CASTER(superfacets::Point, make_caster<Numbers>::Name)
 
-// Moves a vector to the heap and returns it with the capsule that will delete it.
-template <typename T>
-std::pair<std::vector<T>*, nb::capsule> own(std::vector<T>&& values) {
-  values.reserve(1);  // numpy wants a valid pointer for an empty array too
-  auto* owned = new std::vector<T>(std::move(values));
-  return {owned,
-          nb::capsule(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); })};
-}
+  template <typename Flags>
+  bool from_python(handle source, Flags flags, cleanup_list* cleanup) noexcept {
+    make_caster<Numbers> numbers;
+    if (!numbers.from_python(source, flags, cleanup)) return false;
+    const auto [x, y, z] = numbers.operator Numbers();
+    value = {x, y, z};
+    return true;
+  }
+  static handle from_cpp(const superfacets::Point& p, rv_policy policy,
+                         cleanup_list* cleanup) noexcept {
+    return make_caster<Numbers>::from_cpp(Numbers(p.x, p.y, p.z), policy, cleanup);
+  }
+};
 
-template <typename T>
-NewArray<T> to_numpy(std::vector<T>&& values) {
-  auto [owned, owner] = own(std::move(values));
-  return NewArray<T>(owned->data(), {owned->size()}, owner);
-}
+namespace superfacets {
 
-inline NewRows to_numpy(std::vector<Point>&& values) {
-  auto [owned, owner] = own(std::move(values));
-  return NewRows(reinterpret_cast<double*>(owned->data()), {owned->size(), 3}, owner);
-}
-
-template <typename T>
-NewArray<T> to_numpy(Buffer<T>&& values) {
-  auto* owned = new Buffer<T>(std::move(values));
-  const nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<Buffer<T>*>(p); });
-  return NewArray<T>(owned->data(), {owned->size()}, owner);
-}
-
-inline NewRows to_numpy(Buffer<Point>&& values) {
-  auto* owned = new Buffer<Point>(std::move(values));
-  const nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<Buffer<Point>*>(p); });
-  return NewRows(reinterpret_cast<double*>(owned->data()), {owned->size(), 3}, owner);
-}
-
-inline NewTriangles to_numpy(Buffer<Triangle>&& values) {
-  auto* owned = new Buffer<Triangle>(std::move(values));
+// Moves a vector or a buffer to the heap and returns it as an array whose capsule deletes it.
+template <typename List>
+auto to_numpy(List&& list) {
+  using Element = typename std::decay_t<List>::value_type;
+  auto* owned = new std::decay_t<List>(std::forward<List>(list));
+  if constexpr (requires { owned->reserve(1); }) {
+    owned->reserve(1);  // numpy wants a valid pointer for an empty array too
+  }
   const nb::capsule owner(owned,
-                          [](void* p) noexcept { delete static_cast<Buffer<Triangle>*>(p); });
-  return NewTriangles(reinterpret_cast<Vertex*>(owned->data()), {owned->size(), 3}, owner);
+                          [](void* p) noexcept { delete static_cast<std::decay_t<List>*>(p); });
+  const std::size_t size = owned->size();
+  if constexpr (std::is_same_v<Element, Point>) {
+    using NewRows = nb::ndarray<nb::numpy, double, nb::shape<-1, 3>, nb::c_contig>;
+    return NewRows(reinterpret_cast<double*>(owned->data()), {size, 3}, owner);
+  } else if constexpr (std::is_same_v<Element, Triangle>) {
+    using NewTriangles = nb::ndarray<nb::numpy, Vertex, nb::shape<-1, 3>, nb::c_contig>;
+    return NewTriangles(reinterpret_cast<Vertex*>(owned->data()), {size, 3}, owner);
+  } else {
+    using NewArray = nb::ndarray<nb::numpy, Element, nb::ndim<1>, nb::c_contig>;
+    return NewArray(owned->data(), {size}, owner);
+  }
 }
 
-inline Point as_point(const std::tuple<double, double, double>& xyz) {
-  return {std::get<0>(xyz), std::get<1>(xyz), std::get<2>(xyz)};
+// Stands for any member of a struct, to count them.
+struct Anything {
+  template <typename T>
+  operator T() const;  // NOLINT(google-explicit-constructor)
+};
+
+// The members of a struct, as a tuple of references.
+template <typename Struct>
+auto members(Struct&& from) {
+  using S = std::decay_t<Struct>;
+  using A = Anything;
+  if constexpr (requires { S{A(), A(), A(), A(), A(), A(), A(), A(), A()}; }) {
+    auto& [a, b, c, d, e, f, g, h, i] = from;
+    return std::tie(a, b, c, d, e, f, g, h, i);
+  } else if constexpr (requires { S{A(), A(), A(), A(), A(), A(), A()}; }) {
+    auto& [a, b, c, d, e, f, g] = from;
+    return std::tie(a, b, c, d, e, f, g);
+  } else if constexpr (requires { S{A(), A(), A(), A(), A()}; }) {
+    auto& [a, b, c, d, e] = from;
+    return std::tie(a, b, c, d, e);
+  } else if constexpr (requires { S{A(), A(), A(), A()}; }) {
+    auto& [a, b, c, d] = from;
+    return std::tie(a, b, c, d);
+  } else if constexpr (requires { S{A(), A(), A()}; }) {
+    auto& [a, b, c] = from;
+    return std::tie(a, b, c);
+  } else {
+    auto& [a, b] = from;
+    return std::tie(a, b);
+  }
 }
 
-inline std::tuple<double, double, double> as_tuple(Point p) {
-  return {p.x, p.y, p.z};
+// Columns of a list of structs, each in the type of a member.
+template <typename Struct, typename... Member>
+auto columns(const std::vector<Struct>& rows, Member Struct::*... chosen) {
+  const auto column = [&]<typename Type>(Type Struct::* member) {
+    std::vector<Type> values;
+    values.reserve(rows.size());
+    for (const Struct& row : rows) values.push_back(row.*member);
+    return values;
+  };
+  return std::tuple(column(chosen)...);
 }
 
-// Calls a kernel with the GIL released; arguments are bound before and results wrapped after.
-template <typename Kernel>
-auto without_gil(const Kernel& kernel) {
-  const nb::gil_scoped_release release;
-  return kernel();
+// What Python gets: arrays for lists, tuples for tuples and structs, numbers as they are.
+template <typename Result>
+auto to_python(Result&& result) {
+  using Type = std::decay_t<Result>;
+  const auto each = [](auto&... values) { return std::tuple(to_python(std::move(values))...); };
+  if constexpr (requires { typename Type::value_type; }) {
+    return to_numpy(std::move(result));
+  } else if constexpr (requires { std::tuple_size<Type>::value; }) {
+    return std::apply(each, result);
+  } else if constexpr (std::is_class_v<Type> && std::is_aggregate_v<Type> &&
+                       !std::is_same_v<Type, Point>) {
+    return std::apply(each, members(result));
+  } else {
+    return std::forward<Result>(result);
+  }
 }
 
-// The same, with a team of a number of threads that suits n elements.
-template <typename Kernel>
-auto on_team(std::size_t n, int n_threads, const Kernel& kernel,
+// Calls work() with the GIL released, and converts its result with the GIL held.
+template <typename Work>
+auto without_gil(const Work& work) {
+  const auto call = [&] {
+    const nb::gil_scoped_release release;
+    return work();
+  };
+  if constexpr (std::is_void_v<decltype(work())>) {
+    call();
+  } else {
+    return to_python(call());
+  }
+}
+
+// The same for work(team), with a team of a number of threads that suits n elements.
+template <typename Work>
+auto on_team(std::size_t n, int n_threads, const Work& work,
              std::int64_t min_per_thread = kMinPerThread) {
-  const nb::gil_scoped_release release;
-  TeamLease lease(useful_threads(static_cast<std::int64_t>(n), n_threads, min_per_thread));
-  return kernel(lease.team());
+  return without_gil([&] {
+    TeamLease lease(useful_threads(static_cast<std::int64_t>(n), n_threads, min_per_thread));
+    return work(lease.team());
+  });
+}
+
+// How many elements an argument has, to choose a number of threads by.
+template <typename Argument>
+std::size_t size_of(const Argument& argument) {
+  if constexpr (requires { argument.n_cells(); }) {
+    return argument.n_cells();
+  } else if constexpr (requires { argument.graph().n_cells(); }) {
+    return argument.graph().n_cells();
+  } else if constexpr (requires { argument.size(); }) {
+    return argument.size();
+  } else {
+    return 0;
+  }
+}
+
+// The types of the parameters of a function or lambda.
+template <typename Function>
+struct Parameters : Parameters<decltype(&Function::operator())> {};
+template <typename R, typename... A>
+struct Parameters<R (*)(A...)> {
+  using Types = std::tuple<A...>;
+};
+template <typename C, typename R, typename... A>
+struct Parameters<R (C::*)(A...) const> : Parameters<R (*)(A...)> {};
+
+// Binds a kernel whose last parameter is a team: Python gives a number of threads instead.
+template <std::int64_t kPerThread = kMinPerThread, typename Kernel>
+auto threaded(const Kernel& kernel) {
+  using Types = typename Parameters<Kernel>::Types;
+  return [&]<std::size_t... I>(std::index_sequence<I...>) {
+    return [kernel](std::tuple_element_t<I, Types>... arguments, int n_threads) {
+      const std::size_t n = std::max({size_of(arguments)...});
+      const auto work = [&](ThreadTeam& team) { return kernel(arguments..., team); };
+      return on_team(n, n_threads, work, kPerThread);
+    };
+  }(std::make_index_sequence<std::tuple_size_v<Types> - 1>());
+}
+
+// Binds a kernel that runs on one thread.
+template <typename Kernel>
+auto serial(const Kernel& kernel) {
+  using Types = typename Parameters<Kernel>::Types;
+  return [&]<std::size_t... I>(std::index_sequence<I...>) {
+    return [kernel](std::tuple_element_t<I, Types>... arguments) {
+      return without_gil([&] { return kernel(arguments...); });
+    };
+  }(std::make_index_sequence<std::tuple_size_v<Types>>());
+}
+
+// Adds the constructor of a class that views the arrays it is given; they live as long as it does.
+template <typename Class, typename Make, typename... Names>
+void def_view(Class& bound, const Make& make, const Names&... names) {
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    bound.def("__init__", make, names..., nb::keep_alive<1, 2 + I>()...);
+  }(std::make_index_sequence<sizeof...(Names)>());
 }
 
 void bind_base(nb::module_& module);               // what tests compare

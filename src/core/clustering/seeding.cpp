@@ -168,13 +168,16 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   }
   Classification from_starts(graph, kInfinity, Islands::kNearest, team);
   from_starts.classify(starts);
-  std::vector<Place> order(graph.n_cells());
-  std::iota(order.begin(), order.end(), 0);
-  auto key = [&](Place place) {
-    return std::tuple(ranks[components.component(place)], from_starts.path(place).length,
-                      graph.cells[place]);
-  };
-  std::sort(order.begin(), order.end(), [&](Place a, Place b) { return key(a) < key(b); });
+  // Keys are stored, because looking them up for each comparison misses the cache.
+  std::vector<std::tuple<Cell, PathLength, Cell, Place>> keys(graph.n_cells());
+  for (Place place = 0; place < graph.n_cells(); ++place) {
+    keys[place] = {ranks[components.component(place)], from_starts.path(place).length,
+                   graph.cells[place], place};
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<Place> order;
+  order.reserve(keys.size());
+  for (const auto& key : keys) order.push_back(std::get<3>(key));
   return order;
 }
 
