@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cut_mesh import cut_mesh
 from shapes import bowtie, cube, fins, moebius, soup, together
 from tiled_meshes import as_ply, random_polygons
 
@@ -9,7 +10,6 @@ import superfacets as sf
 from superfacets import Mesh, MeshError, PolygonMesh
 from superfacets._validate import MAX_CELLS
 from superfacets.tiles import sorting
-from superfacets.tiles.cutting import cut_mesh
 from superfacets.tiles.opening import open_pieces
 from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.sorting import make_tiles

@@ -10,10 +10,9 @@ import numpy.typing as npt
 from .. import _core
 from ..clustering.levels import are_few
 from .coarse import TiledCoarseGraph, coarse_graph
-from .halting import HaltedRegions
 from .islands import join_islands
 from .paths import TiledPaths, TiledRegions
-from .seeding import central_cell, farthest_seeds, geodesic_seeds
+from .seeding import geodesic_seeds
 from .store import Run, TileStore, find_cells
 
 __all__ = ["TiledGraph"]
@@ -56,10 +55,9 @@ class TiledGraph:
 
     def regions(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
-    ) -> TiledRegions | HaltedRegions:
-        """Return the regions around centers, which are cells."""
-        if np.isfinite(reach):
-            return HaltedRegions(self.store, self.run, centers, reach, self.n_threads, islands)
+    ) -> TiledRegions:
+        """Return the regions around centers, which are cells; expansions do not halt here."""
+        assert np.isinf(reach)
         return TiledRegions(self.store, self.run, centers, self._paths, islands)
 
     @property
@@ -70,13 +68,7 @@ class TiledGraph:
         """Return seeds among all cells; None where they can be placed in memory only."""
         if self.store.total_measure <= 0.0 or are_few(self.n_cells, n_segments):
             return None
-        if init == "farthest" and islands == "keep":
-            first = central_cell(self.store, self.run)
-            return farthest_seeds(self.store, self.run, first, n_segments)
-        if init == "geodesic":
-            first = central_cell(self.store, self.run)
-            return geodesic_seeds(self.store, self.run, first, n_segments, self._paths)
-        return None
+        return geodesic_seeds(self.store, self.run, n_segments, self._paths)
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
         """Return labels of all cells, with those of islands, and the number of these."""

@@ -11,13 +11,13 @@ from .. import _core
 from .paths import Frame, TiledPaths, frame_of, own_labels, paths_of
 from .store import Run, TileStore
 
-__all__ = ["Found", "central_cell", "farthest_seeds", "geodesic_seeds"]
+__all__ = ["geodesic_seeds"]
 
 Ints = npt.NDArray[np.int32]
 Floats = npt.NDArray[np.float64]
 
 
-class Found(NamedTuple):
+class _Found(NamedTuple):
     """A cell, where it is, and a distance, or the length of a path in units."""
 
     distance: float
@@ -25,41 +25,20 @@ class Found(NamedTuple):
     place: int
 
 
-def central_cell(store: TileStore, run: Run) -> Found:
+def _central_cell(store: TileStore, run: Run) -> _Found:
     """The cell nearest to the mean of all, the lowest among equals; there must be some area."""
     jobs = [(tile, frame_of(store)) for tile in range(store.n_tiles)]
     means, _ = _core.fixed_means(np.sum(run(_sum, store, jobs), axis=0), *frame_of(store))
-    found: list[Found] = run(_nearest, store, [(tile, means) for tile, _ in jobs])
+    found: list[_Found] = run(_nearest, store, [(tile, means) for tile, _ in jobs])
     return min(found, key=lambda one: (one.distance, one.cell))
 
 
-def farthest_seeds(store: TileStore, run: Run, first: Found, n_seeds: int) -> Ints:
-    """A first cell, then again and again the cell farthest from all before, the lowest of equals.
+def geodesic_seeds(store: TileStore, run: Run, n_seeds: int, paths: TiledPaths) -> Ints | None:
+    """A first cell, then again and again the one farthest from all before by path length.
 
-    A tile whose box is farther from a new seed than its farthest cell is from those before is not
-    looked at, as `FarthestPoints` does with smaller boxes.
+    The lowest among equals. None where no path leads from the first cell to some other.
     """
-    tiles = range(store.n_tiles)
-    boxes = np.array(run(_start, store, [(tile,) for tile in tiles]))
-    farthest = [first._replace(distance=np.inf) for _ in tiles]
-    seeds = [first]
-    while True:
-        position = store.read_at("positions", np.array([seeds[-1].place]))[0]
-        gaps = np.maximum(np.maximum(boxes[:, 0] - position, position - boxes[:, 1]), 0.0)
-        x, y, z = gaps.T
-        near = np.flatnonzero(np.array([far.distance for far in farthest]) >= x * x + y * y + z * z)
-        jobs = [(tile, position, seeds[-1].cell) for tile in near.tolist()]
-        for (tile, *_), found in zip(jobs, run(_place, store, jobs), strict=True):
-            farthest[tile] = found
-        if len(seeds) == n_seeds:
-            return np.array([seed.cell for seed in seeds], np.int32)
-        seeds.append(_best(farthest))
-
-
-def geodesic_seeds(
-    store: TileStore, run: Run, first: Found, n_seeds: int, paths: TiledPaths
-) -> Ints | None:
-    """The same by path length; None where no path leads from the first cell to some other."""
+    first = _central_cell(store, run)
     farthest = [first for _ in range(store.n_tiles)]
     seeds = [first]
     while True:
@@ -77,7 +56,7 @@ def geodesic_seeds(
         seeds.append(_best(farthest))
 
 
-def _best(farthest: list[Found]) -> Found:
+def _best(farthest: list[_Found]) -> _Found:
     """The farthest cell, the lowest among equals."""
     return max(farthest, key=lambda one: (one.distance, -one.cell))
 
@@ -88,33 +67,16 @@ def _sum(store: TileStore, tile: int, frame: Frame) -> npt.NDArray[np.int64]:
     return _core.fixed_sums(positions, measures, labels, 1, *frame)
 
 
-def _nearest(store: TileStore, tile: int, means: Floats) -> Found:
+def _nearest(store: TileStore, tile: int, means: Floats) -> _Found:
     cells = store.read(tile, "cells")
     labels = np.zeros(len(cells), np.int32)
     positions = store.read(tile, "positions")
     squared, found = _core.nearest_of_regions(positions, cells, labels, means)
     place = store.starts[tile] + int(np.flatnonzero(cells == found[0])[0])
-    return Found(float(squared[0]), int(found[0]), place)
+    return _Found(float(squared[0]), int(found[0]), place)
 
 
-def _start(store: TileStore, tile: int) -> Floats:
-    """Write infinite distances; return the box of the cells."""
-    store.write(tile, "seed_distances", np.full(store.size(tile), np.inf))
-    positions = store.read(tile, "positions")
-    return np.array([positions.min(axis=0), positions.max(axis=0)])
-
-
-def _place(store: TileStore, tile: int, position: Floats, seed: int) -> Found:
-    """Take a seed; return the farthest cell of a tile, and its squared distance."""
-    x, y, z = (store.read(tile, "positions") - position).T
-    squared = np.minimum(store.read(tile, "seed_distances"), x * x + y * y + z * z)
-    cells = store.read(tile, "cells")
-    squared[cells == seed] = -1.0  # never the farthest again
-    store.write(tile, "seed_distances", squared)
-    return _lowest_of_highest(store, tile, squared, cells)
-
-
-def _longest(store: TileStore, tile: int, version: int) -> Found | None:
+def _longest(store: TileStore, tile: int, version: int) -> _Found | None:
     """The longest path to a cell of a tile; None where one is unreached."""
     if own_labels(store, tile, version).min() < 0:
         return None
@@ -124,7 +86,7 @@ def _longest(store: TileStore, tile: int, version: int) -> Found | None:
 
 def _lowest_of_highest(
     store: TileStore, tile: int, distances: npt.NDArray[np.float64 | np.uint64], cells: Ints
-) -> Found:
+) -> _Found:
     at = np.flatnonzero(distances == distances.max())
     lowest = at[cells[at].argmin()]
-    return Found(distances[lowest].item(), int(cells[lowest]), store.starts[tile] + int(lowest))
+    return _Found(distances[lowest].item(), int(cells[lowest]), store.starts[tile] + int(lowest))

@@ -13,10 +13,7 @@ import numpy.typing as npt
 from .. import _core
 from .._memory import address_limit, memory_of_process
 from .._options import (
-    INITS,
-    WEIGHTS,
     CleanupOptions,
-    Init,
     Islands,
     LoopOptions,
     Progress,
@@ -73,8 +70,9 @@ ADDRESSES_OF_THREAD = 150 << 20
 KEPT_HEAP = 1 << 28
 """Bytes that are freed and kept for arrays of the next tile."""
 
-_WEIGHTS = tuple(name for name in WEIGHTS if name != "parts")
-"""Those of parts take rays through the whole mesh."""
+_WEIGHTS = ("creases", "superfacets")
+"""``"parts"`` is left out, as it needs rays through the whole mesh, and ``"stk02"``, by which
+methods are compared on small meshes."""
 
 
 def segment_tiled(
@@ -86,8 +84,6 @@ def segment_tiled(
     eta_convex: float | None = None,
     ridges: float | None = None,
     weights: WeightName = "creases",
-    init: Init = "geodesic",
-    radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
     islands: Islands = "keep",
@@ -118,14 +114,12 @@ def segment_tiled(
         A file; a folder of files, of meshes that share vertices by position, or of clouds; or
         arrays, which may be memory maps. Faces, or points, are numbered through all files of a
         folder, in the order of their names.
-    n_segments, radius, alpha, eta_convex, ridges, radius_factor
+    n_segments, radius, alpha, eta_convex, ridges
         As for `segment`.
     max_num_iter, tol, islands, smooth, weld
         As for `segment`.
-    weights : {"creases", "superfacets", "stk02"}
-        As for `segment`, by name; the last for meshes.
-    init : {"geodesic", "farthest", "flood", "grid"}
-        As for `segment`, by name.
+    weights : {"creases", "superfacets"}
+        As for `segment`.
     tile_size : int, default 262144
         Faces or points of a tile; rounded up to a multiple of 4096. The labels do not depend on
         it.
@@ -146,7 +140,7 @@ def segment_tiled(
         Address of a Dask scheduler instead, whose workers see the source and `scratch`.
     n_threads : int, optional
         As for `segment`, of this process: each has a tile at a time, as long as these take an
-        eighth of the memory together. With `radius_factor` all have the same one.
+        eighth of the memory together.
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
@@ -179,11 +173,12 @@ def segment_tiled(
     -----
     Memory: what `cache` says, about 500 bytes per face of a tile for each thread, 10 bytes per face
     of the mesh for the graph of coarse cells, 4 for the labels (8 for those of points), and what a
-    mesh of the faces around borders takes. With `radius_factor` a tile comes with all faces within
-    four radii of it. Where regions have less than about a hundred faces the graph of all faces is
-    in memory, 150 bytes a face; so it is if the loop runs on all faces (with `radius_factor`,
-    ``tol=0``, ``max_num_iter`` 0 or 1) and seeds are not ``"farthest"``, with islands kept, or
-    ``"geodesic"``, on a mesh of one component.
+    mesh of the faces around borders takes. Where regions have less than about a hundred faces the
+    graph of all faces is in memory, 150 bytes a face; so it is if the loop runs on all faces
+    (``tol=0``, ``max_num_iter`` 0 or 1) of a mesh of several components.
+
+    Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
+    other by path length (``init="geodesic"``).
 
     Examples
     --------
@@ -195,12 +190,9 @@ def segment_tiled(
     True
     """
     checked_choice(weights, "weights", _WEIGHTS)  # not an array
-    loop = LoopOptions.checked(
-        max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
-    )
+    loop = LoopOptions.checked(max_num_iter, tol, None, islands, n_threads, progress, on_stage)
     options = TiledOptions(
-        SizeOptions.checked(n_segments, radius, checked_choice(init, "init", INITS)),
-        init,
+        SizeOptions.checked(n_segments, radius, "geodesic"),
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
@@ -244,8 +236,6 @@ class Place:
 
     def tiles_at_once(self, loop: LoopOptions) -> int:
         """How many tiles are worked on in this process at the same time, on a thread each."""
-        if loop.radius_factor is not None:
-            return 1  # with all faces within four radii: few regions are larger than tiles
         each = BYTES_AT_WORK * self.tile_size
         if address_limit() is not None:
             each += ADDRESSES_OF_THREAD
@@ -290,7 +280,6 @@ class TiledOptions:
     """The checked options of all stages."""
 
     size: SizeOptions
-    init: Init
     weights: WeightOptions
     loop: LoopOptions
     cleanup: CleanupOptions
@@ -313,7 +302,7 @@ def segment_store(
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
-    plan = Plan(None, size, options.size, options.init)
+    plan = Plan(None, size, options.size, "geodesic")
     result = segment_cells(
         TiledGraph(store, run, tile_threads, is_parallel), store.bounds, plan, loop
     )

@@ -1,18 +1,16 @@
-"""Tiles of a mesh that is in memory."""
+"""Tiles of a mesh in memory: the expected result of reading one in pieces."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from .. import _core
-from .._validate import checked_threads
-from ..mesh.faces import FaceMesh, corners_in_a_row, face_sizes, measure_faces
-from ..mesh.polygon_mesh import PolygonMesh
-from .faces import rows
-from .scratch import Scratch
-from .store import TileStore, tile_starts
-
-__all__ = ["cut_mesh"]
+from superfacets import _core
+from superfacets._validate import checked_threads
+from superfacets.mesh.faces import FaceMesh, corners_in_a_row, face_sizes, measure_faces
+from superfacets.mesh.polygon_mesh import PolygonMesh
+from superfacets.tiles.faces import rows
+from superfacets.tiles.scratch import Scratch
+from superfacets.tiles.store import TileStore, tile_starts
 
 
 def cut_mesh(
