@@ -23,11 +23,11 @@ from superfacets import (
 )
 from superfacets._options import WeightOptions
 from superfacets.mesh.quarters import split_in_four
-from superfacets.tiles import band
-from superfacets.tiles.arcs import WeightRule, find_arcs
-from superfacets.tiles.faces import rows
+from superfacets.tiles import borders
+from superfacets.tiles.arrays import rows
 from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.store import run_serially
+from superfacets.tiles.tile_arcs import WeightRule, find_arcs
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::superfacets.IslandWarning"),
@@ -207,14 +207,14 @@ def test_ridges_that_depend_on_faces_two_steps_away(tmp_path, seed):
     graph = sf.build_face_graph(mesh)
     wanted = sf.crease_weights(mesh, graph, 5.0, ridges=1.0)
     assert not np.allclose(wanted, sf.crease_weights(mesh, graph, 5.0, ridges=0.0), rtol=1e-3)
-    rule = WeightRule(5.0, WeightOptions.checked("creases", None, None, 1.0), False, False, 1)
+    rule = WeightRule(5.0, WeightOptions.checked("creases", None, None, 1.0), False, 1)
     with scratch_folder(tmp_path) as scratch:
         store = cut_mesh(mesh, scratch, 4, weld=True)
         unit = find_arcs(store, rule, run_serially).unit
         for tile in range(store.n_tiles):
             _, at = rows(graph.offsets, store.read(tile, "cells"))
             lengths = _core.round_weights(wanted[at], unit, 1)
-            assert np.array_equal(store.read(tile, "lengths"), lengths)
+            assert np.array_equal(store.read(tile, "arcs/lengths"), lengths)
 
 
 def hollow(is_inside_out=False, times=3):
@@ -251,14 +251,14 @@ def test_weights_of_hollow_shapes(tmp_path, how):
     graph = sf.build_face_graph(mesh)
     wanted, solid = (sf.crease_weights(mesh, graph, 0.1, hollows=on) for on in (True, False))
     assert np.array_equal(wanted, solid) == (how != "whole")
-    rule = WeightRule(0.1, WeightOptions.checked("creases", None, None), False, False, 1)
+    rule = WeightRule(0.1, WeightOptions.checked("creases", None, None), False, 1)
     with scratch_folder(tmp_path) as scratch:
         store = cut_mesh(mesh, scratch, 1024, weld=True)
         unit = find_arcs(store, rule, run_serially).unit
         for tile in range(store.n_tiles):
             _, at = rows(graph.offsets, store.read(tile, "cells"))
             lengths = _core.round_weights(wanted[at], unit, 1)
-            assert np.array_equal(store.read(tile, "lengths"), lengths)
+            assert np.array_equal(store.read(tile, "arcs/lengths"), lengths)
 
 
 def test_ridges_of_polygons(tmp_path):
@@ -290,13 +290,13 @@ def test_meshes_of_the_data_folder(data_dir, tmp_path):
 def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
     sizes = []
 
-    class Band(band._Band):
-        def smoothed(self, *args):
-            sizes.append(len(self.cells))
-            return super().smoothed(*args)
+    class Band(borders._Band):
+        def straightened(self, *args):
+            sizes.append(len(self.part))
+            return super().straightened(*args)
 
-    monkeypatch.setattr(band, "RINGS", 1)
-    monkeypatch.setattr(band, "_Band", Band)
+    monkeypatch.setattr(borders, "STEPS", {"triangles": 1})
+    monkeypatch.setattr(borders, "_Band", Band)
     found = segment_tiled(bear, 300, tile_size=4096, scratch=tmp_path)
     compare(found, sf.segment(bear, 300))
     assert len(sizes) > 2
@@ -317,18 +317,19 @@ def test_stages_and_tiles_are_told(bear, tmp_path):
         tile_size=4096,
         scratch=tmp_path,
         on_stage=stages.append,
-        on_tile=lambda n_done, n: tiles.append((n_done, n)),
+        on_tile=lambda n_done, n: tiles.append((stages[-1], n_done, n)),
         progress=lambda *move: moves.append(move),
     )
     assert stages == ["tiles", "weights", "coarsen", "seeding", "classify", "regions"]
     assert list(result.timings) == ["tiles", *stages[1:5], "update", "regions"]
-    assert (5, 5) in tiles
-    visits = [done for done in tiles if done[0] > 5]  # of paths that go from tile to tile
+    assert ("weights", 5, 5) in tiles
+    passes = [(n_done, n) for stage, n_done, n in tiles if stage == "classify"]
+    assert (1, 1) not in passes
+    visits = [done for done in passes if done[0] > 5]  # of paths that go from tile to tile
     assert visits[0][0] == 6
     assert [n_done for n_done, _ in visits] == list(range(6, 6 + len(visits)))
     assert all(n_done <= n for n_done, n in visits)
     assert visits[-1][0] == visits[-1][1]
-    assert (1, 1) not in tiles
     assert len(moves) == sum(level.n_iter for level in result.levels[:-1])
 
 

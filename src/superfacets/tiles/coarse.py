@@ -99,13 +99,13 @@ def _in_a_row(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
 def tile_graph(store: TileStore, tile: int, n_threads: int) -> _core.OrderedGraph:
     """The graph of a tile, followed by its ghosts, which have no arcs and no positions."""
     n_ghosts = len(store.read(tile, "ghosts"))
-    offsets = store.read(tile, "arc_offsets")
+    offsets = store.read(tile, "arcs/offsets")
     return _core.graph_in_place(
         np.concatenate([store.read(tile, "positions"), np.zeros((n_ghosts, 3))]),
         np.concatenate([store.read(tile, "measures"), np.zeros(n_ghosts)]),
         np.concatenate([offsets, np.full(n_ghosts, offsets[-1])]),
-        store.read(tile, "arc_targets"),
-        store.read(tile, "lengths"),
+        store.read(tile, "arcs/targets"),
+        store.read(tile, "arcs/lengths"),
         n_threads,
     )
 
@@ -130,9 +130,9 @@ def _connect(
     coarse = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
     offsets, targets, rounded = _core.connect_tile(
-        store.read(tile, "arc_offsets"),
-        store.read(tile, "arc_targets"),
-        store.read(tile, "lengths"),
+        store.read(tile, "arcs/offsets"),
+        store.read(tile, "arcs/targets"),
+        store.read(tile, "arcs/lengths"),
         coarse.astype(np.int32),
         np.concatenate(lengths),
         n_threads,

@@ -88,7 +88,7 @@ class TiledGraph:
         """Return the graph with all cells in memory."""
         store = self.store
         cells = np.concatenate([store.read(tile, "cells") for tile in range(store.n_tiles)])
-        n_arcs = [np.diff(store.read(tile, "arc_offsets")) for tile in range(store.n_tiles)]
+        n_arcs = [np.diff(store.read(tile, "arcs/offsets")) for tile in range(store.n_tiles)]
         positions, measures = np.empty((store.n_cells, 3)), np.empty(store.n_cells)
         counts = np.empty(store.n_cells, np.int64)
         counts[cells] = np.concatenate(n_arcs)
@@ -103,8 +103,8 @@ class TiledGraph:
             ends = np.cumsum(counts[own])
             at = np.arange(ends[-1]) + np.repeat(offsets[own] - ends + counts[own], counts[own])
             around = np.concatenate([own, store.read(tile, "ghost_cells")])
-            neighbors[at] = around[store.read(tile, "arc_targets")]
-            lengths[at] = store.read(tile, "lengths")
+            neighbors[at] = around[store.read(tile, "arcs/targets")]
+            lengths[at] = store.read(tile, "arcs/lengths")
         placed = _core.PlacedCells(positions, measures, n_threads)
         return _core.OrderedGraph(placed, offsets, neighbors, lengths, n_threads, True)
 

@@ -53,10 +53,10 @@ def _unlabeled(
     at = np.flatnonzero(labels < 0)
     own = store.read(tile, "cells")
     around = np.concatenate([own, store.read(tile, "ghost_cells")])
-    offsets = store.read(tile, "arc_offsets")
+    offsets = store.read(tile, "arcs/offsets")
     sources = np.repeat(np.arange(len(own)), np.diff(offsets))
     is_inside = labels[sources] < 0  # and so is the other end: a path leads there
-    pairs = np.stack([own[sources[is_inside]], around[store.read(tile, "arc_targets")[is_inside]]])
+    pairs = np.stack([own[sources[is_inside]], around[store.read(tile, "arcs/targets")[is_inside]]])
     return own[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
 
 

@@ -221,9 +221,9 @@ def _improve(
     known = paths_of(store, tile, version)
     at = (places - store.starts[tile]).astype(np.int32)
     lengths, labels = _core.improve_paths(
-        store.read(tile, "arc_offsets"),
-        store.read(tile, "arc_targets"),
-        store.read(tile, "lengths"),
+        store.read(tile, "arcs/offsets"),
+        store.read(tile, "arcs/targets"),
+        store.read(tile, "arcs/lengths"),
         *known,
         at,
         offered,

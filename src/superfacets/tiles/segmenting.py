@@ -32,10 +32,7 @@ from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
 from ..io.atomic import StrPath
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
-from .arcs import WeightRule, find_arcs
-from .band import smooth_tiled
-from .clouds.arcs import find_point_arcs
-from .clouds.band import smooth_points
+from .borders import BorderRule, straighten_tiled
 from .clouds.lists import make_cloud_tiles
 from .clouds.reading import CloudPieces
 from .graph import TiledGraph
@@ -44,6 +41,7 @@ from .opening import TiledSource, open_pieces
 from .scratch import check_room, scratch_folder
 from .sorting import make_tiles
 from .store import Run, TileStore, find_cells
+from .tile_arcs import WeightRule, find_arcs
 from .writing import label_files, ranges_of, save_labels
 
 __all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
@@ -295,9 +293,9 @@ def segment_store(
     diagonal = box_diagonal(store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
     has_prices = options.cleanup.smooth and options.weights.has_other_unit
-    rule = WeightRule(size.radius, options.weights, False, has_prices, tile_threads)
+    rule = WeightRule(size.radius, options.weights, has_prices, tile_threads)
     with timed(timings, "weights", loop.on_stage):
-        facts = (find_point_arcs if is_cloud else find_arcs)(store, rule, run)
+        facts = find_arcs(store, rule, run)
     share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
@@ -309,9 +307,11 @@ def segment_store(
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
         with timed(timings, "regions", loop.on_stage):
-            scale = size.radius or diagonal
-            smooth = smooth_points if is_cloud else smooth_tiled
-            smooth(store, facts, result.labels, result.centers, scale, run, loop.n_threads)
+            lengths, unit = "lengths", facts.unit
+            if has_prices:
+                lengths, unit = "border_lengths", facts.border_unit
+            borders = BorderRule(lengths, unit, size.radius or diagonal, loop.n_threads)
+            straighten_tiled(store, borders, result.labels, result.centers, run)
     if is_cloud:
         result = _in_input_order(store, result, run)
     params = {"weld": options.weld, **options.weights.params, **result.params}

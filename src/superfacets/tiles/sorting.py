@@ -12,6 +12,7 @@ from .. import _core
 from .._validate import MAX_CELLS, check_extent, raise_index_error
 from ..errors import MeshError
 from ..io.readers.text import runs
+from .arrays import box_of, joined_boxes, stable_order
 from .mapping import run_all
 from .reading import Faces, MeshPieces, Rows, take_rows
 from .scratch import Scratch
@@ -19,14 +20,7 @@ from .store import RANGE, Run, TileStore, tile_starts
 from .sums import BlockedSum
 from .welding import check_vertices, weld
 
-__all__ = [
-    "LOW_BITS",
-    "box_of",
-    "find_cuts",
-    "joined_boxes",
-    "make_tiles",
-    "stable_order",
-]
+__all__ = ["LOW_BITS", "find_cuts", "make_tiles"]
 
 LOW_BITS = 15
 """Codes have twice as many. They are counted by their upper bits first, then by the lower ones of
@@ -150,18 +144,6 @@ def _summed_up(found: list[_Measured]) -> _Facts:
     return _Facts(bounds, joined_boxes([part.curve for part in found]), areas)
 
 
-def joined_boxes(boxes: list[npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
-    """The box around some, (2, 3)."""
-    stacked = np.stack(boxes)
-    return np.array([stacked[:, 0].min(axis=0), stacked[:, 1].max(axis=0)])
-
-
-def box_of(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """The box around points, (2, 3)."""
-    columns = [points[:, axis] for axis in range(3)]  # many times faster than along axis 0
-    return np.array([[values.min() for values in columns], [values.max() for values in columns]])
-
-
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> _Measured:
     faces, positions = chunks.read(chunk)
     _keep_chunk(scratch, chunk, faces, positions)
@@ -246,13 +228,6 @@ def _sort_chunk(
     return np.bincount(codes >> LOW_BITS, minlength=1 << LOW_BITS).astype(np.int32)
 
 
-def stable_order(codes: npt.NDArray[np.uint32]) -> npt.NDArray[np.int64]:
-    """As ``argsort``, in two passes by 16 bits, for which numpy counts in place of comparing."""
-    order = np.argsort((codes & 0xFFFF).astype(np.uint16), kind="stable")
-    upper = (codes >> 16).astype(np.uint16)
-    return order[np.argsort(upper[order], kind="stable")]
-
-
 def find_cuts(
     scratch: Scratch, counts: npt.NDArray[np.int32], starts: npt.NDArray[np.int64]
 ) -> npt.NDArray[np.int64]:
@@ -331,13 +306,13 @@ def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
     store.write(tile, "cells", numbers[order])
     store.write(tile, "positions", centroids)
     store.write(tile, "measures", areas)
-    store.write(tile, "vertex_ids", ids)
-    store.write(tile, "vertices", points)
+    store.write(tile, "vertices/ids", ids)
+    store.write(tile, "vertices/points", points)
     if offsets is None:
-        store.write(tile, "faces", corners.reshape(-1, 3))
+        store.write(tile, "corners", corners.reshape(-1, 3))
     else:
-        store.write(tile, "offsets", offsets)
-        store.write(tile, "corners", corners)
+        store.write(tile, "corners/offsets", offsets)
+        store.write(tile, "corners/vertices", corners)
 
 
 def _unsorted_tile(

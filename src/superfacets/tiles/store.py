@@ -52,11 +52,9 @@ class TileStore:
     cells      (n,) int32        number of each face in the input
     positions  (n, 3) float64    centroids
     measures   (n,) float64      areas
-    faces      (n, 3) int32      corners of triangles, as rows of ``vertices``
-    offsets    (n + 1,) int64    instead, of polygons: face i has the corners
-    corners    (c,) int32        offsets[i] to offsets[i + 1] - 1
-    vertex_ids (m,) int64        sorted: the numbers of the tile's vertices, welded
-    vertices   (m, 3) float64    and their positions
+    corners    (n, 3) int32      of triangles: rows of the vertices; of polygons ``offsets`` and
+                                 ``vertices`` in a folder ``corners``
+    vertices   ids, points       numbers of vertices, welded, ascending, and their positions
     ========== ================= ==================================================
 
     Attributes
@@ -99,6 +97,10 @@ class TileStore:
     def tiles_of(self, places: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
         """The tile that each place is in."""
         return np.searchsorted(self.starts, places, side="right").astype(np.int64) - 1
+
+    def is_in(self, tile: int, places: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+        """Whether each place is in a tile."""
+        return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
     def read(self, tile: int, name: str) -> npt.NDArray[Any]:
         """An array of a tile, in memory."""

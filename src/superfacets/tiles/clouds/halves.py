@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from ..arrays import box_of, joined_boxes
+from ..part import Columns, load_columns, save_columns, taken
 from ..scratch import Scratch
-from ..sorting import box_of, joined_boxes
-from .columns import Columns, joined_columns, load_columns, save_columns, taken
 
-__all__ = ["in_halves"]
+__all__ = ["in_halves", "joined_columns"]
 
 DIGIT = 16
 """Bits of a coordinate that are looked at in one pass."""
@@ -56,6 +56,11 @@ def in_halves(scratch: Scratch, names: list[str], most: int) -> Iterator[Columns
         scratch.remove_folder(name)
     for part in halves:
         yield from in_halves(scratch, part, most)
+
+
+def joined_columns(parts: Sequence[Columns]) -> Columns:
+    """The rows of all parts, one after the other."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
 def _longest_axis(scratch: Scratch, names: list[str]) -> int:

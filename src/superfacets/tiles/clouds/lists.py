@@ -11,7 +11,7 @@ from ... import _core
 from ..scratch import Scratch
 from ..store import Job, Run, TileStore
 from ..sums import BlockedSum
-from .nearest import find_neighbors, is_in
+from .nearest import find_neighbors
 from .normals import turn_normals
 from .reading import CloudPieces
 from .sorting import NOT_COPIED, SortedCloud, sort_cloud
@@ -32,12 +32,11 @@ def make_cloud_tiles(
 
     Beside ``cells``, ``numbers`` and ``positions`` (see `SortedCloud`) there are, per tile,
 
-    ============ =============== =========================================================
-    measures     (n,) float64    areas
-    normals      (n, 3) float64  of length 1, or zero
-    list_offsets (n + 1,) int64  point i is joined with the places
-    list_targets (m,) int32      list_offsets[i] to list_offsets[i + 1] - 1, ascending
-    ============ =============== =========================================================
+    ========= =============== =========================================================
+    measures  (n,) float64    areas
+    normals   (n, 3) float64  of length 1, or zero
+    neighbors lists           the places ``targets`` of all neighbors, ascending
+    ========= =============== =========================================================
 
     Parameters
     ----------
@@ -155,7 +154,7 @@ def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> 
     """Write the lists of a tile; `entering` tells where pairs of other tiles lead here."""
     sources, targets = _pairs(store, tile)
     first = store.starts[tile]
-    is_own = is_in(store, tile, targets)
+    is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]
     for other, begin, end in entering:
         found = [
@@ -165,16 +164,17 @@ def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> 
         parts.append((found[0], found[1]))
     sources, targets = (np.concatenate(column) for column in zip(*parts, strict=True))
     offsets, joined = _core.sorted_lists(store.size(tile), sources - np.int32(first), targets)
-    store.write(tile, "list_offsets", offsets)
-    store.write(tile, "list_targets", joined)
+    store.write(tile, "neighbors/offsets", offsets)
+    store.write(tile, "neighbors/targets", joined)
 
 
 def _share_areas(store: TileStore, tile: int) -> None:
     """Write the area of each point, which it shares with its copies."""
     areas = store.read(tile, "areas")
     if store.has(tile, "place_of_lowest"):
-        offsets, targets = store.read(tile, "list_offsets"), store.read(tile, "list_targets")
-        is_own = is_in(store, tile, targets)
+        offsets = store.read(tile, "neighbors/offsets")
+        targets = store.read(tile, "neighbors/targets")
+        is_own = store.is_in(tile, targets)
         is_copy = np.zeros(len(targets), bool)
         at = targets[is_own] - store.starts[tile]
         is_copy[is_own] = store.read(tile, "lowest")[at] != NOT_COPIED

@@ -9,11 +9,11 @@ import numpy.typing as npt
 
 from ... import _core
 from ...cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
-from ..faces import is_among
+from ..arrays import is_among
 from ..store import RANGE, Run, TileStore
 from .sorting import NOT_COPIED, SortedCloud
 
-__all__ = ["find_neighbors", "is_in"]
+__all__ = ["find_neighbors"]
 
 Ints = npt.NDArray[np.int32]
 Longs = npt.NDArray[np.int64]
@@ -150,12 +150,12 @@ def _find_nearest(
             )
             rows = np.flatnonzero(is_open)
             both = _Points.joined([own.take(rows), others])
-            nearer = both.nearest(is_in(store, tile, both.places), n_nearest, n_threads)
+            nearer = both.nearest(store.is_in(tile, both.places), n_nearest, n_threads)
             for begin in range(0, len(rows), ROWS_AT_ONCE):
                 some = slice(begin, begin + ROWS_AT_ONCE)
                 lists.merge(rows[some], nearer.take(some))
             found = lists.places[rows]
-            found = np.unique(found[~is_in(store, tile, found)])
+            found = np.unique(found[~store.is_in(tile, found)])
             foreign.append(others.take(np.flatnonzero(is_among(others.places, found))))
     _write_lists(store, tile, own, lists)
     if wants_normals:
@@ -169,7 +169,7 @@ def _write_directions(
     first, n_own = store.starts[tile], store.size(tile)
     order = np.argsort(foreign.places)
     rows = lists.places - np.int32(first)
-    is_foreign = (lists.places >= 0) & ~is_in(store, tile, lists.places)
+    is_foreign = (lists.places >= 0) & ~store.is_in(tile, lists.places)
     rows[lists.places < 0] = -1
     rows[is_foreign] = n_own + np.searchsorted(
         foreign.places, lists.places[is_foreign], sorter=order
@@ -204,11 +204,6 @@ def _areas_around(squared: Floats) -> Floats:
     areas = np.zeros(len(squared))
     np.divide(2.0 * np.pi * sums, counts * (counts + 1.0), out=areas, where=counts > 0)
     return areas
-
-
-def is_in(store: TileStore, tile: int, places: Ints) -> npt.NDArray[np.bool_]:
-    """Whether each place is in a tile."""
-    return np.asarray((places >= store.starts[tile]) & (places < store.starts[tile + 1]))
 
 
 def _members(store: TileStore, tile: int, own: _Points) -> list[Longs]:
@@ -270,7 +265,7 @@ def _cut_off(store: TileStore, tile: int) -> None:
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")
     others = np.zeros(found.shape)
-    is_own = is_in(store, tile, found)
+    is_own = store.is_in(tile, found)
     others[is_own] = areas[found[is_own] - store.starts[tile]]
     is_ghost = (found >= 0) & ~is_own
     ghosts = np.unique(found[is_ghost])

@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from ... import _core
 from ..store import TileStore
-from .nearest import is_in
 from .sorting import NOT_COPIED
 
 __all__ = ["turn_normals"]
@@ -54,7 +53,7 @@ def turn_normals(store: TileStore) -> None:
 
 def _normal_tile(store: TileStore, tile: int) -> _NormalTile:
     near, first, n_own = store.read(tile, "near"), store.starts[tile], store.size(tile)
-    is_own = is_in(store, tile, near)
+    is_own = store.is_in(tile, near)
     is_ghost = (near >= 0) & ~is_own
     ghosts = np.unique(near[is_ghost])
     rows = np.full(near.shape, -1, np.int32)

@@ -11,14 +11,15 @@ import numpy.typing as npt
 from ... import _core
 from ..._validate import MAX_CELLS, check_spread
 from ...errors import MeshError
+from ..arrays import box_of, joined_boxes, stable_order
 from ..mapping import run_all
+from ..part import Columns, load_columns, save_columns, taken
 from ..reading import Rows
 from ..scratch import Scratch
-from ..sorting import LOW_BITS, box_of, find_cuts, joined_boxes, stable_order
+from ..sorting import LOW_BITS, find_cuts
 from ..store import RANGE, Run, TileStore, tile_starts
 from ..welding import weld
-from .columns import Columns, joined_columns, load_columns, save_columns, taken
-from .halves import in_halves
+from .halves import in_halves, joined_columns
 from .reading import CloudPieces
 
 __all__ = ["NOT_COPIED", "SortedCloud", "sort_cloud"]

@@ -1,0 +1,229 @@
+"""Stage 5 on tiles: straight borders, among the cells around them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from ..regions.edit import BorderCosts
+from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
+from .arrays import Array, Bools, Bytes, Ints, rows
+from .mapping import run_all
+from .part import Part
+from .part_surface import surface_of, with_neighbors
+from .store import Run, TileStore, find_cells
+
+__all__ = ["straighten_tiled"]
+
+STEPS = {"triangles": 10, "polygons": 10, "points": 4}
+"""Steps along arcs from borders to the rim of the band, at first. Triangles, which have three arcs,
+take two to get as far as from vertex to vertex."""
+
+MOST_STEPS = 160
+
+COLUMNS = {"points": ("cells", "positions", "measures")}
+"""Columns that the band has; of faces the following."""
+OF_FACES = ("cells", "corners")
+
+
+@dataclass(frozen=True)
+class BorderRule:
+    """What borders go by: the name of the lengths of arcs, and the scale of a region."""
+
+    lengths: str
+    unit: float
+    scale: float
+    n_threads: int
+
+
+def straighten_tiled(
+    store: TileStore, rule: BorderRule, labels: Ints, centers: Ints, run: Run
+) -> None:
+    """Change labels to straight borders, as `smooth_borders` makes them of all cells at once.
+
+    Moves are considered for cells at borders, and next to cells that have moved. What is read for
+    one is around it, so the cells some steps around borders suffice: the *band*. At its rim cells
+    may be missing. Where moves of a cell of the rim were considered, cells are added around it, and
+    all is done again.
+    """
+    marks = _Marks(store, run)
+    marks.begin(labels)
+    while True:
+        band = _Band.gathered(store, rule, run)
+        if not len(band.part):
+            return
+        cells = band.part.columns["cells"]
+        moved, examined = band.straightened(rule, labels[cells], centers)
+        if not len(examined):
+            break
+        more = cells[examined]
+        del band  # or there would be two of them
+        marks.add(more)
+    labels[cells] = moved
+
+
+class _Marks:
+    """How many steps are still to be taken from each cell of the band: 0 for others.
+
+    Each tile has these as ``steps``, of its cells and its ghosts.
+    """
+
+    def __init__(self, store: TileStore, run: Run) -> None:
+        self._store = store
+        self._run = run
+        self._n_steps = STEPS[store.kind]
+        self._known: dict[int, Bytes] = {}  # of the ghosts of each tile
+
+    def begin(self, labels: Ints) -> None:
+        """Mark cells that have a neighbor of another label, and the cells around them."""
+        store = self._store
+        for tile in range(store.n_tiles):
+            around = np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])
+            store.write(tile, "labels", labels[around])
+        self._spread(run_all(self._run, _mark_borders, store, store.n_tiles, self._n_steps))
+        store.remove_from_all("labels")
+
+    def add(self, cells: Ints) -> None:
+        """Mark more around some cells, twice as far each time."""
+        self._n_steps = min(2 * self._n_steps, MOST_STEPS)
+        store = self._store
+        self._spread(run_all(self._run, _mark_cells, store, store.n_tiles, cells, self._n_steps))
+
+    def _spread(self, found: list[Bytes]) -> None:
+        """Tell tiles of the marks of their cells in others, until none is new."""
+        store, news = self._store, dict(enumerate(found))
+        while news:
+            places, steps = [np.empty(0, np.int64)], [np.empty(0, np.uint8)]
+            for tile, marks in news.items():
+                at = np.flatnonzero(marks > self._known.get(tile, 0))
+                places.append(store.read(tile, "ghosts")[at])
+                steps.append(marks[at])
+                self._known[tile] = marks
+            every, marked = np.concatenate(places), np.concatenate(steps)
+            tiles = store.tiles_of(every)
+            chosen = {tile: tiles == tile for tile in np.unique(tiles).tolist()}
+            jobs = [(tile, every[some], marked[some]) for tile, some in chosen.items()]
+            news = dict(zip(chosen, self._run(_mark_places, store, jobs), strict=True))
+
+
+def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
+    """Mark the cells of a tile that have a neighbor of another label."""
+    arcs = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
+    labels = store.read(tile, "labels")
+    steps = np.zeros(len(labels), np.uint8)
+    steps[: store.size(tile)] = _core.cells_at_borders(*arcs, labels) * np.uint8(n_steps)
+    return _spread(store, tile, steps)
+
+
+def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
+    """Mark some cells, where they are in a tile."""
+    steps = store.read(tile, "steps").copy()
+    steps[find_cells(store, tile, cells)[1]] = n_steps
+    return _spread(store, tile, steps)
+
+
+def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes) -> Bytes:
+    """Mark cells of a tile that others have come to."""
+    steps = store.read(tile, "steps").copy()
+    np.maximum.at(steps, places - store.starts[tile], marks)
+    return _spread(store, tile, steps)
+
+
+def _spread(store: TileStore, tile: int, steps: Bytes) -> Bytes:
+    """Take all steps within a tile, and write the marks; those of its ghosts."""
+    offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
+    n_own = store.size(tile)
+    for left in range(int(steps[:n_own].max()), 1, -1):
+        near = targets[rows(offsets, np.flatnonzero(steps[:n_own] == left))[1]]
+        steps[near] = np.maximum(steps[near], np.uint8(left - 1))
+    store.write(tile, "steps", steps)
+    return steps[n_own:]
+
+
+def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
+    """Write the marked cells of a tile, with the places of neighbors; their places and cells."""
+    n_own = store.size(tile)
+    chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
+    lists = {"corners": ("vertices",), "arcs": ("targets", "sides", lengths)}
+    columns = COLUMNS.get(store.kind, OF_FACES)
+    part = Part.of_tile(store, tile, columns, lists).take(chosen)
+    entries = part.lists["arcs"].entries
+    own = np.arange(store.starts[tile], store.starts[tile] + n_own, dtype=np.int32)
+    around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
+    entries["targets"] = around[entries["targets"]]
+    entries["lengths"] = entries.pop(lengths)
+    part.save(store.scratch, f"tile{tile}/band")
+    return part.columns["places"], part.columns["cells"]
+
+
+class _BandParts(Sequence[Part]):
+    """The parts of the band in all tiles, loaded one at a time."""
+
+    def __init__(self, store: TileStore, places: Ints, ranks: Ints) -> None:
+        self._store = store
+        self._places = places
+        self._ranks = ranks
+
+    def __len__(self) -> int:
+        return self._store.n_tiles
+
+    def __getitem__(self, tile: int) -> Part:  # type: ignore[override]  # no slices
+        if tile >= len(self):
+            raise IndexError
+        lists = {"corners": ("vertices",), "arcs": ("targets", "sides", "lengths")}
+        columns = COLUMNS.get(self._store.kind, OF_FACES)
+        part = Part.load(self._store.scratch, f"tile{tile}/band", columns, lists)
+        sorts = self._store.kind == "points"
+        return with_neighbors(part, self._places, self._ranks, sorts=sorts)
+
+
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """The cells around borders, in the order of their numbers in the input."""
+
+    store: TileStore
+    part: Part
+
+    @classmethod
+    def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
+        """Bring the cells of all tiles together."""
+        found = run_all(run, _write_band, store, store.n_tiles, rule.lengths)
+        places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
+        ranks = np.empty(len(cells), np.int32)
+        ranks[np.argsort(cells)] = np.arange(len(cells))
+        return cls(store, Part.joined(_BandParts(store, places, ranks), "cells"))
+
+    def straightened(self, rule: BorderRule, labels: Ints, centers: Ints) -> tuple[Ints, Ints]:
+        """Labels of the band, and the cells of its rim for which moves were considered."""
+        surface = surface_of(self.store, self.part, rule.n_threads)
+        lengths, cells = self.part.lists["arcs"].entries["lengths"], self.part.columns["cells"]
+        costs = BorderCosts(surface, lengths, rule.unit, rule.scale)
+        at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
+        fixed = at[cells[at] == centers].astype(np.int32)
+        limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, rule.n_threads)
+        rim = np.flatnonzero(self._is_at_rim()).astype(np.int32)
+        return _core.smooth_part(*costs.args, labels, fixed, *limits, rim)
+
+    def _is_at_rim(self) -> Bools:
+        """Whether each cell is an edge cell, which lacks a neighbor, or may read of one.
+
+        What is read for a move is around the corners of a face, and of a point the neighbors of its
+        neighbors. Who looks for cells around a corner in vain comes to an edge cell there.
+        """
+        is_edge = self.part.columns["is_edge"]
+        if self.store.kind == "points":
+            offsets, neighbors = self.part.lists["arcs"].offsets, self._neighbors
+            is_at_rim = is_edge.copy()
+            is_at_rim[neighbors[rows(offsets, np.flatnonzero(is_edge))[1]]] = True
+            return is_at_rim
+        offsets, corners = self.part.corners()
+        is_open = np.zeros(len(self.part.vertices["ids"]), bool)
+        is_open[corners[np.repeat(is_edge, np.diff(offsets))]] = True
+        return np.logical_or.reduceat(is_open[corners], offsets[:-1])
+
+    @property
+    def _neighbors(self) -> Ints:
+        return self.part.lists["arcs"].entries["neighbors"]
