@@ -12,7 +12,7 @@ from .. import _core
 
 __all__ = [
     "Array", "Bools", "Bytes", "Floats", "Ints", "Longs",
-    "box_of", "index_of", "is_among", "joined_boxes", "merged", "rows", "stable_order",
+    "box_of", "index_near", "is_among", "joined_boxes", "merged", "rows", "stable_order",
 ]  # fmt: skip
 
 Array: TypeAlias = npt.NDArray[Any]
@@ -21,6 +21,10 @@ Bytes: TypeAlias = npt.NDArray[np.uint8]
 Floats: TypeAlias = npt.NDArray[np.float64]
 Ints: TypeAlias = npt.NDArray[np.int32]
 Longs: TypeAlias = npt.NDArray[np.int64]
+
+
+_MOST_SPARSE = 16
+"""Numbers in the range of a table, for each one in use."""
 
 
 def rows(offsets: Longs, chosen: Array) -> tuple[Longs, Longs]:
@@ -36,18 +40,32 @@ def merged(lists: Sequence[Longs]) -> Longs:
     return numbers[is_new]
 
 
-def index_of(values: Array, among: Array) -> Longs:
-    """The index of each value in an ascending array; -1 where it is not there."""
-    at: Longs = np.searchsorted(among, values)
-    at[at == len(among)] = -1
-    if len(among):
-        at[among[at] != values] = -1
+def index_near(values: Array, among: Array, near: Array) -> Longs:
+    """The index of each value in an ascending array; -1 where it is not there.
+
+    Fast where most values are between the first and the last number of `near`.
+    """
+    low, high = (int(near[0]), int(near[-1]) + 1) if len(near) else (0, 0)
+    if high - low > _MOST_SPARSE * len(near):
+        high = low
+    begin, end = np.searchsorted(among, [low, high])
+    table = np.full(high - low, -1, np.int32)
+    table[among[begin:end] - low] = np.arange(begin, end)
+    is_near = (values >= low) & (values < high)
+    at = np.empty(len(values), np.int64)
+    at[is_near] = table[values[is_near] - low]
+    far = values[~is_near]
+    found = np.searchsorted(among, far)
+    at[~is_near] = np.where(is_among(far, among), found, -1)
     return at
 
 
 def is_among(values: Array, wanted: Array) -> Bools:
     """Whether each value is in an ascending array."""
-    return index_of(values, wanted) >= 0
+    at = np.searchsorted(wanted, values)
+    is_hit = at < len(wanted)
+    is_hit[is_hit] = wanted[at[is_hit]] == values[is_hit]
+    return is_hit
 
 
 def stable_order(codes: npt.NDArray[np.uint32]) -> Longs:

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
-from .arrays import Array, Bools, Bytes, Ints, rows
+from .arrays import Array, Bools, Bytes, Ints, is_among, rows
 from .mapping import run_all
 from .part import Part
 from .part_surface import surface_of, with_neighbors
@@ -18,7 +18,7 @@ from .store import Run, TileStore, find_cells
 
 __all__ = ["straighten_tiled"]
 
-STEPS = {"triangles": 10, "polygons": 10, "points": 4}
+STEPS = {"triangles": 10, "polygons": 10, "points": 8}
 """Steps along arcs from borders to the rim of the band, at first. Triangles, which have three arcs,
 take two to get as far as from vertex to vertex."""
 
@@ -162,10 +162,8 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
 class _BandParts(Sequence[Part]):
     """The parts of the band in all tiles, loaded one at a time."""
 
-    def __init__(self, store: TileStore, places: Ints, ranks: Ints) -> None:
+    def __init__(self, store: TileStore) -> None:
         self._store = store
-        self._places = places
-        self._ranks = ranks
 
     def __len__(self) -> int:
         return self._store.n_tiles
@@ -173,11 +171,31 @@ class _BandParts(Sequence[Part]):
     def __getitem__(self, tile: int) -> Part:  # type: ignore[override]  # no slices
         if tile >= len(self):
             raise IndexError
-        lists = {"corners": ("vertices",), "arcs": ("targets", "sides", "lengths")}
-        columns = COLUMNS.get(self._store.kind, OF_FACES)
-        part = Part.load(self._store.scratch, f"tile{tile}/band", columns, lists)
-        sorts = self._store.kind == "points"
-        return with_neighbors(part, self._places, self._ranks, sorts=sorts)
+        return self._load(tile, "neighbors")
+
+    def _load(self, tile: int, ends: str) -> Part:
+        columns = ("places", *COLUMNS.get(self._store.kind, OF_FACES))
+        lists = {"corners": ("vertices",), "arcs": (ends, "sides", "lengths")}
+        return Part.load(self._store.scratch, f"tile{tile}/band", columns, lists)
+
+    def connect(self, tile: int, places: Ints, ranks: Ints) -> Array:
+        """Replace targets by neighbors; return where there are arcs to cells beyond the rim.
+
+        That is at these vertices, or of points, the ranks of the points that such arcs leave.
+        """
+        part = self._load(tile, "targets")
+        is_cloud = self._store.kind == "points"
+        connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
+        connected.save(self._store.scratch, f"tile{tile}/band")
+        self._store.remove(tile, "band/arcs/targets")
+        arcs = part.lists["arcs"]
+        cells = np.searchsorted(arcs.offsets, left_out, side="right") - 1
+        if is_cloud:
+            return ranks[np.searchsorted(places, part.columns["places"][cells])]
+        offsets, corners = part.corners()
+        first = offsets[cells] + arcs.entries["sides"][left_out]
+        next_one = np.where(first + 1 == offsets[cells + 1], offsets[cells], first + 1)
+        return np.unique(part.vertices["ids"][corners[np.concatenate([first, next_one])]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,6 +204,7 @@ class _Band:
 
     store: TileStore
     part: Part
+    ends: Array  # vertices (of points, cells) at which other cells are left out
 
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
@@ -194,7 +213,9 @@ class _Band:
         places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
         ranks = np.empty(len(cells), np.int32)
         ranks[np.argsort(cells)] = np.arange(len(cells))
-        return cls(store, Part.joined(_BandParts(store, places, ranks), "cells"))
+        parts = _BandParts(store)
+        ends = [parts.connect(tile, places, ranks) for tile in range(store.n_tiles)]
+        return cls(store, Part.joined(parts, "cells"), np.unique(np.concatenate(ends)))
 
     def straightened(self, rule: BorderRule, labels: Ints, centers: Ints) -> tuple[Ints, Ints]:
         """Labels of the band, and the cells of its rim for which moves were considered."""
@@ -208,22 +229,16 @@ class _Band:
         return _core.smooth_part(*costs.args, labels, fixed, *limits, rim)
 
     def _is_at_rim(self) -> Bools:
-        """Whether each cell is an edge cell, which lacks a neighbor, or may read of one.
+        """Whether a cell may be left out that is read for a move of each.
 
-        What is read for a move is around the corners of a face, and of a point the neighbors of its
-        neighbors. Who looks for cells around a corner in vain comes to an edge cell there.
+        Of faces, cells around their corners are read, and of points neighbors of neighbors.
         """
-        is_edge = self.part.columns["is_edge"]
-        if self.store.kind == "points":
-            offsets, neighbors = self.part.lists["arcs"].offsets, self._neighbors
-            is_at_rim = is_edge.copy()
-            is_at_rim[neighbors[rows(offsets, np.flatnonzero(is_edge))[1]]] = True
-            return is_at_rim
-        offsets, corners = self.part.corners()
-        is_open = np.zeros(len(self.part.vertices["ids"]), bool)
-        is_open[corners[np.repeat(is_edge, np.diff(offsets))]] = True
-        return np.logical_or.reduceat(is_open[corners], offsets[:-1])
-
-    @property
-    def _neighbors(self) -> Ints:
-        return self.part.lists["arcs"].entries["neighbors"]
+        if self.store.kind != "points":
+            offsets, corners = self.part.corners()
+            is_end = is_among(self.part.vertices["ids"], self.ends)
+            return np.logical_or.reduceat(is_end[corners], offsets[:-1])
+        arcs = self.part.lists["arcs"]
+        is_at_rim = np.zeros(len(self.part), bool)
+        is_at_rim[self.ends] = True
+        is_at_rim[arcs.entries["neighbors"][rows(arcs.offsets, self.ends)[1]]] = True
+        return is_at_rim

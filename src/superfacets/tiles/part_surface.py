@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from .. import _core
 from ..cells.cell_graph import box_diagonal
 from ..cells.surface import Surface
-from .arrays import Ints, index_of
+from .arrays import Ints, Longs, index_near
 from .part import Lists, Part
 from .store import TileStore
 
@@ -16,30 +18,23 @@ __all__ = ["in_order_of_cells", "surface_of", "with_neighbors"]
 
 def in_order_of_cells(part: Part) -> Part:
     """Points by place as cells of their own: in the order of cells, with ``neighbors``."""
-    cells, places = part.columns["cells"], part.columns["places"]
-    order = np.argsort(cells)
+    order = np.argsort(part.columns["cells"])
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order))
-    return with_neighbors(part, places, ranks, sorts=True).take(order)
+    lists = {"arcs": part.lists["neighbors"]}
+    points = Part(part.columns, lists)
+    return with_neighbors(points, points.columns["places"], ranks, sorts=True)[0].take(order)
 
 
-def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> Part:
+def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
     """Cells with arcs whose ``neighbors`` are ranks, in place of the places that they lead to.
 
-    Parameters
-    ----------
-    part : Part
-        With the places of ``targets``.
-    places, ranks : ndarray of int32
-        Of all cells that there are, by place. Arcs that lead to others are left out; the column
-        ``is_edge`` tells which cells had such arcs.
-    sorts : bool
-        Whether the arcs of a cell are in the order of the ranks, as in a cloud, and not of sides.
+    Arcs that lead to none of the cells that there are, by place, are left out; which are is
+    returned, too. With `sorts` the arcs of a cell are in the order of the ranks, as in a cloud, and
+    not of sides.
     """
-    columns = dict(part.columns)
-    arcs = part.lists["arcs"] if "arcs" in part.lists else part.lists["neighbors"]
-    entries = dict(arcs.entries)
-    at = index_of(entries.pop("targets"), places)
+    arcs = part.lists["arcs"]
+    at = index_near(arcs.entries["targets"], places, part.columns["places"])
     kept = np.flatnonzero(at >= 0)
     sources = np.repeat(np.arange(len(part), dtype=np.int32), np.diff(arcs.offsets))[kept]
     neighbors = ranks[at[kept]]
@@ -47,11 +42,9 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> Par
         order = np.lexsort((neighbors, sources))
         kept, neighbors = kept[order], neighbors[order]
     offsets = np.searchsorted(sources, np.arange(len(part) + 1)).astype(np.int64)
-    columns["is_edge"] = np.diff(offsets) < np.diff(arcs.offsets)
-    found = Lists(offsets, {name: column[kept] for name, column in entries.items()})
-    found.entries["neighbors"] = neighbors
-    lists = {name: other for name, other in part.lists.items() if other is not arcs}
-    return Part(columns, lists | {"arcs": found}, part.vertices)
+    entries = {name: column[kept] for name, column in arcs.entries.items() if name != "targets"}
+    lists = part.lists | {"arcs": Lists(offsets, entries | {"neighbors": neighbors})}
+    return replace(part, lists=lists), np.flatnonzero(at < 0)
 
 
 def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
