@@ -54,3 +54,8 @@ def cut_mesh(
         else:
             store.write(tile, "corners", local.astype(np.int32).reshape(-1, 3))
     return store
+
+
+def run_serially(work, store, jobs, **_):
+    """Do one job after the other, here."""
+    return [work(store, *job) for job in jobs]

@@ -10,9 +10,8 @@ from tiled_checks import check
 import superfacets as sf
 from superfacets import MeshError, PointCloud, segment_tiled
 from superfacets.errors import IslandWarning
-from superfacets.tiles import borders
-from superfacets.tiles.clouds import normals
-from superfacets.tiles.clouds.halves import in_halves
+from superfacets.tiles import borders, cloud_normals
+from superfacets.tiles.cloud_order import in_halves
 from superfacets.tiles.part import save_columns
 from superfacets.tiles.scratch import scratch_folder
 
@@ -151,7 +150,7 @@ def test_random_cases(tmp_path, seed):
 
 
 def test_pairs_of_normals_are_joined_in_portions(ball, tmp_path, monkeypatch):
-    monkeypatch.setattr(normals, "PAIRS_AT_ONCE", 500)
+    monkeypatch.setattr(cloud_normals, "PAIRS_AT_ONCE", 500)
     noise = 0.02 * np.random.default_rng(0).normal(size=ball.shape)
     check(PointCloud(ball + noise), 12, tmp_path)
 
@@ -232,6 +231,6 @@ def test_wrong_points(ball, tmp_path, change, message):
 
 
 def test_too_many_points(monkeypatch, ball, tmp_path):
-    monkeypatch.setattr("superfacets.tiles.clouds.sorting.MAX_CELLS", 9)
+    monkeypatch.setattr("superfacets.tiles.cloud_order.MAX_CELLS", 9)
     with pytest.raises(MeshError, match="the cloud has 9000 points; at most 9 are supported"):
         segment_tiled(ball, 12, scratch=tmp_path)

@@ -4,7 +4,7 @@ import numpy as np
 
 from superfacets import _core
 from superfacets.tiles.arrays import rows
-from superfacets.tiles.reading import ArrayRows, take_rows
+from superfacets.tiles.tables import ArrayRows, take_rows
 
 # A strip of triangles: face i has the vertices i, i + 1 and i + 2.
 N = 12

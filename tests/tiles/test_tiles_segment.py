@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from cut_mesh import cut_mesh
+from cut_mesh import cut_mesh, run_serially
 from shapes import bowl, gears, soup, together
 from tiled_checks import check, compare
 from tiled_meshes import as_ply, random_polygons
@@ -26,7 +26,6 @@ from superfacets.mesh.quarters import split_in_four
 from superfacets.tiles import borders
 from superfacets.tiles.arrays import rows
 from superfacets.tiles.scratch import scratch_folder
-from superfacets.tiles.store import run_serially
 from superfacets.tiles.tile_arcs import WeightRule, find_arcs
 
 pytestmark = [

@@ -12,7 +12,8 @@ from tiled_checks import compare
 import superfacets as sf
 from superfacets import PointCloud
 from superfacets._options import LoopOptions
-from superfacets.tiles import mapping, segmenting
+from superfacets.batches import threads
+from superfacets.tiles import segmenting
 from superfacets.tiles.mapping import open_run, run_all
 from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.segmenting import Place
@@ -88,21 +89,21 @@ def test_an_error_leaves_no_piece_waiting(tmp_path):
 @pytest.mark.parametrize("n_times", [1, 2])
 def test_ctrl_c_waits_for_what_is_at_work(tmp_path, monkeypatch, n_times):
     slow, interrupts = Slow(), []
-    end = mapping._Threads.end
+    end = threads.ThreadTeam.end
 
-    def end_with_another(threads):
+    def end_with_another(team):
         if n_times == 2:
             timer = threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT))
             timer.start()
             interrupts.append(timer)
-        end(threads)
+        end(team)
 
     def work(scratch, piece, seconds):
         if piece == 0:
             os.kill(os.getpid(), signal.SIGINT)
         slow(scratch, piece + 2, seconds)
 
-    monkeypatch.setattr(mapping._Threads, "end", end_with_another)
+    monkeypatch.setattr(threads.ThreadTeam, "end", end_with_another)
     with (
         pytest.raises(KeyboardInterrupt),
         scratch_folder(tmp_path) as scratch,

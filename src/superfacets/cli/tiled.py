@@ -168,7 +168,7 @@ class TileOptions:
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Names of the results in a folder: of a folder of files, one for each of these."""
-    from ..tiles.writing import label_names
+    from ..tiles.label_files import label_names
 
     if Path(text).is_dir():
         with contextlib.suppress(OSError):  # the run says what is wrong with it

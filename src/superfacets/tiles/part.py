@@ -127,6 +127,14 @@ class Part:
             save_columns(scratch, f"{folder}/{name}", {"offsets": found.offsets, **found.entries})
         save_columns(scratch, f"{folder}/vertices", self.vertices)
 
+    def keep(self, scratch: Scratch, folder: str) -> bool:
+        """As `save`, but only if all arrays stay in memory; return whether they do."""
+        named = [(f"{folder}/{name}", column) for name, column in self.columns.items()]
+        for name, found in self.lists.items():
+            entries = {"offsets": found.offsets, **found.entries}
+            named += [(f"{folder}/{name}/{entry}", column) for entry, column in entries.items()]
+        return all(scratch.keep(name, column) for name, column in named)
+
     @classmethod
     def load(
         cls,
@@ -166,14 +174,14 @@ class Part:
         return part
 
     @classmethod
-    def joined(cls, parts: Sequence[Part], key: str) -> Part:
-        """All cells of some parts, in ascending order of a column.
+    def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
+        """All cells of some parts, in ascending order of a column, or one part after the other.
 
         Parts may be loaded each time that they are asked for: no two are needed at a time.
         """
         keys, counts, ids = [], {name: list[Longs]() for name in parts[0].lists}, []
         for part in parts:
-            keys.append(part.columns[key])
+            keys.append(part.columns[key] if key else np.zeros(len(part), np.int8))
             for name, found in part.lists.items():
                 counts[name].append(np.diff(found.offsets))
             ids.append(part.vertices["ids"] if part.vertices else np.empty(0, np.int64))

@@ -10,28 +10,21 @@ import re
 import secrets
 import shutil
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..batches.threads import despite_interrupts
 from ..io.atomic import writable_folder
 from ..io.readers.npy import npy_header
+from .arrays import Array
 
 __all__ = [
-    "Scratch",
-    "check_room",
-    "despite_interrupts",
-    "header_of",
-    "load_array",
-    "read_all",
-    "save_array",
-    "scratch_folder",
-    "write_all",
+    "Scratch", "check_room", "read_all", "scratch_folder", "write_all",
     "write_array",
-]
+]  # fmt: skip
 
 MARK = ".superfacets-tiles-"
 """What the names of scratch folders begin with."""
@@ -41,23 +34,16 @@ _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 LOCK = ".lock"
 """A file in the folder that the run holds locked: what is not locked was left behind."""
 
+_HEADER_SIZE = 128
+"""Bytes of the header of our files; numpy pads headers of few dimensions to this size."""
+
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
     """Make a folder below `parent`, and remove it when the block ends, also by errors and Ctrl-C.
 
-    Folders that killed runs have left there are removed first.
-
-    Parameters
-    ----------
-    parent : Path
-    cache : int, default 0
-        As for `Scratch`.
-
-    Raises
-    ------
-    OSError
-        If the folder cannot be made.
+    Folders that killed runs have left there are removed first. `cache` is as for `Scratch`. An
+    OSError if the folder cannot be made.
     """
     writable_folder(parent)
     _remove_leftovers(parent)
@@ -68,20 +54,6 @@ def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
             yield Scratch(folder, cache)
     finally:
         despite_interrupts(lambda: shutil.rmtree(folder, ignore_errors=True))
-
-
-def despite_interrupts(work: Callable[[], object]) -> None:
-    """Call `work` until it ends without a Ctrl-C; then raise the last one, if there was any."""
-    interrupt: KeyboardInterrupt | None = None
-    is_done = False
-    while not is_done:
-        try:
-            work()
-            is_done = True
-        except KeyboardInterrupt as error:
-            interrupt = error
-    if interrupt is not None:
-        raise interrupt
 
 
 def check_room(parent: Path, needed: int) -> None:
@@ -143,13 +115,13 @@ class Scratch:
     def __init__(self, folder: Path, cache: int = 0) -> None:
         self.folder = folder
         self._room = cache
-        self._kept: dict[str, npt.NDArray[Any]] = {}
+        self._kept: dict[str, Array] = {}
         self._lock = threading.Lock()
 
     def __reduce__(self) -> tuple[type[Scratch], tuple[Path]]:
         return Scratch, (self.folder,)
 
-    def save(self, name: str, array: npt.NDArray[Any]) -> None:
+    def save(self, name: str, array: Array) -> None:
         """Write an array under a name, in which slashes make folders.
 
         It may stay in memory as it is, and is read-only from then on.
@@ -158,22 +130,49 @@ class Scratch:
             return
         for parent in reversed(Path(name).parents[:-1]):  # not the folder itself: it may be gone
             (self.folder / parent).mkdir(exist_ok=True)
-        save_array(self._path(name), array)
+        path = self._path(name)
+        partial = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
+        try:
+            write_array(partial, array)
+            partial.replace(path)
+        except OSError as error:
+            if error.filename is None and error.errno is not None:
+                error.filename = str(path)
+            raise
+        finally:
+            with contextlib.suppress(OSError):  # it was renamed, or never made
+                partial.unlink()
 
-    def keep(self, name: str, array: npt.NDArray[Any]) -> bool:
+    def keep(self, name: str, array: Array) -> bool:
         """As `save`, but only if the array stays in memory; return whether it does."""
         self._forget(name)
         with self._lock:
             is_kept = array.nbytes < self._room
             self._room -= array.nbytes if is_kept else 0
         if is_kept:
-            self._keep(name, array)
+            if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
+                array = array.copy()  # all of the array that it is a part of would stay
+            array = np.ascontiguousarray(array)
+            array.flags.writeable = False
+            self._kept[name] = array
+            self._path(name).unlink(missing_ok=True)
         return is_kept
 
-    def load(self, name: str, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
-        """Rows of an array, read into memory; not to be written to."""
+    def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
+        """Rows of an array, read into memory; not to be written to.
+
+        Not a memory map: that would count as memory where the address space is limited.
+        """
         kept = self._kept.get(name)
-        return load_array(self._path(name), begin, end) if kept is None else kept[begin:end]
+        if kept is not None:
+            return kept[begin:end]
+        with self._path(name).open("rb", buffering=0) as file:
+            shape, dtype, _, start = npy_header(file.read(_HEADER_SIZE))
+            rows = np.empty(((shape[0] if end is None else end) - begin, *shape[1:]), dtype)
+            if rows.size:
+                file.seek(start + begin * rows[:1].nbytes)
+                read_all(file, rows)
+        return rows
 
     def new_file(self) -> Path:
         """The path of a file that is not there yet."""
@@ -182,15 +181,6 @@ class Scratch:
     def has(self, name: str) -> bool:
         """Whether there is such an array."""
         return name in self._kept or self._path(name).exists()
-
-    def rename(self, name: str, new: str) -> None:
-        """Put an array in the place of another, which nobody reads at the moment."""
-        self.remove(new)
-        array = self._kept.pop(name, None)
-        if array is None:
-            self._path(name).replace(self._path(new))
-        else:
-            self._kept[new] = array
 
     def remove(self, name: str) -> None:
         """Remove an array, to make room."""
@@ -203,14 +193,6 @@ class Scratch:
             self._forget(kept)
         shutil.rmtree(self.folder / name, ignore_errors=True)
 
-    def _keep(self, name: str, array: npt.NDArray[Any]) -> None:
-        if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
-            array = array.copy()  # all of what it is a part of would stay
-        array = np.ascontiguousarray(array)
-        array.flags.writeable = False
-        self._kept[name] = array
-        self._path(name).unlink(missing_ok=True)
-
     def _forget(self, name: str) -> None:
         array = self._kept.pop(name, None)
         if array is not None:
@@ -221,37 +203,17 @@ class Scratch:
         return self.folder / f"{name}.npy"
 
 
-def save_array(path: Path, array: npt.NDArray[Any]) -> None:
-    """Write an array as .npy; the file appears whole or not at all."""
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
-    try:
-        write_array(partial, array)
-        partial.replace(path)
-    except OSError as error:
-        if error.filename is None and error.errno is not None:
-            error.filename = str(path)
-        raise
-    finally:
-        with contextlib.suppress(OSError):  # it was renamed, or never made
-            partial.unlink()
-
-
-def write_array(path: Path, array: npt.NDArray[Any]) -> None:
+def write_array(path: Path, array: Array) -> None:
     """Write an array as .npy.
 
     Not `numpy.save`, which does not tell why it failed: on a full disk that has to be known.
     """
+    header = io.BytesIO()
+    facts = {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape}
+    np.lib.format.write_array_header_1_0(header, facts)
     with path.open("wb", buffering=0) as file:
-        write_all(file, header_of(array.dtype, array.shape))
+        write_all(file, header.getvalue())
         write_all(file, np.ascontiguousarray(array).reshape(-1).view(np.uint8))
-
-
-def header_of(dtype: np.dtype[Any], shape: tuple[int, ...]) -> bytes:
-    """What a .npy file of such an array begins with."""
-    file = io.BytesIO()
-    facts = {"descr": dtype.str, "fortran_order": False, "shape": shape}
-    np.lib.format.write_array_header_1_0(file, facts)
-    return file.getvalue()
 
 
 def write_all(file: IO[bytes], data: Any) -> None:
@@ -261,26 +223,7 @@ def write_all(file: IO[bytes], data: Any) -> None:
         view = view[file.write(view) :]
 
 
-_HEADER_SIZE = 128
-"""Bytes of the header that `header_of` makes; numpy pads headers of few dimensions to this size."""
-
-
-def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
-    """Rows of an array in a .npy file that `write_array` wrote, read into memory, and no others.
-
-    Not a memory map: that would count as memory where the address space is limited.
-    """
-    with path.open("rb", buffering=0) as file:
-        shape, dtype, _, start = npy_header(file.read(_HEADER_SIZE))
-        rows = np.empty(((shape[0] if end is None else end) - begin, *shape[1:]), dtype)
-        if rows.size:
-            row_size = dtype.itemsize * int(np.prod(shape[1:], dtype=np.int64))
-            file.seek(start + begin * row_size)
-            read_all(file, rows)
-    return rows
-
-
-def read_all(file: Any, array: npt.NDArray[Any]) -> None:
+def read_all(file: Any, array: Array) -> None:
     """Fill a contiguous array from an unbuffered file; an OSError where that ends before."""
     data: Any = array.reshape(-1).view(np.uint8)
     view = memoryview(data)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from .._memory import address_limit, memory_of_process
@@ -20,7 +19,7 @@ from .._options import (
     SizeOptions,
     WeightName,
     WeightOptions,
-)
+)  # fmt: skip
 from .._timing import OnStage, timed
 from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
@@ -32,35 +31,32 @@ from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
 from ..io.atomic import StrPath
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
+from .arrays import Ints, Longs
 from .borders import BorderRule, straighten_tiled
-from .clouds.lists import make_cloud_tiles
-from .clouds.reading import CloudPieces
-from .graph import TiledGraph
-from .mapping import OnDone, open_run
+from .cloud_tiles import make_cloud_tiles
+from .label_files import label_files, ranges_of, save_labels
+from .mapping import OnDone, open_run, run_all
+from .mesh_tiles import make_mesh_tiles
 from .opening import TiledSource, open_pieces
 from .scratch import check_room, scratch_folder
-from .sorting import make_tiles
 from .store import Run, TileStore, find_cells
 from .tile_arcs import WeightRule, find_arcs
-from .writing import label_files, ranges_of, save_labels
+from .tiled_graph import TiledGraph
 
-__all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
+__all__ = ["segment_tiled"]
 
 TILE_SIZE = 1 << 18
-"""Faces of a tile."""
+"""Cells of a tile."""
 
 BYTES_AT_WORK = 500
-"""What is done with a tile takes so many for each of its faces."""
+"""Peak working memory, in bytes per cell of a tile."""
 
-BYTES_PER_FACE = 250
-"""That the scratch folder takes on the disk."""
-
-BYTES_PER_POINT = 400
-"""The same for clouds."""
+BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
+"""Bytes that the scratch folder takes on the disk."""
 
 MEMORY_PART = 8
-"""Of the memory that a process may use, the part in which arrays stay that would go to the disk,
-and that the tiles take that are worked on at the same time, if that is not just one."""
+"""Divisor of the process's memory limit: such a part caches scratch arrays before they go to the
+disk, and another is for tiles that are worked on at the same time, if that is not just one."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Bytes of the address space that a thread has for its stack and its heap, used or not."""
@@ -171,9 +167,9 @@ def segment_tiled(
     -----
     Memory: what `cache` says, about 500 bytes per face of a tile for each thread, 10 bytes per face
     of the mesh for the graph of coarse cells, 4 for the labels (8 for those of points), and what a
-    mesh of the faces around borders takes. Where regions have less than about a hundred faces the
-    graph of all faces is in memory, 150 bytes a face; so it is if the loop runs on all faces
-    (``tol=0``, ``max_num_iter`` 0 or 1) of a mesh of several components.
+    mesh of the faces around borders takes. The graph of all faces is in memory, 150 bytes a face,
+    where regions have less than about a hundred faces, and where the loop runs on all faces
+    (``tol=0``, ``max_num_iter`` 0 or 1).
 
     Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
     other by path length (``init="geodesic"``).
@@ -232,45 +228,17 @@ class Place:
             scheduler,
         )
 
+    @property
+    def is_remote(self) -> bool:
+        """Whether other processes work on tiles."""
+        return self.workers > 1 or self.scheduler is not None
+
     def tiles_at_once(self, loop: LoopOptions) -> int:
         """How many tiles are worked on in this process at the same time, on a thread each."""
         each = BYTES_AT_WORK * self.tile_size
         if address_limit() is not None:
             each += ADDRESSES_OF_THREAD
         return min(loop.n_threads, max(memory_of_process() // MEMORY_PART // each, 1))
-
-
-def _run(
-    source: TiledSource, options: TiledOptions, place: Place, on_tile: OnDone | None
-) -> Segmentation:
-    """Run all stages; the caller of `segment_tiled` is warned."""
-    timings: dict[str, float] = {}
-    is_remote = place.workers > 1 or place.scheduler is not None
-    at_once = place.tiles_at_once(options.loop)
-    # Each thread of a worker has a tile of its own.
-    is_parallel = is_remote or at_once > 1
-    tile_threads = 1 if is_parallel else options.loop.n_threads
-    on_stage = options.loop.on_stage
-    with (
-        scratch_folder(place.scratch, 0 if is_remote else place.cache) as scratch,
-        open_run(place.workers, place.scheduler, place.scratch, at_once, on_tile) as run,
-    ):
-        with timed(timings, "tiles", on_stage):
-            pieces = open_pieces(source, scratch, for_workers=is_remote)
-            ranges = ranges_of(pieces, len(place.files))
-            size, threads = place.tile_size, tile_threads
-            if isinstance(pieces, CloudPieces):
-                check_room(place.scratch, BYTES_PER_POINT * pieces.n_points)
-                store = make_cloud_tiles(pieces, scratch, size, run=run, n_threads=threads)
-            else:
-                check_room(place.scratch, BYTES_PER_FACE * pieces.n_faces)
-                store = make_tiles(
-                    pieces, scratch, size, welds=options.weld, run=run, n_threads=threads
-                )
-        result = segment_store(store, options, run, tile_threads, is_parallel)
-        if place.files:
-            save_labels(place.files, ranges, result.labels)
-    return replace(result, timings={**timings, **result.timings})
 
 
 @dataclass(frozen=True)
@@ -284,35 +252,60 @@ class TiledOptions:
     weld: bool
 
 
-def segment_store(
-    store: TileStore, options: TiledOptions, run: Run, tile_threads: int, is_parallel: bool
+def _run(
+    source: TiledSource, options: TiledOptions, place: Place, on_tile: OnDone | None
 ) -> Segmentation:
-    """Segment the faces of a store, each tile on so many threads."""
-    loop, timings = options.loop, dict[str, float]()
-    is_cloud = store.kind == "points"
+    """Run all stages; the caller of `segment_tiled` is warned."""
+    timings: dict[str, float] = {}
+    at_once = place.tiles_at_once(options.loop)
+    # Each thread of a worker has a tile of its own.
+    is_parallel = place.is_remote or at_once > 1
+    n_threads = 1 if is_parallel else options.loop.n_threads
+    with (
+        scratch_folder(place.scratch, 0 if place.is_remote else place.cache) as scratch,
+        open_run(place.workers, place.scheduler, place.scratch, at_once, on_tile) as run,
+    ):
+        with timed(timings, "tiles", options.loop.on_stage):
+            pieces = open_pieces(source, scratch, for_workers=place.is_remote)
+            ranges = ranges_of(pieces, len(place.files))
+            is_cloud, size = pieces.corners is None, place.tile_size
+            n_bytes = BYTES_PER_POINT if is_cloud else BYTES_PER_FACE
+            check_room(place.scratch, n_bytes * pieces.n_cells)
+            if is_cloud:
+                store = make_cloud_tiles(pieces, scratch, size, run=run, n_threads=n_threads)
+            else:
+                store = make_mesh_tiles(
+                    pieces, scratch, size, welds=options.weld, run=run, n_threads=n_threads
+                )
+        graph = TiledGraph(store, run, n_threads, is_parallel)
+        result = _segment(graph, options, timings)
+        if place.files:
+            save_labels(place.files, ranges, result.labels)
+    return result
+
+
+def _segment(graph: TiledGraph, options: TiledOptions, timings: dict[str, float]) -> Segmentation:
+    """Run the stages that follow on tiles."""
+    store, run, loop = graph.store, graph.run, options.loop
     diagonal = box_diagonal(store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
     has_prices = options.cleanup.smooth and options.weights.has_other_unit
-    rule = WeightRule(size.radius, options.weights, has_prices, tile_threads)
+    rule = WeightRule(size.radius, options.weights, has_prices, graph.n_threads)
     with timed(timings, "weights", loop.on_stage):
         facts = find_arcs(store, rule, run)
     share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
-    plan = Plan(None, size, options.size, "geodesic")
-    result = segment_cells(
-        TiledGraph(store, run, tile_threads, is_parallel), store.bounds, plan, loop
-    )
+    result = segment_cells(graph, store.bounds, Plan(None, size, options.size, "geodesic"), loop)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
         with timed(timings, "regions", loop.on_stage):
-            lengths, unit = "lengths", facts.unit
-            if has_prices:
-                lengths, unit = "border_lengths", facts.border_unit
-            borders = BorderRule(lengths, unit, size.radius or diagonal, loop.n_threads)
+            unit = facts.border_unit if has_prices else facts.unit
+            name = "border_lengths" if has_prices else "lengths"
+            borders = BorderRule(name, unit, size.radius or diagonal, loop.n_threads)
             straighten_tiled(store, borders, result.labels, result.centers, run)
-    if is_cloud:
+    if store.kind == "points":
         result = _in_input_order(store, result, run)
     params = {"weld": options.weld, **options.weights.params, **result.params}
     timings = stages_in_order(timings | result.timings)
@@ -325,15 +318,12 @@ def _in_input_order(store: TileStore, result: Segmentation, run: Run) -> Segment
     labels, centers = np.empty_like(result.labels), np.empty_like(result.centers)
     for tile in range(store.n_tiles):
         labels[store.read(tile, "numbers")] = result.labels[store.read(tile, "cells")]
-    jobs = [(tile, result.centers) for tile in range(store.n_tiles)]
-    for which, numbers in run(_numbers_of, store, jobs):
+    for which, numbers in run_all(run, _numbers_of, store, store.n_tiles, result.centers):
         centers[which] = numbers
     return replace(result, labels=labels, centers=centers)
 
 
-def _numbers_of(
-    store: TileStore, tile: int, cells: npt.NDArray[np.int32]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+def _numbers_of(store: TileStore, tile: int, cells: Ints) -> tuple[Longs, Ints]:
     """Which of some cells are in a tile, and their numbers in the input."""
     which, at = find_cells(store, tile, cells)
     return which, store.read(tile, "numbers")[at]

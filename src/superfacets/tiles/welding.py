@@ -2,40 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..errors import MeshError
+from .arrays import Array, Floats
 from .mapping import run_all
-from .reading import Rows
 from .scratch import Scratch
 from .store import Run
+from .tables import BlockRows, Rows
 
-__all__ = ["BlockRows", "check_vertices", "weld"]
-
-
-@dataclass(frozen=True)
-class BlockRows:
-    """Rows that lie in a scratch folder in blocks of equal size."""
-
-    scratch: Scratch
-    name: str
-    size: int
-    n_rows: int
-
-    def read(self, begin: int, end: int) -> npt.NDArray[Any]:
-        """Rows begin to end - 1."""
-        parts = []
-        for block in range(begin // self.size, -(-end // self.size)):
-            first = block * self.size
-            last = min(first + self.size, end)
-            name = f"{self.name}/{block}"
-            parts.append(self.scratch.load(name, max(begin, first) - first, last - first))
-        return np.concatenate(parts)
+__all__ = ["check_vertices", "weld"]
 
 
 def check_vertices(run: Run, scratch: Scratch, vertices: Rows, size: int) -> None:
@@ -44,12 +21,7 @@ def check_vertices(run: Run, scratch: Scratch, vertices: Rows, size: int) -> Non
 
 
 def weld(
-    run: Run,
-    scratch: Scratch,
-    vertices: Rows,
-    size: int,
-    n_threads: int,
-    name: str = "vertices",
+    run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str = "vertices"
 ) -> BlockRows | None:
     """For each vertex the lowest at exactly the same position (-0.0 is 0.0); None if none share.
 
@@ -74,9 +46,7 @@ def _n_blocks(vertices: Rows, size: int) -> int:
     return -(-vertices.n_rows // size)
 
 
-def _checked_block(
-    vertices: Rows, block: int, size: int, name: str = "vertices"
-) -> npt.NDArray[Any]:
+def _checked_block(vertices: Rows, block: int, size: int, name: str = "vertices") -> Array:
     """Positions in a block; a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
@@ -107,7 +77,7 @@ def _fill_buckets(
     scratch.save(f"buckets/{block}/positions", positions[order])
 
 
-def _buckets_of(positions: npt.NDArray[np.float64], n_buckets: int) -> npt.NDArray[np.uint16]:
+def _buckets_of(positions: Floats, n_buckets: int) -> Array:
     """A bucket for each position, the same for equal ones; their number is a power of two."""
     if n_buckets == 1:
         return np.zeros(len(positions), np.uint16)
