@@ -6,10 +6,10 @@ from shapes import cube, strip, together
 
 import superfacets as sf
 from superfacets import Mesh, MeshError, PointCloud, PolygonMesh
+from superfacets.io.tables import ArrayRows, RecordRows
 from superfacets.tiles import opening
 from superfacets.tiles.opening import open_pieces
 from superfacets.tiles.scratch import scratch_folder
-from superfacets.tiles.tables import ArrayRows, RecordRows
 
 
 @pytest.fixture

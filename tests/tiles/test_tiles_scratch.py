@@ -107,10 +107,10 @@ def test_arrays_in_memory_cannot_be_changed(tmp_path):
 
 
 def test_a_full_disk_is_told_as_such_and_leaves_nothing(folder, monkeypatch):
-    def full(file, data):
+    def full(file, array):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(scratch, "write_all", full)
+    monkeypatch.setattr(scratch, "write_npy", full)
     with pytest.raises(OSError, match=r"No space left on device: '.*a\.npy'"):
         folder.save("a", np.arange(5))
     assert [path.name for path in folder.folder.iterdir()] == [".lock"]

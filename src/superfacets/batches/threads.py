@@ -62,6 +62,7 @@ class ThreadTeam:
     def _wait(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
         wait([job for job in self._given if not job.cancelled()])
+        self._pool.shutdown()  # a Ctrl-C amid what Python does when a thread ends would be lost
 
 
 @contextlib.contextmanager

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -159,43 +159,30 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
     return part.columns["places"], part.columns["cells"]
 
 
-class _BandParts(Sequence[Part]):
-    """The parts of the band in all tiles, loaded one at a time."""
+def _load_band(store: TileStore, ends: str, tile: int) -> Part:
+    """The cells of the band in a tile."""
+    columns = ("places", *COLUMNS.get(store.kind, OF_FACES))
+    lists = {"corners": ("vertices",), "arcs": (ends, "sides", "lengths")}
+    return Part.load(store.scratch, f"tile{tile}/band", columns, lists)
 
-    def __init__(self, store: TileStore) -> None:
-        self._store = store
 
-    def __len__(self) -> int:
-        return self._store.n_tiles
+def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
+    """Replace targets by neighbors; return where there are arcs to cells beyond the rim.
 
-    def __getitem__(self, tile: int) -> Part:  # type: ignore[override]  # no slices
-        if tile >= len(self):
-            raise IndexError
-        return self._load(tile, "neighbors")
-
-    def _load(self, tile: int, ends: str) -> Part:
-        columns = ("places", *COLUMNS.get(self._store.kind, OF_FACES))
-        lists = {"corners": ("vertices",), "arcs": (ends, "sides", "lengths")}
-        return Part.load(self._store.scratch, f"tile{tile}/band", columns, lists)
-
-    def connect(self, tile: int, places: Ints, ranks: Ints) -> Array:
-        """Replace targets by neighbors; return where there are arcs to cells beyond the rim.
-
-        That is at these vertices, or of points, the ranks of the points that such arcs leave.
-        """
-        part = self._load(tile, "targets")
-        is_cloud = self._store.kind == "points"
-        connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
-        connected.save(self._store.scratch, f"tile{tile}/band")
-        self._store.remove(tile, "band/arcs/targets")
-        arcs = part.lists["arcs"]
-        cells = np.searchsorted(arcs.offsets, left_out, side="right") - 1
-        if is_cloud:
-            return ranks[np.searchsorted(places, part.columns["places"][cells])]
-        offsets, corners = part.corners()
-        first = offsets[cells] + arcs.entries["sides"][left_out]
-        next_one = np.where(first + 1 == offsets[cells + 1], offsets[cells], first + 1)
-        return np.unique(part.vertices["ids"][corners[np.concatenate([first, next_one])]])
+    That is at these vertices, or of points, the ranks of the points that such arcs leave.
+    """
+    part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
+    connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
+    connected.save(store.scratch, f"tile{tile}/band")
+    store.remove(tile, "band/arcs/targets")
+    arcs = part.lists["arcs"]
+    cells = np.searchsorted(arcs.offsets, left_out, side="right") - 1
+    if is_cloud:
+        return ranks[np.searchsorted(places, part.columns["places"][cells])]
+    offsets, corners = part.corners()
+    first = offsets[cells] + arcs.entries["sides"][left_out]
+    next_one = np.where(first + 1 == offsets[cells + 1], offsets[cells], first + 1)
+    return np.unique(part.vertices["ids"][corners[np.concatenate([first, next_one])]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,9 +200,9 @@ class _Band:
         places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
         ranks = np.empty(len(cells), np.int32)
         ranks[np.argsort(cells)] = np.arange(len(cells))
-        parts = _BandParts(store)
-        ends = [parts.connect(tile, places, ranks) for tile in range(store.n_tiles)]
-        return cls(store, Part.joined(parts, "cells"), np.unique(np.concatenate(ends)))
+        ends = [_connect(store, tile, places, ranks) for tile in range(store.n_tiles)]
+        part = Part.joined_from(partial(_load_band, store, "neighbors"), store.n_tiles, "cells")
+        return cls(store, part, np.unique(np.concatenate(ends)))
 
     def straightened(self, rule: BorderRule, labels: Ints, centers: Ints) -> tuple[Ints, Ints]:
         """Labels of the band, and the cells of its rim for which moves were considered."""

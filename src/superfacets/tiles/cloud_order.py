@@ -9,17 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from .._validate import MAX_CELLS, check_spread
-from ..errors import MeshError
+from .._validate import check_spread
 from .arrays import Array, Floats, Ints, Longs, box_of, joined_boxes
-from .curve_sort import find_cuts, read_cut, save_run
+from .curve_sort import Chunks, find_cuts, read_cut, save_run
 from .mapping import run_all
 from .opening import Pieces
 from .part import Columns, Part, load_columns, save_columns, taken
 from .scratch import Scratch
 from .store import RANGE, Run, TileStore, tile_starts
-from .tables import Rows
-from .welding import weld
 
 __all__ = ["NOT_COPIED", "SortedCloud", "in_halves", "sort_cloud"]
 
@@ -50,15 +47,8 @@ class SortedCloud:
     normals   (n, 3) float64  if they are given
     ========= =============== =====================================================
 
-    Attributes
-    ----------
-    store : TileStore
-        Without a total measure.
-    n_apart : int
-        Number of different positions.
-    boxes : ndarray of float64, shape (R, 2, 3)
-        Around each range of `RANGE` places, in the order of places; without copies.
-    has_normals : bool
+    The store has no total measure yet. There are `n_apart` different positions; `boxes`, (R, 2, 3),
+    are around each range of `RANGE` places, in the order of places, without copies.
     """
 
     store: TileStore
@@ -73,24 +63,6 @@ class _Ordered(NamedTuple):
     name: str
     n_points: int
     n_apart: int
-
-
-@dataclass(frozen=True)
-class _Chunks:
-    """Points in the order of the input, of which `size` are read at a time."""
-
-    pieces: Pieces
-    lowest: Rows | None
-    size: int
-
-    @property
-    def n_chunks(self) -> int:
-        """How many there are."""
-        return -(-self.pieces.n_cells // self.size)
-
-    def range(self, chunk: int) -> tuple[int, int]:
-        """The first point of a chunk, and the first of the next."""
-        return chunk * self.size, min((chunk + 1) * self.size, self.pieces.n_cells)
 
 
 @dataclass(frozen=True)
@@ -117,17 +89,14 @@ def sort_cloud(
         As `PointCloud`: the first wrong coordinate is named; or if there are too many points, or
         all are at one position.
     """
-    n_points = pieces.n_cells
-    if n_points > MAX_CELLS:
-        raise MeshError(f"the cloud has {n_points} points; at most {MAX_CELLS} are supported")
-    size = -(-tile_cells // RANGE) * RANGE
-    chunks = _Chunks(pieces, weld(run, scratch, pieces.points, size, n_threads, "points"), size)
+    chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
+    n_points, size = pieces.n_cells, chunks.size
     bounds = joined_boxes(run_all(run, _box_of_chunk, scratch, chunks.n_chunks, chunks))
     check_spread(bounds)
-    found = run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, bounds, n_threads)
+    found = run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, bounds)
     copies_before = np.append(0, np.cumsum([n_copies for _, n_copies in found]))
     scratch.remove_folder("representatives")
-    starts = tile_starts(n_points, -(-n_points // size))
+    starts = tile_starts(n_points, chunks.n_chunks)
     cuts = _block_cuts(scratch, np.stack([some for some, _ in found]), np.array(starts), size)
     scratch.save("blocks", cuts)
     frame = _Frame(size, n_points - int(copies_before[-1]), copies_before, n_threads)
@@ -142,18 +111,16 @@ def sort_cloud(
     return SortedCloud(store, frame.n_apart, np.concatenate(boxes), pieces.normals is not None)
 
 
-def _box_of_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> Floats:
+def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
     return box_of(chunks.pieces.points.read(*chunks.range(chunk)))
 
 
-def _sort_chunk(
-    scratch: Scratch, chunk: int, chunks: _Chunks, bounds: Floats, n_threads: int
-) -> tuple[Ints, int]:
+def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) -> tuple[Ints, int]:
     """Write the points of a chunk in the order of codes; counts of upper bits, and of copies."""
     begin, end = chunks.range(chunk)
     positions = np.ascontiguousarray(chunks.pieces.points.read(begin, end))
     low, high = map(tuple, bounds)
-    codes = _core.morton_codes(positions, low, high, n_threads)
+    codes = _core.morton_codes(positions, low, high, chunks.n_threads)
     numbers = np.arange(begin, end, dtype=np.int32)
     lowest = np.full(end - begin, NOT_COPIED, np.int32)
     if chunks.lowest is not None:
@@ -196,7 +163,7 @@ def _order_block(scratch: Scratch, block: int, frame: _Frame) -> list[_Ordered]:
     cuts = scratch.load("blocks", block, block + 2)
     if int((cuts[1] - cuts[0]).sum()) > 2 * frame.size:  # all have the same code
         return _order_in_parts(scratch, block, cuts, frame)
-    columns = read_cut(scratch, cuts, COLUMNS, {}).columns
+    columns = read_cut(scratch, cuts, COLUMNS).columns
     codes, is_copy = columns.pop("codes"), columns["lowest"] != NOT_COPIED
     apart, copies = np.flatnonzero(~is_copy), np.flatnonzero(is_copy)
     positions = columns["positions"][apart]
@@ -296,7 +263,7 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Col
     n_points = sum(len(scratch.load(f"{name}/numbers")) for name in names)
     if n_points <= most:
         if names:
-            parts = [Part.load(scratch, name, COLUMNS, {}) for name in names]
+            parts = [Part.load(scratch, name, COLUMNS) for name in names]
             for name in names:
                 scratch.remove_folder(name)
             yield Part.joined(parts, "numbers").columns

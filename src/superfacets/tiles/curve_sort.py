@@ -3,19 +3,68 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from .._validate import MAX_CELLS
+from ..errors import MeshError
+from ..io.tables import Rows
 from .arrays import Array, Ints, Longs, stable_order
-from .part import Part
+from .opening import Pieces
+from .part import NO_LISTS, ListNames, Part
 from .scratch import Scratch
+from .store import RANGE, Run
+from .welding import weld
 
-__all__ = ["find_cuts", "read_cut", "save_run"]
+__all__ = ["Chunks", "find_cuts", "read_cut", "save_run"]
 
 LOW_BITS = 15
 """Codes have twice as many. They are counted by their upper bits first, then by the lower ones of
 codes on a border of tiles."""
+
+
+@dataclass(frozen=True)
+class Chunks:
+    """Cells in the order of the input, of which `size` are read at a time."""
+
+    pieces: Pieces
+    lowest: Rows | None  # the vertex or point that stands for each; None: each for itself
+    size: int
+    n_threads: int
+
+    @classmethod
+    def welded(
+        cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
+    ) -> Chunks:
+        """Check all positions, and find the lowest at each; chunks as large as tiles.
+
+        A MeshError if there are too many cells, or a coordinate is not finite.
+        """
+        mesh, cells, points = ("mesh", "faces", "vertices")
+        if pieces.corners is None:
+            mesh, cells, points = ("cloud", "points", "points")
+        if pieces.n_cells > MAX_CELLS:
+            raise MeshError(
+                f"the {mesh} has {pieces.n_cells} {cells}; at most {MAX_CELLS} are supported"
+            )
+        size = -(-tile_cells // RANGE) * RANGE
+        lowest = weld(run, scratch, pieces.points, size, n_threads, points)
+        return cls(pieces, lowest, size, n_threads)
+
+    @property
+    def n_chunks(self) -> int:
+        """How many there are: as many as tiles."""
+        return -(-self.pieces.n_cells // self.size)
+
+    @property
+    def most(self) -> int:
+        """Vertices to have in memory at a time."""
+        return 2 * self.size
+
+    def range(self, chunk: int) -> tuple[int, int]:
+        """The first cell of a chunk, and the first of the next."""
+        return chunk * self.size, min((chunk + 1) * self.size, self.pieces.n_cells)
 
 
 def save_run(scratch: Scratch, chunk: int, part: Part, codes: Array) -> Ints:
@@ -73,7 +122,9 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     return taken
 
 
-def read_cut(scratch: Scratch, cuts: Longs, columns: Sequence[str], lists: Any) -> Part:
+def read_cut(
+    scratch: Scratch, cuts: Longs, columns: Sequence[str], lists: ListNames = NO_LISTS
+) -> Part:
     """What a tile takes of each run, in the order of codes, then of runs; with ``codes``."""
     parts = [
         Part.load(scratch, f"runs/{chunk}", ("codes", *columns), lists, *cuts[:, chunk].tolist())

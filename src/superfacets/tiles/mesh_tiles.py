@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from .. import _core
-from .._validate import MAX_CELLS, check_extent, raise_index_error
-from ..errors import MeshError
+from .._validate import check_extent, raise_index_error
+from ..io.tables import take_rows
 from .arrays import Array, Floats, Ints, Longs, box_of, joined_boxes
-from .curve_sort import find_cuts, read_cut, save_run
+from .curve_sort import Chunks, find_cuts, read_cut, save_run
 from .mapping import run_all
 from .opening import Pieces
 from .part import Lists, Part
 from .scratch import Scratch
-from .store import RANGE, Kind, Run, TileStore, tile_starts
-from .tables import Rows, take_rows
-from .welding import check_vertices, weld
+from .store import Kind, Run, TileStore, tile_starts
 
 __all__ = ["make_mesh_tiles"]
 
@@ -40,51 +38,27 @@ class _Measured(NamedTuple):
     areas: Floats
 
 
-@dataclass(frozen=True)
-class _Chunks:
-    """Faces in the order of the input, of which `size` are read at a time.
+def _read_chunk(chunks: Chunks, chunk: int) -> Part:
+    """The faces of a chunk with welded vertices, and the positions of their corners.
 
-    `lowest` is the vertex that stands for each; None where each stands for itself.
+    A MeshError names the first corner that is no vertex.
     """
-
-    pieces: Pieces
-    lowest: Rows | None
-    size: int
-    n_threads: int
-
-    @property
-    def n_chunks(self) -> int:
-        """How many there are."""
-        return -(-self.pieces.n_cells // self.size)
-
-    def read(self, chunk: int) -> Part:
-        """The faces of a chunk with welded vertices, and the positions of their corners.
-
-        A MeshError names the first corner that is no vertex.
-        """
-        begin = chunk * self.size
-        end = min(begin + self.size, self.pieces.n_cells)
-        corners, offsets = self.pieces.corners_of(begin, end)
-        n_vertices = self.pieces.points.n_rows
-        if corners.min() < 0 or corners.max() >= n_vertices:
-            place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
-            face = place // 3 if offsets is None else np.searchsorted(offsets, place, "right") - 1
-            raise_index_error(begin + int(face), int(corners[place]), n_vertices)
-        if self.lowest is not None:
-            corners = take_rows(self.lowest, corners, self.most)
-        points = take_rows(self.pieces.points, corners, self.most)
-        corners = corners.astype(np.int32 if n_vertices < 1 << 31 else np.int64)
-        cells = np.arange(begin, end, dtype=np.int32)
-        if offsets is not None:
-            lists = {"corners": Lists(offsets, {"vertices": corners, "points": points})}
-            return Part({"cells": cells}, lists)
+    begin, end = chunks.range(chunk)
+    corners, offsets = chunks.pieces.corners_of(begin, end)
+    n_vertices = chunks.pieces.points.n_rows
+    if corners.min() < 0 or corners.max() >= n_vertices:
+        place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
+        face = place // 3 if offsets is None else np.searchsorted(offsets, place, "right") - 1
+        raise_index_error(begin + int(face), int(corners[place]), n_vertices)
+    if chunks.lowest is not None:
+        corners = take_rows(chunks.lowest, corners, chunks.most)
+    points = take_rows(chunks.pieces.points, corners, chunks.most)
+    corners = corners.astype(np.int32 if n_vertices < 1 << 31 else np.int64)
+    cells = {"cells": np.arange(begin, end, dtype=np.int32)}
+    if offsets is None:
         shaped = {"corners": corners.reshape(-1, 3), "points": points.reshape(-1, 3, 3)}
-        return Part({"cells": cells, **shaped})
-
-    @property
-    def most(self) -> int:
-        """Vertices to have in memory at a time."""
-        return 2 * self.size
+        return Part(cells | shaped)
+    return Part(cells, {"corners": Lists(offsets, {"vertices": corners, "points": points})})
 
 
 def make_mesh_tiles(
@@ -105,20 +79,13 @@ def make_mesh_tiles(
     MeshError
         As `Mesh`: the first wrong coordinate or index is named; or if there are too many faces.
     """
-    if pieces.n_cells > MAX_CELLS:
-        raise MeshError(f"the mesh has {pieces.n_cells} faces; at most {MAX_CELLS} are supported")
-    size = -(-tile_cells // RANGE) * RANGE
-    lowest: Rows | None = None
-    if welds:
-        lowest = weld(run, scratch, pieces.points, size, n_threads)
-    else:
-        check_vertices(run, scratch, pieces.points, size)
-    chunks = _Chunks(pieces, lowest, size, n_threads)
+    chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
+    chunks = chunks if welds else replace(chunks, lowest=None)
     found = run_all(run, _measure_chunk, scratch, chunks.n_chunks, chunks)
     bounds, curve = (joined_boxes(boxes) for boxes in list(zip(*found, strict=True))[:2])
     check_extent(*bounds)
     counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, curve))
-    starts = tile_starts(pieces.n_cells, -(-pieces.n_cells // size))
+    starts = tile_starts(pieces.n_cells, chunks.n_chunks)
     scratch.remove_folder("representatives")
     scratch.save("cuts", find_cuts(scratch, counts, np.array(starts)))
     total = 0.0
@@ -150,9 +117,9 @@ def _by_corner(faces: Part, name: str) -> tuple[Longs | None, Array]:
     return None, column.reshape(-1, *column.shape[2:])
 
 
-def _measure_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> _Measured:
+def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> _Measured:
     """Measure the faces of a chunk, and leave them in memory if there is room for all of it."""
-    faces = chunks.read(chunk)
+    faces = _read_chunk(chunks, chunk)
     centroids, areas = _measured(faces, chunks.n_threads)
     firsts = range(0, len(areas), BLOCK)
     sums = [_core.sum_of(areas[first : first + BLOCK], 1) for first in firsts]
@@ -162,11 +129,11 @@ def _measure_chunk(scratch: Scratch, chunk: int, chunks: _Chunks) -> _Measured:
     return _Measured(bounds, box_of(centroids), np.array(sums))
 
 
-def _sort_chunk(scratch: Scratch, chunk: int, chunks: _Chunks, curve: Floats) -> Ints:
+def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> Ints:
     """Write the faces of a chunk in the order of their codes; counts of the codes' upper bits."""
     folder = f"chunks/{chunk}"
     is_kept = scratch.has(f"{folder}/cells")
-    faces = Part.load(scratch, folder, *OF_RUN) if is_kept else chunks.read(chunk)
+    faces = Part.load(scratch, folder, *OF_RUN) if is_kept else _read_chunk(chunks, chunk)
     scratch.remove_folder(folder)
     centroids, _ = _measured(faces, chunks.n_threads)
     low, high = map(tuple, curve)

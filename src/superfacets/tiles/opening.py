@@ -19,14 +19,14 @@ from ..io.readers.npy import MAX_NPY_HEADER, npy_header
 from ..io.readers.obj import read_file_blocks
 from ..io.readers.ply_header import INDEX_NAMES, Element, read_header
 from ..io.readers.read import CELL_ENDINGS, cell_ending, read_cells
+from ..io.tables import ArrayRows, ConvertedRows, JoinedRows, RecordRows, Rows
 from ..mesh.faces import AnyCells
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 from .arrays import Array, Longs
-from .scratch import Scratch
-from .tables import ArrayRows, ConvertedRows, JoinedRows, RecordRows, RowFile, Rows
+from .scratch import RowFile, Scratch
 
 __all__ = ["Pieces", "TiledSource", "files_of", "holds_points", "open_pieces"]
 
@@ -48,24 +48,12 @@ NORMALS = ("nx", "ny", "nz")
 
 @dataclass(frozen=True)
 class Pieces:
-    """A mesh or a cloud of which pieces can be read.
+    """A mesh or a cloud of which pieces can be read."""
 
-    Parameters
-    ----------
-    points : Rows
-        Vertices, or the points of a cloud: three coordinates.
-    corners : Rows or None
-        Three vertices, one row per face; with `offsets` one vertex per row. None for a cloud.
-    offsets : Rows or None
-        Where the corners of each polygon begin, and the end of the last.
-    normals : Rows or None
-        Of points: three numbers, of length 1 or 0.
-    """
-
-    points: Rows
-    corners: Rows | None = None
-    offsets: Rows | None = None
-    normals: Rows | None = None
+    points: Rows  # vertices, or the points of a cloud: three coordinates
+    corners: Rows | None = None  # three vertices of each face; with offsets, one per row
+    offsets: Rows | None = None  # where the corners of each polygon begin, and the end of the last
+    normals: Rows | None = None  # of points, of length 1 or 0
 
     @property
     def n_cells(self) -> int:

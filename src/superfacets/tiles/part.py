@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TypeAlias
@@ -21,6 +21,11 @@ __all__ = ["Columns", "Lists", "Part", "load_columns", "save_columns", "taken"]
 
 Columns: TypeAlias = dict[str, Array]
 """Arrays of equal length, by name."""
+
+ListNames: TypeAlias = Mapping[str, Sequence[str]]
+"""Names of lists, and of their entries."""
+
+NO_LISTS: ListNames = MappingProxyType({})
 
 
 def save_columns(scratch: Scratch, folder: str, columns: Columns) -> None:
@@ -122,29 +127,26 @@ class Part:
 
     def save(self, scratch: Scratch, folder: str) -> None:
         """Write all arrays into a folder, from which `load` reads them."""
-        save_columns(scratch, folder, self.columns)
-        for name, found in self.lists.items():
-            save_columns(scratch, f"{folder}/{name}", {"offsets": found.offsets, **found.entries})
-        save_columns(scratch, f"{folder}/vertices", self.vertices)
+        for name, array in self._arrays.items():
+            scratch.save(f"{folder}/{name}", array)
 
     def keep(self, scratch: Scratch, folder: str) -> bool:
         """As `save`, but only if all arrays stay in memory; return whether they do."""
-        named = [(f"{folder}/{name}", column) for name, column in self.columns.items()]
-        for name, found in self.lists.items():
-            entries = {"offsets": found.offsets, **found.entries}
-            named += [(f"{folder}/{name}/{entry}", column) for entry, column in entries.items()]
-        return all(scratch.keep(name, column) for name, column in named)
+        return all(scratch.keep(f"{folder}/{name}", some) for name, some in self._arrays.items())
+
+    @property
+    def _arrays(self) -> Columns:
+        found = self.columns | {f"vertices/{name}": some for name, some in self.vertices.items()}
+        for name, lists in self.lists.items():
+            entries = lists.entries | {"offsets": lists.offsets}
+            found |= {f"{name}/{entry}": column for entry, column in entries.items()}
+        return found
 
     @classmethod
     def load(
-        cls,
-        scratch: Scratch,
-        folder: str,
-        columns: Sequence[str],
-        lists: Mapping[str, Sequence[str]],
-        begin: int = 0,
-        end: int | None = None,
-    ) -> Part:
+        cls, scratch: Scratch, folder: str, columns: Sequence[str], lists: ListNames = NO_LISTS,
+        begin: int = 0, end: int | None = None,
+    ) -> Part:  # fmt: skip
         """Cells begin to end - 1 with what there is of these columns and lists; and vertices."""
         found = {}
         for name, entries in lists.items():
@@ -159,14 +161,9 @@ class Part:
 
     @classmethod
     def of_tile(
-        cls,
-        store: TileStore,
-        tile: int,
-        columns: Sequence[str],
-        lists: Mapping[str, Sequence[str]] = MappingProxyType({}),
-        begin: int = 0,
-        end: int | None = None,
-    ) -> Part:
+        cls, store: TileStore, tile: int, columns: Sequence[str], lists: ListNames = NO_LISTS,
+        begin: int = 0, end: int | None = None,
+    ) -> Part:  # fmt: skip
         """The same of a tile, with the places of the cells."""
         part = cls.load(store.scratch, f"tile{tile}", columns, lists, begin, end)
         first = store.starts[tile] + begin
@@ -175,33 +172,35 @@ class Part:
 
     @classmethod
     def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
-        """All cells of some parts, in ascending order of a column, or one part after the other.
+        """All cells of some parts, in ascending order of a column, or one part after the other."""
+        return cls.joined_from(parts.__getitem__, len(parts), key)
 
-        Parts may be loaded each time that they are asked for: no two are needed at a time.
-        """
-        keys, counts, ids = [], {name: list[Longs]() for name in parts[0].lists}, []
-        for part in parts:
+    @classmethod
+    def joined_from(cls, load: Callable[[int], Part], n_parts: int, key: str | None) -> Part:
+        """The same of parts that are loaded, each twice, so that one at a time is in memory."""
+        keys, ids, counts = [], [], list[dict[str, Longs]]()
+        for place in range(n_parts):
+            part = load(place)
             keys.append(part.columns[key] if key else np.zeros(len(part), np.int8))
-            for name, found in part.lists.items():
-                counts[name].append(np.diff(found.offsets))
+            counts.append({name: np.diff(found.offsets) for name, found in part.lists.items()})
             ids.append(part.vertices["ids"] if part.vertices else np.empty(0, np.int64))
-        at = _ranks(keys)
-        vertex_ids = merged(ids)
-        whole = cls._empty_like(parts[0], at, counts, len(vertex_ids))
-        for place in range(len(parts)):
-            whole._fill(parts[place], at[place], vertex_ids)
+        at, vertex_ids = _ranks(keys), merged(ids)
+        whole = cls._empty_like(part, at, counts, len(vertex_ids))
+        for place in range(n_parts):
+            whole._fill(load(place), at[place], vertex_ids)
         return whole
 
     @classmethod
     def _empty_like(
-        cls, part: Part, at: list[Longs], counts: dict[str, list[Longs]], n_vertices: int
+        cls, part: Part, at: list[Longs], counts: list[dict[str, Longs]], n_vertices: int
     ) -> Part:
+        """Room for all cells of parts like this one."""
         n_cells = sum(map(len, at))
         lists = {}
         for name, found in part.lists.items():
             offsets = np.zeros(n_cells + 1, np.int64)
-            for rows_of_part, some in zip(at, counts[name], strict=True):
-                offsets[1:][rows_of_part] = some
+            for rows_of_part, some in zip(at, counts, strict=True):
+                offsets[1:][rows_of_part] = some[name]
             np.cumsum(offsets, out=offsets)
             lists[name] = Lists(offsets, _empty(found.entries, int(offsets[-1])))
         return cls(_empty(part.columns, n_cells), lists, _empty(part.vertices, n_vertices))

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import io
-import os
 import re
 import secrets
 import shutil
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from ..batches.threads import despite_interrupts
 from ..io.atomic import writable_folder
 from ..io.readers.npy import npy_header
+from ..io.tables import RecordRows, read_all
+from ..io.writers.superpoints import write_npy
 from .arrays import Array
 
 __all__ = [
-    "Scratch", "check_room", "read_all", "scratch_folder", "write_all",
-    "write_array",
+    "RowFile", "Scratch", "check_room", "scratch_folder", "write_array",
 ]  # fmt: skip
 
 MARK = ".superfacets-tiles-"
@@ -208,28 +207,35 @@ def write_array(path: Path, array: Array) -> None:
 
     Not `numpy.save`, which does not tell why it failed: on a full disk that has to be known.
     """
-    header = io.BytesIO()
-    facts = {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape}
-    np.lib.format.write_array_header_1_0(header, facts)
-    with path.open("wb", buffering=0) as file:
-        write_all(file, header.getvalue())
-        write_all(file, np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+    with path.open("wb") as file:
+        write_npy(file, np.ascontiguousarray(array))
 
 
-def write_all(file: IO[bytes], data: Any) -> None:
-    """Write all bytes to an unbuffered file; a system may take less at a time."""
-    view = memoryview(data)
-    while view:
-        view = view[file.write(view) :]
+class RowFile:
+    """A table in the scratch folder that grows; a context that closes it."""
 
+    def __init__(self, scratch: Scratch) -> None:
+        self._path = scratch.new_file()
+        self._file = self._path.open("wb")
+        self._row: np.dtype[Any] | None = None
+        self.n_rows = 0
 
-def read_all(file: Any, array: Array) -> None:
-    """Fill a contiguous array from an unbuffered file; an OSError where that ends before."""
-    data: Any = array.reshape(-1).view(np.uint8)
-    view = memoryview(data)
-    while view:
-        n_bytes = file.readinto(view)
-        if not n_bytes:
-            name = os.fspath(file.name)
-            raise OSError(f"{name}: the file became shorter while it was read")
-        view = view[n_bytes:]
+    def __enter__(self) -> RowFile:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def add(self, rows: Array) -> None:
+        """Append rows, all of one type and width."""
+        if self._row is None:
+            self._row = np.dtype((rows.dtype, rows.shape[1:]))
+        self._file.write(np.ascontiguousarray(rows, self._row.base).data)
+        self.n_rows += len(rows)
+
+    def rows(self, width: int = 1) -> RecordRows:
+        """The table; of single numbers, so many as one row."""
+        assert self._row is not None
+        row = self._row if width == 1 else (self._row, (width,))
+        record = np.dtype([("row", row)])
+        return RecordRows(self._path, 0, self.n_rows // width, record, ("row",))

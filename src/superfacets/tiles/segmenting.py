@@ -98,8 +98,7 @@ def segment_tiled(
 
     Of a point cloud, every point. The faces are sorted along a space-filling curve on the disk, and
     cut into tiles. Coarse cells are made tile by tile, the loop runs on the graph of these in
-    memory, and the faces are labeled tile by tile again: paths that leave a tile go on in the next
-    one, until none is left that improves another. Borders are made straight in a mesh of the faces
+    memory, and the faces are labeled tile by tile. Borders are made straight in a mesh of the faces
     around them.
 
     Parameters
@@ -108,15 +107,12 @@ def segment_tiled(
         A file; a folder of files, of meshes that share vertices by position, or of clouds; or
         arrays, which may be memory maps. Faces, or points, are numbered through all files of a
         folder, in the order of their names.
-    n_segments, radius, alpha, eta_convex, ridges
-        As for `segment`.
-    max_num_iter, tol, islands, smooth, weld
+    n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, islands, smooth, weld
         As for `segment`.
     weights : {"creases", "superfacets"}
         As for `segment`.
     tile_size : int, default 262144
-        Faces or points of a tile; rounded up to a multiple of 4096. The labels do not depend on
-        it.
+        Faces or points of a tile, rounded up to a multiple of 4096. Labels do not depend on it.
     scratch : path, optional
         Folder with some 250 bytes of room per face, or 400 per point; by default that of temporary
         files. What is written there is removed in the end.
@@ -160,8 +156,7 @@ def segment_tiled(
     MissingExtraError
         If several workers need psutil, or a scheduler needs Dask, and it is not installed.
     ValueError, TypeError
-        If a parameter is out of range or of the wrong type; or if files of labels would have the
-        same name.
+        If a parameter is wrong; or if files of labels would have the same name.
 
     Notes
     -----

@@ -54,28 +54,15 @@ class TileStore:
     vertices  ids, points       numbers of vertices, welded, ascending; positions
     ========= ================= =====================================================
 
-    Attributes
-    ----------
-    scratch : Scratch
-        The folder; array `name` of tile t is ``tile{t}/{name}`` in it. `Part` reads several.
-    kind : {"triangles", "polygons", "points"}
-    starts : tuple of int
-        First place of each tile, and the number of cells at the end. Multiples of `RANGE` but for
-        the last.
-    bounds : ndarray of float64, shape (2, 3)
-        Low and high corner of the box of the points, or of the vertices that faces use.
-    curve : ndarray of float64, shape (2, 3)
-        The same of the positions.
-    total_measure : float
-        Sum of the areas, as the core's ``sum_of`` adds them in the order of the input.
+    Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder; `Part` reads several.
     """
 
     scratch: Scratch
     kind: Kind
-    starts: tuple[int, ...]
-    bounds: Floats
-    curve: Floats
-    total_measure: float
+    starts: tuple[int, ...]  # first place of each tile, a multiple of RANGE; then N
+    bounds: Floats  # (2, 3) box of the points, or of the vertices that faces use
+    curve: Floats  # (2, 3) box of the positions
+    total_measure: float  # as the core's sum_of adds areas in the order of the input
 
     @property
     def n_tiles(self) -> int:

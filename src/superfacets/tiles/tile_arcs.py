@@ -32,28 +32,14 @@ Origin = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class WeightRule:
-    """What weights depend on beside the cells.
+    """What weights depend on beside the cells."""
 
-    Attributes
-    ----------
-    radius : float
-        Expected radius of regions.
-    options : WeightOptions
-    has_prices : bool
-        Whether the default weights are needed as well, for borders.
-    n_threads : int
-    is_turned : bool
-        Whether normals point inwards.
-    evened : float
-        Share by which smooth concave edges count less, and convex ones more: see `evened_share`.
-    """
-
-    radius: float
+    radius: float  # expected, of regions
     options: WeightOptions
-    has_prices: bool
+    has_prices: bool  # whether the default weights are needed as well, for borders
     n_threads: int
-    is_turned: bool = False
-    evened: float = 0.0
+    is_turned: bool = False  # whether normals point inwards
+    evened: float = 0.0  # by `evened_share`
 
     @property
     def has_hollows(self) -> bool:

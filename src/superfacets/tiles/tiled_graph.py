@@ -19,24 +19,12 @@ __all__ = ["TiledGraph"]
 
 @dataclass(frozen=True, eq=False)
 class TiledGraph:
-    """What the loop takes in the place of an `_core.OrderedGraph`.
+    """What the loop takes in the place of an `_core.OrderedGraph`."""
 
-    Attributes
-    ----------
-    store : TileStore
-        With arcs and their lengths, as `find_arcs` writes them.
-    run : callable
-        Works on tiles, here or elsewhere.
-    n_threads : int
-        Of the core, for a tile; methods are told how many there are for what is done here.
-    is_parallel : bool
-        Whether several tiles are worked on at the same time.
-    """
-
-    store: TileStore
+    store: TileStore  # with arcs and their lengths, as `find_arcs` writes them
     run: Run
-    n_threads: int
-    is_parallel: bool = False
+    n_threads: int  # of the core, for a tile; methods are told how many there are for others
+    is_parallel: bool = False  # whether several tiles are worked on at the same time
 
     is_symmetric = True
     """All weights come from formulas that are the same both ways."""
@@ -102,23 +90,11 @@ class TiledGraph:
 
 @dataclass(frozen=True, eq=False)
 class TiledCoarseGraph:
-    """What the loop takes in the place of a `_core.CoarseGraph`.
+    """What the loop takes in the place of a `_core.CoarseGraph`."""
 
-    Attributes
-    ----------
-    graph : _core.OrderedGraph
-        Of all coarse cells.
-    store : TileStore
-        Its arrays ``coarse`` hold the coarse cell of each place, counted from the first one of
-        the tile.
-    firsts : ndarray of int64, shape (n_tiles + 1,)
-        The first coarse cell of each tile.
-    run : callable
-    """
-
-    graph: _core.OrderedGraph
-    store: TileStore
-    firsts: Longs
+    graph: _core.OrderedGraph  # of all coarse cells
+    store: TileStore  # ``coarse``: the coarse cell of each place, from the first of the tile on
+    firsts: Longs  # the first coarse cell of each tile
     run: Run
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:

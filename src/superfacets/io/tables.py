@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,15 +10,15 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import MeshError
-from .arrays import Array, Longs
-from .scratch import Scratch, read_all, write_all
 
 __all__ = [
-    "ArrayRows", "BlockRows", "ConvertedRows", "JoinedRows", "RecordRows", "RowFile", "Rows",
-    "take_rows",
+    "ArrayRows", "ConvertedRows", "JoinedRows", "RecordRows", "Rows", "read_all", "take_rows",
 ]  # fmt: skip
+
+Array = npt.NDArray[Any]
 
 BLOCK_BITS = 14
 """Rows are looked up in blocks of 2 to this power."""
@@ -138,55 +139,6 @@ class JoinedRows:
         return np.concatenate(found)
 
 
-@dataclass(frozen=True)
-class BlockRows:
-    """Rows in a scratch folder in blocks of equal size."""
-
-    scratch: Scratch
-    name: str
-    size: int
-    n_rows: int
-
-    def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1."""
-        parts = []
-        for block in range(begin // self.size, -(-end // self.size)):
-            first = block * self.size
-            rows = max(begin, first) - first, min(first + self.size, end) - first
-            parts.append(self.scratch.load(f"{self.name}/{block}", *rows))
-        return np.concatenate(parts)
-
-
-class RowFile:
-    """A table in the scratch folder that grows; a context that closes it."""
-
-    def __init__(self, scratch: Scratch) -> None:
-        self._path = scratch.new_file()
-        self._file = self._path.open("wb", buffering=0)
-        self._row: np.dtype[Any] | None = None
-        self.n_rows = 0
-
-    def __enter__(self) -> RowFile:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-
-    def add(self, rows: Array) -> None:
-        """Append rows, all of one type and width."""
-        if self._row is None:
-            self._row = np.dtype((rows.dtype, rows.shape[1:]))
-        write_all(self._file, np.ascontiguousarray(rows, self._row.base).reshape(-1).view(np.uint8))
-        self.n_rows += len(rows)
-
-    def rows(self, width: int = 1) -> RecordRows:
-        """The table; of single numbers, so many as one row."""
-        assert self._row is not None
-        row = self._row if width == 1 else (self._row, (width,))
-        record = np.dtype([("row", row)])
-        return RecordRows(self._path, 0, self.n_rows // width, record, ("row",))
-
-
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
     """Rows in any order and number, with no more than about `most` of the table in memory."""
     if isinstance(rows, ArrayRows):
@@ -213,7 +165,7 @@ def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
     return taken
 
 
-def _taken(rows: Rows, wanted: Array, blocks: Array, used: Longs) -> Array:
+def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
     """Rows that are all in some blocks, which are read where they follow each other at once."""
     size = 1 << BLOCK_BITS
     slots = np.zeros(int(used[-1]) + 1, np.int64)
@@ -223,3 +175,15 @@ def _taken(rows: Rows, wanted: Array, blocks: Array, used: Longs) -> Array:
         rows.read(int(run[0]) * size, min((int(run[-1]) + 1) * size, rows.n_rows)) for run in runs
     ]
     return np.concatenate(parts).take(slots[blocks] + (wanted & (size - 1)), axis=0)
+
+
+def read_all(file: Any, array: Array) -> None:
+    """Fill a contiguous array from an unbuffered file; an OSError where that ends before."""
+    data: Any = array.reshape(-1).view(np.uint8)
+    view = memoryview(data)
+    while view:
+        n_bytes = file.readinto(view)
+        if not n_bytes:
+            name = os.fspath(file.name)
+            raise OSError(f"{name}: the file became shorter while it was read")
+        view = view[n_bytes:]
