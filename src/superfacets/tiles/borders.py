@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
-from .arrays import Array, Bools, Bytes, Ints, is_among, rows
+from .arrays import Array, Bools, Bytes, Ints, Longs, is_among, rows
 from .mapping import run_all
 from .part import Part
 from .part_surface import surface_of, with_neighbors
@@ -114,31 +114,41 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
     arcs = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     labels = store.read(tile, "labels")
     steps = np.zeros(len(labels), np.uint8)
-    steps[: store.size(tile)] = _core.cells_at_borders(*arcs, labels) * np.uint8(n_steps)
-    return _spread(store, tile, steps)
+    front = np.flatnonzero(_core.cells_at_borders(*arcs, labels))
+    return _spread(store, tile, steps, front, np.uint8(n_steps))
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
     """Mark some cells, where they are in a tile."""
-    steps = store.read(tile, "steps").copy()
-    steps[find_cells(store, tile, cells)[1]] = n_steps
-    return _spread(store, tile, steps)
+    steps, front = store.read(tile, "steps").copy(), find_cells(store, tile, cells)[1]
+    return _spread(store, tile, steps, front, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes) -> Bytes:
     """Mark cells of a tile that others have come to."""
     steps = store.read(tile, "steps").copy()
-    np.maximum.at(steps, places - store.starts[tile], marks)
-    return _spread(store, tile, steps)
+    return _spread(store, tile, steps, places - store.starts[tile], marks)
 
 
-def _spread(store: TileStore, tile: int, steps: Bytes) -> Bytes:
-    """Take all steps within a tile, and write the marks; those of its ghosts."""
+def _spread(
+    store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
+) -> Bytes:
+    """Mark some cells, take all steps from there within a tile, and write them; the ghosts' marks.
+
+    Cells are marked at least so, and those that were marked before stay.
+    """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
-    n_own = store.size(tile)
-    for left in range(int(steps[:n_own].max()), 1, -1):
-        near = targets[rows(offsets, np.flatnonzero(steps[:n_own] == left))[1]]
-        steps[near] = np.maximum(steps[near], np.uint8(left - 1))
+    n_own, is_new = store.size(tile), np.zeros(len(steps), bool)
+    is_raised = steps[front] < marks
+    np.maximum.at(steps, front, marks)
+    front = front[is_raised]
+    for left in range(int(steps[front].max(initial=0)), 1, -1):
+        is_new[front[steps[front] == left]] = True
+        near = targets[rows(offsets, np.flatnonzero(is_new[:n_own]))[1]]
+        is_new[:] = False
+        near = near[steps[near] < left - 1]
+        steps[near] = left - 1
+        is_new[near] = True
     store.write(tile, "steps", steps)
     return steps[n_own:]
 
