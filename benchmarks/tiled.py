@@ -122,9 +122,9 @@ class _Recorder:
         self.passes.append(
             Pass(work.__name__.strip("_"), len(jobs), n_pieces, seconds, n_read, n_written, wall)
         )
-        if isinstance(store, TileStore) and store.has(0, "rim_cells"):
+        if isinstance(store, TileStore) and store.has(0, "rim/cells"):
             self.rims = [
-                len(store.read(tile, "rim_cells")) / store.size(tile)
+                len(store.read(tile, "rim/cells")) / store.size(tile)
                 for tile in range(store.n_tiles)
             ]
         return results

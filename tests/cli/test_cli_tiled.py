@@ -44,7 +44,7 @@ def test_output_scratch_and_json_are_chosen(run, bear, tmp_path):
     out.parent.mkdir()
     status, printed, err = run(
         "segment", bear, "-r", 0.05, "--tiled", "-o", out, "--scratch", scratch, "--json",
-        "--no-smooth", "--weights", "superfacets",
+        "--no-smooth", "--weights", "superfacets", "--init", "geodesic",
     )  # fmt: skip
     assert (status, err) == (0, "")
     expected = segment(read_mesh(bear), radius=0.05, weights="superfacets", smooth=False)
@@ -139,6 +139,9 @@ def test_notes_are_those_of_segment(run, tmp_path):
         (["--tiled", "--features", "color"], "--features does not go with --tiled"),
         (["--tiled", "--subdivide"], "--subdivide does not go with --tiled"),
         (["--tiled", "--min-size", 0.1], "--min-size does not go with --tiled"),
+        (["--tiled", "--paper"], "--paper does not go with --tiled"),
+        (["--tiled", "--init", "farthest"], "--init does not go with --tiled"),
+        (["--tiled", "--weights", "stk02"], "weights must be one of creases, superfacets, got"),
         (["--tiled", "--relocate"], "--relocate does not go with --tiled"),
         (["--tiled", "--parts"], "--relocate does not go with --tiled"),
         (["--tiled", "--connect"], "--connect does not go with --tiled"),

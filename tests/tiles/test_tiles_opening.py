@@ -6,9 +6,9 @@ from shapes import cube, strip, together
 
 import superfacets as sf
 from superfacets import Mesh, MeshError, PointCloud, PolygonMesh
+from superfacets.io.tables import ArrayRows, RecordRows
 from superfacets.tiles import opening
 from superfacets.tiles.opening import open_pieces
-from superfacets.tiles.reading import ArrayRows, RecordRows
 from superfacets.tiles.scratch import scratch_folder
 
 
@@ -20,15 +20,15 @@ def scratch(tmp_path):
 
 def mesh_of(pieces, step=7):
     """The mesh of pieces, read a few rows at a time."""
-    n_vertices, n_faces = pieces.vertices.n_rows, pieces.n_faces
-    vertices = [pieces.vertices.read(at, min(at + step, n_vertices))
+    n_vertices, n_faces = pieces.points.n_rows, pieces.n_cells
+    vertices = [pieces.points.read(at, min(at + step, n_vertices))
                 for at in range(0, n_vertices, step)]  # fmt: skip
-    parts = [pieces.faces(at, min(at + step, n_faces)) for at in range(0, n_faces, step)]
-    corners = np.concatenate([part.corners for part in parts])
+    parts = [pieces.corners_of(at, min(at + step, n_faces)) for at in range(0, n_faces, step)]
+    corners = np.concatenate([some for some, _ in parts])
     points = np.concatenate(vertices).astype(np.float64)
     if pieces.offsets is None:
         return Mesh(points, corners.reshape(-1, 3))
-    sizes = np.concatenate([np.diff(part.offsets) for part in parts])
+    sizes = np.concatenate([np.diff(offsets) for _, offsets in parts])
     return PolygonMesh(points, np.append(0, np.cumsum(sizes)), corners)
 
 
@@ -84,7 +84,7 @@ def test_numbers_of_a_ply_keep_their_type(scratch, tmp_path, order, kind, dtype)
     path = tmp_path / "a.ply"
     path.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
     check(path, scratch)
-    assert open_pieces(path, scratch, for_workers=True).vertices.read(0, 4).dtype == dtype
+    assert open_pieces(path, scratch, for_workers=True).points.read(0, 4).dtype == dtype
 
 
 def test_polygons_come_from_ply_and_obj(scratch, tmp_path):
@@ -134,7 +134,7 @@ def test_arrays_and_maps_of_files_are_read_as_they_are(bear, scratch, tmp_path, 
     for source, mesh in [(tuple(maps), rounded), (bear, bear), ((bear.vertices, bear.faces), bear)]:
         check(source, scratch, mesh, for_workers=for_workers)
         kind = RecordRows if for_workers else ArrayRows
-        assert isinstance(open_pieces(source, scratch, for_workers=for_workers).vertices, kind)
+        assert isinstance(open_pieces(source, scratch, for_workers=for_workers).points, kind)
     quads = (cube().vertices, [[0, 2, 3, 1], [4, 5, 7, 6]])
     check(quads, scratch, PolygonMesh(quads[0], [0, 4, 8], np.ravel(quads[1])))
 
@@ -191,7 +191,7 @@ def test_a_ply_that_is_cut_or_damaged_is_named(bear, scratch, tmp_path):
     path.write_bytes(damaged)
     pieces = open_pieces(path, scratch, for_workers=False)
     with pytest.raises(MeshError, match=rf"faces\[{bear.n_faces - 5}\] has 2 corners"):
-        pieces.faces(0, bear.n_faces)
+        pieces.corners_of(0, bear.n_faces)
 
 
 @pytest.fixture
@@ -203,7 +203,7 @@ def cloud():
 
 def check_cloud(source, scratch, wanted, *, for_workers=True, step=7):
     pieces = open_pieces(source, scratch, for_workers=for_workers)
-    assert pieces.n_points == pieces.n_cells == wanted.n_points
+    assert pieces.n_cells == wanted.n_points
 
     def read(rows):
         steps = range(0, rows.n_rows, step)

@@ -8,11 +8,11 @@ from shapes import bumpy_sheet, dumbbell
 from tiled_checks import check
 
 import superfacets as sf
-from superfacets import PAPER, MeshError, PointCloud, segment_tiled
+from superfacets import MeshError, PointCloud, segment_tiled
 from superfacets.errors import IslandWarning
-from superfacets.tiles.clouds import band, normals
-from superfacets.tiles.clouds.columns import save_columns
-from superfacets.tiles.clouds.halves import in_halves
+from superfacets.tiles import borders, cloud_normals
+from superfacets.tiles.cloud_order import in_halves
+from superfacets.tiles.part import save_columns
 from superfacets.tiles.scratch import scratch_folder
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
@@ -46,11 +46,9 @@ def with_copies(points, seed=0):
         {},
         {"smooth": False, "eta_convex": 0.5},
         {"weights": "superfacets"},
-        {"init": "farthest", "islands": "nearest"},
-        {"init": "grid", "alpha": 5.0},
-        {**PAPER},
+        {"alpha": 5.0, "islands": "nearest"},
         {"tol": 0.0, "max_num_iter": 2},
-        {"max_num_iter": 0, "radius_factor": 1.2},
+        {"max_num_iter": 0},
     ],
     ids=str,
 )
@@ -58,7 +56,7 @@ def test_all_options(ball, tmp_path, options):
     check(PointCloud(ball), 12, tmp_path, **options)
 
 
-@pytest.mark.parametrize("options", [{}, {**PAPER}], ids=str)
+@pytest.mark.parametrize("options", [{}, {"weights": "superfacets"}], ids=str)
 def test_given_normals(ball, tmp_path, options):
     vectors = ball + 0.1 * np.random.default_rng(0).normal(size=ball.shape)
     vectors[::50] = 0.0
@@ -70,9 +68,8 @@ def test_given_normals(ball, tmp_path, options):
     ("n_points", "n_tiles", "options"),
     [
         (8_000, 2, {}),
-        (8_000, 2, {**PAPER}),
+        (8_000, 2, {"tol": 0.0, "max_num_iter": 2}),
         (28_000, 7, {}),
-        (28_000, 7, {**PAPER}),
         (262_144, 64, {}),
     ],
     ids=str,
@@ -148,12 +145,12 @@ def test_random_cases(tmp_path, seed):
     points *= 10.0 ** generator.integers(-20, 20)
     if seed % 2:
         points = with_copies(np.round(points / np.ptp(points) * 90))
-    options = [{}, {"smooth": False}, {"islands": "nearest", "init": "flood"}, {**PAPER}][seed]
+    options = [{}, {"smooth": False}, {"islands": "nearest"}, {"tol": 0.0, "max_num_iter": 3}][seed]
     check(PointCloud(points), int(generator.integers(1, 40)), tmp_path, **options)
 
 
 def test_pairs_of_normals_are_joined_in_portions(ball, tmp_path, monkeypatch):
-    monkeypatch.setattr(normals, "PAIRS_AT_ONCE", 500)
+    monkeypatch.setattr(cloud_normals, "PAIRS_AT_ONCE", 500)
     noise = 0.02 * np.random.default_rng(0).normal(size=ball.shape)
     check(PointCloud(ball + noise), 12, tmp_path)
 
@@ -161,15 +158,13 @@ def test_pairs_of_normals_are_joined_in_portions(ball, tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [{}, {"weights": "superfacets"}], ids=str)
 def test_a_band_that_is_too_narrow_grows(ball, tmp_path, monkeypatch, options):
     grown = []
-    grow = band.PointBand.grow
-    monkeypatch.setattr(band, "RINGS", 1)
+    add = borders._Marks.add
+    monkeypatch.setattr(borders, "STEPS", {"points": 1})
     monkeypatch.setattr(
-        band.PointBand,
-        "grow",
-        lambda self, around: grown.append(around.sum()) or grow(self, around),
+        borders._Marks, "add", lambda self, cells: grown.append(len(cells)) or add(self, cells)
     )
     check(PointCloud(ball), 12, tmp_path, **options)
-    assert len(grown) > 1
+    assert grown
 
 
 def test_one_region_has_no_borders(ball, tmp_path):
@@ -235,12 +230,7 @@ def test_wrong_points(ball, tmp_path, change, message):
         segment_tiled(points, 12, tile_size=4096, scratch=tmp_path)
 
 
-def test_weights_of_meshes(ball, tmp_path):
-    with pytest.raises(ValueError, match='weights="stk02" are for meshes'):
-        segment_tiled(ball, 12, tile_size=4096, scratch=tmp_path, weights="stk02")
-
-
 def test_too_many_points(monkeypatch, ball, tmp_path):
-    monkeypatch.setattr("superfacets.tiles.clouds.sorting.MAX_CELLS", 9)
+    monkeypatch.setattr("superfacets.tiles.curve_sort.MAX_CELLS", 9)
     with pytest.raises(MeshError, match="the cloud has 9000 points; at most 9 are supported"):
         segment_tiled(ball, 12, scratch=tmp_path)

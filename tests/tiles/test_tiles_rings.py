@@ -3,8 +3,8 @@
 import numpy as np
 
 from superfacets import _core
-from superfacets.tiles.faces import rows
-from superfacets.tiles.reading import ArrayRows, take_rows
+from superfacets.io.tables import ArrayRows, take_rows
+from superfacets.tiles.arrays import rows
 
 # A strip of triangles: face i has the vertices i, i + 1 and i + 2.
 N = 12

@@ -94,21 +94,6 @@ def test_what_is_kept_in_memory_or_not_at_all(tmp_path):
         assert on_disk(made) == []
 
 
-def test_a_renamed_array_is_in_the_place_of_another(tmp_path):
-    with scratch_folder(tmp_path, 100) as made:
-        made.save("a/kept", np.arange(10))
-        made.save("a/disk", np.arange(20))
-        made.rename("a/kept", "a/disk")
-        assert made.load("a/disk").tolist() == list(range(10))
-        assert not made.has("a/kept")
-        made.save("b", np.arange(20))
-        made.rename("b", "a/disk")
-        assert made.load("a/disk").tolist() == list(range(20))
-        assert not made.has("b")
-        made.save("c", np.arange(10))  # there is room again
-        assert on_disk(made) == []
-
-
 def test_arrays_in_memory_cannot_be_changed(tmp_path):
     with scratch_folder(tmp_path, 1000) as made:
         array = np.arange(10)
@@ -122,10 +107,10 @@ def test_arrays_in_memory_cannot_be_changed(tmp_path):
 
 
 def test_a_full_disk_is_told_as_such_and_leaves_nothing(folder, monkeypatch):
-    def full(file, data):
+    def full(file, array):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(scratch, "write_all", full)
+    monkeypatch.setattr(scratch, "write_npy", full)
     with pytest.raises(OSError, match=r"No space left on device: '.*a\.npy'"):
         folder.save("a", np.arange(5))
     assert [path.name for path in folder.folder.iterdir()] == [".lock"]

@@ -7,13 +7,13 @@ import warnings
 
 import numpy as np
 import pytest
+from cut_mesh import cut_mesh, run_serially
 from shapes import bowl, gears, soup, together
 from tiled_checks import check, compare
 from tiled_meshes import as_ply, random_polygons
 
 import superfacets as sf
 from superfacets import (
-    PAPER,
     IslandWarning,
     Mesh,
     PolygonMesh,
@@ -23,12 +23,10 @@ from superfacets import (
 )
 from superfacets.cells.weights import WeightOptions
 from superfacets.mesh.quarters import split_in_four
-from superfacets.tiles import band
-from superfacets.tiles.arcs import WeightRule, find_arcs
-from superfacets.tiles.cutting import cut_mesh
-from superfacets.tiles.faces import rows
+from superfacets.tiles import borders
+from superfacets.tiles.arrays import rows
 from superfacets.tiles.scratch import scratch_folder
-from superfacets.tiles.store import run_serially
+from superfacets.tiles.tile_arcs import WeightRule, find_arcs
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::superfacets.IslandWarning"),
@@ -86,10 +84,8 @@ def steps(seed):
         {"smooth": False},
         {},
         {"weights": "superfacets"},
-        {"weights": "stk02", "smooth": False},
         {"alpha": 5.0, "eta_convex": 0.5, "ridges": 1.0},
-        {"init": "farthest", "islands": "nearest"},
-        {"init": "grid"},
+        {"islands": "nearest"},
         {"max_num_iter": 3},
     ],
     ids=str,
@@ -102,13 +98,10 @@ def test_loops_on_coarse_cells(bear, tmp_path, options):
 @pytest.mark.parametrize(
     "options",
     [
-        {**PAPER},
-        {**PAPER, "islands": "nearest"},
         {"tol": 0.0, "max_num_iter": 6},
-        {"tol": 0.0, "init": "farthest", "max_num_iter": 3},
+        {"tol": 0.0, "islands": "nearest", "max_num_iter": 3},
+        {"weights": "superfacets", "max_num_iter": 1},
         {"max_num_iter": 0},
-        {"radius_factor": 1.2, "max_num_iter": 2},
-        {"tol": 0.0, "init": "flood", "max_num_iter": 1},
     ],
     ids=str,
 )
@@ -152,9 +145,8 @@ def test_holes_and_islands(torn, tmp_path, islands):
     assert wanted.n_unreached > 0
 
 
-@pytest.mark.parametrize("options", [{**PAPER}, {"tol": 0.0, "max_num_iter": 2}], ids=str)
-def test_islands_of_loops_on_all_faces(torn, tmp_path, options):
-    wanted = check(torn, 12, tmp_path, tile_sizes=(4096,), **options)
+def test_islands_of_loops_on_all_faces(torn, tmp_path):
+    wanted = check(torn, 12, tmp_path, tile_sizes=(4096,), tol=0.0, max_num_iter=2)
     assert wanted.n_unreached > 0
 
 
@@ -221,14 +213,14 @@ def test_ridges_that_depend_on_faces_two_steps_away(tmp_path, seed):
     graph = sf.build_face_graph(mesh)
     wanted = sf.crease_weights(mesh, graph, 5.0, ridges=1.0)
     assert not np.allclose(wanted, sf.crease_weights(mesh, graph, 5.0, ridges=0.0), rtol=1e-3)
-    rule = WeightRule(5.0, WeightOptions.checked("creases", None, None, 1.0), False, False, 1)
+    rule = WeightRule(5.0, WeightOptions.checked("creases", None, None, 1.0), False, 1)
     with scratch_folder(tmp_path) as scratch:
         store = cut_mesh(mesh, scratch, 4, weld=True)
         unit = find_arcs(store, rule, run_serially).unit
         for tile in range(store.n_tiles):
             _, at = rows(graph.offsets, store.read(tile, "cells"))
             lengths = _core.round_weights(wanted[at], unit, 1)
-            assert np.array_equal(store.read(tile, "lengths"), lengths)
+            assert np.array_equal(store.read(tile, "arcs/lengths"), lengths)
 
 
 def hollow(is_inside_out=False, times=3):
@@ -265,21 +257,23 @@ def test_weights_of_hollow_shapes(tmp_path, how):
     graph = sf.build_face_graph(mesh)
     wanted, solid = (sf.crease_weights(mesh, graph, 0.1, hollows=on) for on in (True, False))
     assert np.array_equal(wanted, solid) == (how != "whole")
-    rule = WeightRule(0.1, WeightOptions.checked("creases", None, None), False, False, 1)
+    rule = WeightRule(0.1, WeightOptions.checked("creases", None, None), False, 1)
     with scratch_folder(tmp_path) as scratch:
         store = cut_mesh(mesh, scratch, 1024, weld=True)
         unit = find_arcs(store, rule, run_serially).unit
         for tile in range(store.n_tiles):
             _, at = rows(graph.offsets, store.read(tile, "cells"))
             lengths = _core.round_weights(wanted[at], unit, 1)
-            assert np.array_equal(store.read(tile, "lengths"), lengths)
+            assert np.array_equal(store.read(tile, "arcs/lengths"), lengths)
 
 
 def test_ridges_of_polygons(tmp_path):
     check(steps(1), 40, tmp_path, tile_sizes=(4096,), ridges=1.0)
 
 
-@pytest.mark.parametrize("options", [{}, {"weights": "stk02"}, {**PAPER}], ids=str)
+@pytest.mark.parametrize(
+    "options", [{}, {"weights": "superfacets"}, {"tol": 0.0, "max_num_iter": 2}], ids=str
+)
 def test_polygons(sheet, tmp_path, options):
     check(sheet, 15, tmp_path, tile_sizes=(4096,), **options)
 
@@ -302,13 +296,13 @@ def test_meshes_of_the_data_folder(data_dir, tmp_path):
 def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
     sizes = []
 
-    class Band(band._Band):
-        def smoothed(self, *args):
-            sizes.append(len(self.cells))
-            return super().smoothed(*args)
+    class Band(borders._Band):
+        def straightened(self, *args):
+            sizes.append(len(self.part))
+            return super().straightened(*args)
 
-    monkeypatch.setattr(band, "RINGS", 1)
-    monkeypatch.setattr(band, "_Band", Band)
+    monkeypatch.setattr(borders, "STEPS", {"triangles": 1})
+    monkeypatch.setattr(borders, "_Band", Band)
     found = segment_tiled(bear, 300, tile_size=4096, scratch=tmp_path)
     compare(found, sf.segment(bear, 300))
     assert len(sizes) > 2
@@ -329,18 +323,19 @@ def test_stages_and_tiles_are_told(bear, tmp_path):
         tile_size=4096,
         scratch=tmp_path,
         on_stage=stages.append,
-        on_tile=lambda n_done, n: tiles.append((n_done, n)),
+        on_tile=lambda n_done, n: tiles.append((stages[-1], n_done, n)),
         progress=lambda *move: moves.append(move),
     )
     assert stages == ["tiles", "weights", "coarsen", "seeding", "classify", "regions"]
     assert list(result.timings) == ["tiles", *stages[1:5], "update", "regions"]
-    assert (5, 5) in tiles
-    visits = [done for done in tiles if done[0] > 5]  # of paths that go from tile to tile
+    assert ("weights", 5, 5) in tiles
+    passes = [(n_done, n) for stage, n_done, n in tiles if stage == "classify"]
+    assert (1, 1) not in passes
+    visits = [done for done in passes if done[0] > 5]  # of paths that go from tile to tile
     assert visits[0][0] == 6
     assert [n_done for n_done, _ in visits] == list(range(6, 6 + len(visits)))
     assert all(n_done <= n for n_done, n in visits)
     assert visits[-1][0] == visits[-1][1]
-    assert (1, 1) not in tiles
     assert len(moves) == sum(level.n_iter for level in result.levels[:-1])
 
 
@@ -357,9 +352,11 @@ def test_warnings_name_the_caller(torn, tmp_path):
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
-        ({"init": [1, 2]}, ValueError, "init must be one of"),
+        ({"init": "grid"}, TypeError, "unexpected keyword argument 'init'"),
+        ({"radius_factor": 2.0}, TypeError, "unexpected keyword argument 'radius_factor'"),
         ({"weights": [1.0]}, ValueError, "weights must be one of"),
         ({"weights": "parts"}, ValueError, "weights must be one of"),
+        ({"weights": "stk02"}, ValueError, "weights must be one of creases, superfacets, got"),
         ({"out": "labels.txt"}, ValueError, r"out must end in \.npy, got 'labels\.txt'"),
         ({"tile_size": 0}, ValueError, "tile_size"),
         ({"cache": -1}, ValueError, "cache must be at least 0, got -1"),
@@ -368,7 +365,6 @@ def test_warnings_name_the_caller(torn, tmp_path):
         ({"cache": 1, "scheduler": "tcp://a:1"}, ValueError, "cache goes with one worker"),
         ({"workers": 0}, ValueError, "workers"),
         ({"weld": 1}, TypeError, "weld"),
-        ({"radius_factor": -1.0}, ValueError, "radius_factor"),
     ],
     ids=str,
 )

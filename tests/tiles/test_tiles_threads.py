@@ -10,9 +10,10 @@ import pytest
 from tiled_checks import compare
 
 import superfacets as sf
-from superfacets import PAPER, PointCloud
+from superfacets import PointCloud
 from superfacets._options import LoopOptions
-from superfacets.tiles import mapping, segmenting
+from superfacets.batches import threads
+from superfacets.tiles import segmenting
 from superfacets.tiles.mapping import open_run, run_all
 from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.segmenting import Place
@@ -42,8 +43,8 @@ def test_labels_do_not_depend_on_threads(bear, tmp_path, monkeypatch, n_threads,
     assert not list(tmp_path.iterdir())
 
 
-def loop_of(n_threads, radius_factor=None):
-    return LoopOptions.checked(5, 0.02, radius_factor, "keep", n_threads, None)
+def loop_of(n_threads):
+    return LoopOptions.checked(5, 0.02, None, "keep", n_threads, None)
 
 
 @pytest.mark.parametrize(
@@ -56,12 +57,6 @@ def test_tiles_at_the_same_time_fit_into_memory(monkeypatch, tmp_path, memory, l
     monkeypatch.setattr("superfacets._validate.usable_cores", lambda: 8)
     place = Place(4096, tmp_path, 0, (), 1, None)
     assert place.tiles_at_once(loop_of(4)) == expected
-    assert place.tiles_at_once(loop_of(4, 2.0)) == 1  # each brings in what is around it
-
-
-def test_windows_are_one_at_a_time(bear, tmp_path):
-    found = sf.segment_tiled(bear, 40, tile_size=4096, scratch=tmp_path, n_threads=2, **PAPER)
-    compare(found, sf.segment(bear, 40, **PAPER))
 
 
 class Slow:
@@ -94,21 +89,21 @@ def test_an_error_leaves_no_piece_waiting(tmp_path):
 @pytest.mark.parametrize("n_times", [1, 2])
 def test_ctrl_c_waits_for_what_is_at_work(tmp_path, monkeypatch, n_times):
     slow, interrupts = Slow(), []
-    end = mapping._Threads.end
+    end = threads.ThreadTeam.end
 
-    def end_with_another(threads):
+    def end_with_another(team):
         if n_times == 2:
             timer = threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT))
             timer.start()
             interrupts.append(timer)
-        end(threads)
+        end(team)
 
     def work(scratch, piece, seconds):
         if piece == 0:
             os.kill(os.getpid(), signal.SIGINT)
         slow(scratch, piece + 2, seconds)
 
-    monkeypatch.setattr(mapping._Threads, "end", end_with_another)
+    monkeypatch.setattr(threads.ThreadTeam, "end", end_with_another)
     with (
         pytest.raises(KeyboardInterrupt),
         scratch_folder(tmp_path) as scratch,

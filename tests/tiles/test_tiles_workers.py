@@ -134,16 +134,16 @@ def test_a_tile_that_kills_workers_and_a_full_disk_are_one_line(tmp_path, monkey
 
 
 def test_a_full_disk_leaves_no_scratch_and_no_labels(mesh, tmp_path, monkeypatch):
-    whole = scratch.write_all
+    whole = scratch.write_npy
     written = []
 
-    def write(file, data):
-        written.append(memoryview(data).nbytes)
+    def write(file, array):
+        written.append(array.nbytes)
         if sum(written) > 4 << 20:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        whole(file, data)
+        whole(file, array)
 
-    monkeypatch.setattr(scratch, "write_all", write)
+    monkeypatch.setattr(scratch, "write_npy", write)
     (tmp_path / "labels.npy").write_text("of before")
     with pytest.raises(OSError, match="No space left on device"):
         segment_tiled(mesh, scratch=tmp_path, cache=0, out=tmp_path / "labels.npy", **OPTIONS)

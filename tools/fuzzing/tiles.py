@@ -18,8 +18,6 @@ def check_tiles(rng: np.random.Generator, folder: Path) -> None:
     cells = sf.PointCloud(mesh.vertices) if rng.random() < 0.3 else _with_holes(mesh, rng)
     options = {
         "weights": str(rng.choice(["creases", "superfacets"])),
-        "init": str(rng.choice(["geodesic", "farthest", "flood", "grid"])),
-        "radius_factor": float(rng.uniform(0.5, 3)),
         "max_num_iter": int(rng.integers(0, 10)),
         "islands": "nearest",
         "smooth": False,

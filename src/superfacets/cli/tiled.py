@@ -75,12 +75,14 @@ _OPTIONS = (
 
 
 _NOT_OF_TILES = {
+    "--paper": "radius_factor",
+    "--init": "init",
     "--relocate": "relocate",
     "--connect": "enforce_connectivity",
     "--min-size": "min_size",
     "--feature-weight": "feature_weight",
 }
-"""Options, and the keywords of `segment` that they are, which `segment_tiled` does not have."""
+"""Options, and the keywords of `segment` for them, which `segment_tiled` does not have."""
 
 
 def tile_options(function: Function) -> Function:
@@ -149,6 +151,8 @@ class TileOptions:
             **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
             **others,
         }
+        if refused["--init"] == "geodesic":  # as it is in tiles
+            del refused["--init"]
         for name, value in refused.items():
             if value:
                 raise click.UsageError(f"{name} does not go with --tiled")
@@ -164,7 +168,7 @@ class TileOptions:
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
     """Names of the results in a folder: of a folder of files, one for each of these."""
-    from ..tiles.writing import label_names
+    from ..tiles.label_files import label_names
 
     if Path(text).is_dir():
         with contextlib.suppress(OSError):  # the run says what is wrong with it

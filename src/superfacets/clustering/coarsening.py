@@ -6,7 +6,7 @@ from .. import _core
 from .._options import LoopOptions
 from .graphs import AnyGraph, CoarseCells, coarsened
 
-__all__ = ["are_few", "can_be_coarse", "coarse_graphs"]
+__all__ = ["can_be_coarse", "coarse_graphs"]
 
 CELL_SIZES = (16, 8, 4)
 """Cells per coarse cell on the first level, if that leaves regions enough coarse cells."""
@@ -37,11 +37,6 @@ def can_be_coarse(graph: AnyGraph, loop: LoopOptions) -> bool:
     """
     is_exact = loop.radius_factor is None and loop.tol > 0 and loop.max_num_iter > 1
     return is_exact and graph.is_symmetric
-
-
-def are_few(n_cells: int, n_segments: int) -> bool:
-    """Whether regions have too few cells for any coarse ones."""
-    return n_cells < CELL_SIZES[-1] * CELLS_PER_REGION * n_segments
 
 
 def coarse_graphs(graph: AnyGraph, n_segments: int, n_threads: int) -> list[CoarseCells]:

@@ -6,7 +6,7 @@ from typing import Protocol, TypeAlias
 
 from .. import _core
 from .._core import OrderedGraph
-from .._types import Floats, Ints
+from .._types import Ints
 
 __all__ = [
     "AnyGraph", "CoarseCells", "LargeGraph", "Regions", "coarsened", "in_memory",
@@ -15,13 +15,7 @@ __all__ = [
 
 
 class Regions(Protocol):
-    """What `_core.Clustering` is: regions around centers, and where the centers should be."""
-
-    def classify(self, centers: Ints) -> None:
-        """Replace the centers, and classify again."""
-
-    def update(self) -> Ints:
-        """For each region the cell nearest to its mean."""
+    """What is asked of `_core.Clustering`, regions around centers, when the loop has ended."""
 
     def centers(self) -> Ints:
         """The centers, followed by those made of unreached cells."""
@@ -42,7 +36,7 @@ class CoarseCells(Protocol):
 
 
 class LargeGraph(Protocol):
-    """A graph that offers what is done with `_core.OrderedGraph`, but is not in memory."""
+    """A graph that is not in memory: the loop runs on coarse cells, and classifies all once."""
 
     @property
     def n_cells(self) -> int:
@@ -63,14 +57,8 @@ class LargeGraph(Protocol):
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
         """Labels of all cells; the number of islands that joined a region, and new centers."""
 
-    def seeds(self, n_segments: int, init: str, islands: str) -> Ints | None:
-        """Seeds among all cells; None where they can be placed in memory only."""
-
     def gathered(self, n_threads: int) -> OrderedGraph:
         """The graph in memory."""
-
-    def positions_of(self, cells: Ints) -> Floats:
-        """Positions of some cells, shape (n, 3)."""
 
 
 AnyGraph: TypeAlias = OrderedGraph | LargeGraph

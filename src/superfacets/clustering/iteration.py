@@ -137,6 +137,8 @@ class Iteration:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
+        assert isinstance(graph, _core.OrderedGraph)
+        assert isinstance(clustering, _core.Clustering)  # all cells of tiles are classified once
         if max_num_iter is None:
             max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()
@@ -169,7 +171,7 @@ class Iteration:
             self.is_cancelled = True
 
 
-def _root_mean_square_move(graph: AnyGraph, centers: Centers, moved_to: Centers) -> float:
+def _root_mean_square_move(graph: _core.OrderedGraph, centers: Centers, moved_to: Centers) -> float:
     moves = graph.positions_of(moved_to) - graph.positions_of(centers)
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 

@@ -132,14 +132,10 @@ def segment_cells(graph: AnyGraph, bounds: Floats, plan: Plan, loop: LoopOptions
         with timed(timings, "coarsen", loop.on_stage):
             coarse = coarse_graphs(graph, size.n_segments, loop.n_threads)
     with timed(timings, "seeding", loop.on_stage):
-        seeds = None
-        if not coarse and not isinstance(graph, _core.OrderedGraph) and isinstance(init, str):
-            seeds = graph.seeds(size.n_segments, init, loop.islands)
-        if seeds is None:
-            first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
-            graph = graph if coarse else first
-            seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
-            del first  # the loop drops coarse graphs that are done with
+        first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
+        graph = graph if coarse else first
+        seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
+        del first  # the loop drops coarse graphs that are done with
     run = Iteration(size.radius, loop, timings)
     clustering = run.run(coarse, graph, seeds)
     labels, centers = clustering.labels(), clustering.centers()

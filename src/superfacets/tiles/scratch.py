@@ -4,35 +4,27 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import io
-import os
 import re
 import secrets
 import shutil
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..io.atomic import writable_folder
 from ..io.locks import held, is_left_behind
 from ..io.readers.npy import npy_header
+from ..io.tables import RecordRows, read_all
+from ..io.writers.scannet import write_npy
+from ..workers.threads import despite_interrupts
+from .arrays import Array
 
 __all__ = [
-    "Scratch",
-    "check_room",
-    "despite_interrupts",
-    "header_of",
-    "load_array",
-    "read_all",
-    "save_array",
-    "scratch_folder",
-    "write_all",
-    "write_array",
-]
+    "RowFile", "Scratch", "check_room", "scratch_folder", "write_array",
+]  # fmt: skip
 
 MARK = ".superfacets-tiles-"
 """What the names of scratch folders begin with."""
@@ -42,23 +34,16 @@ _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 LOCK = ".lock"
 """A file in the folder, which the run holds locked. A folder without a lock was left behind."""
 
+_HEADER_SIZE = 128
+"""Bytes of the header of our files; numpy pads headers of few dimensions to this size."""
+
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
     """Make a folder below `parent`, and remove it when the block ends, also by errors and Ctrl-C.
 
-    Folders that killed runs have left there are removed first.
-
-    Parameters
-    ----------
-    parent : Path
-    cache : int, default 0
-        As for `Scratch`.
-
-    Raises
-    ------
-    OSError
-        If the folder cannot be made.
+    Folders that killed runs have left there are removed first. `cache` is as for `Scratch`. An
+    OSError if the folder cannot be made.
     """
     writable_folder(parent)
     _remove_leftovers(parent)
@@ -69,20 +54,6 @@ def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
             yield Scratch(folder, cache)
     finally:
         despite_interrupts(lambda: shutil.rmtree(folder, ignore_errors=True))
-
-
-def despite_interrupts(work: Callable[[], object]) -> None:
-    """Call `work` until it ends without a Ctrl-C; then raise the last one, if there was any."""
-    interrupt: KeyboardInterrupt | None = None
-    is_done = False
-    while not is_done:
-        try:
-            work()
-            is_done = True
-        except KeyboardInterrupt as error:
-            interrupt = error
-    if interrupt is not None:
-        raise interrupt
 
 
 def check_room(parent: Path, needed: int) -> None:
@@ -125,13 +96,13 @@ class Scratch:
     def __init__(self, folder: Path, cache: int = 0) -> None:
         self.folder = folder
         self._room = cache
-        self._kept: dict[str, npt.NDArray[Any]] = {}
+        self._kept: dict[str, Array] = {}
         self._lock = threading.Lock()
 
     def __reduce__(self) -> tuple[type[Scratch], tuple[Path]]:
         return Scratch, (self.folder,)
 
-    def save(self, name: str, array: npt.NDArray[Any]) -> None:
+    def save(self, name: str, array: Array) -> None:
         """Write an array under a name, in which slashes make folders.
 
         It may stay in memory as it is, and is read-only from then on.
@@ -140,22 +111,49 @@ class Scratch:
             return
         for parent in reversed(Path(name).parents[:-1]):  # not the folder itself: it may be gone
             (self.folder / parent).mkdir(exist_ok=True)
-        save_array(self._path(name), array)
+        path = self._path(name)
+        partial = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
+        try:
+            write_array(partial, array)
+            partial.replace(path)
+        except OSError as error:
+            if error.filename is None and error.errno is not None:
+                error.filename = str(path)
+            raise
+        finally:
+            with contextlib.suppress(OSError):  # it was renamed, or never made
+                partial.unlink()
 
-    def keep(self, name: str, array: npt.NDArray[Any]) -> bool:
+    def keep(self, name: str, array: Array) -> bool:
         """As `save`, but only if the array stays in memory; return whether it does."""
         self._forget(name)
         with self._lock:
             is_kept = array.nbytes < self._room
             self._room -= array.nbytes if is_kept else 0
         if is_kept:
-            self._keep(name, array)
+            if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
+                array = array.copy()  # all of the array that it is a part of would stay
+            array = np.ascontiguousarray(array)
+            array.flags.writeable = False
+            self._kept[name] = array
+            self._path(name).unlink(missing_ok=True)
         return is_kept
 
-    def load(self, name: str, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
-        """Rows of an array, read into memory; not to be written to."""
+    def load(self, name: str, begin: int = 0, end: int | None = None) -> Array:
+        """Rows of an array, read into memory; not to be written to.
+
+        Not a memory map: that would count as memory where the address space is limited.
+        """
         kept = self._kept.get(name)
-        return load_array(self._path(name), begin, end) if kept is None else kept[begin:end]
+        if kept is not None:
+            return kept[begin:end]
+        with self._path(name).open("rb", buffering=0) as file:
+            shape, dtype, _, start = npy_header(file.read(_HEADER_SIZE))
+            rows = np.empty(((shape[0] if end is None else end) - begin, *shape[1:]), dtype)
+            if rows.size:
+                file.seek(start + begin * rows[:1].nbytes)
+                read_all(file, rows)
+        return rows
 
     def new_file(self) -> Path:
         """The path of a file that is not there yet."""
@@ -164,15 +162,6 @@ class Scratch:
     def has(self, name: str) -> bool:
         """Whether there is such an array."""
         return name in self._kept or self._path(name).exists()
-
-    def rename(self, name: str, new: str) -> None:
-        """Put an array in the place of another, which nobody reads at the moment."""
-        self.remove(new)
-        array = self._kept.pop(name, None)
-        if array is None:
-            self._path(name).replace(self._path(new))
-        else:
-            self._kept[new] = array
 
     def remove(self, name: str) -> None:
         """Remove an array, to make room."""
@@ -185,14 +174,6 @@ class Scratch:
             self._forget(kept)
         shutil.rmtree(self.folder / name, ignore_errors=True)
 
-    def _keep(self, name: str, array: npt.NDArray[Any]) -> None:
-        if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
-            array = array.copy()  # all of what it is a part of would stay
-        array = np.ascontiguousarray(array)
-        array.flags.writeable = False
-        self._kept[name] = array
-        self._path(name).unlink(missing_ok=True)
-
     def _forget(self, name: str) -> None:
         array = self._kept.pop(name, None)
         if array is not None:
@@ -203,72 +184,40 @@ class Scratch:
         return self.folder / f"{name}.npy"
 
 
-def save_array(path: Path, array: npt.NDArray[Any]) -> None:
-    """Write an array as .npy; the file appears whole or not at all."""
-    partial = path.with_name(f".{path.name}.{secrets.token_hex(6)}.tmp")
-    try:
-        write_array(partial, array)
-        partial.replace(path)
-    except OSError as error:
-        if error.filename is None and error.errno is not None:
-            error.filename = str(path)
-        raise
-    finally:
-        with contextlib.suppress(OSError):  # it was renamed, or never made
-            partial.unlink()
-
-
-def write_array(path: Path, array: npt.NDArray[Any]) -> None:
+def write_array(path: Path, array: Array) -> None:
     """Write an array as .npy.
 
     Not `numpy.save`, which does not tell why it failed: on a full disk that has to be known.
     """
-    with path.open("wb", buffering=0) as file:
-        write_all(file, header_of(array.dtype, array.shape))
-        write_all(file, np.ascontiguousarray(array).reshape(-1).view(np.uint8))
+    with path.open("wb") as file:
+        write_npy(file, np.ascontiguousarray(array))
 
 
-def header_of(dtype: np.dtype[Any], shape: tuple[int, ...]) -> bytes:
-    """What a .npy file of such an array begins with."""
-    file = io.BytesIO()
-    facts = {"descr": dtype.str, "fortran_order": False, "shape": shape}
-    np.lib.format.write_array_header_1_0(file, facts)
-    return file.getvalue()
+class RowFile:
+    """A table in the scratch folder that grows; a context that closes it."""
 
+    def __init__(self, scratch: Scratch) -> None:
+        self._path = scratch.new_file()
+        self._file = self._path.open("wb")
+        self._row: np.dtype[Any] | None = None
+        self.n_rows = 0
 
-def write_all(file: IO[bytes], data: Any) -> None:
-    """Write all bytes to an unbuffered file; a system may take less at a time."""
-    view = memoryview(data)
-    while view:
-        view = view[file.write(view) :]
+    def __enter__(self) -> RowFile:
+        return self
 
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
 
-_HEADER_SIZE = 128
-"""Bytes of the header that `header_of` makes; numpy pads headers of few dimensions to this size."""
+    def add(self, rows: Array) -> None:
+        """Append rows, all of one type and width."""
+        if self._row is None:
+            self._row = np.dtype((rows.dtype, rows.shape[1:]))
+        self._file.write(np.ascontiguousarray(rows, self._row.base).data)
+        self.n_rows += len(rows)
 
-
-def load_array(path: Path, begin: int = 0, end: int | None = None) -> npt.NDArray[Any]:
-    """Rows of an array in a .npy file that `write_array` wrote, read into memory, and no others.
-
-    Not a memory map: that would count as memory where the address space is limited.
-    """
-    with path.open("rb", buffering=0) as file:
-        shape, dtype, _, start = npy_header(file.read(_HEADER_SIZE))
-        rows = np.empty(((shape[0] if end is None else end) - begin, *shape[1:]), dtype)
-        if rows.size:
-            row_size = dtype.itemsize * int(np.prod(shape[1:], dtype=np.int64))
-            file.seek(start + begin * row_size)
-            read_all(file, rows)
-    return rows
-
-
-def read_all(file: Any, array: npt.NDArray[Any]) -> None:
-    """Fill a contiguous array from an unbuffered file; an OSError where that ends before."""
-    data: Any = array.reshape(-1).view(np.uint8)
-    view = memoryview(data)
-    while view:
-        n_bytes = file.readinto(view)
-        if not n_bytes:
-            name = os.fspath(file.name)
-            raise OSError(f"{name}: the file became shorter while it was read")
-        view = view[n_bytes:]
+    def rows(self, width: int = 1) -> RecordRows:
+        """The table; of single numbers, so many as one row."""
+        assert self._row is not None
+        row = self._row if width == 1 else (self._row, (width,))
+        record = np.dtype([("row", row)])
+        return RecordRows(self._path, 0, self.n_rows // width, record, ("row",))

@@ -8,14 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from .._memory import address_limit, memory_of_process
 from .._options import (
-    INITS,
     CleanupOptions,
-    Init,
     Islands,
     LoopOptions,
     Progress,
@@ -26,44 +23,39 @@ from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
 from ..cells.size import size_of_total
 from ..cells.slivers import sliver_note
-from ..cells.weights import WEIGHTS, WeightName, WeightOptions
+from ..cells.weights import WeightName, WeightOptions
 from ..clustering.loop import segment_cells
 from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
 from ..io.atomic import StrPath
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
-from .arcs import WeightRule, find_arcs
-from .band import smooth_tiled
-from .clouds.arcs import find_point_arcs
-from .clouds.band import smooth_points
-from .clouds.lists import make_cloud_tiles
-from .clouds.reading import CloudPieces
-from .graph import TiledGraph
-from .mapping import OnDone, open_run
+from .arrays import Ints, Longs
+from .borders import BorderRule, straighten_tiled
+from .cloud_tiles import make_cloud_tiles
+from .label_files import label_files, ranges_of, save_labels
+from .mapping import OnDone, open_run, run_all
+from .mesh_tiles import make_mesh_tiles
 from .opening import TiledSource, open_pieces
 from .scratch import check_room, scratch_folder
-from .sorting import make_tiles
 from .store import Run, TileStore, find_cells
-from .writing import label_files, ranges_of, save_labels
+from .tile_arcs import WeightRule, find_arcs
+from .tiled_graph import TiledGraph
 
-__all__ = ["TILE_SIZE", "TiledOptions", "segment_store", "segment_tiled"]
+__all__ = ["segment_tiled"]
 
 TILE_SIZE = 1 << 18
-"""Faces of a tile."""
+"""Cells of a tile."""
 
 BYTES_AT_WORK = 500
-"""What is done with a tile takes so many for each of its faces."""
+"""Peak working memory, in bytes per cell of a tile."""
 
-BYTES_PER_FACE = 250
-"""That the scratch folder takes on the disk."""
-
-BYTES_PER_POINT = 400
-"""The same for clouds."""
+BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
+"""Bytes that the scratch folder takes on the disk."""
 
 MEMORY_PART = 8
-"""Of the memory that a process may use, the part in which arrays stay that would go to the disk,
-and that the tiles take that are worked on at the same time, if that is not just one."""
+"""Divisor of the process's memory limit: such a part caches scratch arrays before they go to the
+disk, and another is for tiles that are worked on at the same time, if that is not just one."""
 
 ADDRESSES_OF_THREAD = 150 << 20
 """Bytes of the address space that a thread has for its stack and its heap, used or not."""
@@ -71,8 +63,9 @@ ADDRESSES_OF_THREAD = 150 << 20
 KEPT_HEAP = 1 << 28
 """Bytes that are freed and kept for arrays of the next tile."""
 
-_WEIGHTS = tuple(name for name, weight in WEIGHTS.items() if not weight.has_parts)
-"""Those of parts take rays through the whole mesh."""
+_WEIGHTS = ("creases", "superfacets")
+"""``"parts"`` is left out, as it needs rays through the whole mesh, and ``"stk02"``, by which
+methods are compared on small meshes."""
 
 
 def segment_tiled(
@@ -84,8 +77,6 @@ def segment_tiled(
     eta_convex: float | None = None,
     ridges: float | None = None,
     weights: WeightName = "creases",
-    init: Init = "geodesic",
-    radius_factor: float | None = None,
     max_num_iter: int = 50,
     tol: float = 0.02,
     islands: Islands = "keep",
@@ -106,8 +97,7 @@ def segment_tiled(
 
     Of a point cloud, every point. The faces are sorted along a space-filling curve on the disk, and
     cut into tiles. Coarse cells are made tile by tile, the loop runs on the graph of these in
-    memory, and the faces are labeled tile by tile again: paths that leave a tile go on in the next
-    one, until none is left that improves another. Borders are made straight in a mesh of the faces
+    memory, and the faces are labeled tile by tile. Borders are made straight in a mesh of the faces
     around them.
 
     Parameters
@@ -116,17 +106,12 @@ def segment_tiled(
         A file; a folder of files, of meshes that share vertices by position, or of clouds; or
         arrays, which may be memory maps. Faces, or points, are numbered through all files of a
         folder, in the order of their names.
-    n_segments, radius, alpha, eta_convex, ridges, radius_factor
+    n_segments, radius, alpha, eta_convex, ridges, max_num_iter, tol, islands, smooth, weld
         As for `segment`.
-    max_num_iter, tol, islands, smooth, weld
+    weights : {"creases", "superfacets"}
         As for `segment`.
-    weights : {"creases", "superfacets", "stk02"}
-        As for `segment`, by name; the last for meshes.
-    init : {"geodesic", "farthest", "flood", "grid"}
-        As for `segment`, by name.
     tile_size : int, default 262144
-        Faces or points of a tile; rounded up to a multiple of 4096. The labels do not depend on
-        it.
+        Faces or points of a tile, rounded up to a multiple of 4096. Labels do not depend on it.
     scratch : path, optional
         Folder with some 250 bytes of room per face, or 400 per point; by default that of temporary
         files. What is written there is removed in the end.
@@ -144,7 +129,7 @@ def segment_tiled(
         Address of a Dask scheduler instead, whose workers see the source and `scratch`.
     n_threads : int, optional
         As for `segment`, of this process: each has a tile at a time, as long as these take an
-        eighth of the memory together. With `radius_factor` all have the same one.
+        eighth of the memory together.
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
@@ -170,18 +155,18 @@ def segment_tiled(
     MissingExtraError
         If several workers need psutil, or a scheduler needs Dask, and it is not installed.
     ValueError, TypeError
-        If a parameter is out of range or of the wrong type; or if files of labels would have the
-        same name.
+        If a parameter is wrong; or if files of labels would have the same name.
 
     Notes
     -----
     Memory: what `cache` says, about 500 bytes per face of a tile for each thread, 10 bytes per face
     of the mesh for the graph of coarse cells, 4 for the labels (8 for those of points), and what a
-    mesh of the faces around borders takes. With `radius_factor` a tile comes with all faces within
-    four radii of it. Where regions have less than about a hundred faces the graph of all faces is
-    in memory, 150 bytes a face; so it is if the loop runs on all faces (with `radius_factor`,
-    ``tol=0``, ``max_num_iter`` 0 or 1) and seeds are not ``"farthest"``, with islands kept, or
-    ``"geodesic"``, on a mesh of one component.
+    mesh of the faces around borders takes. The graph of all faces is in memory, 150 bytes a face,
+    where regions have less than about a hundred faces, and where the loop runs on all faces
+    (``tol=0``, ``max_num_iter`` 0 or 1).
+
+    Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
+    other by path length (``init="geodesic"``).
 
     Examples
     --------
@@ -193,12 +178,9 @@ def segment_tiled(
     True
     """
     checked_choice(weights, "weights", _WEIGHTS)  # not an array
-    loop = LoopOptions.checked(
-        max_num_iter, tol, radius_factor, islands, n_threads, progress, on_stage
-    )
+    loop = LoopOptions.checked(max_num_iter, tol, None, islands, n_threads, progress, on_stage)
     options = TiledOptions(
-        SizeOptions.checked(n_segments, radius, checked_choice(init, "init", INITS)),
-        init,
+        SizeOptions.checked(n_segments, radius, "geodesic"),
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
@@ -240,47 +222,17 @@ class Place:
             scheduler,
         )
 
+    @property
+    def is_remote(self) -> bool:
+        """Whether other processes work on tiles."""
+        return self.workers > 1 or self.scheduler is not None
+
     def tiles_at_once(self, loop: LoopOptions) -> int:
         """How many tiles are worked on in this process at the same time, on a thread each."""
-        if loop.radius_factor is not None:
-            return 1  # with all faces within four radii: few regions are larger than tiles
         each = BYTES_AT_WORK * self.tile_size
         if address_limit() is not None:
             each += ADDRESSES_OF_THREAD
         return min(loop.n_threads, max(memory_of_process() // MEMORY_PART // each, 1))
-
-
-def _run(
-    source: TiledSource, options: TiledOptions, place: Place, on_tile: OnDone | None
-) -> Segmentation:
-    """Run all stages; the caller of `segment_tiled` is warned."""
-    timings: dict[str, float] = {}
-    is_remote = place.workers > 1 or place.scheduler is not None
-    at_once = place.tiles_at_once(options.loop)
-    # Each thread of a worker has a tile of its own.
-    is_parallel = is_remote or at_once > 1
-    tile_threads = 1 if is_parallel else options.loop.n_threads
-    on_stage = options.loop.on_stage
-    with (
-        scratch_folder(place.scratch, 0 if is_remote else place.cache) as scratch,
-        open_run(place.workers, place.scheduler, place.scratch, at_once, on_tile) as run,
-    ):
-        with timed(timings, "tiles", on_stage):
-            pieces = open_pieces(source, scratch, for_workers=is_remote)
-            ranges = ranges_of(pieces, len(place.files))
-            size, threads = place.tile_size, tile_threads
-            if isinstance(pieces, CloudPieces):
-                check_room(place.scratch, BYTES_PER_POINT * pieces.n_points)
-                store = make_cloud_tiles(pieces, scratch, size, run=run, n_threads=threads)
-            else:
-                check_room(place.scratch, BYTES_PER_FACE * pieces.n_faces)
-                store = make_tiles(
-                    pieces, scratch, size, welds=options.weld, run=run, n_threads=threads
-                )
-        result = segment_store(store, options, run, tile_threads, is_parallel)
-        if place.files:
-            save_labels(place.files, ranges, result.labels)
-    return replace(result, timings={**timings, **result.timings})
 
 
 @dataclass(frozen=True)
@@ -288,40 +240,66 @@ class TiledOptions:
     """The checked options of all stages."""
 
     size: SizeOptions
-    init: Init
     weights: WeightOptions
     loop: LoopOptions
     cleanup: CleanupOptions
     weld: bool
 
 
-def segment_store(
-    store: TileStore, options: TiledOptions, run: Run, tile_threads: int, is_parallel: bool
+def _run(
+    source: TiledSource, options: TiledOptions, place: Place, on_tile: OnDone | None
 ) -> Segmentation:
-    """Segment the faces of a store, each tile on so many threads."""
-    loop, timings = options.loop, dict[str, float]()
-    is_cloud = store.kind == "points"
+    """Run all stages; the caller of `segment_tiled` is warned."""
+    timings: dict[str, float] = {}
+    at_once = place.tiles_at_once(options.loop)
+    # Each thread of a worker has a tile of its own.
+    is_parallel = place.is_remote or at_once > 1
+    n_threads = 1 if is_parallel else options.loop.n_threads
+    with (
+        scratch_folder(place.scratch, 0 if place.is_remote else place.cache) as scratch,
+        open_run(place.workers, place.scheduler, place.scratch, at_once, on_tile) as run,
+    ):
+        with timed(timings, "tiles", options.loop.on_stage):
+            pieces = open_pieces(source, scratch, for_workers=place.is_remote)
+            ranges = ranges_of(pieces, len(place.files))
+            is_cloud, size = pieces.corners is None, place.tile_size
+            n_bytes = BYTES_PER_POINT if is_cloud else BYTES_PER_FACE
+            check_room(place.scratch, n_bytes * pieces.n_cells)
+            if is_cloud:
+                store = make_cloud_tiles(pieces, scratch, size, run=run, n_threads=n_threads)
+            else:
+                store = make_mesh_tiles(
+                    pieces, scratch, size, welds=options.weld, run=run, n_threads=n_threads
+                )
+        graph = TiledGraph(store, run, n_threads, is_parallel)
+        result = _segment(graph, options, timings)
+        if place.files:
+            save_labels(place.files, ranges, result.labels)
+    return result
+
+
+def _segment(graph: TiledGraph, options: TiledOptions, timings: dict[str, float]) -> Segmentation:
+    """Run the stages that follow on tiles."""
+    store, run, loop = graph.store, graph.run, options.loop
     diagonal = box_diagonal(store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)
     has_prices = options.cleanup.smooth and options.weights.has_other_unit
-    rule = WeightRule(size.radius, options.weights, False, has_prices, tile_threads)
+    rule = WeightRule(size.radius, options.weights, has_prices, graph.n_threads)
     with timed(timings, "weights", loop.on_stage):
-        facts = (find_point_arcs if is_cloud else find_arcs)(store, rule, run)
+        facts = find_arcs(store, rule, run)
     share = min(facts.sliver_area / store.total_measure, 1.0) if store.total_measure > 0 else 0.0
     note = sliver_note(share, sliver_advice(size.radius))
     if note is not None:
         warnings.warn(note, SliverWarning, stacklevel=4)
-    plan = Plan(None, size, options.size, options.init)
-    result = segment_cells(
-        TiledGraph(store, run, tile_threads, is_parallel), store.bounds, plan, loop
-    )
+    result = segment_cells(graph, store.bounds, Plan(None, size, options.size, "geodesic"), loop)
     warn_of_islands(result, 5)
     if options.cleanup.smooth:
         with timed(timings, "regions", loop.on_stage):
-            scale = size.radius or diagonal
-            smooth = smooth_points if is_cloud else smooth_tiled
-            smooth(store, facts, result.labels, result.centers, scale, run, loop.n_threads)
-    if is_cloud:
+            unit = facts.border_unit if has_prices else facts.unit
+            name = "border_lengths" if has_prices else "lengths"
+            borders = BorderRule(name, unit, size.radius or diagonal, loop.n_threads)
+            straighten_tiled(store, borders, result.labels, result.centers, run)
+    if store.kind == "points":
         result = _in_input_order(store, result, run)
     params = {"weld": options.weld, **options.weights.params, **result.params}
     timings = stages_in_order(timings | result.timings)
@@ -334,15 +312,12 @@ def _in_input_order(store: TileStore, result: Segmentation, run: Run) -> Segment
     labels, centers = np.empty_like(result.labels), np.empty_like(result.centers)
     for tile in range(store.n_tiles):
         labels[store.read(tile, "numbers")] = result.labels[store.read(tile, "cells")]
-    jobs = [(tile, result.centers) for tile in range(store.n_tiles)]
-    for which, numbers in run(_numbers_of, store, jobs):
+    for which, numbers in run_all(run, _numbers_of, store, store.n_tiles, result.centers):
         centers[which] = numbers
     return replace(result, labels=labels, centers=centers)
 
 
-def _numbers_of(
-    store: TileStore, tile: int, cells: npt.NDArray[np.int32]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]:
+def _numbers_of(store: TileStore, tile: int, cells: Ints) -> tuple[Longs, Ints]:
     """Which of some cells are in a tile, and their numbers in the input."""
     which, at = find_cells(store, tile, cells)
     return which, store.read(tile, "numbers")[at]

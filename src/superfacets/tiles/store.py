@@ -7,33 +7,29 @@ from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from .arrays import Array, Bools, Floats, Ints, Longs
 from .scratch import Scratch
 
-__all__ = ["RANGE", "Job", "Run", "TileStore", "find_cells", "run_serially", "tile_starts"]
+__all__ = ["RANGE", "Job", "Kind", "Run", "TileStore", "find_cells", "tile_starts"]
 
 RANGE = 4096
 """Places of a range of the curve, beyond which coarse cells never extend: 2**kRangeBits in the
 core's ``cell_grower.hpp``. Tiles begin at multiples of it."""
+
+Kind = Literal["triangles", "polygons", "points"]
 
 Job = tuple[Any, ...]
 """A tile, and further arguments."""
 
 
 class Run(Protocol):
-    """What does the same work for many jobs, in any process."""
+    """Calls the same function for many jobs, in any process."""
 
     def __call__(
-        self,
-        work: Callable[..., Any],
-        store: Any,
-        jobs: Sequence[Job],
-        /,
-        *,
-        n_before: int = 0,
+        self, work: Callable[..., Any], store: Any, jobs: Sequence[Job], /, *, n_before: int = 0,
         n_after: int = 0,
-    ) -> list[Any]:
+    ) -> list[Any]:  # fmt: skip
         """Return ``work(store, *job)`` for each job, in order.
 
         So many jobs of the same pass were done before, and so many are still to come: for whoever
@@ -43,44 +39,30 @@ class Run(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class TileStore:
-    """A mesh as tiles of its faces, and arrays of each tile by name.
+    """A mesh or a cloud as tiles, and arrays of each tile by name.
 
-    The faces are sorted by the code of their centroid on the curve over the box of all centroids,
-    then by number; their *place* is the index in this order. Per tile there are, from the start,
+    Cells are sorted by the code of their position on the curve over the box of all positions, then
+    by number; their *place* is the index in this order. From the start there are, per tile of
+    faces (for points see `SortedCloud`),
 
-    ========== ================= ==================================================
-    cells      (n,) int32        number of each face in the input
-    positions  (n, 3) float64    centroids
-    measures   (n,) float64      areas
-    faces      (n, 3) int32      corners of triangles, as rows of ``vertices``
-    offsets    (n + 1,) int64    instead, of polygons: face i has the corners
-    corners    (c,) int32        offsets[i] to offsets[i + 1] - 1
-    vertex_ids (m,) int64        sorted: the numbers of the tile's vertices, welded
-    vertices   (m, 3) float64    and their positions
-    ========== ================= ==================================================
+    ========= ================= =====================================================
+    cells     (n,) int32        number of each face in the input
+    positions (n, 3) float64    centroids
+    measures  (n,) float64      areas
+    corners   (n, 3) int32      of triangles: rows of the vertices; of polygons lists
+                                with ``vertices``
+    vertices  ids, points       numbers of vertices, welded, ascending; positions
+    ========= ================= =====================================================
 
-    Attributes
-    ----------
-    scratch : Scratch
-        The folder; array `name` of tile t is ``tile{t}/{name}`` in it.
-    kind : {"triangles", "polygons", "points"}
-    starts : tuple of int
-        First place of each tile, and the number of faces at the end. Multiples of `RANGE` but for
-        the last.
-    bounds : ndarray of float64, shape (2, 3)
-        Low and high corner of the box of the vertices that faces use.
-    curve : ndarray of float64, shape (2, 3)
-        The same of the centroids.
-    total_measure : float
-        Sum of the areas, as the core's ``sum_of`` adds them in the order of the input.
+    Array `name` of tile t is ``tile{t}/{name}`` in the scratch folder; `Part` reads several.
     """
 
     scratch: Scratch
-    kind: Literal["triangles", "polygons", "points"]
-    starts: tuple[int, ...]
-    bounds: npt.NDArray[np.float64]
-    curve: npt.NDArray[np.float64]
-    total_measure: float
+    kind: Kind
+    starts: tuple[int, ...]  # first place of each tile, a multiple of RANGE; then N
+    bounds: Floats  # (2, 3) box of the points, or of the vertices that faces use
+    curve: Floats  # (2, 3) box of the positions
+    total_measure: float  # as the core's sum_of adds areas in the order of the input
 
     @property
     def n_tiles(self) -> int:
@@ -89,22 +71,26 @@ class TileStore:
 
     @property
     def n_cells(self) -> int:
-        """Number of faces, N."""
+        """Number of cells, N."""
         return self.starts[-1]
 
     def size(self, tile: int) -> int:
-        """Number of faces in a tile."""
+        """Number of cells in a tile."""
         return self.starts[tile + 1] - self.starts[tile]
 
-    def tiles_of(self, places: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+    def tiles_of(self, places: Array) -> Longs:
         """The tile that each place is in."""
         return np.searchsorted(self.starts, places, side="right").astype(np.int64) - 1
 
-    def read(self, tile: int, name: str) -> npt.NDArray[Any]:
+    def is_in(self, tile: int, places: Array) -> Bools:
+        """Whether each place is in a tile."""
+        return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
+
+    def read(self, tile: int, name: str) -> Array:
         """An array of a tile, in memory."""
         return self.scratch.load(f"tile{tile}/{name}")
 
-    def write(self, tile: int, name: str, array: npt.NDArray[Any]) -> None:
+    def write(self, tile: int, name: str, array: Array) -> None:
         """Write an array of a tile."""
         self.scratch.save(f"tile{tile}/{name}", array)
 
@@ -116,16 +102,18 @@ class TileStore:
         """Remove an array of a tile, if there is one, to make room on the disk."""
         self.scratch.remove(f"tile{tile}/{name}")
 
-    def rename(self, tile: int, name: str, new: str) -> None:
-        """Put an array of a tile in the place of another."""
-        self.scratch.rename(f"tile{tile}/{name}", f"tile{tile}/{new}")
+    def remove_from_all(self, *names: str) -> None:
+        """Remove arrays of every tile."""
+        for name in names:
+            for tile in range(self.n_tiles):
+                self.remove(tile, name)
 
-    def remove_from_all(self, name: str) -> None:
-        """Remove an array of every tile."""
-        for tile in range(self.n_tiles):
-            self.remove(tile, name)
+    def arcs(self, tile: int) -> tuple[Longs, Ints, Array]:
+        """Offsets, targets and lengths of the arcs of a tile."""
+        offsets, targets = self.read(tile, "arcs/offsets"), self.read(tile, "arcs/targets")
+        return offsets, targets, self.read(tile, "arcs/lengths")
 
-    def read_at(self, name: str, places: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    def read_at(self, name: str, places: Array) -> Array:
         """Values of an array of all tiles at some places, ascending; one tile is read at a time."""
         tiles = self.tiles_of(places)
         values = [
@@ -134,14 +122,21 @@ class TileStore:
         ]
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
+    def read_around(self, tile: int, name: str, places: Array) -> Array:
+        """Values at some places in any order, most of which are in this tile."""
+        own, is_own = self.read(tile, name), self.is_in(tile, places)
+        values = np.empty((len(places), *own.shape[1:]), own.dtype)
+        values[is_own] = own[places[is_own] - self.starts[tile]]
+        others, which = np.unique(places[~is_own], return_inverse=True)
+        values[~is_own] = self.read_at(name, others)[which.reshape(-1)]
+        return values
+
 
 _LOW_BITS = (1 << 20) - 1
 """Of the numbers of cells."""
 
 
-def find_cells(
-    store: TileStore, tile: int, wanted: npt.NDArray[np.int32]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
     """Which of some cells are in a tile, as indices, and where in it they are."""
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
@@ -158,8 +153,3 @@ def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
     n_ranges = -(-n_cells // RANGE)
     n_tiles = min(n_tiles, n_ranges)
     return (*(n_ranges * tile // n_tiles * RANGE for tile in range(n_tiles)), n_cells)
-
-
-def run_serially(work: Callable[..., Any], store: Any, jobs: Sequence[Job], **_: int) -> list[Any]:
-    """Do one job after the other, here."""
-    return [work(store, *job) for job in jobs]

@@ -3,61 +3,49 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
 from ..errors import MeshError
+from ..io.tables import Rows
+from .arrays import Array, Floats
 from .mapping import run_all
-from .reading import Rows
 from .scratch import Scratch
 from .store import Run
 
-__all__ = ["BlockRows", "check_vertices", "weld"]
+__all__ = ["weld"]
 
 
 @dataclass(frozen=True)
 class BlockRows:
-    """Rows that lie in a scratch folder in blocks of equal size."""
+    """Rows in a scratch folder in blocks of equal size."""
 
     scratch: Scratch
     name: str
     size: int
     n_rows: int
 
-    def read(self, begin: int, end: int) -> npt.NDArray[Any]:
+    def read(self, begin: int, end: int) -> Array:
         """Rows begin to end - 1."""
         parts = []
         for block in range(begin // self.size, -(-end // self.size)):
             first = block * self.size
-            last = min(first + self.size, end)
-            name = f"{self.name}/{block}"
-            parts.append(self.scratch.load(name, max(begin, first) - first, last - first))
+            rows = max(begin, first) - first, min(first + self.size, end) - first
+            parts.append(self.scratch.load(f"{self.name}/{block}", *rows))
         return np.concatenate(parts)
 
 
-def check_vertices(run: Run, scratch: Scratch, vertices: Rows, size: int) -> None:
-    """Raise a MeshError that names the first vertex that is not finite."""
-    run_all(run, _check_block, scratch, _n_blocks(vertices, size), vertices, size)
-
-
 def weld(
-    run: Run,
-    scratch: Scratch,
-    vertices: Rows,
-    size: int,
-    n_threads: int,
-    name: str = "vertices",
+    run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
     """For each vertex the lowest at exactly the same position (-0.0 is 0.0); None if none share.
 
-    Vertices are checked on the way, as by `check_vertices`. A block of `size` of them is in memory
+    A MeshError names the first vertex that is not finite. A block of `size` of them is in memory
     at a time. They are grouped in buckets by a hash of the position, welded bucket by bucket, and
     those that are not the lowest are listed by block. `name` is what they are called in errors.
     """
-    n_blocks = _n_blocks(vertices, size)
+    n_blocks = -(-vertices.n_rows // size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
     run_all(run, _fill_buckets, scratch, n_blocks, vertices, size, n_buckets, name)
     n_shared = run_all(run, _weld_bucket, scratch, n_buckets, size, n_blocks, n_threads)
@@ -70,13 +58,7 @@ def weld(
     return BlockRows(scratch, "representatives", size, vertices.n_rows)
 
 
-def _n_blocks(vertices: Rows, size: int) -> int:
-    return -(-vertices.n_rows // size)
-
-
-def _checked_block(
-    vertices: Rows, block: int, size: int, name: str = "vertices"
-) -> npt.NDArray[Any]:
+def _checked_block(vertices: Rows, block: int, size: int, name: str) -> Array:
     """Positions in a block; a MeshError if one is not finite."""
     begin = block * size
     positions = vertices.read(begin, min(begin + size, vertices.n_rows))
@@ -87,10 +69,6 @@ def _checked_block(
             f"{name}[{begin + first}] is not finite: {positions[first].astype(np.float64).tolist()}"
         )
     return positions
-
-
-def _check_block(scratch: Scratch, block: int, vertices: Rows, size: int) -> None:
-    _checked_block(vertices, block, size)
 
 
 def _fill_buckets(
@@ -107,7 +85,7 @@ def _fill_buckets(
     scratch.save(f"buckets/{block}/positions", positions[order])
 
 
-def _buckets_of(positions: npt.NDArray[np.float64], n_buckets: int) -> npt.NDArray[np.uint16]:
+def _buckets_of(positions: Floats, n_buckets: int) -> Array:
     """A bucket for each position, the same for equal ones; their number is a power of two."""
     if n_buckets == 1:
         return np.zeros(len(positions), np.uint16)

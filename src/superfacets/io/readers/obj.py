@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
@@ -14,13 +15,16 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
 from .text import Lines, iterate_lines, table
 
-__all__ = ["read_blocks", "read_obj", "without_continuations"]
+__all__ = ["read_blocks", "read_file_blocks", "read_obj"]
 
 KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
 
 _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 """A line without a comment that is continued in the next one."""
+
+_LINE = re.compile(r"line (\d+)")
+"""The number of a line in an error."""
 
 
 def read_obj(data: Content) -> Arrays:
@@ -83,6 +87,47 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners -= 1
         yield _Block(vertices, corners, faces.counts)
         n_vertices += len(vertices)
+
+
+def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
+    """The same of a file, of which about so many bytes are in memory at a time."""
+    n_vertices, n_lines = 0, 0
+    for text in _text_blocks(path, size):
+        try:
+            blocks = list(read_blocks(without_continuations(text), n_vertices))
+        except MeshError as error:
+            number = _LINE.match(str(error))
+            rest = str(error) if number is None else str(error)[number.end() :]
+            message = rest if number is None else f"line {int(number[1]) + n_lines}{rest}"
+            raise MeshError(message) from None
+        yield from blocks
+        n_vertices += sum(len(block.vertices) for block in blocks)
+        n_lines += text.count(b"\n")
+
+
+def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
+    """The text of a file in blocks of whole lines, none of which is continued in the next."""
+    rest = b""
+    with path.open("rb") as file:
+        while block := file.read(size):
+            text = rest + block
+            end = _end_of_lines(text)
+            rest = text[end:]
+            if end:
+                yield text[:end]
+    if rest:
+        yield rest
+
+
+def _end_of_lines(text: bytes) -> int:
+    """Where the last line ends that is not continued in the next; 0 if there is none."""
+    end = text.rfind(b"\n") + 1
+    while end:
+        begin = text.rfind(b"\n", 0, end - 1) + 1
+        if not text[begin:end].rstrip().endswith(b"\\"):
+            break
+        end = begin
+    return end
 
 
 def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:

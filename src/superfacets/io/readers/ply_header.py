@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import reprlib
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from ...errors import MeshError
 from ..guards import Content
 
-__all__ = ["INDEX_NAMES", "Element", "Header", "Property", "parse_header"]
+__all__ = ["INDEX_NAMES", "Element", "Header", "Property", "parse_header", "read_header"]
 
 TYPES = {
     "char": "i1",
@@ -37,6 +41,10 @@ INDEX_NAMES = ("vertex_indices", "vertex_index")
 """Names of the list that holds the corners of a face."""
 
 BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+_HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
+"""Bytes of a file that its header is looked for in, at first and at most."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +83,20 @@ class Element:
     name: str
     n_rows: int
     properties: list[Property] = field(default_factory=list)
+
+    def record(self) -> np.dtype[Any] | None:
+        """The record of a row, where each face has three corners; None with other lists."""
+        record: list[tuple[Any, ...]] = []
+        for column, stored in enumerate(self.properties):
+            name = stored.name if self.find(stored.name) == column else f"again {column}"
+            if not stored.is_list:
+                record.append((name, stored.dtype))
+            elif self.name == "face" and name in INDEX_NAMES and stored.is_integer:
+                record.append((f"number of {name}", stored.count_dtype))
+                record.append((name, stored.dtype, (3,)))
+            else:
+                return None
+        return np.dtype(record)
 
     def find(self, *names: str) -> int | None:
         """Column of the first property that has one of the names."""
@@ -116,6 +138,17 @@ class Header:
             if element.name == name:
                 return place
         return None
+
+
+def read_header(path: Path) -> tuple[Header, bytes]:
+    """The header that a file begins with, and the bytes that it was found in."""
+    size = _HEADER_BLOCK
+    with path.open("rb") as file:
+        content = file.read(size)
+        while b"end_header" not in content and len(content) == size and size < _MAX_HEADER:
+            content += file.read(size)
+            size *= 2
+    return parse_header(content), content
 
 
 def parse_header(data: Content) -> Header:

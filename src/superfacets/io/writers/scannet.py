@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 import numpy.lib.format as npy_format
@@ -110,7 +110,7 @@ def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str
         write_npy(file, numbers)
 
 
-def write_npy(file: IO[bytes], array: npt.NDArray[np.integer]) -> None:
+def write_npy(file: IO[bytes], array: npt.NDArray[Any]) -> None:
     """Write an array; numpy.save asks a file where it stands, which pipes cannot tell."""
     npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
     file.write(array.data)

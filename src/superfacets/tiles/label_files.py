@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..io.atomic import StrPath, atomic_outputs, checked_targets, writable_folder
-from .opening import Pieces, TiledSource, files_of, starts_of
+from .opening import Pieces, TiledSource, files_of
 from .scratch import write_array
 
 __all__ = ["label_files", "label_names", "ranges_of", "save_labels"]
@@ -20,12 +20,8 @@ __all__ = ["label_files", "label_names", "ranges_of", "save_labels"]
 def label_files(source: TiledSource, out: StrPath) -> list[Path]:
     """Return the files that the labels of a source go to; a folder for them is made.
 
-    Parameters
-    ----------
-    source : TiledSource
-    out : path
-        A ``.npy`` file; or, where the source is a folder, a folder: one that is there, or a name
-        without an ending or with a slash at the end.
+    `out` is a ``.npy`` file; or, where the source is a folder, a folder: one that is there, or a
+    name without an ending or with a slash at the end.
 
     Raises
     ------
@@ -67,12 +63,7 @@ def _is_folder(out: StrPath) -> bool:
 def label_names(folder: Path) -> list[str]:
     """Names of the files of labels for the files in a folder: ``a.npy`` for ``a.ply``.
 
-    Raises
-    ------
-    ValueError
-        If two have the same name.
-    OSError
-        If the folder cannot be read, or holds no meshes and clouds.
+    A ValueError if two have the same name; an OSError if the folder holds no meshes and clouds.
     """
     found: dict[str, Path] = {}
     for path in files_of(folder):
@@ -87,11 +78,11 @@ def label_names(folder: Path) -> list[str]:
 
 
 def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
-    """The first face, or point, of what goes to each of several files, and behind the last.
+    """Offsets that split the labels among the output files, shape (n_files + 1,).
 
     One file takes all. An OSError if the source has another number of files by now.
     """
-    starts = starts_of(pieces)
+    starts = pieces.starts
     if n_files <= 1:
         return starts[0], starts[-1]
     if len(starts) != n_files + 1:

@@ -2,25 +2,26 @@
 
 import numpy as np
 import pytest
+from cut_mesh import cut_mesh, run_serially
 from shapes import bowtie, cube, fins, moebius, soup, together
 from tiled_meshes import as_ply, random_polygons
 
 import superfacets as sf
 from superfacets import Mesh, MeshError, PolygonMesh
 from superfacets._validate import MAX_CELLS
-from superfacets.tiles import sorting
-from superfacets.tiles.cutting import cut_mesh
+from superfacets.tiles import curve_sort, mesh_tiles
+from superfacets.tiles.mesh_tiles import make_mesh_tiles
 from superfacets.tiles.opening import open_pieces
 from superfacets.tiles.scratch import scratch_folder
-from superfacets.tiles.sorting import make_tiles
-from superfacets.tiles.store import run_serially
 
 
 def check(source, mesh, tmp_path, tile_cells=4096, *, welds=True, for_workers=False):
     """Make tiles of a source, and compare all files with those of the mesh in memory."""
     with scratch_folder(tmp_path) as made, scratch_folder(tmp_path) as cut:
         pieces = open_pieces(source, made, for_workers=for_workers)
-        store = make_tiles(pieces, made, tile_cells, welds=welds, run=run_serially, n_threads=1)
+        store = make_mesh_tiles(
+            pieces, made, tile_cells, welds=welds, run=run_serially, n_threads=1
+        )
         wanted = cut_mesh(mesh, cut, store.n_tiles, weld=welds)
         assert store.n_tiles == -(-mesh.n_faces // tile_cells)
         assert (store.starts, store.kind) == (wanted.starts, wanted.kind)
@@ -78,11 +79,11 @@ def test_polygons_keep_their_corners(tmp_path):
 
 
 def test_vertices_in_few_blocks_of_many_are_found(bear, tmp_path, monkeypatch):
-    monkeypatch.setattr("superfacets.tiles.reading.BLOCK_BITS", 6)
-    monkeypatch.setattr(sorting._Chunks, "most", 1_000)
+    monkeypatch.setattr("superfacets.io.tables.BLOCK_BITS", 6)
+    monkeypatch.setattr(curve_sort.Chunks, "most", 1_000)
     check(as_ply(tmp_path, bear), bear, tmp_path)
-    monkeypatch.setattr(sorting._Chunks, "most", 100_000)
-    monkeypatch.setattr(sorting, "MAX_SPAN", 10)
+    monkeypatch.setattr(curve_sort.Chunks, "most", 100_000)
+    monkeypatch.setattr(mesh_tiles, "MAX_SPAN", 10)
     check(as_ply(tmp_path, bear), bear, tmp_path)
 
 

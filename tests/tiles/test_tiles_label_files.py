@@ -7,7 +7,7 @@ import pytest
 from shapes import bumpy_sheet
 
 from superfacets import Mesh, MeshError, PointCloud, segment, segment_tiled, write_mesh
-from superfacets.tiles import writing
+from superfacets.tiles import label_files
 
 
 def named(folder):
@@ -112,7 +112,7 @@ def test_a_run_that_fails_leaves_what_was_there(city, tmp_path, monkeypatch):
     out = tmp_path / "out"
     out.mkdir()
     (out / "b.2.npy").write_text("old")
-    write = writing.write_array
+    write = label_files.write_array
 
     def fail_at_last(path, array):
         if path.name.startswith(".c.npy"):
@@ -120,7 +120,7 @@ def test_a_run_that_fails_leaves_what_was_there(city, tmp_path, monkeypatch):
         write(path, array)
 
     with monkeypatch.context() as patch:
-        patch.setattr(writing, "write_array", fail_at_last)
+        patch.setattr(label_files, "write_array", fail_at_last)
         with pytest.raises(OSError, match="No space left") as caught:
             segment_tiled(city, 12, scratch=tmp_path, out=out)
     assert caught.value.filename == str(out / "c.npy")
@@ -132,8 +132,8 @@ def test_a_run_that_fails_leaves_what_was_there(city, tmp_path, monkeypatch):
 
 
 def test_a_folder_that_changes_while_the_run_begins(city, tmp_path, monkeypatch):
-    found = writing.label_names(city)
-    monkeypatch.setattr(writing, "label_names", lambda folder: found[:2])
+    found = label_files.label_names(city)
+    monkeypatch.setattr(label_files, "label_names", lambda folder: found[:2])
     with pytest.raises(OSError, match="held 2 files when the run began, and holds 3 now"):
         segment_tiled(city, 12, scratch=tmp_path, out=tmp_path / "out")
     assert named(tmp_path / "out") == []

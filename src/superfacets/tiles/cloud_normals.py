@@ -2,70 +2,58 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ... import _core
-from ..store import TileStore
-from .nearest import is_in
-from .sorting import NOT_COPIED
+from .. import _core
+from .arrays import Array, Bools, Floats, Ints, Longs
+from .cloud_order import NOT_COPIED
+from .part import load_columns
+from .store import TileStore
 
 __all__ = ["turn_normals"]
-
-Ints = npt.NDArray[np.int32]
-Longs = npt.NDArray[np.int64]
-Floats = npt.NDArray[np.float64]
 
 PAIRS_AT_ONCE = 1 << 21
 """Pairs of neighbors whose normals differ that are joined at a time, of 25 bytes each. Those of one
 cost are joined together, however many these are."""
 
-
-class _NormalTile(NamedTuple):
-    """The arguments of `_core.TurnedSets`: see `NormalTile` in the core."""
-
-    rows: Ints
-    places: Ints
-    numbers: Ints
-    normals: Floats
+OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
 
 def turn_normals(store: TileStore) -> None:
-    """Turn the directions in ``normals`` so that those of neighbors agree, as in memory.
+    """Turn the directions in ``estimated`` so that those of neighbors agree, as in memory.
 
     The minimum spanning tree is that of one order of all pairs: tile by tile those that differ by
     little, then the others by cost. So it is found here, in 5 bytes a point; and sums over
     components are added up in the order of places.
     """
+    tiles = range(store.n_tiles)
     sets = _core.TurnedSets(store.n_cells)
-    for tile in range(store.n_tiles):
+    for tile in tiles:
         sets.join_alike(*_normal_tile(store, tile))
     _join_others(store, sets)
     components = _Components(store, sets)
-    for tile in range(store.n_tiles):
-        components.add_areas(tile)
-    for tile in range(store.n_tiles):
-        components.add_volumes(tile)
-    for tile in range(store.n_tiles):
-        components.turn_outwards(tile)
+    for step in (components.add_areas, components.add_volumes, components.turn_outwards):
+        for tile in tiles:
+            step(tile)
 
 
-def _normal_tile(store: TileStore, tile: int) -> _NormalTile:
+def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
+    """The arguments of `_core.TurnedSets`: see `NormalTile` in the core."""
     near, first, n_own = store.read(tile, "near"), store.starts[tile], store.size(tile)
-    is_own = is_in(store, tile, near)
+    is_own = store.is_in(tile, near)
     is_ghost = (near >= 0) & ~is_own
     ghosts = np.unique(near[is_ghost])
     rows = np.full(near.shape, -1, np.int32)
     rows[is_own] = near[is_own] - first
     rows[is_ghost] = n_own + np.searchsorted(ghosts, near[is_ghost])
     own = np.arange(first, first + n_own, dtype=np.int32)
-    columns = [
+    numbers, normals = (
         np.concatenate([store.read(tile, name), store.read_at(name, ghosts)])
-        for name in ("numbers", "normals")
-    ]
-    return _NormalTile(rows, np.concatenate([own, ghosts]), columns[0], columns[1])
+        for name in ("numbers", "estimated")
+    )
+    return rows, np.concatenate([own, ghosts]), numbers, normals
 
 
 def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
@@ -73,9 +61,9 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
     n_pairs, samples = [], []
     for tile in range(store.n_tiles):
         costs, numbers, is_opposite = sets.pairs_apart(*_normal_tile(store, tile))
-        store.write(tile, "pair_costs", costs)
-        store.write(tile, "pair_numbers", numbers.reshape(-1, 4))
-        store.write(tile, "pair_is_opposite", is_opposite)
+        columns: tuple[Array, ...] = costs, numbers.reshape(-1, 4), is_opposite
+        for name, column in zip(OF_PAIRS, columns, strict=True):
+            store.write(tile, name, column)
         n_pairs.append(len(costs))
         samples.append(costs[:: max(1, len(costs) >> 10)])
     n_bins = -(-sum(n_pairs) // PAIRS_AT_ONCE)
@@ -86,19 +74,15 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
         for tile in range(store.n_tiles)
     ]
     for step in range(n_bins):
-        parts = [_pairs(store, tile, *cut[step : step + 2]) for tile, cut in enumerate(cuts)]
+        parts: list[Any] = [
+            load_columns(store.scratch, f"tile{tile}", OF_PAIRS, *cut[step : step + 2]).values()
+            for tile, cut in enumerate(cuts)
+        ]
         costs, numbers, is_opposite = map(np.concatenate, zip(*parts, strict=True))
         order = np.lexsort((numbers[:, 1], numbers[:, 0], costs))
         ends = np.ascontiguousarray(numbers[order, 2:].T)
         sets.unite(ends[0], ends[1], is_opposite[order])
-    for tile in range(store.n_tiles):
-        for name in ("pair_costs", "pair_numbers", "pair_is_opposite"):
-            store.remove(tile, name)
-
-
-def _pairs(store: TileStore, tile: int, begin: int, end: int) -> tuple[npt.NDArray[Any], ...]:
-    names = ("pair_costs", "pair_numbers", "pair_is_opposite")
-    return tuple(store.scratch.load(f"tile{tile}/{name}", begin, end) for name in names)
+    store.remove_from_all(*OF_PAIRS)
 
 
 class _Components:
@@ -107,32 +91,29 @@ class _Components:
     def __init__(self, store: TileStore, sets: _core.TurnedSets) -> None:
         self._store = store
         self._sets = sets
-        roots = [self._roots(tile) for tile in range(store.n_tiles)]
-        self._first_places = np.concatenate(roots)
-        n_components = len(self._first_places)
-        self._areas = np.zeros(n_components)
-        self._moments = np.zeros((n_components, 3))
-        self._volumes = np.zeros(n_components)
+        self._roots = np.concatenate([self._roots_of(tile) for tile in range(store.n_tiles)])
+        self._areas = np.zeros(len(self._roots))
+        self._moments = np.zeros((len(self._roots), 3))
+        self._volumes = np.zeros(len(self._roots))
 
-    def _roots(self, tile: int) -> Ints:
+    def _roots_of(self, tile: int) -> Ints:
         begin, end = self._store.starts[tile : tile + 2]
         places = np.arange(begin, end, dtype=np.int32)
-        is_apart = self._store.read(tile, "lowest") == NOT_COPIED
-        found: Ints = places[(self._sets.roots(begin, end)[0] == places) & is_apart]
-        return found
+        is_root = self._sets.roots(begin, end)[0] == places
+        return np.asarray(places[is_root & (self._store.read(tile, "lowest") == NOT_COPIED)])
 
-    def _read(self, tile: int) -> tuple[Longs, npt.NDArray[np.bool_], Floats, Floats, Floats]:
-        """The component, whether a normal is to be turned, area, position and normal of points."""
+    def _read(self, tile: int) -> tuple[Longs, Bools, list[Array]]:
+        """The component, whether a normal is to be turned; area, position and normal of points."""
         store = self._store
         roots, is_turned = self._sets.roots(*store.starts[tile : tile + 2])
         at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
-        components = np.searchsorted(self._first_places, roots[at]).astype(np.int64)
-        arrays = [store.read(tile, name)[at] for name in ("areas", "positions", "normals")]
-        return components, is_turned[at] != 0, arrays[0], arrays[1], arrays[2]
+        components = np.searchsorted(self._roots, roots[at]).astype(np.int64)
+        arrays = [store.read(tile, name)[at] for name in ("areas", "positions", "estimated")]
+        return components, is_turned[at] != 0, arrays
 
     def add_areas(self, tile: int) -> None:
         """Add up areas and moments, and turn normals towards that of the root."""
-        components, is_turned, areas, positions, normals = self._read(tile)
+        components, is_turned, (areas, positions, normals) = self._read(tile)
         np.add.at(self._areas, components, areas)
         for axis in range(3):
             np.add.at(self._moments[:, axis], components, areas * positions[:, axis])
@@ -141,7 +122,7 @@ class _Components:
 
     def add_volumes(self, tile: int) -> None:
         """Add up volumes, seen from the centers."""
-        components, _, areas, positions, normals = self._read(tile)
+        components, _, (areas, positions, normals) = self._read(tile)
         has_area = self._areas[components] > 0
         scales = np.divide(1.0, self._areas, out=np.zeros_like(self._areas), where=self._areas > 0)
         centers = scales[:, None] * self._moments
@@ -150,11 +131,11 @@ class _Components:
 
     def turn_outwards(self, tile: int) -> None:
         """Turn the normals of components with a negative volume."""
-        components, _, _, _, normals = self._read(tile)
+        components, _, (_, _, normals) = self._read(tile)
         normals[self._volumes[components] < 0] *= -1.0
         self._write(tile, normals)
 
     def _write(self, tile: int, normals: Floats) -> None:
         every = np.zeros((self._store.size(tile), 3))
         every[self._store.read(tile, "lowest") == NOT_COPIED] = normals
-        self._store.write(tile, "normals", every)
+        self._store.write(tile, "estimated", every)

@@ -1,18 +1,16 @@
-"""Tiles of a mesh that is in memory."""
+"""Tiles of a mesh in memory: the expected result of reading one in pieces."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from .. import _core
-from .._validate import checked_threads
-from ..mesh.faces import FaceMesh, corners_in_a_row, face_sizes, measure_faces
-from ..mesh.polygon_mesh import PolygonMesh
-from .faces import rows
-from .scratch import Scratch
-from .store import TileStore, tile_starts
-
-__all__ = ["cut_mesh"]
+from superfacets import _core
+from superfacets._validate import checked_threads
+from superfacets.mesh.faces import FaceMesh, corners_in_a_row, face_sizes, measure_faces
+from superfacets.mesh.polygon_mesh import PolygonMesh
+from superfacets.tiles.arrays import rows
+from superfacets.tiles.scratch import Scratch
+from superfacets.tiles.store import TileStore, tile_starts
 
 
 def cut_mesh(
@@ -48,11 +46,16 @@ def cut_mesh(
         store.write(tile, "measures", measures[cells])
         offsets, at = rows(all_offsets, cells)
         vertex_ids, local = np.unique(corners[at], return_inverse=True)
-        store.write(tile, "vertex_ids", vertex_ids.astype(np.int64))
-        store.write(tile, "vertices", mesh.vertices[vertex_ids])
+        store.write(tile, "vertices/ids", vertex_ids.astype(np.int64))
+        store.write(tile, "vertices/points", mesh.vertices[vertex_ids])
         if store.kind == "polygons":
-            store.write(tile, "offsets", offsets)
-            store.write(tile, "corners", local.astype(np.int32))
+            store.write(tile, "corners/offsets", offsets)
+            store.write(tile, "corners/vertices", local.astype(np.int32))
         else:
-            store.write(tile, "faces", local.astype(np.int32).reshape(-1, 3))
+            store.write(tile, "corners", local.astype(np.int32).reshape(-1, 3))
     return store
+
+
+def run_serially(work, store, jobs, **_):
+    """Do one job after the other, here."""
+    return [work(store, *job) for job in jobs]

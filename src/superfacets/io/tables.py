@@ -1,0 +1,189 @@
+"""Tables that are read in ranges of rows: arrays, binary files, files in a row."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError
+
+__all__ = [
+    "ArrayRows", "ConvertedRows", "JoinedRows", "RecordRows", "Rows", "read_all", "take_rows",
+]  # fmt: skip
+
+Array = npt.NDArray[Any]
+
+BLOCK_BITS = 14
+"""Rows are looked up in blocks of 2 to this power."""
+
+
+class Rows(Protocol):
+    """A table that is read in ranges of rows. It can be pickled, but for `ArrayRows`."""
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows."""
+        ...
+
+    def read(self, begin: int, end: int) -> Array:
+        """Rows begin to end - 1, each of as many numbers as the table has columns."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ArrayRows:
+    """The rows of an array, which may be a memory map."""
+
+    array: Array
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows."""
+        return len(self.array)
+
+    def read(self, begin: int, end: int) -> Array:
+        """Rows begin to end - 1."""
+        return np.ascontiguousarray(self.array[begin:end])
+
+
+@dataclass(frozen=True)
+class RecordRows:
+    """Columns of records of equal size in a binary file.
+
+    Parameters
+    ----------
+    path : Path
+    begin : int
+        First byte.
+    n_rows : int
+    record : numpy dtype
+    columns : tuple of str
+        Fields of the record that hold numbers; one that holds several stands for all of these.
+    length : str or None
+        A field that must be 3 in every record: the number of corners.
+    """
+
+    path: Path
+    begin: int
+    n_rows: int
+    record: np.dtype[Any]
+    columns: tuple[str, ...]
+    length: str | None = None
+
+    def read(self, begin: int, end: int) -> Array:
+        """Rows begin to end - 1; a MeshError if one has not three corners."""
+        records = np.empty(end - begin, self.record)
+        with self.path.open("rb", buffering=0) as file:
+            file.seek(self.begin + begin * self.record.itemsize)
+            read_all(file, records)
+        if self.length is not None and np.any(records[self.length] != 3):
+            first = int(np.argmax(records[self.length] != 3))
+            raise MeshError(
+                f"{self.path}: faces[{begin + first}] has {records[self.length][first]} corners,"
+                " and others have fewer than three: is the file damaged?"
+            )
+        if len(self.columns) == 1:
+            return np.ascontiguousarray(records[self.columns[0]])
+        return np.stack([records[name] for name in self.columns], axis=1)
+
+
+@dataclass(frozen=True)
+class ConvertedRows:
+    """The rows of a table after ``convert(rows, number of the first)``, a function of a module."""
+
+    rows: Rows
+    convert: Callable[[Array, int], Array]
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows."""
+        return self.rows.n_rows
+
+    def read(self, begin: int, end: int) -> Array:
+        """Rows begin to end - 1."""
+        return self.convert(self.rows.read(begin, end), begin)
+
+
+@dataclass(frozen=True)
+class JoinedRows:
+    """Tables one after the other. A number, `shifts`, is added to all integers of each, if any."""
+
+    parts: tuple[Rows, ...]
+    shifts: tuple[int, ...] | None = None
+
+    @property
+    def starts(self) -> tuple[int, ...]:
+        """The first row of each table, and the end of the last."""
+        return tuple(np.append(0, np.cumsum([part.n_rows for part in self.parts])).tolist())
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows of all tables."""
+        return self.starts[-1]
+
+    def read(self, begin: int, end: int) -> Array:
+        """Rows begin to end - 1."""
+        found = []
+        for place, (first, last) in enumerate(pairwise(self.starts)):
+            if first < end and begin < last:
+                rows = self.parts[place].read(max(begin, first) - first, min(end, last) - first)
+                shift = self.shifts[place] if self.shifts is not None else 0
+                found.append(rows.astype(np.int64) + shift if shift else rows)
+        return np.concatenate(found)
+
+
+def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
+    """Rows in any order and number, with no more than about `most` of the table in memory."""
+    if isinstance(rows, ArrayRows):
+        if not rows.array.flags.c_contiguous:
+            return np.asarray(rows.array[wanted])
+        return np.asarray(rows.array.take(wanted, axis=0))  # faster, but of a copy of other arrays
+    low, high = int(wanted.min()), int(wanted.max()) + 1
+    if high - low <= most:
+        return rows.read(low, high).take(wanted - low, axis=0)
+    blocks = wanted >> BLOCK_BITS
+    used = np.flatnonzero(np.bincount(blocks))
+    n_together = max(1, most >> BLOCK_BITS)
+    if len(used) <= n_together:
+        return _taken(rows, wanted, blocks, used)
+    taken: Array | None = None
+    for first in range(0, len(used), n_together):
+        group = used[first : first + n_together]
+        places = np.flatnonzero((blocks >= group[0]) & (blocks <= group[-1]))
+        part = _taken(rows, wanted[places], blocks[places], group)
+        if taken is None:
+            taken = np.empty((len(wanted), *part.shape[1:]), part.dtype)
+        taken[places] = part
+    assert taken is not None
+    return taken
+
+
+def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
+    """Rows that are all in some blocks, which are read where they follow each other at once."""
+    size = 1 << BLOCK_BITS
+    slots = np.zeros(int(used[-1]) + 1, np.int64)
+    slots[used] = np.arange(len(used)) << BLOCK_BITS
+    runs = np.split(used, np.flatnonzero(np.diff(used) > 1) + 1)
+    parts = [
+        rows.read(int(run[0]) * size, min((int(run[-1]) + 1) * size, rows.n_rows)) for run in runs
+    ]
+    return np.concatenate(parts).take(slots[blocks] + (wanted & (size - 1)), axis=0)
+
+
+def read_all(file: Any, array: Array) -> None:
+    """Fill a contiguous array from an unbuffered file; an OSError where that ends before."""
+    data: Any = array.reshape(-1).view(np.uint8)
+    view = memoryview(data)
+    while view:
+        n_bytes = file.readinto(view)
+        if not n_bytes:
+            name = os.fspath(file.name)
+            raise OSError(f"{name}: the file became shorter while it was read")
+        view = view[n_bytes:]

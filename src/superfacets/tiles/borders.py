@@ -1,0 +1,241 @@
+"""Stage 5 on tiles: straight borders, among the cells around them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from .. import _core
+from ..regions.edit import BorderCosts
+from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
+from .arrays import Array, Bools, Bytes, Ints, Longs, is_among, rows
+from .mapping import run_all
+from .part import Part
+from .part_surface import surface_of, with_neighbors
+from .store import Run, TileStore, find_cells
+
+__all__ = ["straighten_tiled"]
+
+STEPS = {"triangles": 10, "polygons": 10, "points": 8}
+"""Steps along arcs from borders to the rim of the band, at first. Triangles, which have three arcs,
+take two to get as far as from vertex to vertex."""
+
+MOST_STEPS = 160
+
+COLUMNS = {"points": ("cells", "positions", "measures")}
+"""Columns that the band has; of faces the following."""
+OF_FACES = ("cells", "corners")
+
+
+@dataclass(frozen=True)
+class BorderRule:
+    """What borders go by: the name of the lengths of arcs, and the scale of a region."""
+
+    lengths: str
+    unit: float
+    scale: float
+    n_threads: int
+
+
+def straighten_tiled(
+    store: TileStore, rule: BorderRule, labels: Ints, centers: Ints, run: Run
+) -> None:
+    """Change labels to straight borders, as `smooth_borders` makes them of all cells at once.
+
+    Moves are considered for cells at borders, and next to cells that have moved. What is read for
+    one is around it, so the cells some steps around borders suffice: the *band*. At its rim cells
+    may be missing. Where moves of a cell of the rim were considered, cells are added around it, and
+    all is done again.
+    """
+    marks = _Marks(store, run)
+    marks.begin(labels)
+    while True:
+        band = _Band.gathered(store, rule, run)
+        if not len(band.part):
+            return
+        cells = band.part.columns["cells"]
+        moved, examined = band.straightened(rule, labels[cells], centers)
+        if not len(examined):
+            break
+        more = cells[examined]
+        del band  # or there would be two of them
+        marks.add(more)
+    labels[cells] = moved
+
+
+class _Marks:
+    """How many steps are still to be taken from each cell of the band: 0 for others.
+
+    Each tile has these as ``steps``, of its cells and its ghosts.
+    """
+
+    def __init__(self, store: TileStore, run: Run) -> None:
+        self._store = store
+        self._run = run
+        self._n_steps = STEPS[store.kind]
+        self._known: dict[int, Bytes] = {}  # of the ghosts of each tile
+
+    def begin(self, labels: Ints) -> None:
+        """Mark cells that have a neighbor of another label, and the cells around them."""
+        store = self._store
+        for tile in range(store.n_tiles):
+            around = np.concatenate([store.read(tile, "cells"), store.read(tile, "ghost_cells")])
+            store.write(tile, "labels", labels[around])
+        self._spread(run_all(self._run, _mark_borders, store, store.n_tiles, self._n_steps))
+        store.remove_from_all("labels")
+
+    def add(self, cells: Ints) -> None:
+        """Mark more around some cells, twice as far each time."""
+        self._n_steps = min(2 * self._n_steps, MOST_STEPS)
+        store = self._store
+        self._spread(run_all(self._run, _mark_cells, store, store.n_tiles, cells, self._n_steps))
+
+    def _spread(self, found: list[Bytes]) -> None:
+        """Tell tiles of the marks of their cells in others, until none is new."""
+        store, news = self._store, dict(enumerate(found))
+        while news:
+            places, steps = [np.empty(0, np.int64)], [np.empty(0, np.uint8)]
+            for tile, marks in news.items():
+                at = np.flatnonzero(marks > self._known.get(tile, 0))
+                places.append(store.read(tile, "ghosts")[at])
+                steps.append(marks[at])
+                self._known[tile] = marks
+            every, marked = np.concatenate(places), np.concatenate(steps)
+            tiles = store.tiles_of(every)
+            chosen = {tile: tiles == tile for tile in np.unique(tiles).tolist()}
+            jobs = [(tile, every[some], marked[some]) for tile, some in chosen.items()]
+            news = dict(zip(chosen, self._run(_mark_places, store, jobs), strict=True))
+
+
+def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
+    """Mark the cells of a tile that have a neighbor of another label."""
+    arcs = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
+    labels = store.read(tile, "labels")
+    steps = np.zeros(len(labels), np.uint8)
+    front = np.flatnonzero(_core.cells_at_borders(*arcs, labels))
+    return _spread(store, tile, steps, front, np.uint8(n_steps))
+
+
+def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
+    """Mark some cells, where they are in a tile."""
+    steps, front = store.read(tile, "steps").copy(), find_cells(store, tile, cells)[1]
+    return _spread(store, tile, steps, front, np.uint8(n_steps))
+
+
+def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes) -> Bytes:
+    """Mark cells of a tile that others have come to."""
+    steps = store.read(tile, "steps").copy()
+    return _spread(store, tile, steps, places - store.starts[tile], marks)
+
+
+def _spread(
+    store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
+) -> Bytes:
+    """Mark some cells, take all steps from there within a tile, and write them; the ghosts' marks.
+
+    Cells are marked at least so, and those that were marked before stay.
+    """
+    offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
+    n_own, is_new = store.size(tile), np.zeros(len(steps), bool)
+    is_raised = steps[front] < marks
+    np.maximum.at(steps, front, marks)
+    front = front[is_raised]
+    for left in range(int(steps[front].max(initial=0)), 1, -1):
+        is_new[front[steps[front] == left]] = True
+        near = targets[rows(offsets, np.flatnonzero(is_new[:n_own]))[1]]
+        is_new[:] = False
+        near = near[steps[near] < left - 1]
+        steps[near] = left - 1
+        is_new[near] = True
+    store.write(tile, "steps", steps)
+    return steps[n_own:]
+
+
+def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
+    """Write the marked cells of a tile, with the places of neighbors; their places and cells."""
+    n_own = store.size(tile)
+    chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
+    lists = {"corners": ("vertices",), "arcs": ("targets", "sides", lengths)}
+    columns = COLUMNS.get(store.kind, OF_FACES)
+    part = Part.of_tile(store, tile, columns, lists).take(chosen)
+    entries = part.lists["arcs"].entries
+    own = np.arange(store.starts[tile], store.starts[tile] + n_own, dtype=np.int32)
+    around = np.concatenate([own, store.read(tile, "ghosts").astype(np.int32)])
+    entries["targets"] = around[entries["targets"]]
+    entries["lengths"] = entries.pop(lengths)
+    part.save(store.scratch, f"tile{tile}/band")
+    return part.columns["places"], part.columns["cells"]
+
+
+def _load_band(store: TileStore, ends: str, tile: int) -> Part:
+    """The cells of the band in a tile."""
+    columns = ("places", *COLUMNS.get(store.kind, OF_FACES))
+    lists = {"corners": ("vertices",), "arcs": (ends, "sides", "lengths")}
+    return Part.load(store.scratch, f"tile{tile}/band", columns, lists)
+
+
+def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
+    """Replace targets by neighbors; return where there are arcs to cells beyond the rim.
+
+    That is at these vertices, or of points, the ranks of the points that such arcs leave.
+    """
+    part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
+    connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
+    connected.save(store.scratch, f"tile{tile}/band")
+    store.remove(tile, "band/arcs/targets")
+    arcs = part.lists["arcs"]
+    cells = np.searchsorted(arcs.offsets, left_out, side="right") - 1
+    if is_cloud:
+        return ranks[np.searchsorted(places, part.columns["places"][cells])]
+    offsets, corners = part.corners()
+    first = offsets[cells] + arcs.entries["sides"][left_out]
+    next_one = np.where(first + 1 == offsets[cells + 1], offsets[cells], first + 1)
+    return np.unique(part.vertices["ids"][corners[np.concatenate([first, next_one])]])
+
+
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """The cells around borders, in the order of their numbers in the input."""
+
+    store: TileStore
+    part: Part
+    ends: Array  # vertices (of points, cells) at which other cells are left out
+
+    @classmethod
+    def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
+        """Bring the cells of all tiles together."""
+        found = run_all(run, _write_band, store, store.n_tiles, rule.lengths)
+        places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
+        ranks = np.empty(len(cells), np.int32)
+        ranks[np.argsort(cells)] = np.arange(len(cells))
+        ends = [_connect(store, tile, places, ranks) for tile in range(store.n_tiles)]
+        part = Part.joined_from(partial(_load_band, store, "neighbors"), store.n_tiles, "cells")
+        return cls(store, part, np.unique(np.concatenate(ends)))
+
+    def straightened(self, rule: BorderRule, labels: Ints, centers: Ints) -> tuple[Ints, Ints]:
+        """Labels of the band, and the cells of its rim for which moves were considered."""
+        surface = surface_of(self.store, self.part, rule.n_threads)
+        lengths, cells = self.part.lists["arcs"].entries["lengths"], self.part.columns["cells"]
+        costs = BorderCosts(surface, lengths, rule.unit, rule.scale)
+        at = np.minimum(np.searchsorted(cells, centers), len(cells) - 1)
+        fixed = at[cells[at] == centers].astype(np.int32)
+        limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, rule.n_threads)
+        rim = np.flatnonzero(self._is_at_rim()).astype(np.int32)
+        return _core.smooth_part(*costs.args, labels, fixed, *limits, rim)
+
+    def _is_at_rim(self) -> Bools:
+        """Whether a cell may be left out that is read for a move of each.
+
+        Of faces, cells around their corners are read, and of points neighbors of neighbors.
+        """
+        if self.store.kind != "points":
+            offsets, corners = self.part.corners()
+            is_end = is_among(self.part.vertices["ids"], self.ends)
+            return np.logical_or.reduceat(is_end[corners], offsets[:-1])
+        arcs = self.part.lists["arcs"]
+        is_at_rim = np.zeros(len(self.part), bool)
+        is_at_rim[self.ends] = True
+        is_at_rim[arcs.entries["neighbors"][rows(arcs.offsets, self.ends)[1]]] = True
+        return is_at_rim

@@ -1,0 +1,156 @@
+"""The cells of other tiles that the weights of a tile depend on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from .arrays import Longs, is_among, merged
+from .mapping import run_all
+from .part import Lists, Part
+from .store import Run, TileStore
+
+__all__ = ["find_halos", "halo_of_faces", "halo_of_points", "read_faces"]
+
+VERTICES_AT_ONCE = 1 << 22
+"""Numbers of vertices that are looked for at once: most of them are in one tile."""
+
+STEPS = 3
+"""Steps from a point to the points that weights of its arcs depend on: curvature is fitted to the
+normals of neighbors, averaged with those of their neighbors, and that of both ends counts."""
+
+OF_FACES = (("cells", "corners"), {"corners": ("vertices",)})
+"""Columns and lists of faces."""
+
+OF_POINTS = (("cells", "positions", "measures", "normals"), {"neighbors": ("targets",)})
+"""Columns and lists of points."""
+
+
+def find_halos(store: TileStore, run: Run) -> list[list[int]]:
+    """Write the ``rim`` of each tile, and return the other tiles whose rims the halo of each needs.
+
+    Of faces, tiles meet where they share a vertex. At the rim are the faces that have such a
+    vertex, and faces that share a vertex with these. So the halo of a tile (faces that share a
+    vertex with it, and faces that share one with these) is at the rims of the tiles that it meets,
+    and of the tiles that these meet. Of points, which know their neighbors, none are named.
+    """
+    tiles = range(store.n_tiles)
+    if store.kind == "points":
+        run_all(run, _write_rim_of_points, store, store.n_tiles)
+        return [[] for _ in tiles]
+    found = run_all(run, _write_rim_of_faces, store, store.n_tiles, _shared_vertices(store))
+    meeting = _meeting(found)
+    return [
+        sorted(meeting[tile].union(*(meeting[other] for other in meeting[tile])) - {tile})
+        for tile in tiles
+    ]
+
+
+def read_faces(store: TileStore, tile: int) -> Part:
+    """All faces of a tile."""
+    return Part.of_tile(store, tile, *OF_FACES)
+
+
+def halo_of_faces(store: TileStore, own: Part, others: list[int]) -> list[Part]:
+    """The faces of other tiles that share a vertex with a tile, and the faces next to them."""
+    columns = (*OF_FACES[0], "places")
+    rims = [Part.load(store.scratch, f"tile{t}/rim", columns, OF_FACES[1]) for t in others]
+    ids = own.vertices["ids"]
+    touching = merged([ids[:0], *(_touching(rim, ids).vertices["ids"] for rim in rims)])
+    return [_touching(rim, touching) for rim in rims]
+
+
+def _touching(faces: Part, vertex_ids: Longs) -> Part:
+    """The faces that have one of these vertices (ascending numbers)."""
+    offsets, corners = faces.corners()
+    is_hit = is_among(faces.vertices["ids"], vertex_ids)[corners]
+    is_touching = np.logical_or.reduceat(is_hit, offsets[:-1]) if len(faces) else np.empty(0, bool)
+    return faces.take(np.flatnonzero(is_touching))
+
+
+def _shared_vertices(store: TileStore) -> Longs:
+    """The vertices of more than one tile, ascending."""
+    tiles = range(store.n_tiles)
+    ends = np.array([store.read(tile, "vertices/ids")[[0, -1]] for tile in tiles])
+    shared = []
+    for first in range(int(ends[:, 0].min()), int(ends[:, 1].max()) + 1, VERTICES_AT_ONCE):
+        parts = []
+        for tile in tiles:
+            ids = store.read(tile, "vertices/ids")
+            begin, end = np.searchsorted(ids, [first, first + VERTICES_AT_ONCE])
+            parts.append(ids[begin:end])
+        every = np.sort(np.concatenate(parts), kind="stable")  # each part ascends
+        shared.append(merged([every[1:][every[1:] == every[:-1]]]))
+    return np.concatenate(shared)
+
+
+def _write_rim_of_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
+    """Write the faces with a shared vertex, and the faces next to them; the shared vertices."""
+    faces = read_faces(store, tile)
+    offsets, corners = faces.corners()
+    is_shared = is_among(faces.vertices["ids"], shared)
+    rings = _core.spread_rings(offsets, corners, 2 * is_shared.astype(np.uint8))
+    is_at_rim = np.maximum.reduceat(rings[corners], offsets[:-1]) > 0
+    faces.take(np.flatnonzero(is_at_rim)).save(store.scratch, f"tile{tile}/rim")
+    found: Longs = faces.vertices["ids"][is_shared]
+    return found
+
+
+def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
+    """The other tiles that have one of the vertices of each."""
+    n_tiles = len(vertices_of)
+    ids = np.concatenate(vertices_of)
+    tiles = np.repeat(np.arange(n_tiles), [len(some) for some in vertices_of])
+    order = np.lexsort([tiles, ids])
+    ids, tiles = ids[order], tiles[order]
+    meeting: list[set[int]] = [set() for _ in range(n_tiles)]
+    for step in range(1, n_tiles):
+        is_same = ids[step:] == ids[:-step]
+        if not is_same.any():
+            break
+        pairs = np.unique(np.stack([tiles[:-step][is_same], tiles[step:][is_same]], 1), axis=0)
+        for one, other in pairs.tolist():
+            meeting[one].add(other)
+            meeting[other].add(one)
+    return meeting
+
+
+def _write_rim_of_points(store: TileStore, tile: int) -> None:
+    """Write the points of a tile that are within some steps of another tile."""
+    points = Part.of_tile(store, tile, *OF_POINTS)
+    near = points.lists["neighbors"]
+    targets = near.entries["targets"]
+    sources = np.repeat(np.arange(len(points)), np.diff(near.offsets))
+    is_own = store.is_in(tile, targets)
+    is_rim = np.zeros(len(points), bool)
+    is_rim[sources[~is_own]] = True
+    sources, targets = sources[is_own], targets[is_own] - store.starts[tile]
+    for _ in range(STEPS - 1):
+        is_rim[targets[is_rim[sources]]] = True  # arcs lead both ways
+    points.take(np.flatnonzero(is_rim)).save(store.scratch, f"tile{tile}/rim")
+
+
+def halo_of_points(store: TileStore, tile: int) -> Part:
+    """The points of a tile, and those around it, by place; the outermost without neighbors."""
+    columns, lists = OF_POINTS
+    parts = [Part.of_tile(store, tile, columns, lists)]
+    known = np.empty(0, np.int32)  # of other tiles
+    for step in range(STEPS):
+        targets = parts[-1].lists["neighbors"].entries["targets"]
+        places = np.setdiff1d(targets[~store.is_in(tile, targets)], known)
+        if not len(places):
+            break
+        tiles = store.tiles_of(places)
+        found = [
+            Part.load(store.scratch, f"tile{t}/rim", (*columns, "places"), lists).at(
+                places[tiles == t]
+            )
+            for t in np.unique(tiles).tolist()
+        ]
+        points = Part.joined(found, "places")
+        if step == STEPS - 1:
+            none = Lists(np.zeros(len(points) + 1, np.int64), {"targets": np.empty(0, np.int32)})
+            points = Part(points.columns, {"neighbors": none})
+        parts.append(points)
+        known = np.concatenate([known, places])
+    return Part.joined(parts, "places")

@@ -1,0 +1,171 @@
+"""Stages 0 and 1 on disk, of meshes: faces sorted along the space-filling curve, and cut."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import _core
+from .._validate import check_extent, raise_index_error
+from ..io.tables import take_rows
+from .arrays import Array, Floats, Ints, Longs, box_of, joined_boxes
+from .curve_sort import Chunks, find_cuts, read_cut, save_run
+from .mapping import run_all
+from .opening import Pieces
+from .part import Lists, Part
+from .scratch import Scratch
+from .store import Kind, Run, TileStore, tile_starts
+
+__all__ = ["make_mesh_tiles"]
+
+MAX_SPAN = 1 << 26
+"""Vertices of a tile are found in a table where their numbers are within such a range."""
+
+BLOCK = 4096
+"""Numbers whose sum the core's ``sum_of`` adds to that of those before (``kSumBlock``)."""
+
+OF_RUN = (("cells", "corners", "points"), {"corners": ("vertices", "points")})
+"""Columns and lists of faces whose vertices are not yet gathered: the position of each corner."""
+
+
+class _Measured(NamedTuple):
+    """Boxes of the vertices and the centroids of a chunk of faces, and sums of blocks of areas."""
+
+    bounds: Floats
+    curve: Floats
+    areas: Floats
+
+
+def _read_chunk(chunks: Chunks, chunk: int) -> Part:
+    """The faces of a chunk with welded vertices, and the positions of their corners.
+
+    A MeshError names the first corner that is no vertex.
+    """
+    begin, end = chunks.range(chunk)
+    corners, offsets = chunks.pieces.corners_of(begin, end)
+    n_vertices = chunks.pieces.points.n_rows
+    if corners.min() < 0 or corners.max() >= n_vertices:
+        place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
+        face = place // 3 if offsets is None else np.searchsorted(offsets, place, "right") - 1
+        raise_index_error(begin + int(face), int(corners[place]), n_vertices)
+    if chunks.lowest is not None:
+        corners = take_rows(chunks.lowest, corners, chunks.most)
+    points = take_rows(chunks.pieces.points, corners, chunks.most)
+    corners = corners.astype(np.int32 if n_vertices < 1 << 31 else np.int64)
+    cells = {"cells": np.arange(begin, end, dtype=np.int32)}
+    if offsets is None:
+        shaped = {"corners": corners.reshape(-1, 3), "points": points.reshape(-1, 3, 3)}
+        return Part(cells | shaped)
+    return Part(cells, {"corners": Lists(offsets, {"vertices": corners, "points": points})})
+
+
+def make_mesh_tiles(
+    pieces: Pieces, scratch: Scratch, tile_cells: int, *, welds: bool, run: Run, n_threads: int
+) -> TileStore:
+    """Sort the faces of a mesh along the curve, as in memory, and write them tile by tile.
+
+    No more than about `tile_cells` faces, or as many vertices, are in memory at a time. The input
+    is read three times: to weld its vertices, for the box of all centroids, and to write each chunk
+    of faces sorted by code (once less where there is room for what was read). How much tiles take
+    of each of these runs is found by counting codes; then each tile is merged. Each pass but the
+    counting runs on all workers, with so many threads of the core for a piece.
+
+    Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`.
+
+    Raises
+    ------
+    MeshError
+        As `Mesh`: the first wrong coordinate or index is named; or if there are too many faces.
+    """
+    chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
+    chunks = chunks if welds else replace(chunks, lowest=None)
+    found = run_all(run, _measure_chunk, scratch, chunks.n_chunks, chunks)
+    bounds, curve = (joined_boxes(boxes) for boxes in list(zip(*found, strict=True))[:2])
+    check_extent(*bounds)
+    counts = np.stack(run_all(run, _sort_chunk, scratch, chunks.n_chunks, chunks, curve))
+    starts = tile_starts(pieces.n_cells, chunks.n_chunks)
+    scratch.remove_folder("representatives")
+    scratch.save("cuts", find_cuts(scratch, counts, np.array(starts)))
+    total = 0.0
+    for area in np.concatenate([part.areas for part in found]).tolist():
+        total += area
+    kind: Kind = "triangles" if pieces.offsets is None else "polygons"
+    store = TileStore(scratch, kind, starts, bounds, curve, total)
+    run_all(run, _write_tile, store, store.n_tiles, n_threads)
+    scratch.remove_folder("runs")
+    return store
+
+
+def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
+    """Centroids and areas of faces, by the positions of their corners."""
+    offsets, points = _by_corner(faces, "points")
+    corners = np.arange(len(points), dtype=np.int32)
+    points = points.astype(np.float64)
+    if offsets is None:
+        return _core.measure_faces(points, corners.reshape(-1, 3), n_threads)
+    centroids, areas, _ = _core.measure_polygons(points, offsets, corners, n_threads)
+    return centroids, areas
+
+
+def _by_corner(faces: Part, name: str) -> tuple[Longs | None, Array]:
+    """Offsets of the corners of faces (None of triangles), and an array with a row for each."""
+    if "corners" in faces.lists:
+        return faces.lists["corners"].offsets, faces.lists["corners"].entries[name]
+    column = faces.columns["corners" if name == "vertices" else name]
+    return None, column.reshape(-1, *column.shape[2:])
+
+
+def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> _Measured:
+    """Measure the faces of a chunk, and leave them in memory if there is room for all of it."""
+    faces = _read_chunk(chunks, chunk)
+    centroids, areas = _measured(faces, chunks.n_threads)
+    firsts = range(0, len(areas), BLOCK)
+    sums = [_core.sum_of(areas[first : first + BLOCK], 1) for first in firsts]
+    bounds = box_of(_by_corner(faces, "points")[1].astype(np.float64))
+    if not faces.keep(scratch, f"chunks/{chunk}"):
+        scratch.remove_folder(f"chunks/{chunk}")
+    return _Measured(bounds, box_of(centroids), np.array(sums))
+
+
+def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> Ints:
+    """Write the faces of a chunk in the order of their codes; counts of the codes' upper bits."""
+    folder = f"chunks/{chunk}"
+    is_kept = scratch.has(f"{folder}/cells")
+    faces = Part.load(scratch, folder, *OF_RUN) if is_kept else _read_chunk(chunks, chunk)
+    scratch.remove_folder(folder)
+    centroids, _ = _measured(faces, chunks.n_threads)
+    low, high = map(tuple, curve)
+    codes = _core.morton_codes(centroids, low, high, chunks.n_threads)
+    return save_run(scratch, chunk, faces, codes)
+
+
+def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
+    """Merge what a tile takes of each run, and write it."""
+    faces = read_cut(store.scratch, store.scratch.load("cuts", tile, tile + 2), *OF_RUN)
+    centroids, areas = _measured(faces, n_threads)
+    offsets, points = _by_corner(faces, "points")
+    ids, corners = _compact(_by_corner(faces, "vertices")[1])
+    last = np.empty(len(ids), np.int64)
+    last[corners] = np.arange(len(corners))  # of the corners at each vertex
+    columns = {"cells": faces.columns["cells"], "positions": centroids, "measures": areas}
+    vertices = {"ids": ids, "points": points.take(last, axis=0).astype(np.float64)}
+    if offsets is None:
+        part = Part({**columns, "corners": corners.reshape(-1, 3)}, {}, vertices)
+    else:
+        part = Part(columns, {"corners": Lists(offsets, {"vertices": corners})}, vertices)
+    part.save(store.scratch, f"tile{tile}")
+
+
+def _compact(corners: Array) -> tuple[Longs, Ints]:
+    """The different numbers, ascending, and the place of each among these."""
+    low = int(corners.min())
+    span = int(corners.max()) - low + 1
+    if span > MAX_SPAN:
+        ids, places = np.unique(corners, return_inverse=True)
+        return ids.astype(np.int64), places.reshape(-1).astype(np.int32)
+    is_used = np.zeros(span, bool)
+    is_used[corners - low] = True
+    table = np.cumsum(is_used, dtype=np.int32) - 1
+    return np.flatnonzero(is_used) + low, table[corners - low].astype(np.int32)

@@ -1,0 +1,232 @@
+"""Some cells of a tiled mesh or cloud: a part of what lies on the disk, in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+
+from .._validate import freeze
+from ..mesh.faces import FaceMesh
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.triangle_mesh import Mesh
+from .arrays import Array, Ints, Longs, merged, rows
+from .scratch import Scratch
+from .store import TileStore
+
+__all__ = ["Columns", "Lists", "Part", "load_columns", "save_columns", "taken"]
+
+Columns: TypeAlias = dict[str, Array]
+"""Arrays of equal length, by name."""
+
+ListNames: TypeAlias = Mapping[str, Sequence[str]]
+"""Names of lists, and of their entries."""
+
+NO_LISTS: ListNames = MappingProxyType({})
+
+
+def save_columns(scratch: Scratch, folder: str, columns: Columns) -> None:
+    """Write all columns."""
+    for name, column in columns.items():
+        scratch.save(f"{folder}/{name}", column)
+
+
+def load_columns(
+    scratch: Scratch, folder: str, names: Sequence[str], begin: int = 0, end: int | None = None
+) -> Columns:
+    """Rows begin to end - 1 of those of the named columns that there are."""
+    found = [name for name in names if scratch.has(f"{folder}/{name}")]
+    return {name: scratch.load(f"{folder}/{name}", begin, end) for name in found}
+
+
+def taken(columns: Columns, chosen: Array) -> Columns:
+    """Some rows, in this order."""
+    return {name: column.take(chosen, axis=0) for name, column in columns.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class Lists:
+    """Entries of each cell: those of cell i are rows offsets[i] to offsets[i + 1] - 1."""
+
+    offsets: Longs
+    entries: Columns
+
+    def take(self, chosen: Array) -> Lists:
+        """The lists of some cells, in this order."""
+        offsets, at = rows(self.offsets, chosen)
+        return Lists(offsets, taken(self.entries, at))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Some cells.
+
+    Attributes
+    ----------
+    columns : Columns
+        A row per cell: ``places`` on the curve, ``cells`` (numbers in the input), ``positions``
+        and more; of triangles ``corners``, (n, 3), as rows of `vertices`.
+    lists : dict of str to Lists
+        ``arcs`` with the places ``targets``, and more; of polygons ``corners`` with ``vertices``.
+    vertices : Columns
+        Of faces: ``ids``, ascending, and the positions ``points``.
+    """
+
+    columns: Columns
+    lists: dict[str, Lists] = field(default_factory=dict)
+    vertices: Columns = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    def take(self, chosen: Array) -> Part:
+        """The cells of these indices, in this order, without the vertices of others."""
+        lists = {name: found.take(chosen) for name, found in self.lists.items()}
+        part = Part(taken(self.columns, chosen), lists, self.vertices)
+        if not self.vertices:
+            return part
+        corners = part.corners()[1]
+        is_used = np.zeros(len(self.vertices["ids"]), bool)
+        is_used[corners] = True
+        numbers = np.cumsum(is_used, dtype=np.int32) - 1
+        return part.with_corners(numbers[corners], taken(self.vertices, np.flatnonzero(is_used)))
+
+    def at(self, places: Array) -> Part:
+        """The cells at some places, all of which are here, in the order of places."""
+        return self.take(np.searchsorted(self.columns["places"], places))
+
+    def corners(self) -> tuple[Longs, Ints]:
+        """Offsets of the corners of faces, and all corners in a row, as rows of `vertices`."""
+        if "corners" in self.lists:
+            return self.lists["corners"].offsets, self.lists["corners"].entries["vertices"]
+        corners = self.columns["corners"]
+        return np.arange(0, corners.size + 1, 3), corners.reshape(-1)
+
+    def with_corners(self, corners: Ints, vertices: Columns) -> Part:
+        """The same cells, with corners in a row that are rows of other vertices."""
+        if "corners" in self.lists:
+            lists = Lists(self.lists["corners"].offsets, {"vertices": corners})
+            return replace(self, lists=self.lists | {"corners": lists}, vertices=vertices)
+        columns = self.columns | {"corners": corners.reshape(-1, 3)}
+        return replace(self, columns=columns, vertices=vertices)
+
+    def mesh(self, store: TileStore) -> FaceMesh:
+        """The faces as a mesh with the bounds of the whole; nothing is checked again."""
+        offsets, corners = self.corners()
+        vertices, bounds = np.ascontiguousarray(self.vertices["points"]), store.bounds.copy()
+        if store.kind == "polygons":
+            polygons = object.__new__(PolygonMesh)
+            freeze(polygons, vertices=vertices, offsets=offsets, indices=corners, bounds=bounds)
+            return polygons
+        mesh = object.__new__(Mesh)
+        freeze(mesh, vertices=vertices, faces=corners.reshape(-1, 3), bounds=bounds)
+        return mesh
+
+    def save(self, scratch: Scratch, folder: str) -> None:
+        """Write all arrays into a folder, from which `load` reads them."""
+        for name, array in self._arrays.items():
+            scratch.save(f"{folder}/{name}", array)
+
+    def keep(self, scratch: Scratch, folder: str) -> bool:
+        """As `save`, but only if all arrays stay in memory; return whether they do."""
+        return all(scratch.keep(f"{folder}/{name}", some) for name, some in self._arrays.items())
+
+    @property
+    def _arrays(self) -> Columns:
+        found = self.columns | {f"vertices/{name}": some for name, some in self.vertices.items()}
+        for name, lists in self.lists.items():
+            entries = lists.entries | {"offsets": lists.offsets}
+            found |= {f"{name}/{entry}": column for entry, column in entries.items()}
+        return found
+
+    @classmethod
+    def load(
+        cls, scratch: Scratch, folder: str, columns: Sequence[str], lists: ListNames = NO_LISTS,
+        begin: int = 0, end: int | None = None,
+    ) -> Part:  # fmt: skip
+        """Cells begin to end - 1 with what there is of these columns and lists; and vertices."""
+        found = {}
+        for name, entries in lists.items():
+            if scratch.has(f"{folder}/{name}/offsets"):
+                behind = None if end is None else end + 1
+                offsets = scratch.load(f"{folder}/{name}/offsets", begin, behind)
+                first, last = int(offsets[0]), int(offsets[-1])
+                of_name = load_columns(scratch, f"{folder}/{name}", entries, first, last)
+                found[name] = Lists(offsets - first, of_name)
+        vertices = load_columns(scratch, f"{folder}/vertices", ("ids", "points"))
+        return cls(load_columns(scratch, folder, columns, begin, end), found, vertices)
+
+    @classmethod
+    def of_tile(
+        cls, store: TileStore, tile: int, columns: Sequence[str], lists: ListNames = NO_LISTS,
+        begin: int = 0, end: int | None = None,
+    ) -> Part:  # fmt: skip
+        """The same of a tile, with the places of the cells."""
+        part = cls.load(store.scratch, f"tile{tile}", columns, lists, begin, end)
+        first = store.starts[tile] + begin
+        part.columns["places"] = np.arange(first, first + len(part), dtype=np.int32)
+        return part
+
+    @classmethod
+    def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
+        """All cells of some parts, in ascending order of a column, or one part after the other."""
+        return cls.joined_from(parts.__getitem__, len(parts), key)
+
+    @classmethod
+    def joined_from(cls, load: Callable[[int], Part], n_parts: int, key: str | None) -> Part:
+        """The same of parts that are loaded, each twice, so that one at a time is in memory."""
+        keys, ids, counts = [], [], list[dict[str, Longs]]()
+        for place in range(n_parts):
+            part = load(place)
+            keys.append(part.columns[key] if key else np.zeros(len(part), np.int8))
+            counts.append({name: np.diff(found.offsets) for name, found in part.lists.items()})
+            ids.append(part.vertices["ids"] if part.vertices else np.empty(0, np.int64))
+        at, vertex_ids = _ranks(keys), merged(ids)
+        whole = cls._empty_like(part, at, counts, len(vertex_ids))
+        for place in range(n_parts):
+            whole._fill(load(place), at[place], vertex_ids)
+        return whole
+
+    @classmethod
+    def _empty_like(
+        cls, part: Part, at: list[Longs], counts: list[dict[str, Longs]], n_vertices: int
+    ) -> Part:
+        """Room for all cells of parts like this one."""
+        n_cells = sum(map(len, at))
+        lists = {}
+        for name, found in part.lists.items():
+            offsets = np.zeros(n_cells + 1, np.int64)
+            for rows_of_part, some in zip(at, counts, strict=True):
+                offsets[1:][rows_of_part] = some[name]
+            np.cumsum(offsets, out=offsets)
+            lists[name] = Lists(offsets, _empty(found.entries, int(offsets[-1])))
+        return cls(_empty(part.columns, n_cells), lists, _empty(part.vertices, n_vertices))
+
+    def _fill(self, part: Part, at: Longs, vertex_ids: Longs) -> None:
+        """Copy a part into these rows."""
+        if part.vertices:
+            numbers = np.searchsorted(vertex_ids, part.vertices["ids"]).astype(np.int32)
+            part = part.with_corners(numbers[part.corners()[1]], part.vertices)
+            for name, column in part.vertices.items():
+                self.vertices[name][numbers] = column
+        for name, column in part.columns.items():
+            self.columns[name][at] = column
+        for name, found in part.lists.items():
+            _, entries = rows(self.lists[name].offsets, at)
+            for entry, column in found.entries.items():
+                self.lists[name].entries[entry][entries] = column
+
+
+def _ranks(keys: Sequence[Array]) -> list[Longs]:
+    """The rank of each key among all."""
+    every = np.concatenate(keys)
+    ranks = np.empty(len(every), np.int64)
+    ranks[np.argsort(every, kind="stable")] = np.arange(len(every))
+    return np.split(ranks, np.cumsum([len(some) for some in keys])[:-1])
+
+
+def _empty(columns: Columns, n_rows: int) -> Columns:
+    return {name: np.empty((n_rows, *some.shape[1:]), some.dtype) for name, some in columns.items()}

@@ -1,0 +1,227 @@
+"""Stages 1 and 2 on tiles: the arcs of each tile, and their weights."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from ..cells.cell_graph import box_diagonal
+from ..cells.hollows import evened_share
+from ..cells.kinds import kind_of
+from ..cells.slivers import area_of_slivers
+from ..cells.surface import Surface, enclosed, is_negative
+from ..cells.weights import WeightOptions, arc_weights, creases_and_turn, creases_of
+from ..mesh.faces import signed_volume
+from .arrays import Array, Floats, Ints, Longs, rows
+from .halos import find_halos, halo_of_faces, halo_of_points, read_faces
+from .mapping import run_all
+from .part import Part, save_columns
+from .part_surface import in_order_of_cells, surface_of
+from .store import Run, TileStore
+
+__all__ = ["ArcFacts", "WeightRule", "find_arcs"]
+
+Origin = tuple[float, float, float]
+"""Volumes are seen from there."""
+
+
+@dataclass(frozen=True)
+class WeightRule:
+    """What weights depend on beside the cells."""
+
+    radius: float  # expected, of regions
+    options: WeightOptions
+    has_prices: bool  # whether the default weights are needed as well, for borders
+    n_threads: int
+    is_turned: bool = False  # whether normals point inwards
+    evened: float = 0.0  # by `evened_share`
+
+    @property
+    def has_hollows(self) -> bool:
+        """Whether weights depend on how hollow a shape is."""
+        params = self.options.params
+        return bool(params["weights"] == "creases" and params["alpha"])
+
+
+class ArcFacts(NamedTuple):
+    """Facts about all arcs: the units of lengths and of border lengths, and the sliver area."""
+
+    unit: float
+    border_unit: float
+    sliver_area: float
+
+
+@dataclass(frozen=True)
+class _TileSums:
+    """What a tile adds to the facts."""
+
+    weights: float
+    prices: float
+    has_boundary: bool = True
+    is_inconsistent: bool = False
+    turn: int = 0
+    volume: float = 0.0
+    sliver_area: float = 0.0
+
+
+def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
+    """Write the arcs of all tiles with their lengths, and return facts about all of them.
+
+    Per tile there are the lists ``arcs``, whose ``targets`` are indices in the tile; numbers from n
+    on stand for the places in ``ghosts``, ascending, whose cells are ``ghost_cells``. Arcs have
+    ``lengths``; ``border_lengths``, where borders have their own; and, of faces, ``sides``.
+    """
+    halos = find_halos(store, run)
+    weigh = _weigh_points if store.kind == "points" else _weigh_faces
+    origin, tiles = _centroid(store, run), range(store.n_tiles)
+
+    def weighed(rule: WeightRule) -> list[_TileSums]:
+        return run(weigh, store, [(tile, halos[tile], rule, origin) for tile in tiles])
+
+    sums = weighed(rule)
+    if not any(some.has_boundary for some in sums):
+        diagonal, volume = box_diagonal(store.bounds), sum(some.volume for some in sums)
+        if is_negative(volume, diagonal):
+            rule = replace(rule, is_turned=True)
+            sums = weighed(rule)
+        if rule.has_hollows and not any(some.is_inconsistent for some in sums):
+            turn, inside = sum(some.turn for some in sums), enclosed(volume, diagonal)
+            evened = evened_share(turn, inside, store.total_measure, diagonal)
+            sums = weighed(replace(rule, evened=evened)) if evened else sums
+    unit = _core.unit_of_lengths(sum(some.weights for some in sums))
+    border_unit = _core.unit_of_lengths(sum(some.prices for some in sums))
+    run_all(run, _round_tile, store, store.n_tiles, (unit, border_unit), rule.n_threads)
+    return ArcFacts(unit, border_unit, sum(some.sliver_area for some in sums))
+
+
+def _centroid(store: TileStore, run: Run) -> Origin:
+    """The area-weighted mean of all cells; the first position where there is no area."""
+    moments = run_all(run, _moment, store, store.n_tiles)
+    total = store.total_measure
+    x, y, z = (np.sum(moments, axis=0) / total if total else store.read(0, "positions")[0]).tolist()
+    return x, y, z
+
+
+def _moment(store: TileStore, tile: int) -> Array:
+    measures, positions = store.read(tile, "measures"), store.read(tile, "positions")
+    return np.asarray(np.einsum("i,ij->j", measures, positions))
+
+
+def _weigh_faces(
+    store: TileStore, tile: int, others: list[int], rule: WeightRule, origin: Origin
+) -> _TileSums:
+    """Write the arcs of the faces of a tile, and their weights."""
+    own = read_faces(store, tile)
+    faces = Part.joined([own, *halo_of_faces(store, own, others)], "cells")
+    mesh = faces.mesh(store)
+    kind = kind_of(mesh)
+    graph, shapes = kind.build_graph(mesh, False, rule.n_threads)  # vertices are welded
+    surface = Surface.of_turned_faces(mesh, graph, rule.is_turned, rule.n_threads)
+    weights: ArrayLike
+    turn = 0
+    if rule.has_hollows:
+        weights, turn = creases_and_turn(
+            surface, graph, rule.radius, rule.options, None if shapes is None else shapes.normals,
+            rule.evened, store.is_in(tile, faces.columns["places"]).view(np.uint8),
+        )  # fmt: skip
+    else:
+        weights = kind.weights(surface, graph, shapes, rule.radius, rule.options)
+    offsets, arcs = _write_arcs(store, tile, faces, surface.arcs)
+    store.write(tile, "arcs/sides", graph.sides[arcs])
+    sums = _write_weights(store, tile, surface, (np.asarray(weights), arcs), rule)
+    of_tile = own.mesh(store)
+    return replace(
+        sums,
+        has_boundary=_has_boundary(own, graph.sides[arcs], offsets),
+        is_inconsistent=bool(graph.same_turn[arcs].any()),
+        turn=turn,
+        volume=signed_volume(of_tile, origin, rule.n_threads),
+        sliver_area=area_of_slivers(of_tile, rule.radius, rule.n_threads),
+    )
+
+
+def _weigh_points(
+    store: TileStore, tile: int, _: list[int], rule: WeightRule, __: Origin
+) -> _TileSums:
+    """Write the arcs of the points of a tile, and their weights."""
+    points = in_order_of_cells(halo_of_points(store, tile))
+    surface = surface_of(store, points, rule.n_threads)
+    weights = np.asarray(arc_weights(surface, surface, rule.radius, rule.options))
+    arcs = _write_arcs(store, tile, points, surface.arcs)[1]
+    return _write_weights(store, tile, surface, (weights, arcs), rule)
+
+
+def _write_arcs(
+    store: TileStore, tile: int, cells: Part, graph: tuple[Longs, Ints]
+) -> tuple[Longs, Longs]:
+    """Write where the arcs of a tile lead; their offsets, and which of the graph they are.
+
+    The graph is that of some cells, which the cells of the tile and their neighbors are among.
+    """
+    places, n_own = cells.columns["places"], store.size(tile)
+    local = places - np.int32(store.starts[tile])
+    own = np.flatnonzero((local >= 0) & (local < n_own))
+    at = np.empty(n_own, np.int64)
+    at[local[own]] = own
+    offsets, arcs = rows(graph[0], at)
+    targets = graph[1][arcs]
+    is_ghost = np.zeros(len(places), bool)
+    is_ghost[targets] = True
+    is_ghost[own] = False
+    ghosts = np.flatnonzero(is_ghost)
+    ghosts = ghosts[np.argsort(places[ghosts])]
+    local[ghosts] = n_own + np.arange(len(ghosts))
+    store.write(tile, "arcs/offsets", offsets)
+    store.write(tile, "arcs/targets", local[targets])
+    store.write(tile, "ghosts", places[ghosts].astype(np.int64))
+    store.write(tile, "ghost_cells", cells.columns["cells"][ghosts])
+    return offsets, arcs
+
+
+def _write_weights(
+    store: TileStore, tile: int, surface: Surface, weighed: tuple[Floats, Longs], rule: WeightRule
+) -> _TileSums:
+    """Write the weights of the arcs of a tile, and their prices where borders go by others."""
+    weights, arcs = weighed
+    columns = {"weights": weights[arcs]}
+    if rule.has_prices:
+        columns["prices"] = creases_of(surface, rule.radius, ridges=0.0)[arcs]
+    save_columns(store.scratch, f"tile{tile}/arcs", columns)
+    sums = [_core.sum_of(column, rule.n_threads) for column in columns.values()]
+    return _TileSums(sums[0], sums[1] if rule.has_prices else 0.0)
+
+
+def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threads: int) -> None:
+    """Write lengths in place of weights, and lengths of borders in place of prices."""
+    names = (("weights", "lengths"), ("prices", "border_lengths"))
+    for (name, rounded), unit in zip(names, units, strict=True):
+        if store.has(tile, f"arcs/{name}"):
+            weights = store.read(tile, f"arcs/{name}")
+            store.write(tile, f"arcs/{rounded}", _core.round_weights(weights, unit, n_threads))
+
+
+def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
+    """Whether an edge of these faces, whose arcs leave by these sides, has one face alone."""
+    offsets, corners = own.corners()
+    following = np.arange(1, len(corners) + 1)
+    following[offsets[1:] - 1] = offsets[:-1]
+    is_crossed = np.zeros(len(corners), bool)
+    is_crossed[np.repeat(offsets[:-1], np.diff(arc_offsets)) + sides] = True
+    open_sides = np.flatnonzero(~is_crossed)
+    open_sides = open_sides[corners[open_sides] != corners[following[open_sides]]]
+    if not len(open_sides):
+        return False
+
+    def edges(some: Longs) -> set[tuple[int, int, int]]:
+        """The faces of some sides, and the lower and the higher vertex of each."""
+        face = np.searchsorted(offsets, some, side="right") - 1
+        ends = np.sort(np.stack([corners[some], corners[following[some]]]), axis=0)
+        return set(zip(face.tolist(), *ends.tolist(), strict=True))
+
+    # A face that runs through an edge twice has the arcs at the first of the two sides.
+    all_sides = rows(offsets, np.unique(np.searchsorted(offsets, open_sides, side="right") - 1))[1]
+    return not edges(open_sides) <= edges(all_sides[is_crossed[all_sides]])

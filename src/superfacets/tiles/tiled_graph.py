@@ -1,0 +1,173 @@
+"""The graph of all cells, of which one tile at a time is in memory, and coarse cells of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from .arrays import Array, Floats, Ints, Longs
+from .mapping import run_all
+from .store import Run, TileStore
+from .tiled_islands import join_islands
+from .tiled_paths import TiledPaths, TiledRegions
+
+__all__ = ["TiledGraph"]
+
+
+@dataclass(frozen=True, eq=False)
+class TiledGraph:
+    """What the loop takes in the place of an `_core.OrderedGraph`."""
+
+    store: TileStore  # with arcs and their lengths, as `find_arcs` writes them
+    run: Run
+    n_threads: int  # of the core, for a tile; methods are told how many there are for others
+    is_parallel: bool = False  # whether several tiles are worked on at the same time
+
+    is_symmetric = True
+    """All weights come from formulas that are the same both ways."""
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        return self.store.n_cells
+
+    def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
+        """Write the coarse cell of each place, of about so many cells; return these."""
+        store, run = self.store, self.run
+        found = run_all(run, _divide, store, store.n_tiles, cell_size, self.n_threads)
+        positions, measures = _columns(found)
+        firsts = np.append(0, np.cumsum([len(some) for some in measures]))
+        found = run_all(run, _connect, store, store.n_tiles, firsts, self.n_threads)
+        counts, targets, lengths = _columns(found)
+        graph = _core.graph_in_place(
+            _in_a_row(positions),
+            _in_a_row(measures),
+            np.append(0, np.cumsum(_in_a_row(counts))),
+            _in_a_row(targets),
+            _in_a_row(lengths),
+            n_threads,
+        )
+        return TiledCoarseGraph(graph, store, firsts, run)
+
+    def regions(
+        self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
+    ) -> TiledRegions:
+        """Return the regions around centers, which are cells; expansions do not halt here."""
+        assert np.isinf(reach)
+        paths = TiledPaths(self.store, self.run, self.n_threads, self.is_parallel)
+        return TiledRegions(paths, centers, islands)
+
+    def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
+        """Return labels of all cells, with those of islands, and the number of these."""
+        assert not len(groups)
+        joined, n_joined = join_islands(self.store, labels, self.run, self.n_threads)
+        return joined, n_joined, np.empty(0, np.int32)
+
+    def gathered(self, n_threads: int) -> _core.OrderedGraph:
+        """Return the graph with all cells in memory."""
+        store = self.store
+        tiles = range(store.n_tiles)
+        cells = [store.read(tile, "cells") for tile in tiles]
+        positions, measures = np.empty((store.n_cells, 3)), np.empty(store.n_cells)
+        offsets = np.zeros(store.n_cells + 1, np.int64)
+        for tile in tiles:
+            positions[cells[tile]] = store.read(tile, "positions")
+            measures[cells[tile]] = store.read(tile, "measures")
+            offsets[1:][cells[tile]] = np.diff(store.read(tile, "arcs/offsets"))
+        np.cumsum(offsets, out=offsets)
+        neighbors, lengths = np.empty(offsets[-1], np.int32), np.empty(offsets[-1], np.float32)
+        for tile in tiles:
+            _, at = _core.choose_lists(offsets, cells[tile].astype(np.int64))
+            around = np.concatenate([cells[tile], store.read(tile, "ghost_cells")])
+            neighbors[at] = around[store.read(tile, "arcs/targets")]
+            lengths[at] = store.read(tile, "arcs/lengths")
+        placed = _core.PlacedCells(positions, measures, n_threads)
+        return _core.OrderedGraph(placed, offsets, neighbors, lengths, n_threads, True)
+
+
+@dataclass(frozen=True, eq=False)
+class TiledCoarseGraph:
+    """What the loop takes in the place of a `_core.CoarseGraph`."""
+
+    graph: _core.OrderedGraph  # of all coarse cells
+    store: TileStore  # ``coarse``: the coarse cell of each place, from the first of the tile on
+    firsts: Longs  # the first coarse cell of each tile
+    run: Run
+
+    def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
+        """Return centers among cells for regions of coarse cells."""
+        means = _core.region_means(self.graph, labels, len(centers))
+        parts = np.split(labels, self.firsts[1:-1])
+        jobs = [(tile, part, means) for tile, part in enumerate(parts)]
+        found = self.run(_nearest_to_means, self.store, jobs)
+        squared, cells = (np.array(column) for column in zip(*found, strict=True))
+        is_least = (squared == squared.min(axis=0)) & (cells >= 0)
+        lowest = np.where(is_least, cells, np.iinfo(np.int32).max).min(axis=0)
+        return np.asarray(lowest, np.int32)
+
+
+def _columns(rows: list[tuple[Any, ...]]) -> list[list[Array]]:
+    """The first array of each row, the second, and so on."""
+    return [list(column) for column in zip(*rows, strict=True)]
+
+
+def _in_a_row(parts: list[Array]) -> Array:
+    """Arrays one after the other. Each is dropped once it is copied: there are many cells."""
+    end = sum(len(part) for part in parts)
+    whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
+    while parts:
+        part = parts.pop()
+        whole[end - len(part) : end] = part
+        end -= len(part)
+    return whole
+
+
+def _divide(store: TileStore, tile: int, cell_size: int, n_threads: int) -> tuple[Floats, Floats]:
+    """Write the coarse cells of a tile; return their positions and measures.
+
+    In the graph, cells are followed by ghosts, which have no arcs and no positions.
+    """
+    n_ghosts = len(store.read(tile, "ghosts"))
+    offsets = store.read(tile, "arcs/offsets")
+    graph = _core.graph_in_place(
+        np.concatenate([store.read(tile, "positions"), np.zeros((n_ghosts, 3))]),
+        np.concatenate([store.read(tile, "measures"), np.zeros(n_ghosts)]),
+        np.concatenate([offsets, np.full(n_ghosts, offsets[-1])]),
+        store.read(tile, "arcs/targets"),
+        store.read(tile, "arcs/lengths"),
+        n_threads,
+    )
+    _, positions, measures, coarse, lengths = _core.divide_tile(
+        graph, store.size(tile), cell_size, n_threads
+    )
+    store.write(tile, "coarse", coarse)
+    store.write(tile, "coarse_lengths", lengths)
+    return positions, measures
+
+
+def _connect(
+    store: TileStore, tile: int, firsts: Longs, n_threads: int
+) -> tuple[Longs, Ints, Array]:
+    """Return the arcs of the coarse cells of a tile: how many each has, targets and lengths."""
+    ghosts = store.read(tile, "ghosts")
+    around = store.read_at("coarse", ghosts) + firsts[store.tiles_of(ghosts)]
+    coarse = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
+    lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
+    offsets, targets, rounded = _core.connect_tile(
+        *store.arcs(tile),
+        coarse.astype(np.int32),
+        np.concatenate(lengths),
+        n_threads,
+    )
+    return np.diff(offsets), targets, rounded
+
+
+def _nearest_to_means(
+    store: TileStore, tile: int, labels: Ints, means: Floats
+) -> tuple[Floats, Ints]:
+    """The cell of each region in a tile that is nearest to its mean; labels of its coarse cells."""
+    positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
+    return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
