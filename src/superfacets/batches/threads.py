@@ -8,7 +8,9 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
-__all__ = ["ThreadTeam", "despite_interrupts", "in_turn", "thread_team"]
+from ..io.locks import despite_interrupts
+
+__all__ = ["ThreadTeam", "in_turn", "thread_team"]
 
 Job = tuple[Any, ...]
 
@@ -80,17 +82,3 @@ def in_turn(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> Iterat
     """Yield the same as `ThreadTeam.map`, one job after the other on this thread."""
     for place, job in enumerate(jobs):
         yield place, work(store, *job)
-
-
-def despite_interrupts(work: Callable[[], object]) -> None:
-    """Call `work` until it ends without a Ctrl-C; then raise the last one, if there was any."""
-    interrupt: KeyboardInterrupt | None = None
-    is_done = False
-    while not is_done:
-        try:
-            work()
-            is_done = True
-        except KeyboardInterrupt as error:
-            interrupt = error
-    if interrupt is not None:
-        raise interrupt

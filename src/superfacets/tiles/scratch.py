@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import re
 import secrets
 import shutil
 import threading
@@ -14,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..batches.threads import despite_interrupts
-from ..io.atomic import writable_folder
+from ..io.locks import temporary_folder
 from ..io.readers.npy import npy_header
 from ..io.tables import RecordRows, read_all
 from ..io.writers.superpoints import write_npy
@@ -28,31 +26,15 @@ __all__ = [
 MARK = ".superfacets-tiles-"
 """What the names of scratch folders begin with."""
 
-_FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
-
-LOCK = ".lock"
-"""A file in the folder that the run holds locked: what is not locked was left behind."""
-
 _HEADER_SIZE = 128
 """Bytes of the header of our files; numpy pads headers of few dimensions to this size."""
 
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
-    """Make a folder below `parent`, and remove it when the block ends, also by errors and Ctrl-C.
-
-    Folders that killed runs have left there are removed first. `cache` is as for `Scratch`. An
-    OSError if the folder cannot be made.
-    """
-    writable_folder(parent)
-    _remove_leftovers(parent)
-    folder = parent / f"{MARK}{secrets.token_hex(6)}"
-    try:
-        folder.mkdir()
-        with _held(folder):
-            yield Scratch(folder, cache)
-    finally:
-        despite_interrupts(lambda: shutil.rmtree(folder, ignore_errors=True))
+    """Make a folder for arrays below another for as long as the block runs, as `Scratch`."""
+    with temporary_folder(parent, MARK) as folder:
+        yield Scratch(folder, cache)
 
 
 def check_room(parent: Path, needed: int) -> None:
@@ -67,33 +49,6 @@ def check_room(parent: Path, needed: int) -> None:
             " name a scratch folder on another",
             str(parent),
         )
-
-
-@contextlib.contextmanager
-def _held(folder: Path) -> Iterator[None]:
-    """Lock the folder, if the system can."""
-    try:
-        import fcntl
-    except ImportError:  # Windows
-        yield
-        return
-    with (folder / LOCK).open("a") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
-
-
-def _remove_leftovers(parent: Path) -> None:
-    """Remove scratch folders that no run holds; nothing else, whatever its name."""
-    try:
-        import fcntl
-    except ImportError:  # Windows: whether a run holds one cannot be told
-        return
-    for folder in parent.glob(f"{MARK}*"):
-        if not _FOLDER.fullmatch(folder.name) or folder.is_symlink():
-            continue
-        with contextlib.suppress(OSError), (folder / LOCK).open("r") as file:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            shutil.rmtree(folder, ignore_errors=True)
 
 
 class Scratch:
