@@ -3,8 +3,9 @@
 import asyncio
 import contextlib
 import json
+import sys
+import threading
 import time
-from pathlib import Path
 
 import httpx
 import numpy as np
@@ -330,19 +331,31 @@ def test_errors_of_the_machine_are_one_line():
     assert message_of(ValueError("two\nlines")) == "two lines"
 
 
-def test_thumbnails_are_pictures_or_not_there(client, monkeypatch):
-    from superfacets.studio import thumbnails
+def stand_in(monkeypatch, code):
+    """Let thumbnails be drawn by this code, which finds the picture's path in sys.argv[2]."""
+    from superfacets.studio.thumbnails import Thumbnails
 
     calls = []
+    run = Thumbnails._run
 
-    def run(command, **_):
+    def run_code(self, command):
         calls.append(command)
-        if len(calls) == 1:
-            return thumbnails.subprocess.CompletedProcess(command, 1, "", "no\nRenderError: no GL")
-        Path(command[-1]).write_bytes(b"PNG")
-        return thumbnails.subprocess.CompletedProcess(command, 0, "", "")
+        return run(self, [sys.executable, "-c", code, *command[-2:]])
 
-    monkeypatch.setattr(thumbnails.subprocess, "run", run)
+    monkeypatch.setattr(Thumbnails, "_run", run_code)
+    return calls
+
+
+def test_thumbnails_are_pictures_or_not_there(client, monkeypatch, tmp_path):
+    code = f"""
+import pathlib, sys
+flag = pathlib.Path({str(tmp_path / "flag")!r})
+if not flag.exists():
+    flag.touch()
+    sys.exit("no\\nRenderError: no GL")
+pathlib.Path(sys.argv[2]).write_bytes(b"PNG")
+"""
+    calls = stand_in(monkeypatch, code)
     answer = client.get("thumbnail")
     assert (answer.status_code, answer.json()["error"]) == (404, "RenderError: no GL")
     for _ in range(2):
@@ -354,14 +367,28 @@ def test_thumbnails_are_pictures_or_not_there(client, monkeypatch):
 
 def test_a_thumbnail_that_takes_too_long_is_given_up(sheet, monkeypatch):
     from superfacets.errors import RenderError
-    from superfacets.studio.thumbnails import Thumbnails, subprocess
+    from superfacets.studio import thumbnails
 
-    def run(command, **_):
-        raise subprocess.TimeoutExpired(command, 1)
+    stand_in(monkeypatch, "import time; time.sleep(60)")
+    monkeypatch.setattr(thumbnails, "SECONDS", 0.5)
+    with pytest.raises(RenderError, match=r"no picture after 0\.5 seconds"):
+        thumbnails.Thumbnails().png(sheet)
 
-    monkeypatch.setattr(subprocess, "run", run)
-    with pytest.raises(RenderError, match="no picture after 120 seconds"):
-        Thumbnails().png(sheet)
+
+def test_a_studio_that_ends_waits_for_no_thumbnail(sheet, monkeypatch):
+    from superfacets.errors import RenderError
+    from superfacets.studio.thumbnails import Thumbnails
+
+    stand_in(monkeypatch, "import time; time.sleep(60)")
+    thumbnails = Thumbnails()
+    begin = time.monotonic()
+    timer = threading.Timer(0.5, thumbnails.close)
+    timer.start()
+    for _ in range(2):  # the one that is drawn, and one that is asked for afterwards
+        with pytest.raises(RenderError, match="drawing ended with -9"):
+            thumbnails.png(sheet)
+    assert time.monotonic() - begin < 30
+    timer.join()
 
 
 def test_a_thumbnail_is_drawn_by_a_process_of_its_own(sheet):

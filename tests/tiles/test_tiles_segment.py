@@ -151,13 +151,6 @@ def test_islands_of_loops_on_all_faces(torn, tmp_path):
 
 
 @pytest.mark.parametrize("islands", ["keep", "nearest"])
-def test_faces_beyond_the_reach_of_all_centers(bear, tmp_path, islands):
-    options = {"radius_factor": 0.6, "max_num_iter": 0, "islands": islands}
-    wanted = check(bear, 13, tmp_path, tile_sizes=(4096,), **options)
-    assert wanted.n_unreached > 1
-
-
-@pytest.mark.parametrize("islands", ["keep", "nearest"])
 def test_several_components(bear, tmp_path, islands):
     check(together([bear, gears()]), 20, tmp_path, tile_sizes=(4096,), islands=islands)
 

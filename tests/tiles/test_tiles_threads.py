@@ -12,11 +12,11 @@ from tiled_checks import compare
 import superfacets as sf
 from superfacets import PointCloud
 from superfacets._options import LoopOptions
-from superfacets.batches import threads
 from superfacets.tiles import segmenting
 from superfacets.tiles.mapping import open_run, run_all
 from superfacets.tiles.scratch import scratch_folder
 from superfacets.tiles.segmenting import Place
+from superfacets.workers import threads
 
 
 @pytest.fixture(scope="module")

@@ -28,6 +28,7 @@ __all__ = [
     "checked_faces",
     "counted",
     "known_ending",
+    "most_bytes_of",
     "open_regular",
     "read_content",
     "reason_of",
@@ -37,6 +38,13 @@ __all__ = [
 
 TriangleArrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any]]
 """Vertices (V, 3) and faces (F, 3) as in the file."""
+
+
+MAX_GROWTH = 100
+"""Arrays may take so many times the bytes of a file that repeats or compresses them."""
+
+ALWAYS_ALLOWED = 64 << 20
+"""Bytes that the arrays of any file may take."""
 
 
 class Polygons(NamedTuple):
@@ -162,6 +170,11 @@ def check_corner_counts(corner_counts: npt.NDArray[Any]) -> None:
 def counted(n: int, thing: str) -> str:
     """A number with its noun, as in "1 face" and "2 faces"."""
     return f"{n} {thing}" if n == 1 else f"{n} {'vertices' if thing == 'vertex' else thing + 's'}"
+
+
+def most_bytes_of(n_bytes: int) -> int:
+    """Upper bound of the memory for arrays that a file of this size repeats or compresses."""
+    return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)
 
 
 def reason_of(error: BaseException) -> str:

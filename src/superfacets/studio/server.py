@@ -72,7 +72,9 @@ def serve(
         http=Connection, lifespan="off", ws="none", server_header=False, proxy_headers=False,
         backlog=BACKLOG, timeout_graceful_shutdown=2,
     )  # fmt: skip
-    server: Any = _server(uvicorn, config, lambda: on_start(page_address(address)))
+    server: Any = _server(
+        uvicorn, config, lambda: on_start(page_address(address)), studio.thumbnails.close
+    )
     try:
         with keep(address_file(files.place), address), contextlib.suppress(KeyboardInterrupt):
             server.run(sockets=[opened])
@@ -80,10 +82,16 @@ def serve(
         files.close()
 
 
-def _server(uvicorn: Any, config: Any, on_start: Callable[[], object]) -> Any:
+def _server(
+    uvicorn: Any, config: Any, on_start: Callable[[], object], on_end: Callable[[], object]
+) -> Any:
     class Server(uvicorn.Server):  # type: ignore[misc]  # uvicorn is imported where it is needed
         async def startup(self, sockets: Any = None) -> None:
             await super().startup(sockets=sockets)
             on_start()
+
+        async def shutdown(self, sockets: Any = None) -> None:
+            on_end()  # before requests are waited for
+            await super().shutdown(sockets=sockets)
 
     return Server(config)

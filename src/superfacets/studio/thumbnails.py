@@ -27,6 +27,8 @@ class Thumbnails:
     def __init__(self) -> None:
         self._kept: dict[Path, tuple[tuple[int, int], bytes]] = {}
         self._lock = threading.Lock()
+        self._drawing: subprocess.Popen[str] | None = None
+        self._is_closed = False
 
     def png(self, path: Path) -> bytes:
         """Return the picture of a file as PNG.
@@ -43,25 +45,44 @@ class Thumbnails:
         with self._lock:
             kept = self._kept.get(path)
             if kept is None or kept[0] != stamp:
-                kept = self._kept[path] = (stamp, _drawn(path))
+                kept = self._kept[path] = (stamp, self._drawn(path))
         return kept[1]
 
+    def close(self) -> None:
+        """End the process that is drawing, and start no other: whoever waits gets a RenderError."""
+        self._is_closed = True
+        drawing = self._drawing
+        if drawing is not None:
+            drawing.kill()
 
-def _drawn(path: Path) -> bytes:
-    with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
-        target = Path(folder, "picture.png")
-        # Without -P, Python would import modules of the current folder, maybe one of downloads.
-        command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
-        try:
-            done = subprocess.run(
-                command, capture_output=True, text=True, timeout=SECONDS, check=False
-            )
-        except subprocess.TimeoutExpired:
-            raise RenderError(f"no picture after {SECONDS:g} seconds") from None
-        if done.returncode or not target.exists():
-            lines = done.stderr.strip().splitlines()
-            raise RenderError(lines[-1] if lines else f"drawing ended with {done.returncode}")
-        return target.read_bytes()
+    def _drawn(self, path: Path) -> bytes:
+        with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
+            target = Path(folder, "picture.png")
+            # Without -P, Python would import modules of the current folder, maybe one of downloads.
+            command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
+            status, errors = self._run(command)
+            if status or not target.exists():
+                lines = errors.strip().splitlines()
+                raise RenderError(lines[-1] if lines else f"drawing ended with {status}")
+            return target.read_bytes()
+
+    def _run(self, command: list[str]) -> tuple[int, str]:
+        """Run a command that `close` can end; its exit status, and what it wrote on stderr."""
+        with subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+            text=True,
+        ) as process:  # fmt: skip
+            self._drawing = process
+            if self._is_closed:  # after `close` has looked for a process
+                process.kill()
+            try:
+                _, errors = process.communicate(timeout=SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                raise RenderError(f"no picture after {SECONDS:g} seconds") from None
+            finally:
+                self._drawing = None
+        return process.returncode, errors
 
 
 def main() -> None:

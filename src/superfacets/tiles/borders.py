@@ -18,7 +18,7 @@ from .store import Run, TileStore, find_cells
 
 __all__ = ["straighten_tiled"]
 
-STEPS = {"triangles": 10, "polygons": 10, "points": 8}
+STEPS = {"triangles": 14, "polygons": 10, "points": 8}
 """Steps along arcs from borders to the rim of the band, at first. Triangles, which have three arcs,
 take two to get as far as from vertex to vertex."""
 

@@ -157,10 +157,7 @@ def _connect(
     coarse = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
     lengths = [store.read(tile, "coarse_lengths"), store.read_at("coarse_lengths", ghosts)]
     offsets, targets, rounded = _core.connect_tile(
-        *store.arcs(tile),
-        coarse.astype(np.int32),
-        np.concatenate(lengths),
-        n_threads,
+        *store.arcs(tile), coarse.astype(np.int32), np.concatenate(lengths), n_threads
     )
     return np.diff(offsets), targets, rounded
 

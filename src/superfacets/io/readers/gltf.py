@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
-from ..guards import Content, TriangleArrays, as_doubles
+from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of
 from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
 
 __all__ = ["read_gltf"]
@@ -18,12 +18,6 @@ __all__ = ["read_gltf"]
 Matrix = npt.NDArray[np.float64]
 
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
-
-MAX_GROWTH = 100
-"""A scene may take so many times the size of its files, as what it shows often comes to 2 times."""
-
-ALWAYS_ALLOWED = 64 << 20
-"""Bytes that any scene may take: 2.5 million faces, a thousand copies of a detailed part."""
 
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
 
@@ -77,7 +71,7 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
             f" at most {MAX_CELLS} are supported"
         )
     n_bytes = BYTES_PER_VERTEX * n_vertices + BYTES_PER_FACE * n_faces
-    if n_bytes > max(ALWAYS_ALLOWED, MAX_GROWTH * gltf.n_bytes):
+    if n_bytes > most_bytes_of(gltf.n_bytes):
         raise MeshError(
             f"the scene repeats its meshes up to {n_faces} faces, {n_bytes // gltf.n_bytes} times"
             f" the size of its files; at most {MAX_GROWTH} times is read: save each copy once"

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import MeshError
-from ..guards import Content, as_doubles, counted
+from ..guards import Content, as_doubles, counted, most_bytes_of
 from .cursor import as_count, shown
 from .grids import sizes_between
 from .text import as_integers, split_lines
@@ -29,12 +29,6 @@ NUMBER_TYPES = {
 """VTK's names of types, and numpy's."""
 
 _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
-
-MAX_GROWTH = 100
-"""Decoded numbers may take so many times the bytes of the file; compressed zeros take 8,000."""
-
-ALWAYS_ALLOWED = 64 << 20
-"""Bytes of decoded numbers that any file may have."""
 
 
 def is_xml_of(kind: str, data: Content) -> bool:
@@ -86,7 +80,7 @@ class XmlFile:
         self.pieces: list[Piece] = []
         self._path: list[str] = []
         self._attributes: dict[str, dict[str, str]] = {}
-        self._left = max(MAX_GROWTH * len(data), ALWAYS_ALLOWED)
+        self._left = most_bytes_of(len(data))
         self._appended = memoryview(b"")
         begin = data.find(b"<AppendedData")
         if begin < 0:
