@@ -201,12 +201,9 @@ class ArcBuilder {
       }
     };
     team_.for_each_block(n_apart(), pairs_of_places, kPlacesPerTask);
-    const auto pairs_at_one_position = [&](std::int64_t begin, std::int64_t end) {
-      for (auto copy = begin; copy < end; ++copy) {
-        take(static_cast<Place>(n_apart() + copy), places_of_copies_[copy]);
-      }
-    };
-    team_.for_each_block(std::ssize(places_of_copies_), pairs_at_one_position);
+    team_.for_each_index(std::ssize(places_of_copies_), [&](std::int64_t copy) {
+      take(static_cast<Place>(n_apart() + copy), places_of_copies_[copy]);
+    });
   }
 
   bool has(Place place, Place neighbor) const {
