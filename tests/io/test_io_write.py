@@ -94,9 +94,9 @@ def test_labels_get_the_colors_of_face_colors(tmp_path, mesh):
     [
         (VERTICES.astype(np.float32) + np.float32(0.1), "float"),
         (VERTICES + 0.1, "double"),
-        (VERTICES * 1e14, "double"),
+        (np.concatenate([VERTICES, [[1e39, 0, 0]]]), "double"),  # a vertex of no face
         (VERTICES - 1e-300, "double"),
-        (VERTICES * 2.0**-45, "float"),
+        (np.concatenate([VERTICES, [[2.0**-149, 0, 0]]]), "float"),
     ],
 )
 def test_coordinates_come_back_exactly_in_the_smaller_type_that_can_hold_them(

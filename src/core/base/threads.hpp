@@ -84,6 +84,14 @@ class ThreadTeam {
              [&](std::int64_t task, int) { work(task * block, std::min(n, (task + 1) * block)); });
   }
 
+  // Calls work(i) for 0..n-1 in blocks, on any thread.
+  template <typename Work>
+  void for_each_index(std::int64_t n, const Work& work) {
+    for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
+      for (std::int64_t i = begin; i < end; ++i) call(&Work::operator(), work, i);
+    });
+  }
+
   // Fills an array, of which each thread then has touched a part first.
   template <typename T>
   void fill(std::span<T> values, T value) {
@@ -94,6 +102,12 @@ class ThreadTeam {
   }
 
  private:
+  // Converts the index to the type that the work is for.
+  template <typename Work, typename Index>
+  static void call(void (Work::*)(Index) const, const Work& work, std::int64_t i) {
+    work(static_cast<Index>(i));
+  }
+
   // Elements per task: about ten microseconds of simple work.
   static constexpr std::int64_t kBlock = 1 << 14;
 

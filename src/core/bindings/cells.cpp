@@ -73,11 +73,9 @@ void make_sub_surface(SubSurface* self, const Surface& whole, Offsets offsets, I
 auto cells_of(const Surface& surface, ThreadTeam& team) {
   Buffer<Point> positions(surface.n_cells());
   Buffer<double> measures(surface.n_cells());
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      positions[cell] = surface.position(cell);
-      measures[cell] = surface.measure(cell);
-    }
+  team.for_each_index(surface.n_cells(), [&](Cell cell) {
+    positions[cell] = surface.position(cell);
+    measures[cell] = surface.measure(cell);
   });
   return std::tuple(std::move(positions), std::move(measures));
 }
@@ -88,15 +86,13 @@ auto arc_measures(const Surface& surface, ThreadTeam& team) {
   Buffer<double> angles(surface.arcs().n_arcs());
   Buffer<std::int32_t> sides(surface.arcs().n_arcs());
   Buffer<double> open_lengths(surface.n_cells());
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      open_lengths[cell] = surface.open_length(cell);
-      for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
-        border_lengths[arc] = surface.border_length(cell, arc);
-        step_lengths[arc] = surface.step_length(cell, arc);
-        angles[arc] = surface.angle(cell, arc);
-        sides[arc] = surface.side(cell, arc);
-      }
+  team.for_each_index(surface.n_cells(), [&](Cell cell) {
+    open_lengths[cell] = surface.open_length(cell);
+    for (const auto [arc, neighbor] : surface.arcs().steps(cell)) {
+      border_lengths[arc] = surface.border_length(cell, arc);
+      step_lengths[arc] = surface.step_length(cell, arc);
+      angles[arc] = surface.angle(cell, arc);
+      sides[arc] = surface.side(cell, arc);
     }
   });
   return std::tuple(std::move(border_lengths), std::move(step_lengths), std::move(angles),

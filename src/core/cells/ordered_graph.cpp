@@ -27,12 +27,9 @@ bool is_before(const Arc& a, const Arc& b) {
 
 bool fits_rows(const WeightedArcs& input, ThreadTeam& team) {
   std::atomic<bool> fits = true;
-  auto check_range = [&](std::int64_t begin, std::int64_t end) {
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      if (input.arcs.neighbors(cell).size() > OrderedGraph::kRow) fits = false;
-    }
-  };
-  team.for_each_block(input.arcs.n_cells(), check_range);
+  team.for_each_index(input.arcs.n_cells(), [&](Cell cell) {
+    if (input.arcs.neighbors(cell).size() > OrderedGraph::kRow) fits = false;
+  });
   return fits;
 }
 
@@ -54,20 +51,17 @@ PlacedCells::PlacedCells(std::span<const Point> input, std::span<const double> i
       positions(input.size()),
       measures(input.size()) {
   SUPERFACETS_ASSERT(input_measures.size() == input.size());
-  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t place = begin; place < end; ++place) {
-      if (place + kAhead < n_cells()) {
-        const Cell later = cells[place + kAhead];
-        prefetch(&input[later]);
-        prefetch(&input_measures[later]);
-      }
-      const Cell cell = cells[place];
-      place_of[cell] = static_cast<Place>(place);
-      positions[place] = input[cell];
-      measures[place] = input_measures[cell];
+  team.for_each_index(n_cells(), [&](std::int64_t place) {
+    if (place + kAhead < n_cells()) {
+      const Cell later = cells[place + kAhead];
+      prefetch(&input[later]);
+      prefetch(&input_measures[later]);
     }
-  };
-  team.for_each_block(n_cells(), copy_range);
+    const Cell cell = cells[place];
+    place_of[cell] = static_cast<Place>(place);
+    positions[place] = input[cell];
+    measures[place] = input_measures[cell];
+  });
   tree = BoxTree(positions.span(), team);
 }
 
@@ -122,15 +116,12 @@ bool OrderedGraph::all_lead_back(ThreadTeam& team) const {
 
 void OrderedGraph::copy_rows(const WeightedArcs& input, ThreadTeam& team) {
   arcs = Buffer<Arc>(std::size_t{kRow} * cells.size());
-  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      prefetch_arcs(input, place);
-      const std::size_t row = std::size_t{kRow} * place;
-      const std::size_t n_copied = copy_arcs(input, place, row);
-      std::fill_n(arcs.data() + row + n_copied, kRow - n_copied, Arc{place, 1.0F});
-    }
-  };
-  team.for_each_block(n_cells(), copy_range);
+  team.for_each_index(n_cells(), [&](Place place) {
+    prefetch_arcs(input, place);
+    const std::size_t row = std::size_t{kRow} * place;
+    const std::size_t n_copied = copy_arcs(input, place, row);
+    std::fill_n(arcs.data() + row + n_copied, kRow - n_copied, Arc{place, 1.0F});
+  });
 }
 
 void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
@@ -140,14 +131,11 @@ void OrderedGraph::copy_lists(const WeightedArcs& input, ThreadTeam& team) {
     offsets[place + 1] = offsets[place] + std::ssize(input.arcs.neighbors(cells[place]));
   }
   arcs = Buffer<Arc>(n_arcs);
-  auto copy_range = [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      const std::size_t n_copied = copy_arcs(input, place, offsets[place]);
-      Arc* list = arcs.data() + offsets[place];
-      std::sort(list, list + n_copied, is_before);
-    }
-  };
-  team.for_each_block(n_cells(), copy_range);
+  team.for_each_index(n_cells(), [&](Place place) {
+    const std::size_t n_copied = copy_arcs(input, place, offsets[place]);
+    Arc* list = arcs.data() + offsets[place];
+    std::sort(list, list + n_copied, is_before);
+  });
 }
 
 // Prefetches what copy_arcs will read for later places.

@@ -11,11 +11,9 @@ namespace {
 
 Buffer<double> exponentials(std::span<const double> exponents, ThreadTeam& team) {
   Buffer<double> found(exponents.size());
-  team.for_each_block(std::ssize(exponents), [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = begin; i < end; ++i) {
-      const double x = exponents[i];
-      found[i] = x > 0.0 ? 1.0 / exponential(-x) : exponential(x);
-    }
+  team.for_each_index(std::ssize(exponents), [&](std::int64_t i) {
+    const double x = exponents[i];
+    found[i] = x > 0.0 ? 1.0 / exponential(-x) : exponential(x);
   });
   return found;
 }
@@ -39,15 +37,12 @@ void part_weights(const Arcs& arcs, std::span<const double> given, const PartFea
   const Buffer<double> scales = exponentials(features.exponents, team);
   const auto group_of = [&](Cell cell) { return groups.empty() ? cell : groups[cell]; };
   const auto row = [&](Cell group) { return features.vectors.data() + features.n_vectors * group; };
-  team.for_each_block(arcs.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      const Cell here = group_of(cell);
-      for (const auto [arc, neighbor] : arcs.steps(cell)) {
-        const Cell there = group_of(neighbor);
-        const double step =
-            here == there ? 0.0 : distance(row(here), row(there), features.n_vectors);
-        weights[arc] = (given[arc] + features.factor * step) * (scales[here] * scales[there]);
-      }
+  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
+    const Cell here = group_of(cell);
+    for (const auto [arc, neighbor] : arcs.steps(cell)) {
+      const Cell there = group_of(neighbor);
+      const double step = here == there ? 0.0 : distance(row(here), row(there), features.n_vectors);
+      weights[arc] = (given[arc] + features.factor * step) * (scales[here] * scales[there]);
     }
   });
 }

@@ -172,11 +172,9 @@ class ArcBuilder {
       graph.neighbors[add_one(cursors[a])] = b;
       graph.neighbors[add_one(cursors[b])] = a;
     });
-    team_.for_each_block(n_places, [&](std::int64_t begin, std::int64_t end) {
-      for (auto place = begin; place < end; ++place) {
-        std::sort(graph.neighbors.data() + graph.offsets[place],
-                  graph.neighbors.data() + graph.offsets[place + 1]);
-      }
+    team_.for_each_index(n_places, [&](std::int64_t place) {
+      std::sort(graph.neighbors.data() + graph.offsets[place],
+                graph.neighbors.data() + graph.offsets[place + 1]);
     });
   }
 
@@ -203,12 +201,9 @@ class ArcBuilder {
       }
     };
     team_.for_each_block(n_apart(), pairs_of_places, kPlacesPerTask);
-    const auto pairs_at_one_position = [&](std::int64_t begin, std::int64_t end) {
-      for (auto copy = begin; copy < end; ++copy) {
-        take(static_cast<Place>(n_apart() + copy), places_of_copies_[copy]);
-      }
-    };
-    team_.for_each_block(std::ssize(places_of_copies_), pairs_at_one_position);
+    team_.for_each_index(std::ssize(places_of_copies_), [&](std::int64_t copy) {
+      take(static_cast<Place>(n_apart() + copy), places_of_copies_[copy]);
+    });
   }
 
   bool has(Place place, Place neighbor) const {
@@ -253,25 +248,21 @@ PointGraph in_input_order(const PointGraph& sorted, ThreadTeam& team) {
   graph.measures = Buffer<double>(n_points);
   graph.normals = Buffer<Point>(sorted.normals.size());
   graph.offsets[0] = 0;
-  team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = begin; place < end; ++place) {
-      const Cell point = sorted.points[place];
-      graph.offsets[point + 1] = sorted.offsets[place + 1] - sorted.offsets[place];
-      graph.measures[point] = sorted.measures[place];
-      if (graph.normals.size() > 0) graph.normals[point] = sorted.normals[place];
-    }
+  team.for_each_index(n_points, [&](std::int64_t place) {
+    const Cell point = sorted.points[place];
+    graph.offsets[point + 1] = sorted.offsets[place + 1] - sorted.offsets[place];
+    graph.measures[point] = sorted.measures[place];
+    if (graph.normals.size() > 0) graph.normals[point] = sorted.normals[place];
   });
   std::inclusive_scan(graph.offsets.begin(), graph.offsets.end(), graph.offsets.begin());
   graph.neighbors = Buffer<Cell>(sorted.neighbors.size());
-  team.for_each_block(n_points, [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = begin; place < end; ++place) {
-      Cell* first = graph.neighbors.data() + graph.offsets[sorted.points[place]];
-      Cell* next = first;
-      for (auto arc = sorted.offsets[place]; arc < sorted.offsets[place + 1]; ++arc) {
-        *next++ = sorted.points[sorted.neighbors[arc]];
-      }
-      std::sort(first, next);
+  team.for_each_index(n_points, [&](std::int64_t place) {
+    Cell* first = graph.neighbors.data() + graph.offsets[sorted.points[place]];
+    Cell* next = first;
+    for (auto arc = sorted.offsets[place]; arc < sorted.offsets[place + 1]; ++arc) {
+      *next++ = sorted.points[sorted.neighbors[arc]];
     }
+    std::sort(first, next);
   });
   return graph;
 }

@@ -72,14 +72,12 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
   Buffer<std::int64_t> ends(cells.n_vertices() + 1);  // counts, then write cursors, then ends
   team.fill(ends.span(), std::int64_t{0});
   const auto for_all = [&](const auto& visit) {
-    team.for_each_block(cells.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-      for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-        cells.for_each_side(cell, [&](std::int32_t side, Vertex low, SideKey key, bool ascending) {
-          const std::int64_t place =
-              std::atomic_ref(ends[low]).fetch_add(1, std::memory_order_relaxed);
-          visit(place, ListedSide{key, cell, side, ascending});
-        });
-      }
+    team.for_each_index(cells.n_cells(), [&](Cell cell) {
+      cells.for_each_side(cell, [&](std::int32_t side, Vertex low, SideKey key, bool ascending) {
+        const std::int64_t place =
+            std::atomic_ref(ends[low]).fetch_add(1, std::memory_order_relaxed);
+        visit(place, ListedSide{key, cell, side, ascending});
+      });
     });
   };
   for_all([](std::int64_t, const ListedSide&) {});
@@ -191,11 +189,7 @@ PolygonGraph build_side_graph(const Cells& cells, ThreadTeam& team) {
   graph.neighbors = Buffer<Cell>(total);
   graph.sides = Buffer<std::int32_t>(total);
   graph.same_turn = Buffer<std::uint8_t>(total);
-  team.for_each_block(n_cells, [&](std::int64_t begin, std::int64_t end) {
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      write_arcs(cells, list, shared, cell, graph);
-    }
-  });
+  team.for_each_index(n_cells, [&](Cell cell) { write_arcs(cells, list, shared, cell, graph); });
   return graph;
 }
 

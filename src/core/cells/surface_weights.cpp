@@ -80,12 +80,10 @@ std::int64_t surface_weights(const Surface& surface, const WeightOptions& option
 void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,
                    std::span<double> weights) {
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs());
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto face = static_cast<Face>(begin); face < end; ++face) {
-      for (const auto [arc, to] : surface.arcs().steps(face)) {
-        weights[arc] = stk02_weight(surface.step_length(face, arc), surface.normal(face),
-                                    surface.normal(to), alpha);
-      }
+  team.for_each_index(surface.n_cells(), [&](Face face) {
+    for (const auto [arc, to] : surface.arcs().steps(face)) {
+      weights[arc] = stk02_weight(surface.step_length(face, arc), surface.normal(face),
+                                  surface.normal(to), alpha);
     }
   });
 }

@@ -31,10 +31,8 @@ constexpr std::size_t kArcsPerBlock = 128;
 
 Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
   Buffer<Point> normals(surface.n_cells());  // zero where a face has none
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t face = begin; face < end; ++face) {
-      normals[face] = unit_normal(surface.vertices(), surface.faces()[face]);
-    }
+  team.for_each_index(surface.n_cells(), [&](std::int64_t face) {
+    normals[face] = unit_normal(surface.vertices(), surface.faces()[face]);
   });
   return normals;
 }
@@ -390,12 +388,10 @@ void stk02_weights(const TriangleSurface& surface, std::span<const Point> centro
   SUPERFACETS_ASSERT(std::cmp_equal(centroids.size(), surface.n_cells()));
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs());
   const Buffer<Point> normals = unit_normals(surface, team);
-  team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto face = static_cast<Face>(begin); face < end; ++face) {
-      for (const auto [arc, to] : surface.arcs().steps(face)) {
-        const double geodesic = way_over(surface.edge(face, arc), centroids[face], centroids[to]);
-        weights[arc] = stk02_weight(geodesic, normals[face], normals[to], alpha);
-      }
+  team.for_each_index(surface.n_cells(), [&](Face face) {
+    for (const auto [arc, to] : surface.arcs().steps(face)) {
+      const double geodesic = way_over(surface.edge(face, arc), centroids[face], centroids[to]);
+      weights[arc] = stk02_weight(geodesic, normals[face], normals[to], alpha);
     }
   });
 }
@@ -417,11 +413,9 @@ void round_weights(std::span<const double> weights, double unit, ThreadTeam& tea
                    std::span<float> lengths) {
   SUPERFACETS_ASSERT(lengths.size() == weights.size());
   const auto n_arcs = static_cast<std::int64_t>(weights.size());
-  team.for_each_block(n_arcs, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t arc = begin; arc < end; ++arc) {
-      // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
-      lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
-    }
+  team.for_each_index(n_arcs, [&](std::int64_t arc) {
+    // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
+    lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
   });
 }
 

@@ -35,31 +35,24 @@ std::vector<Cell> Clustering::update() {
 
 std::vector<Cell> Clustering::relocate(std::int64_t n_moves) {
   Buffer<Path> paths(graph_.n_cells());
-  team_.for_each_block(graph_.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = static_cast<Place>(begin); place < end; ++place) {
-      paths[place] = classification_.path(place);
-    }
-  });
+  team_.for_each_index(graph_.n_cells(),
+                       [&](Place place) { paths[place] = classification_.path(place); });
   return graph_.cells_at(
       relocate_centers(graph_, paths.span(), classification_.centers(), n_moves, team_));
 }
 
 Buffer<Label> Clustering::labels() {
   Buffer<Label> labels(graph_.n_cells());
-  team_.for_each_block(graph_.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t cell = begin; cell < end; ++cell) {
-      labels[cell] = classification_.path(graph_.place_of[cell]).label;
-    }
+  team_.for_each_index(graph_.n_cells(), [&](std::int64_t cell) {
+    labels[cell] = classification_.path(graph_.place_of[cell]).label;
   });
   return labels;
 }
 
 Buffer<PathLength> Clustering::lengths() {
   Buffer<PathLength> lengths(graph_.n_cells());
-  team_.for_each_block(graph_.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t cell = begin; cell < end; ++cell) {
-      lengths[cell] = classification_.path(graph_.place_of[cell]).length;
-    }
+  team_.for_each_index(graph_.n_cells(), [&](std::int64_t cell) {
+    lengths[cell] = classification_.path(graph_.place_of[cell]).length;
   });
   return lengths;
 }

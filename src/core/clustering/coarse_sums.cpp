@@ -59,15 +59,13 @@ Buffer<double> coarse_steps(const CoarseGraph& coarse, ThreadTeam& team) {
   constexpr double kLeastShare = 0.2;
   const OrderedGraph& graph = coarse.graph();
   Buffer<double> steps(graph.n_arcs);
-  team.for_each_block(graph.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {
-      std::int64_t next = graph.offsets[cell];
-      for (const Arc& arc : graph.arcs_of(cell)) {
-        const double width = std::sqrt(graph.measures[cell] + graph.measures[arc.to]);
-        const double way = norm(graph.positions[arc.to] - graph.positions[cell]);
-        const double step = std::max(way, kLeastShare * width);
-        steps[next++] = step > 0.0 ? step : 1.0;
-      }
+  team.for_each_index(graph.n_cells(), [&](Cell cell) {
+    std::int64_t next = graph.offsets[cell];
+    for (const Arc& arc : graph.arcs_of(cell)) {
+      const double width = std::sqrt(graph.measures[cell] + graph.measures[arc.to]);
+      const double way = norm(graph.positions[arc.to] - graph.positions[cell]);
+      const double step = std::max(way, kLeastShare * width);
+      steps[next++] = step > 0.0 ? step : 1.0;
     }
   });
   return steps;

@@ -87,11 +87,8 @@ OrderedGraph CoarseGraph::joined(std::span<const Part> parts, ThreadTeam& team) 
 
 Buffer<Cell> CoarseGraph::coarse_cells(ThreadTeam& team) const {
   Buffer<Cell> coarse(fine_.n_cells());
-  team.for_each_block(fine_.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t cell = begin; cell < end; ++cell) {
-      coarse[cell] = coarse_of(fine_.place_of[cell]);
-    }
-  });
+  team.for_each_index(fine_.n_cells(),
+                      [&](std::int64_t cell) { coarse[cell] = coarse_of(fine_.place_of[cell]); });
   return coarse;
 }
 

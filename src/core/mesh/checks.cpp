@@ -65,11 +65,9 @@ void narrow_indices(std::span<const std::int64_t> indices, ThreadTeam& team,
                     std::span<std::int32_t> narrow) {
   SUPERFACETS_ASSERT(narrow.size() == indices.size());
   const auto n = static_cast<std::int64_t>(indices.size());
-  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; ++i) {
-      const auto index = static_cast<std::int32_t>(indices[i]);
-      narrow[i] = index == indices[i] ? index : -1;
-    }
+  team.for_each_index(n, [&](std::int64_t i) {
+    const auto index = static_cast<std::int32_t>(indices[i]);
+    narrow[i] = index == indices[i] ? index : -1;
   });
 }
 

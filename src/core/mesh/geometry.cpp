@@ -123,10 +123,8 @@ void area_vectors(std::span<const Point> vertices, std::span<const Triangle> fac
                   ThreadTeam& team, std::span<Point> vectors) {
   SUPERFACETS_ASSERT(vectors.size() == faces.size());
   const auto n_faces = static_cast<std::int64_t>(faces.size());
-  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t face = begin; face < end; ++face) {
-      vectors[face] = 0.5 * double_area_vector(vertices, faces[face]);
-    }
+  team.for_each_index(n_faces, [&](std::int64_t face) {
+    vectors[face] = 0.5 * double_area_vector(vertices, faces[face]);
   });
 }
 

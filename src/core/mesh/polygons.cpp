@@ -160,13 +160,11 @@ void measure_polygons(std::span<const Point> vertices, const Polygons& faces, Th
                       std::span<Point> centroids, std::span<double> areas,
                       std::span<Point> normals) {
   SUPERFACETS_ASSERT(faces.are_valid());
-  team.for_each_block(faces.n_faces(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto face = static_cast<Face>(begin); face < end; ++face) {
-      const PolygonMeasures measures = measure_polygon(vertices, faces[face]);
-      centroids[face] = measures.centroid;
-      areas[face] = measures.area;
-      normals[face] = measures.normal;
-    }
+  team.for_each_index(faces.n_faces(), [&](Face face) {
+    const PolygonMeasures measures = measure_polygon(vertices, faces[face]);
+    centroids[face] = measures.centroid;
+    areas[face] = measures.area;
+    normals[face] = measures.normal;
   });
 }
 
@@ -189,11 +187,9 @@ double polygon_sliver_area(std::span<const Point> vertices, const Polygons& face
 void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
                  std::span<Triangle> triangles) {
   SUPERFACETS_ASSERT(std::ssize(triangles) == std::ssize(faces.corners) - 2 * faces.n_faces());
-  team.for_each_block(faces.n_faces(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto face = static_cast<Face>(begin); face < end; ++face) {
-      const std::int64_t first = faces.offsets[face] - 2 * std::int64_t{face};
-      triangulate_one(vertices, faces[face], triangles.subspan(first, faces.n_sides(face) - 2));
-    }
+  team.for_each_index(faces.n_faces(), [&](Face face) {
+    const std::int64_t first = faces.offsets[face] - 2 * std::int64_t{face};
+    triangulate_one(vertices, faces[face], triangles.subspan(first, faces.n_sides(face) - 2));
   });
 }
 

@@ -157,12 +157,10 @@ class LongEdges {
 
   void write(const Limit& limit, ThreadTeam& team, std::span<Point> vertices) const {
     const auto n_vertices = static_cast<std::int64_t>(starts_.size()) - 2;
-    team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t low = begin; low < end; ++low) {
-        for (std::int64_t edge = starts_[low]; edge < starts_[low + 1]; ++edge) {
-          Point* place = &vertices[first_points_[edge]];
-          write_points(vertices[low], vertices[highs_[edge]], limit, place);
-        }
+    team.for_each_index(n_vertices, [&](std::int64_t low) {
+      for (std::int64_t edge = starts_[low]; edge < starts_[low + 1]; ++edge) {
+        Point* place = &vertices[first_points_[edge]];
+        write_points(vertices[low], vertices[highs_[edge]], limit, place);
       }
     });
   }
@@ -355,16 +353,14 @@ Buffer<Vertex> place_inner_points(std::span<const Point> vertices, std::span<con
                                   std::span<const std::int64_t> starts, ThreadTeam& team) {
   const auto n_faces = static_cast<std::int64_t>(faces.size());
   Buffer<Vertex> first_points(n_faces + 1);
-  team.for_each_block(n_faces, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t face = begin; face < end; ++face) {
-      auto n_points = static_cast<Vertex>(starts[face + 1] - starts[face] - 1);
-      for (int side = 0; side < 3; ++side) {
-        const Vertex a = faces[face].corners[side];
-        const Vertex b = faces[face].corners[next_side(side)];
-        if (limit.is_exceeded(vertices[a], vertices[b])) n_points -= long_edges.points(a, b).count;
-      }
-      first_points[face] = n_points / 2;
+  team.for_each_index(n_faces, [&](std::int64_t face) {
+    auto n_points = static_cast<Vertex>(starts[face + 1] - starts[face] - 1);
+    for (int side = 0; side < 3; ++side) {
+      const Vertex a = faces[face].corners[side];
+      const Vertex b = faces[face].corners[next_side(side)];
+      if (limit.is_exceeded(vertices[a], vertices[b])) n_points -= long_edges.points(a, b).count;
     }
+    first_points[face] = n_points / 2;
   });
   first_points[n_faces] = 0;
   std::exclusive_scan(first_points.begin(), first_points.end(), first_points.begin(),

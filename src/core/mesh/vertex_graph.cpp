@@ -35,11 +35,9 @@ void for_each_side(const Polygons& faces, std::span<const Vertex> representative
 
 void sort_rows(VertexGraph& graph, ThreadTeam& team) {
   const auto n_vertices = static_cast<std::int64_t>(graph.offsets.size()) - 1;
-  team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t vertex = begin; vertex < end; ++vertex) {
-      std::sort(graph.neighbors.data() + graph.offsets[vertex],
-                graph.neighbors.data() + graph.offsets[vertex + 1]);
-    }
+  team.for_each_index(n_vertices, [&](std::int64_t vertex) {
+    std::sort(graph.neighbors.data() + graph.offsets[vertex],
+              graph.neighbors.data() + graph.offsets[vertex + 1]);
   });
 }
 
@@ -66,14 +64,12 @@ void drop_repeated(VertexGraph& graph) {
 void measure_edges(std::span<const Point> vertices, ThreadTeam& team, VertexGraph& graph) {
   graph.lengths = Buffer<double>(graph.neighbors.size());
   const auto n_vertices = static_cast<std::int64_t>(vertices.size());
-  team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t vertex = begin; vertex < end; ++vertex) {
-      for (std::int64_t arc = graph.offsets[vertex]; arc < graph.offsets[vertex + 1]; ++arc) {
-        // From the lower to the higher one: the same bits both ways.
-        const std::int64_t neighbor = graph.neighbors[arc];
-        const auto [low, high] = std::minmax({vertex, neighbor});
-        graph.lengths[arc] = norm(vertices[high] - vertices[low]);
-      }
+  team.for_each_index(n_vertices, [&](std::int64_t vertex) {
+    for (std::int64_t arc = graph.offsets[vertex]; arc < graph.offsets[vertex + 1]; ++arc) {
+      // From the lower to the higher one: the same bits both ways.
+      const std::int64_t neighbor = graph.neighbors[arc];
+      const auto [low, high] = std::minmax({vertex, neighbor});
+      graph.lengths[arc] = norm(vertices[high] - vertices[low]);
     }
   });
 }

@@ -114,10 +114,8 @@ Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team) 
   });
   Buffer<Vertex> representative(vertices.size());
   const bool has_shared = is_shared;
-  team.for_each_block(n_vertices, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t v = begin; v < end; ++v) {
-      representative[v] = has_shared ? table[slots[v]] : static_cast<Vertex>(v);
-    }
+  team.for_each_index(n_vertices, [&](std::int64_t v) {
+    representative[v] = has_shared ? table[slots[v]] : static_cast<Vertex>(v);
   });
   return representative;
 }

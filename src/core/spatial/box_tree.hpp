@@ -26,13 +26,10 @@ class BoxTree {
   BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
       : n_cells_(n_cells), leaf_size_(leaf_size) {
     std::vector<Box> leaves((n_cells + leaf_size - 1) / leaf_size);
-    auto build_leaves = [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t leaf = begin; leaf < end; ++leaf) {
-        const auto [first, last] = places(leaf);
-        for (auto place = first; place < last; ++place) leaves[leaf].include(box_of(place));
-      }
-    };
-    team.for_each_block(static_cast<std::int64_t>(leaves.size()), build_leaves);
+    team.for_each_index(static_cast<std::int64_t>(leaves.size()), [&](std::int64_t leaf) {
+      const auto [first, last] = places(leaf);
+      for (auto place = first; place < last; ++place) leaves[leaf].include(box_of(place));
+    });
     build_nodes(std::move(leaves));
   }
 

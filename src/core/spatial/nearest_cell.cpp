@@ -38,11 +38,9 @@ class ShapeSearch {
   ShapeSearch(std::int64_t n_shapes, const ShapeOf& shape_of, ThreadTeam& team)
       : shapes_(n_shapes) {
     Buffer<Point> middles(n_shapes);  // times two
-    team.for_each_block(n_shapes, [&](std::int64_t begin, std::int64_t end) {
-      for (auto cell = begin; cell < end; ++cell) {
-        const Box box = shape_of(cell).box();
-        middles[cell] = box.low + box.high;
-      }
+    team.for_each_index(n_shapes, [&](std::int64_t cell) {
+      const Box box = shape_of(cell).box();
+      middles[cell] = box.low + box.high;
     });
     cells_ = refined_morton_order(middles.span(), kShapesPerLeaf, team);
     const auto take_place = [&](std::size_t place) {

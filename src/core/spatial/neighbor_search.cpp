@@ -45,11 +45,9 @@ NeighborSearch::NeighborSearch(std::span<const Point> positions, std::span<const
     for (auto i = begin; i < end; ++i) found[i] = positions[points[i]];
   });
   points_ = refined_morton_order(found.span(), BoxTree::kLeaf, team);
-  team.for_each_block(n, [&](std::int64_t begin, std::int64_t end) {
-    for (auto place = begin; place < end; ++place) {
-      positions_[place] = found[points_[place]];
-      points_[place] = points[points_[place]];
-    }
+  team.for_each_index(n, [&](std::int64_t place) {
+    positions_[place] = found[points_[place]];
+    points_[place] = points[points_[place]];
   });
   tree_ = BoxTree(positions_.span(), team);
 }

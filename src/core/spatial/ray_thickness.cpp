@@ -193,11 +193,9 @@ class RayTree {
       return box;
     };
     Buffer<Point> middles(triangles.size());  // times two
-    team.for_each_block(std::ssize(triangles), [&](std::int64_t begin, std::int64_t end) {
-      for (auto face = begin; face < end; ++face) {
-        const Box box = box_of(face);
-        middles[face] = box.low + box.high;
-      }
+    team.for_each_index(std::ssize(triangles), [&](std::int64_t face) {
+      const Box box = box_of(face);
+      middles[face] = box.low + box.high;
     });
     const Buffer<Cell> faces = refined_morton_order(middles.span(), kTrianglesPerLeaf, team);
     const auto take_place = [&](std::size_t place) {

@@ -10,14 +10,6 @@
 namespace superfacets {
 namespace {
 
-// Calls work(cell) for all cells, on any thread.
-template <typename Work>
-void for_each_cell(const Arcs& arcs, ThreadTeam& team, const Work& work) {
-  team.for_each_block(arcs.n_cells(), [&](std::int64_t begin, std::int64_t end) {
-    for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) work(cell);
-  });
-}
-
 double product_of(std::span<const double> one, std::span<const double> other, ThreadTeam& team) {
   const auto add_range = [&](std::int64_t begin, std::int64_t end) {
     double sum = 0.0;
@@ -42,7 +34,7 @@ struct DiffusionMatrix {
   }
 
   void apply(std::span<const double> x, std::span<double> result) const {
-    for_each_cell(arcs, team, [&](Cell cell) {
+    team.for_each_index(arcs.n_cells(), [&](Cell cell) {
       double sum = 0.0;
       for (const auto [arc, neighbor] : arcs.steps(cell)) {
         sum += conductances[arc] * (x[cell] - x[neighbor]);
@@ -87,7 +79,7 @@ CreaseConductance::Found CreaseConductance::of(Cell cell, const Step& arc) const
 Conductances crease_conductances(const CreaseConductance& formula, ThreadTeam& team) {
   const Arcs& arcs = formula.surface.arcs();
   Conductances found{Buffer<double>(arcs.n_arcs()), Buffer<double>(arcs.n_arcs())};
-  for_each_cell(arcs, team, [&](Cell cell) {
+  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     for (const Step arc : arcs.steps(cell)) {
       const auto [step, conductance] = formula.of(cell, arc);
       found.steps[arc.arc] = step;
@@ -101,7 +93,7 @@ Buffer<double> hindered_conductances(const Arcs& arcs, std::span<const double> c
                                      std::span<const double> values, double steepness,
                                      ThreadTeam& team) {
   Buffer<double> hindered(arcs.n_arcs());
-  for_each_cell(arcs, team, [&](Cell cell) {
+  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
       const double difference = std::abs(values[cell] - values[neighbor]);
       hindered[arc] = conductances[arc] * exponential(-steepness * difference) + kLeastConductance;
@@ -133,7 +125,7 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
            ThreadTeam& team, std::span<float> rows) {
   SUPERFACETS_ASSERT(std::cmp_equal(rows.size(), width * arcs.n_cells()));
   Buffer<float> shares(arcs.n_arcs());  // that the neighbor has in the new row
-  for_each_cell(arcs, team, [&](Cell cell) {
+  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     double total = 0.0;
     for (const auto [arc, neighbor] : arcs.steps(cell)) total += conductances[arc];
     const double factor = total > 0.0 ? kDamping / total : 0.0;
@@ -146,7 +138,7 @@ void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t w
   for (int sweep = 0; sweep < n_sweeps; ++sweep) {
     const std::span<float> from = sweep % 2 == 0 ? rows : other_rows;
     const std::span<float> to = sweep % 2 == 0 ? other_rows : rows;
-    for_each_cell(arcs, team, [&](Cell cell) {
+    team.for_each_index(arcs.n_cells(), [&](Cell cell) {
       switch (width) {
         case 1:
           return relax_row<1>(arcs, shares.data(), width, cell, from.data(), to.data());
@@ -170,7 +162,7 @@ std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductanc
   std::vector<double> x(n, 0.0);
   std::vector<double> residual(n);
   std::vector<double> inverse(n);  // of the diagonal
-  for_each_cell(arcs, team, [&](Cell cell) {
+  team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     const double diagonal = matrix.diagonal(cell);
     inverse[cell] = diagonal > 0.0 ? 1.0 / diagonal : 0.0;
     residual[cell] = masses[cell] * values[cell];
@@ -181,15 +173,16 @@ std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductanc
   double last = 0.0;
   double first = 0.0;
   for (int step = 0; step < kMaxSteps; ++step) {
-    for_each_cell(arcs, team, [&](Cell i) { scaled[i] = inverse[i] * residual[i]; });
+    team.for_each_index(arcs.n_cells(), [&](Cell i) { scaled[i] = inverse[i] * residual[i]; });
     const double error = product_of(residual, scaled, team);
     if (step == 0) first = error;
     if (!(error > kTolerance * kTolerance * first)) break;
     const double keep = step == 0 ? 0.0 : error / last;
-    for_each_cell(arcs, team, [&](Cell i) { direction[i] = scaled[i] + keep * direction[i]; });
+    team.for_each_index(arcs.n_cells(),
+                        [&](Cell i) { direction[i] = scaled[i] + keep * direction[i]; });
     matrix.apply(direction, image);
     const double length = error / product_of(direction, image, team);
-    for_each_cell(arcs, team, [&](Cell i) {
+    team.for_each_index(arcs.n_cells(), [&](Cell i) {
       x[i] += length * direction[i];
       residual[i] -= length * image[i];
     });

@@ -51,11 +51,9 @@ Buffer<std::uint8_t> copy_runs(std::span<const std::uint8_t> bytes,
     total += sizes[run];
   }
   Buffer<std::uint8_t> copy(total);
-  team.for_each_block(n_runs, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t run = begin; run < end; ++run) {
-      SUPERFACETS_ASSERT(starts[run] + sizes[run] <= std::ssize(bytes));
-      std::memcpy(copy.data() + places[run], bytes.data() + starts[run], sizes[run]);
-    }
+  team.for_each_index(n_runs, [&](std::int64_t run) {
+    SUPERFACETS_ASSERT(starts[run] + sizes[run] <= std::ssize(bytes));
+    std::memcpy(copy.data() + places[run], bytes.data() + starts[run], sizes[run]);
   });
   return copy;
 }
