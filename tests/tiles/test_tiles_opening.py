@@ -1,5 +1,7 @@
 """Meshes of every kind of file, and of folders and arrays, read in pieces."""
 
+import os
+
 import numpy as np
 import pytest
 from shapes import cube, strip, together
@@ -337,3 +339,14 @@ def test_normals_that_are_not_finite_are_named(cloud, scratch, tmp_path):
     pieces = open_pieces(tmp_path / "a.ply", scratch, for_workers=False)
     with pytest.raises(MeshError, match=r"normals\[321\] is not finite"):
         pieces.normals.read(300, 400)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
+@pytest.mark.parametrize("name", ["a.ply", "a.npy", "a.obj"])
+def test_pipes_are_refused_and_not_waited_for(tmp_path, name):
+    folder = tmp_path / "meshes"
+    folder.mkdir()
+    os.mkfifo(folder / name)
+    for source in (folder, folder / name):
+        with pytest.raises(OSError, match=rf"{name}: is not a regular file"):
+            sf.segment_tiled(source, 2, scratch=tmp_path)

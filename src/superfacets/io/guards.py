@@ -25,6 +25,7 @@ __all__ = [
     "TriangleArrays",
     "as_doubles",
     "check_corner_counts",
+    "check_regular",
     "checked_faces",
     "counted",
     "known_ending",
@@ -90,7 +91,13 @@ def read_content(path: Path) -> mmap.mmap:
 
 
 def open_regular(path: Path) -> io.FileIO:
-    """Open a regular file to read it; an OSError if it is none.
+    """Open a regular file to read it; an OSError if it is none."""
+    check_regular(path)
+    return path.open("rb", buffering=0)
+
+
+def check_regular(path: Path) -> None:
+    """Raise an OSError if this is no regular file that may be read.
 
     Nothing else is opened: a pipe would block, and a device may have no end.
     """
@@ -104,7 +111,6 @@ def open_regular(path: Path) -> io.FileIO:
         raise OSError(f"{path}: is not a regular file")
     if not os.access(path, os.R_OK):
         raise PermissionError(f"{path}: may not be read")
-    return path.open("rb", buffering=0)
 
 
 def _new_memory(size: int) -> mmap.mmap:

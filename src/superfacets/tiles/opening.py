@@ -14,6 +14,7 @@ import numpy.typing as npt
 from .._validate import checked_normals, exact_doubles
 from ..adapters.convert import as_cells, as_mesh
 from ..errors import MeshError
+from ..io.guards import check_regular
 from ..io.readers.clouds import holds_cloud
 from ..io.readers.npy import MAX_NPY_HEADER, npy_header
 from ..io.readers.obj import read_file_blocks
@@ -114,11 +115,13 @@ def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> 
 
 def files_of(path: Path) -> list[Path]:
     """The file itself, or the meshes and clouds in the folder, by name."""
-    if not path.is_dir():
-        return [path]
-    found = sorted(file for file in path.iterdir() if file.suffix.lower() in FOLDER_ENDINGS)
+    found = [path]
+    if path.is_dir():
+        found = sorted(file for file in path.iterdir() if file.suffix.lower() in FOLDER_ENDINGS)
     if not found:
         raise FileNotFoundError(f"{path}: no file in it ends in {', '.join(FOLDER_ENDINGS)}")
+    for file in found:
+        check_regular(file)
     return found
 
 
@@ -131,8 +134,6 @@ def holds_points(path: Path) -> bool:
 
 def _opened(path: Path, scratch: Scratch) -> Pieces:
     try:
-        if not path.exists():
-            raise FileNotFoundError(f"{path}: no such file")
         ending = cell_ending(path)
         if ending == ".obj":
             return _unpacked_obj(path, scratch)

@@ -64,7 +64,7 @@ class Cursor:
             raise MeshError(f"{what} are missing: is the file cut?")
         return [as_count(token, what) for token in tokens]
 
-    def numbers(self, n: int, dtype: str, what: str) -> npt.NDArray[Any]:
+    def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> npt.NDArray[Any]:
         """The next `n` numbers; a MeshError, before memory is taken, if the file has fewer.
 
         Text gives float64, rounded to the declared type, or integers that are not.
@@ -74,7 +74,7 @@ class Cursor:
             return self._parsed(n, stored, what)
         n_left = (len(self.data) - self.place) // stored.itemsize
         if n > n_left:
-            raise _too_few(n, n_left, what)
+            raise _too_few(n, n_left, what, unit)
         found = np.frombuffer(self.data, stored.newbyteorder(self.byte_order), n, self.place)
         self.place += n * stored.itemsize
         return found.astype(stored)
@@ -109,9 +109,9 @@ class Cursor:
             return part.parse(np.float64).astype(stored)
 
 
-def _too_few(n: int, n_left: int, what: str) -> MeshError:
+def _too_few(n: int, n_left: int, what: str, unit: str = "number") -> MeshError:
     return MeshError(
-        f"{counted(n, 'number')} of {what} are declared, but at most {n_left} are there:"
+        f"{counted(n, unit)} of {what} are declared, but at most {n_left} are there:"
         " is the file cut?"
     )
 

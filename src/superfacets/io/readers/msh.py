@@ -107,7 +107,7 @@ class _MshReader:
             rows = self._cursor.numbers((1 + width) * n, "f8", what).reshape(-1, 1 + width)
             return as_integers(rows[:, 0], f"tags of {what}"), np.ascontiguousarray(rows[:, 1:])
         size, order = 4 + 8 * width, self._cursor.byte_order
-        raw = self._cursor.numbers(size * n, "u1", f"bytes of {what}").reshape(-1, size)
+        raw = self._cursor.numbers(size * n, "u1", what, "byte").reshape(-1, size)
         tags, doubles = np.ascontiguousarray(raw[:, :4]), np.ascontiguousarray(raw[:, 4:])
         return tags.view(order + "i4")[:, 0].astype(np.int64), doubles.view(order + "f8").astype(
             "f8"
