@@ -201,7 +201,6 @@ def test_commands_of_the_gallery_run(name, lines, tmp_path, monkeypatch):
     Path("gallery").mkdir()
     ending = "ply"
     if name == "body":
-        pytest.importorskip("meshio")
         ending = "vtu"
     make = {"body": lambda: gallery_meshes.body(4), "rug": lambda: gallery_meshes.rug(3_000),
             "points": lambda: gallery_meshes.points(3_000)}  # fmt: skip

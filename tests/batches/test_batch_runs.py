@@ -230,7 +230,6 @@ def test_an_empty_file_fails_until_it_changes(scan, out):
 
 
 def test_every_kind_of_cells_is_done(tmp_path, out):
-    pytest.importorskip("meshio")
     spatial = pytest.importorskip("scipy.spatial")
     points = np.random.default_rng(0).random((500, 3))
     sf.write_mesh(tmp_path / "quads.ply", gallery_meshes.knot())

@@ -70,8 +70,6 @@ def _tets():
     ],
 )
 def test_all_kinds_of_cells_are_shown_painted_and_split(serve, tmp_path, make, name, kind, drawn):
-    if kind == "tets":
-        pytest.importorskip("meshio")
     cells = make()
     write_mesh(tmp_path / name, cells)
     client = serve(tmp_path / name, n_segments=2)
