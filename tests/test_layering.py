@@ -30,7 +30,7 @@ PYTHON_LAYERS = [
     "regions",
     "metrics",
     "reference",
-    "io.writers",
+    "export",
     "pipeline",
     "interop",
     "levels",

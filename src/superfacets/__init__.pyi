@@ -44,6 +44,10 @@ from .errors import MeshError as MeshError
 from .errors import MissingExtraError as MissingExtraError
 from .errors import RenderError as RenderError
 from .errors import SliverWarning as SliverWarning
+from .export.pyg import write_graphs as write_graphs
+from .export.regions import write_regions as write_regions
+from .export.write import write_labels as write_labels
+from .export.write import write_mesh as write_mesh
 from .interop import segmentator as segmentator
 from .interop.attach import attach_labels as attach_labels
 from .io.attributes import MeshAttributes as MeshAttributes
@@ -51,10 +55,6 @@ from .io.readers.labels import read_labels as read_labels
 from .io.readers.read import read_attributes as read_attributes
 from .io.readers.read import read_cloud as read_cloud
 from .io.readers.read import read_mesh as read_mesh
-from .io.writers.pyg import write_graphs as write_graphs
-from .io.writers.regions import write_regions as write_regions
-from .io.writers.write import write_labels as write_labels
-from .io.writers.write import write_mesh as write_mesh
 from .levels import hierarchy as hierarchy
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh

@@ -10,8 +10,8 @@ from command_line import COMMAND, files_in
 
 import superfacets as sf
 from superfacets import hierarchy, read_labels, read_mesh, segment, write_labels
-from superfacets.io.writers.cells import CellWriter
-from superfacets.io.writers.write import write_outputs
+from superfacets.export.cells import CellWriter
+from superfacets.export.write import write_outputs
 
 
 def test_levels_writes_all_levels_to_one_file(run, sheet, tmp_path):

@@ -140,7 +140,7 @@ def test_help_imports_no_command():
 
 def test_a_command_imports_what_it_needs_alone(sheet):
     loaded = loaded_by("info", sheet)
-    late = ("metrics", "pictures", "study", "sample", "cli.segment", "io.writers")
+    late = ("metrics", "pictures", "study", "sample", "cli.segment", "export")
     assert "superfacets.cli.info" in loaded
     assert not {name for name in loaded if name.startswith(tuple(f"superfacets.{n}" for n in late))}
 

@@ -451,7 +451,7 @@ main()
     [
         ("superfacets.cli.segment", "load_cells_and_attributes"),
         ("superfacets.batches.files", "segment"),
-        ("superfacets.io.writers.ply", "_rows"),
+        ("superfacets.export.ply", "_rows"),
     ],
 )
 def test_an_interrupt_is_heard_in_every_stage(sheet, module, function):

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from superfacets.export.write import check_outputs, write_labels
 from superfacets.io.atomic import atomic_outputs, remove_leftovers, writable_folder
-from superfacets.io.writers.write import check_outputs, write_labels
 
 
 def names(folder):

@@ -11,7 +11,7 @@ from numpy.testing import assert_array_equal
 
 import superfacets
 from superfacets import Mesh, MeshAttributes, MeshError, read_attributes, read_mesh, write_mesh
-from superfacets.io.writers.ply import names_replaced
+from superfacets.export.ply import names_replaced
 
 FORMS = ["ascii", *ORDERS]
 

@@ -29,10 +29,10 @@ from superfacets import (
     write_mesh,
     write_regions,
 )
-from superfacets.io.writers import glb, obj, text
-from superfacets.io.writers.cells import FACE_WRITERS, FormatOptions
-from superfacets.io.writers.scannet import scene_of
-from superfacets.io.writers.write import write_outputs
+from superfacets.export import glb, obj, text
+from superfacets.export.cells import FACE_WRITERS, FormatOptions
+from superfacets.export.scannet import scene_of
+from superfacets.export.write import write_outputs
 
 SEGMENTS = "scene0000_00_vh_clean_2.0.010000.segs.json"
 
@@ -667,7 +667,7 @@ def test_a_region_of_one_point_is_a_file_of_its_own(tmp_path):
 
 
 def test_more_regions_than_glb_has_ids_for_are_refused(tmp_path, monkeypatch, square):
-    monkeypatch.setattr("superfacets.io.writers.glb.MAX_IDS", 2)
+    monkeypatch.setattr("superfacets.export.glb.MAX_IDS", 2)
     write_mesh(tmp_path / "a.glb", square, [5, 9])
     with pytest.raises(MeshError, match=r"ids of up to 2 regions, and there are 12: write \.ply"):
         write_mesh(tmp_path / "a.glb", shapes.cube(), np.arange(12))

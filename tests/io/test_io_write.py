@@ -6,10 +6,10 @@ from mesh_files import FACES, VERTICES
 from numpy.testing import assert_array_equal
 
 from superfacets import Mesh
+from superfacets.export.cells import FACE_WRITERS, FormatOptions
+from superfacets.export.write import check_outputs, write_labels, write_mesh, write_outputs
 from superfacets.io.readers.labels import read_labels
 from superfacets.io.readers.read import read_mesh
-from superfacets.io.writers.cells import FACE_WRITERS, FormatOptions
-from superfacets.io.writers.write import check_outputs, write_labels, write_mesh, write_outputs
 
 LABELS = [7, 0]
 
@@ -111,7 +111,7 @@ def test_coordinates_come_back_exactly_in_the_smaller_type_that_can_hold_them(
 
 @pytest.mark.parametrize("ascii", [False, True])
 def test_many_rows_come_back(tmp_path, ascii, monkeypatch):
-    monkeypatch.setattr("superfacets.io.writers.ply.ROWS_AT_ONCE", 1000)
+    monkeypatch.setattr("superfacets.export.ply.ROWS_AT_ONCE", 1000)
     random = np.random.default_rng(1)
     mesh = Mesh(random.normal(size=(2345, 3)), random.integers(0, 2345, (4321, 3)))
     labels = random.integers(0, 2**31, 4321)

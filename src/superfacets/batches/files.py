@@ -27,8 +27,8 @@ from ..cells.subdivision import Subdivision, subdivide
 from ..cells.weights import WeightOptions
 from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, SliverWarning
+from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
-from ..io.writers.cells import FormatOptions
 from ..mesh.faces import AnyCells
 from ..pipeline import segment
 from .features import features_of

@@ -12,12 +12,12 @@ from typing import Any
 
 from .._timing import timed
 from ..errors import MeshError, reason_of
+from ..export.cells import ATTRIBUTE_OUTPUTS
+from ..export.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outputs
 from ..io.atomic import StrPath
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, open_regular, read_content
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
-from ..io.writers.cells import ATTRIBUTE_OUTPUTS
-from ..io.writers.write import OUTPUT_ENDINGS, check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells
 from ..workers.calls import check_version
 from .files import FileOptions, segment_file

@@ -8,11 +8,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from ..export.cells import usual_ending
+from ..export.scannet import scene_of
 from ..io.atomic import StrPath
 from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
-from ..io.writers.cells import usual_ending
-from ..io.writers.scannet import scene_of
 
 __all__ = ["Source", "check_outputs_differ", "find_sources", "output_names", "result_ending"]
 

@@ -2,7 +2,7 @@
 
 A new kind is a class of cells, which derives from `Cells`, a subclass of `Kind`, and a call of
 `register`. Rooms above this one have tables by the name of a kind where they offer more for some:
-formats of files (`io.writers.cells`), facts (`cells.info`).
+formats of files (`export.cells`), facts (`cells.info`).
 """
 
 from __future__ import annotations

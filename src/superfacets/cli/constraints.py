@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
+from ..export.ids import VERTEX_OUTPUTS
 from ..io.guards import known_ending, read_content
 from ..io.readers.labels import LABEL_ENDINGS, checked_labels, read_labels
 from ..io.readers.npy import npy_array
-from ..io.writers.ids import VERTEX_OUTPUTS
 from .options import FILE
 
 __all__ = ["check_mask", "constraint_options", "constraints_of"]

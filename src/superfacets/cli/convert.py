@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from ..cells.kinds import kind_of
 from ..errors import MeshError
+from ..export.cells import FormatOptions
+from ..export.regions import write_regions
+from ..export.write import ENDING_OF_FORMAT, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
-from ..io.writers.cells import FormatOptions
-from ..io.writers.regions import write_regions
-from ..io.writers.write import ENDING_OF_FORMAT, check_outputs, write_outputs
 from ..mesh.faces import AnyCells
 from .background import run_in_background
 from .failures import print_note

@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from .._timing import timed
+from ..export.write import write_outputs
 from ..io.atomic import writable_folder
-from ..io.writers.write import write_outputs
 from ..pipeline import segment
 from .options import FOLDER
 from .progress import open_bar

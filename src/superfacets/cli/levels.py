@@ -19,14 +19,14 @@ from .._validate import checked_threads, ranked_labels
 from ..batches.features import features_of
 from ..cells.kinds import kind_of
 from ..errors import IslandWarning, SliverWarning
+from ..export.cells import CellWriter, FormatOptions
+from ..export.ids import IdWriter
+from ..export.scannet import write_sstk
+from ..export.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
-from ..io.writers.cells import CellWriter, FormatOptions
-from ..io.writers.ids import IdWriter
-from ..io.writers.scannet import write_sstk
-from ..io.writers.write import OUTPUT_ENDINGS, check_fit, writer_of
 from ..levels import hierarchy
 from ..mesh.faces import AnyCells
 from ..regions.hierarchy import Hierarchy

@@ -11,15 +11,15 @@ from pathlib import Path
 import click
 
 from ..batches.sources import output_names
-from ..io.atomic import writable_folder
-from ..io.guards import known_ending
-from ..io.readers.read import MESH_ENDINGS
-from ..io.writers.cells import (
+from ..export.cells import (
     ATTRIBUTE_OUTPUTS,
     CLOUD_OUTPUTS,
     MESH_OUTPUTS,
 )
-from ..io.writers.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
+from ..export.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
+from ..io.atomic import writable_folder
+from ..io.guards import known_ending
+from ..io.readers.read import MESH_ENDINGS
 from .inputs import name_of
 from .options import STANDARD_STREAM, Decorator
 

@@ -16,10 +16,7 @@ from .._validate import ranked_labels
 from ..cells.kinds import kind_of
 from ..cells.region_adjacency import RegionGraph, region_graph
 from ..errors import MeshError
-from ..io.atomic import checked_targets
-from ..io.guards import counted, known_ending
-from ..io.readers.labels import read_labels
-from ..io.writers.tables import (
+from ..export.tables import (
     LINE_ENDINGS,
     TABLE_ENDINGS,
     Columns,
@@ -27,6 +24,9 @@ from ..io.writers.tables import (
     write_lines,
     write_tables,
 )
+from ..io.atomic import checked_targets
+from ..io.guards import counted, known_ending
+from ..io.readers.labels import read_labels
 from ..regions.lines import BorderLines, border_lines
 from .background import run_in_background
 from .inputs import check_inputs, load_cells

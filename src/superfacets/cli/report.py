@@ -13,10 +13,10 @@ from ..batches.files import Outcome
 from ..cells.kinds import kind_of
 from ..cells.slivers import sliver_note
 from ..clustering.segmentation import Segmentation
+from ..export.ids import VERTEX_OUTPUTS
+from ..export.ply import names_replaced
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
-from ..io.writers.ids import VERTEX_OUTPUTS
-from ..io.writers.ply import names_replaced
 from .options import STANDARD_STREAM
 
 __all__ = [

@@ -15,9 +15,9 @@ import click
 from .._timing import timed
 from ..batches.files import FileOptions, Outcome, segment_file
 from ..cells.kinds import kind_of
+from ..export.cells import FormatOptions
+from ..export.write import check_fit, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
-from ..io.writers.cells import FormatOptions
-from ..io.writers.write import check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of

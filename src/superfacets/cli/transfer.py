@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..cells.kinds import kind_of
+from ..export.cells import FormatOptions
+from ..export.write import check_fit, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.labels import read_labels
-from ..io.writers.cells import FormatOptions
-from ..io.writers.write import check_fit, check_outputs, write_outputs
 from ..mesh.faces import AnyCells
 from ..regions.nearest_labels import transfer
 from .background import run_in_background

@@ -16,10 +16,10 @@ from .._validate import checked_choice
 from ..batches.sources import MARK, output_names
 from ..cells.majority import weighted_majority
 from ..cells.sums import sums_by_label
+from ..export.cells import CLASS_OUTPUTS
+from ..export.scannet import NO_CLASS
+from ..export.write import ENDING_OF_FORMAT, write_labels, write_mesh
 from ..io.atomic import atomic_outputs, checked_targets
-from ..io.writers.cells import CLASS_OUTPUTS
-from ..io.writers.scannet import NO_CLASS
-from ..io.writers.write import ENDING_OF_FORMAT, write_labels, write_mesh
 from ..regions.vertices import vertex_labels
 from .document import Document
 from .revisions import Revision

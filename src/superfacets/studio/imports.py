@@ -15,9 +15,9 @@ import numpy.typing as npt
 from ..cells.kinds import kind_of
 from ..cells.majority import weighted_majority
 from ..errors import MeshError
+from ..export.scannet import NO_CLASS
 from ..io.guards import known_ending
 from ..io.readers.labels import read_labels
-from ..io.writers.scannet import NO_CLASS
 from ..mesh.faces import AnyCells
 from ..regions.vertices import corner_groups
 from .classes import MAX_CLASS, ClassList, new_class

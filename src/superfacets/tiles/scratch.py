@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from ..export.scannet import write_npy
 from ..io.atomic import writable_folder
 from ..io.locks import held, is_left_behind
 from ..io.readers.npy import npy_header
 from ..io.tables import RecordRows, read_all
-from ..io.writers.scannet import write_npy
 from ..workers.threads import despite_interrupts
 from .arrays import Array
 

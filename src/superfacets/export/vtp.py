@@ -7,8 +7,8 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...mesh.faces import FaceMesh, corners_in_a_row, face_sizes
-from ..attributes import MeshAttributes
+from ..io.attributes import MeshAttributes
+from ..mesh.faces import FaceMesh, corners_in_a_row, face_sizes
 from .vtk_xml import write_vtk_xml
 
 __all__ = ["write_vtp"]

@@ -12,12 +12,12 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._types import Ints, Longs
-from ..._validate import ranked_labels
-from ...cells.kinds import kind_of
-from ...errors import MeshError
-from ...mesh.faces import AnyCells
-from ..readers.labels import checked_labels
+from .._types import Ints, Longs
+from .._validate import ranked_labels
+from ..cells.kinds import kind_of
+from ..errors import MeshError
+from ..io.readers.labels import checked_labels
+from ..mesh.faces import AnyCells
 from .cells import FormatOptions
 from .pyg import GRAPH_OUTPUTS, write_arrays
 from .scannet import (
@@ -75,7 +75,7 @@ class IdWriter:
 
     def _write_graph(self, file: IO[bytes]) -> None:
         """Write the graph of the regions, in the order of their labels."""
-        from ...cells.region_adjacency import region_graph
+        from ..cells.region_adjacency import region_graph
 
         assert self.labels is not None
         ranks, _ = ranked_labels(self.labels)
@@ -90,7 +90,7 @@ class IdWriter:
 
     @cached_property
     def _vertex_ids(self) -> Longs:
-        from ...regions.vertices import vertex_ids
+        from ..regions.vertices import vertex_ids
 
         assert self.labels is not None
         return vertex_ids(self.cells, self.labels)

@@ -11,7 +11,7 @@ from urllib.parse import quote
 import numpy as np
 import numpy.typing as npt
 
-from ...mesh.tet_mesh import TetMesh
+from ..mesh.tet_mesh import TetMesh
 from .text import write_rows
 from .vtk_xml import Arrays, number_format, write_vtk_xml
 

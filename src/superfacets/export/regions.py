@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...adapters.convert import as_cells
-from ...cells.kinds import kind_of
-from ...errors import MeshError
-from ...regions.parts import Splitter
-from ..atomic import StrPath, atomic_outputs, writable_folder
-from ..readers.labels import checked_labels
+from ..adapters.convert import as_cells
+from ..cells.kinds import kind_of
+from ..errors import MeshError
+from ..io.atomic import StrPath, atomic_outputs, writable_folder
+from ..io.readers.labels import checked_labels
+from ..regions.parts import Splitter
 from .cells import CellWriter, FormatOptions, usual_ending
 
 __all__ = ["write_regions"]

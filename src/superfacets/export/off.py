@@ -6,9 +6,9 @@ from typing import IO
 
 import numpy as np
 
-from ..._types import Bytes, Ints
-from ...mesh.faces import FaceMesh
-from ..attributes import MeshAttributes
+from .._types import Bytes, Ints
+from ..io.attributes import MeshAttributes
+from ..mesh.faces import FaceMesh
 from .obj import face_lines
 from .text import coordinate_format, write_rows
 

@@ -10,12 +10,12 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...adapters.convert import as_cells
-from ...mesh.faces import AnyCells
-from ..atomic import StrPath, atomic_outputs, checked_targets
-from ..attributes import MeshAttributes
-from ..guards import known_ending
-from ..readers.labels import checked_labels
+from ..adapters.convert import as_cells
+from ..io.atomic import StrPath, atomic_outputs, checked_targets
+from ..io.attributes import MeshAttributes
+from ..io.guards import known_ending
+from ..io.readers.labels import checked_labels
+from ..mesh.faces import AnyCells
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS

@@ -16,10 +16,10 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...cells.region_adjacency import region_graph
-from ...errors import MeshError
-from ...mesh.faces import FaceMesh, cut_into_triangles
-from ..attributes import MeshAttributes
+from ..cells.region_adjacency import region_graph
+from ..errors import MeshError
+from ..io.attributes import MeshAttributes
+from ..mesh.faces import FaceMesh, cut_into_triangles
 from .text import fits_single
 
 __all__ = ["write_glb"]

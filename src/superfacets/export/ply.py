@@ -9,10 +9,10 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...mesh.faces import FaceMesh, corners_of
-from ...mesh.point_cloud import PointCloud
-from ..attributes import PLY_TYPES, MeshAttributes
-from ..readers.ply_header import INDEX_NAMES
+from ..io.attributes import PLY_TYPES, MeshAttributes
+from ..io.readers.ply_header import INDEX_NAMES
+from ..mesh.faces import FaceMesh, corners_of
+from ..mesh.point_cloud import PointCloud
 from .text import ROWS_AT_ONCE, fits_single, text_rows
 
 __all__ = ["names_replaced", "write_cloud_ply", "write_ply"]

@@ -10,12 +10,12 @@ from typing import IO, Any
 
 import numpy as np
 
-from ..._types import Array, Bytes, Ints
-from ..._validate import refuse_mask
-from ...cells.kinds import Kind, kind_of
-from ...errors import MeshError
-from ...mesh.faces import AnyCells
-from ..attributes import MeshAttributes
+from .._types import Array, Bytes, Ints
+from .._validate import refuse_mask
+from ..cells.kinds import Kind, kind_of
+from ..errors import MeshError
+from ..io.attributes import MeshAttributes
+from ..mesh.faces import AnyCells
 from .clouds import CLOUD_WRITERS
 from .glb import write_glb
 from .obj import write_obj
@@ -165,7 +165,7 @@ class CellWriter:
         if ending == ".glb":
             keywords["classes"] = options.classes
         if ending == ".ply" and options.vertex_labels:
-            from ...regions.vertices import vertex_labels
+            from ..regions.vertices import vertex_labels
 
             assert labels is not None
             keywords["vertex_labels"] = vertex_labels(cells, labels)
@@ -176,7 +176,7 @@ class CellWriter:
         """The colors as given, or those of the labels, or None where there are neither."""
         if self.given_colors is not None or self.labels is None:
             return self.given_colors  # type: ignore[no-any-return]  # checked
-        from ...pictures.colors import face_colors
+        from ..pictures.colors import face_colors
 
         return face_colors(self.cells, self.labels)
 

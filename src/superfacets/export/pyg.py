@@ -9,10 +9,10 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._validate import refuse_mask
-from ...errors import MeshError
-from ..atomic import StrPath, atomic_outputs
-from ..guards import known_ending
+from .._validate import refuse_mask
+from ..errors import MeshError
+from ..io.atomic import StrPath, atomic_outputs
+from ..io.guards import known_ending
 
 __all__ = ["GRAPH_OUTPUTS", "write_arrays", "write_graphs"]
 

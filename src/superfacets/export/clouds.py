@@ -9,11 +9,11 @@ from typing import IO
 
 import numpy as np
 
-from ..._types import Array, Bytes, Floats, Ints
-from ...errors import MeshError, MissingExtraError
-from ...mesh.point_cloud import PointCloud
-from ..attributes import MeshAttributes
-from ..guards import reason_of
+from .._types import Array, Bytes, Floats, Ints
+from ..errors import MeshError, MissingExtraError
+from ..io.attributes import MeshAttributes
+from ..io.guards import reason_of
+from ..mesh.point_cloud import PointCloud
 from .ply import write_cloud_ply
 from .text import write_rows
 

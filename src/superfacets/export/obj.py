@@ -8,9 +8,9 @@ from typing import IO
 import numpy as np
 import numpy.typing as npt
 
-from ..._types import Array, Bytes, Ints
-from ...mesh.faces import FaceMesh, corners_of
-from ..attributes import MeshAttributes
+from .._types import Array, Bytes, Ints
+from ..io.attributes import MeshAttributes
+from ..mesh.faces import FaceMesh, corners_of
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 
 __all__ = ["face_lines", "write_obj"]

@@ -8,7 +8,7 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._types import Array, Floats
+from .._types import Array, Floats
 
 __all__ = [
     "ROWS_AT_ONCE",

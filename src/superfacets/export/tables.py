@@ -12,10 +12,10 @@ from typing import IO, Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._types import Array, Floats
-from ...errors import MissingExtraError
-from ..atomic import StrPath, atomic_outputs
-from ..guards import known_ending
+from .._types import Array, Floats
+from ..errors import MissingExtraError
+from ..io.atomic import StrPath, atomic_outputs
+from ..io.guards import known_ending
 
 __all__ = ["LINE_ENDINGS", "TABLE_ENDINGS", "Columns", "print_csv", "write_lines", "write_tables"]
 

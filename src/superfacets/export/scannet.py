@@ -12,7 +12,7 @@ import numpy as np
 import numpy.lib.format as npy_format
 import numpy.typing as npt
 
-from ...errors import MeshError
+from ..errors import MeshError
 from .text import write_list
 
 __all__ = [

@@ -1,0 +1,1 @@
+"""Writers: a file per format, each for cells, labels or regions."""

@@ -1,1 +1,0 @@
-"""Writing of meshes and labels: one file per format, on `atomic`."""
