@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import _core
+from .._core import Clustering, OrderedGraph
 from .._options import LoopOptions
 from .._timing import timed
 from .._types import Ints
@@ -91,13 +91,13 @@ class Iteration:
         is_first = not self.levels
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
         if is_first and self.options.relocate:
-            assert isinstance(clustering, _core.Clustering)  # tiles are not asked to
+            assert isinstance(clustering, Clustering)  # tiles are not asked to
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
 
     def _relocate(
-        self, graph: AnyGraph, clustering: _core.Clustering, n_iter: int, reason: StopReason
+        self, graph: AnyGraph, clustering: Clustering, n_iter: int, reason: StopReason
     ) -> tuple[int, StopReason]:
         """Move centers to where they are needed, and iterate again, until none moves.
 
@@ -137,8 +137,8 @@ class Iteration:
             return 1, "cancelled"
         if must_stay:
             return 1, self.stop_reason
-        assert isinstance(graph, _core.OrderedGraph)
-        assert isinstance(clustering, _core.Clustering)  # all cells of tiles are classified once
+        assert isinstance(graph, OrderedGraph)
+        assert isinstance(clustering, Clustering)  # all cells of tiles are classified once
         if max_num_iter is None:
             max_num_iter = self.options.max_num_iter
         seen: set[bytes] = set()
@@ -171,7 +171,7 @@ class Iteration:
             self.is_cancelled = True
 
 
-def _root_mean_square_move(graph: _core.OrderedGraph, centers: Centers, moved_to: Centers) -> float:
+def _root_mean_square_move(graph: OrderedGraph, centers: Centers, moved_to: Centers) -> float:
     moves = graph.positions_of(moved_to) - graph.positions_of(centers)
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 
