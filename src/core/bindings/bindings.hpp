@@ -99,7 +99,7 @@ namespace superfacets {
 // Moves a vector or a buffer to the heap and returns it as an array whose capsule deletes it.
 template <typename List>
 auto to_numpy(List&& list) {
-  using Element = typename std::decay_t<List>::value_type;
+  using Element = std::decay_t<List>::value_type;
   auto* owned = new std::decay_t<List>(std::forward<List>(list));
   if constexpr (requires { owned->reserve(1); }) {
     owned->reserve(1);  // numpy wants a valid pointer for an empty array too
@@ -169,7 +169,7 @@ auto to_python(Result&& result) {
   using Type = std::decay_t<Result>;
   const auto each = [](auto&... values) { return std::tuple(to_python(std::move(values))...); };
   if constexpr (requires { typename Type::value_type; }) {
-    return to_numpy(std::move(result));
+    return to_numpy(std::forward<Result>(result));
   } else if constexpr (requires { std::tuple_size<Type>::value; }) {
     return std::apply(each, result);
   } else if constexpr (std::is_class_v<Type> && std::is_aggregate_v<Type> &&
@@ -231,7 +231,7 @@ struct Parameters<R (C::*)(A...) const> : Parameters<R (*)(A...)> {};
 // Binds a kernel whose last parameter is a team: Python gives a number of threads instead.
 template <std::int64_t kPerThread = kMinPerThread, typename Kernel>
 auto threaded(const Kernel& kernel) {
-  using Types = typename Parameters<Kernel>::Types;
+  using Types = Parameters<Kernel>::Types;
   return [&]<std::size_t... I>(std::index_sequence<I...>) {
     return [kernel](std::tuple_element_t<I, Types>... arguments, int n_threads) {
       const std::size_t n = std::max({size_of(arguments)...});
@@ -244,7 +244,7 @@ auto threaded(const Kernel& kernel) {
 // Binds a kernel that runs on one thread.
 template <typename Kernel>
 auto serial(const Kernel& kernel) {
-  using Types = typename Parameters<Kernel>::Types;
+  using Types = Parameters<Kernel>::Types;
   return [&]<std::size_t... I>(std::index_sequence<I...>) {
     return [kernel](std::tuple_element_t<I, Types>... arguments) {
       return without_gil([&] { return kernel(arguments...); });

@@ -323,7 +323,9 @@ class RayTree {
 
   bool is_passed_by(const Open& node, const Ray& ray, double distance) const {
     const auto& boxes = slanted_[node.level];
-    return !boxes.empty() && boxes[node.index] && !boxes[node.index]->is_met(ray, distance);
+    if (boxes.empty()) return false;
+    const auto& box = boxes[node.index];
+    return box.has_value() && !box->is_met(ray, distance);
   }
 
   // Adds the nodes below one that the ray meets, the nearest last.
