@@ -166,10 +166,12 @@ def test_a_server_that_is_killed_is_replaced():
 
 @linux
 def test_the_server_is_started_ahead_where_a_second_core_can_run_it(monkeypatch):
+    psutil = pytest.importorskip("psutil")
     for process in servers():
         process.kill()
-    while servers():  # not `wait`, which would hide its end from the module that has started it
-        time.sleep(0.01)
+        # Not `wait`, which would hide its end from the module that has started it.
+        while process.is_running() and process.status() != psutil.STATUS_ZOMBIE:
+            time.sleep(0.01)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0})
     start.prepare()
     assert servers() == []
