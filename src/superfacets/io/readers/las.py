@@ -289,13 +289,14 @@ def _chunks(
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
     if any(size > n_bytes for _, size in chunks):  # some have 64 bits
         raise MeshError(f"a chunk of points takes more than the {n_bytes} bytes of all")
-    counts = np.array(chunks, dtype=np.int64).reshape(-1, 2)
+    counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
     if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the others
-        counts[:-1, 0] = vlr.chunk_size()
+        largest = counts[:-1, 0] = vlr.chunk_size()
         counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
     counts = counts[counts.any(axis=1)]  # some writers end with an empty chunk
     n_points, n_used = counts.sum(axis=0)
-    if counts.min(initial=1) <= 0 or n_points != header.n_points or n_used > n_bytes:
+    sizes_fit = counts.min(initial=1) > 0 and counts[:, 0].max(initial=0) <= largest
+    if not sizes_fit or n_points != header.n_points or n_used > n_bytes:
         raise MeshError(
             f"the chunks of the file do not add up to {counted(header.n_points, 'point')} in"
             f" {n_bytes} bytes"
