@@ -1,27 +1,16 @@
-"""Names of array types, and lookups in arrays that several rooms of tiles need."""
+"""Lookups in arrays that several modules of tiles need."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Bools, Floats, Longs
 
-__all__ = [
-    "Array", "Bools", "Bytes", "Floats", "Ints", "Longs",
-    "box_of", "index_near", "is_among", "joined_boxes", "merged", "rows", "stable_order",
-]  # fmt: skip
-
-Array: TypeAlias = npt.NDArray[Any]
-Bools: TypeAlias = npt.NDArray[np.bool_]
-Bytes: TypeAlias = npt.NDArray[np.uint8]
-Floats: TypeAlias = npt.NDArray[np.float64]
-Ints: TypeAlias = npt.NDArray[np.int32]
-Longs: TypeAlias = npt.NDArray[np.int64]
-
+__all__ = ["box_of", "index_near", "is_among", "joined_boxes", "merged", "rows", "stable_order"]
 
 _MOST_SPARSE = 16
 """Numbers in the range of a table, for each one in use."""

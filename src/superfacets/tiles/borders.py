@@ -8,9 +8,10 @@ from functools import partial
 import numpy as np
 
 from .. import _core
+from .._types import Array, Bools, Bytes, Ints, Longs
 from ..regions.edit import BorderCosts
 from ..regions.smooth import MAX_CHAIN, MAX_DISTANCE, MAX_SWEEPS
-from .arrays import Array, Bools, Bytes, Ints, Longs, is_among, rows
+from .arrays import is_among, rows
 from .mapping import run_all
 from .part import Part
 from .part_surface import surface_of, with_neighbors

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
+from .._types import Bools, Floats, Ints, Longs
 from ..cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
-from .arrays import Bools, Floats, Ints, Longs, is_among
+from .arrays import is_among
 from .cloud_order import NOT_COPIED, SortedCloud
 from .mapping import run_all
 from .part import Part

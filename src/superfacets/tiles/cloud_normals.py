@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from .arrays import Array, Bools, Floats, Ints, Longs
+from .._types import Array, Bools, Floats, Ints, Longs
 from .cloud_order import NOT_COPIED
 from .part import load_columns
 from .store import TileStore

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
+from .._types import Array, Floats, Ints, Longs
 from .._validate import check_spread
-from .arrays import Array, Floats, Ints, Longs, box_of, joined_boxes
+from .arrays import box_of, joined_boxes
 from .curve_sort import Chunks, find_cuts, read_cut, save_run
 from .mapping import run_all
 from .opening import Pieces

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from .. import _core
-from .arrays import Ints
+from .._types import Ints
 from .cloud_nearest import find_neighbors
 from .cloud_normals import turn_normals
 from .cloud_order import NOT_COPIED, sort_cloud

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._types import Array, Ints, Longs
 from .._validate import MAX_CELLS
 from ..errors import MeshError
 from ..io.tables import Rows
-from .arrays import Array, Ints, Longs, stable_order
+from .arrays import stable_order
 from .opening import Pieces
 from .part import NO_LISTS, ListNames, Part
 from .scratch import Scratch

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from .arrays import Longs, is_among, merged
+from .._types import Longs
+from .arrays import is_among, merged
 from .mapping import run_all
 from .part import Lists, Part
 from .store import Run, TileStore

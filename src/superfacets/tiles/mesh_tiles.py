@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
+from .._types import Array, Floats, Ints, Longs
 from .._validate import check_extent, raise_index_error
 from ..io.tables import take_rows
-from .arrays import Array, Floats, Ints, Longs, box_of, joined_boxes
+from .arrays import box_of, joined_boxes
 from .curve_sort import Chunks, find_cuts, read_cut, save_run
 from .mapping import run_all
 from .opening import Pieces

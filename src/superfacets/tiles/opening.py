@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Array, Longs
 from .._validate import checked_normals, exact_doubles
 from ..adapters.convert import as_cells, as_mesh
 from ..errors import MeshError
@@ -25,7 +26,6 @@ from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
-from .arrays import Array, Longs
 from .scratch import RowFile, Scratch
 
 __all__ = ["Pieces", "TiledSource", "files_of", "holds_points", "open_pieces"]

@@ -9,11 +9,12 @@ from typing import TypeAlias
 
 import numpy as np
 
+from .._types import Array, Ints, Longs
 from .._validate import freeze
 from ..mesh.faces import FaceMesh
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
-from .arrays import Array, Ints, Longs, merged, rows
+from .arrays import merged, rows
 from .scratch import Scratch
 from .store import TileStore
 

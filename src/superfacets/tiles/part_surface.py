@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from .. import _core
+from .._types import Ints, Longs
 from ..cells.cell_graph import box_diagonal
 from ..cells.surface import Surface
-from .arrays import Ints, Longs, index_near
+from .arrays import index_near
 from .part import Lists, Part
 from .store import TileStore
 

@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from .._types import Array
 from ..export.scannet import write_npy
 from ..io.atomic import writable_folder
 from ..io.locks import held, is_left_behind
 from ..io.readers.npy import npy_header
 from ..io.tables import RecordRows, read_all
 from ..workers.threads import despite_interrupts
-from .arrays import Array
 
 __all__ = [
     "RowFile", "Scratch", "check_room", "scratch_folder", "write_array",

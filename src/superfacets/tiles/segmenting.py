@@ -19,6 +19,7 @@ from .._options import (
     SizeOptions,
 )
 from .._timing import OnStage, timed
+from .._types import Ints, Longs
 from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
 from ..cells.size import size_of_total
@@ -30,7 +31,6 @@ from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
 from ..io.atomic import StrPath
 from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
-from .arrays import Ints, Longs
 from .borders import BorderRule, straighten_tiled
 from .cloud_tiles import make_cloud_tiles
 from .label_files import label_files, ranges_of, save_labels

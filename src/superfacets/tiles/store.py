@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from .arrays import Array, Bools, Floats, Ints, Longs
+from .._types import Array, Bools, Floats, Ints, Longs
 from .scratch import Scratch
 
 __all__ = ["RANGE", "Job", "Kind", "Run", "TileStore", "find_cells", "tile_starts"]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import _core
-from .arrays import Array, Floats, Ints, Longs
+from .._types import Array, Floats, Ints, Longs
 from .mapping import run_all
 from .store import Run, TileStore
 from .tiled_islands import join_islands

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from .arrays import Floats, Ints, Longs
+from .._types import Floats, Ints, Longs
 from .store import Run, TileStore
 
 __all__ = ["find_islands", "join_islands"]

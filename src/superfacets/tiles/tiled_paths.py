@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from .arrays import Array, Ints, Longs
+from .._types import Array, Ints, Longs
 from .mapping import run_all
 from .store import Run, TileStore, find_cells
 from .tiled_islands import find_islands

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
+from .._types import Array, Floats
 from ..errors import MeshError
 from ..io.tables import Rows
-from .arrays import Array, Floats
 from .mapping import run_all
 from .scratch import Scratch
 from .store import Run
