@@ -1,4 +1,4 @@
-"""Rings of faces around some vertices of a tile, and what a band takes of it."""
+"""Rings of faces around vertices of a tile, and rows of arrays."""
 
 import numpy as np
 
@@ -30,25 +30,6 @@ def test_what_is_given_stays():
     rings = marks(v5=2)
     _core.spread_rings(OFFSETS, CORNERS, rings)
     assert rings.tolist() == marks(v5=2).tolist()
-
-
-def test_a_band_has_all_faces_of_marked_vertices():
-    # Arcs to the face before and the face behind, across sides 0 and 1.
-    counts = np.full(N, 2)
-    counts[[0, -1]] = 1
-    arc_offsets = np.append(0, np.cumsum(counts))
-    sides = np.array([1, *(N - 2) * [0, 1], 0], np.int32)
-    cells, rim, corner_counts, corners, vertices, arc_counts, arcs = _core.cut_band(
-        OFFSETS, CORNERS, marks(v5=1, v6=1), arc_offsets, sides
-    )
-    assert cells.tolist() == [3, 4, 5, 6]
-    assert rim.tolist() == [0, 1, 2, 3]
-    assert corner_counts.tolist() == [3, 3, 3, 3]
-    assert vertices.tolist() == [3, 4, 5, 6, 7, 8]
-    assert corners.tolist() == [0, 1, 2, 1, 2, 3, 2, 3, 4, 3, 4, 5]
-    # Those across (3, 4) and (7, 8) are left out.
-    assert arc_counts.tolist() == [1, 2, 2, 1]
-    assert arcs.tolist() == [6, 7, 8, 9, 10, 11]
 
 
 def test_rows_in_any_order():

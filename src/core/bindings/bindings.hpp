@@ -133,9 +133,6 @@ auto members(Struct&& from) {
   if constexpr (requires { S{A(), A(), A(), A(), A(), A(), A(), A(), A()}; }) {
     auto& [a, b, c, d, e, f, g, h, i] = from;
     return std::tie(a, b, c, d, e, f, g, h, i);
-  } else if constexpr (requires { S{A(), A(), A(), A(), A(), A(), A()}; }) {
-    auto& [a, b, c, d, e, f, g] = from;
-    return std::tie(a, b, c, d, e, f, g);
   } else if constexpr (requires { S{A(), A(), A(), A(), A()}; }) {
     auto& [a, b, c, d, e] = from;
     return std::tie(a, b, c, d, e);

@@ -11,7 +11,6 @@
 #include "clustering/coarse_sums.hpp"
 #include "clustering/coarse_tile.hpp"
 #include "clustering/coarsening.hpp"
-#include "clustering/fixed_point.hpp"
 #include "clustering/islands.hpp"
 #include "clustering/seeding.hpp"
 #include "clustering/update.hpp"
@@ -74,28 +73,6 @@ Buffer<Point> vectors_of_polygons(const CoarseGraph& coarse, const PolygonSurfac
   return coarse_sums(coarse, vector_of, team);
 }
 
-constexpr std::size_t kNumbersPerSum = 8;
-
-std::vector<std::int64_t> rows_of(std::span<const FixedSum> sums) {
-  std::vector<std::int64_t> rows;
-  rows.reserve(kNumbersPerSum * sums.size());
-  for (const FixedSum& sum : sums) {
-    rows.insert(rows.end(), sum.upper.begin(), sum.upper.end());
-    rows.insert(rows.end(), sum.lower.begin(), sum.lower.end());
-  }
-  return rows;
-}
-
-std::vector<FixedSum> sums_of_rows(std::span<const std::int64_t> rows) {
-  std::vector<FixedSum> sums(rows.size() / kNumbersPerSum);
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    const auto row = rows.subspan(kNumbersPerSum * i, kNumbersPerSum);
-    std::copy_n(row.begin(), 4, sums[i].upper.begin());
-    std::copy_n(row.begin() + 4, 4, sums[i].lower.begin());
-  }
-  return sums;
-}
-
 auto connected_tile(Offsets offsets, Integers arc_targets, Floats arc_lengths, Integers coarse,
                     Floats coarse_lengths, ThreadTeam& team) {
   const auto n_own = static_cast<Place>(offsets.size() - 1);
@@ -112,25 +89,6 @@ TilePaths improved_paths(Offsets offsets, Integers targets, Floats arc_lengths, 
                          Integers proposed_labels, ThreadTeam& team) {
   return improve_paths({offsets, targets, arc_lengths}, lengths, labels,
                        {places, proposed_lengths, proposed_labels}, team);
-}
-
-// The exact sums of regions, rows of eight whole numbers, which may be added in any order.
-auto fixed_sums(Points positions, Doubles measures, Integers labels, Label n_regions, Point low,
-                Point high, double total_measure) {
-  const FixedPoint fixed({low, high}, total_measure);
-  return rows_of(region_sums(fixed, positions, measures, labels, n_regions));
-}
-
-// Their means, and whether their measure is too small for these.
-auto fixed_means(Offsets rows, Point low, Point high, double total_measure) {
-  const FixedPoint fixed({low, high}, total_measure);
-  std::vector<Point> means;
-  std::vector<std::uint8_t> is_small;
-  for (const FixedSum& sum : sums_of_rows(rows)) {
-    is_small.push_back(static_cast<std::uint8_t>(FixedPoint::is_too_small(sum)));
-    means.push_back(is_small.back() != 0 ? Point{0.0, 0.0, 0.0} : fixed.mean(sum));
-  }
-  return std::tuple(std::move(means), std::move(is_small));
 }
 
 }  // namespace
@@ -192,9 +150,6 @@ void bind_clustering_stages(nb::module_& module) {
   module.def("region_means", serial(&region_means), "coarse"_a, "labels"_a, "n_regions"_a);
   module.def("nearest_of_regions", serial(&nearest_of_regions), "positions"_a, "cells"_a,
              "labels"_a, "targets"_a);
-  module.def("fixed_sums", serial(&fixed_sums), "positions"_a, "measures"_a, "labels"_a,
-             "n_regions"_a, "low"_a, "high"_a, "total_measure"_a);
-  module.def("fixed_means", serial(&fixed_means), "rows"_a, "low"_a, "high"_a, "total_measure"_a);
   module.def("update_centers", threaded(&centers_of), "graph"_a, "labels"_a, "n_regions"_a,
              "n_threads"_a);
 }

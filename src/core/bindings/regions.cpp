@@ -79,11 +79,6 @@ Buffer<std::uint8_t> spread(Offsets offsets, Integers corners, Bytes rings) {
   return numbers;
 }
 
-BandOfTile band_of_tile(Offsets offsets, Integers corners, Bytes rings, Offsets arc_offsets,
-                        Integers sides) {
-  return cut_band({offsets, corners}, rings, arc_offsets, sides);
-}
-
 }  // namespace
 
 void bind_regions(nb::module_& module) {
@@ -98,8 +93,6 @@ void bind_regions(nb::module_& module) {
   module.def("region_arcs", threaded(&arcs_between), "surface"_a, "labels"_a, "n_threads"_a);
   module.def("cells_at_borders", serial(&cells_at_borders), "offsets"_a, "targets"_a, "labels"_a);
   module.def("spread_rings", serial(&spread), "offsets"_a, "corners"_a, "rings"_a);
-  module.def("cut_band", serial(&band_of_tile), "offsets"_a, "corners"_a, "rings"_a,
-             "arc_offsets"_a, "sides"_a);
   module.def("trace_lines", serial(&trace_lines), "partners"_a);
   module.def("smooth_borders", threaded(&smoothed), "surface"_a, "lengths"_a, "unit"_a,
              "crease_scale"_a, "labels"_a, "fixed"_a, "max_distance"_a, "max_chain"_a,

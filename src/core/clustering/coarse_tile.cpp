@@ -83,17 +83,6 @@ TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cel
   return joined;
 }
 
-std::vector<FixedSum> region_sums(const FixedPoint& fixed, std::span<const Point> positions,
-                                  std::span<const double> measures, std::span<const Label> labels,
-                                  Label n_regions) {
-  SUPERFACETS_ASSERT(measures.size() == positions.size() && labels.size() == positions.size());
-  std::vector<FixedSum> sums(n_regions);
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (labels[i] != kNoLabel) sums[labels[i]].add(fixed.of(positions[i], measures[i]));
-  }
-  return sums;
-}
-
 NearestOfRegions nearest_of_regions(std::span<const Point> positions, std::span<const Cell> cells,
                                     std::span<const Label> labels, std::span<const Point> targets) {
   SUPERFACETS_ASSERT(cells.size() == positions.size() && labels.size() == positions.size());

@@ -7,7 +7,6 @@
 #include "base/threads.hpp"
 #include "cells/ordered_graph.hpp"
 #include "cells/surface.hpp"
-#include "clustering/fixed_point.hpp"
 
 namespace superfacets {
 
@@ -33,11 +32,6 @@ struct TileArcs {
 // the number of the coarse cell among all, lengths those of the paths from its center.
 TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
                       std::span<const float> lengths, ThreadTeam& team);
-
-// The sum of the cells of each region; those with kNoLabel are in none.
-std::vector<FixedSum> region_sums(const FixedPoint& fixed, std::span<const Point> positions,
-                                  std::span<const double> measures, std::span<const Label> labels,
-                                  Label n_regions);
 
 // For each region its cell nearest to a point of its own, the lowest among equals, and the squared
 // distance; kNoCell and infinity where none of these cells is in it.
