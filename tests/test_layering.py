@@ -186,7 +186,6 @@ CELL_CLASSES = {
     "AnyCells",
 }
 CELL_ROOMS = ("mesh", "adapters", "cells.kinds")
-YET_TO_CHANGE = {"tiles.opening"}
 
 
 def cell_tests(tree: ast.AST) -> list[int]:
@@ -219,7 +218,7 @@ def test_only_kinds_ask_for_the_class_of_cells(path):
     if name.startswith(CELL_ROOMS):
         return
     found = cell_tests(ast.parse(path.read_text(encoding="utf-8")))
-    assert bool(found) == (name in YET_TO_CHANGE), f"lines {found}: ask cells.kinds.kind_of"
+    assert not found, f"lines {found}: ask cells.kinds.kind_of"
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from .._types import Array, Longs
 from .._validate import checked_normals, exact_doubles
 from ..adapters.convert import as_cells, as_mesh
+from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.guards import check_regular
 from ..io.readers.clouds import holds_cloud
@@ -22,9 +23,9 @@ from ..io.readers.obj import read_file_blocks
 from ..io.readers.ply_header import INDEX_NAMES, Element, read_header
 from ..io.readers.read import CELL_ENDINGS, cell_ending, read_cells
 from ..io.tables import ArrayRows, ConvertedRows, JoinedRows, RecordRows, Rows
+from ..mesh.faces import corners_of
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
-from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 from .scratch import RowFile, Scratch
 
@@ -156,14 +157,16 @@ def _as_normals(rows: Array, begin: int) -> Array:
 
 
 def _pieces_of_cells(cells: Any, where: str = "") -> Pieces:
-    if isinstance(cells, TetMesh):
-        raise MeshError(f"{where}tiles are of faces or points, and this holds tetrahedra")
-    if isinstance(cells, PointCloud):
+    kind = kind_of(cells)
+    if kind.are_points:
         normals = None if cells.normals is None else ArrayRows(cells.normals)
         return Pieces(ArrayRows(cells.points), normals=normals)
-    if isinstance(cells, Mesh):
-        return Pieces(ArrayRows(cells.vertices), ArrayRows(cells.faces))
-    return Pieces(ArrayRows(cells.vertices), ArrayRows(cells.indices), ArrayRows(cells.offsets))
+    if not kind.has_faces:
+        raise MeshError(f"{where}tiles are of faces or points, and this holds {kind.plural}")
+    vertices, corners = ArrayRows(cells.vertices), corners_of(cells)
+    if corners.offsets is None:
+        return Pieces(vertices, ArrayRows(corners.vertices.reshape(-1, 3)))
+    return Pieces(vertices, ArrayRows(corners.vertices), ArrayRows(corners.offsets))
 
 
 def _checked_points(array: Array, name: str, count: str) -> Array:

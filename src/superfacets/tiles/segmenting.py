@@ -11,15 +11,8 @@ import numpy as np
 
 from .. import _core
 from .._memory import address_limit, memory_of_process
-from .._options import (
-    CleanupOptions,
-    Islands,
-    LoopOptions,
-    Progress,
-    SizeOptions,
-)
+from .._options import CleanupOptions, Islands, LoopOptions, Progress, SizeOptions
 from .._timing import OnStage, timed
-from .._types import Ints, Longs
 from .._validate import checked_choice, checked_count, checked_flag
 from ..cells.cell_graph import box_diagonal
 from ..cells.size import size_of_total
@@ -30,15 +23,15 @@ from ..clustering.plan import Plan
 from ..clustering.segmentation import Segmentation
 from ..errors import SliverWarning
 from ..io.atomic import StrPath
-from ..pipeline import sliver_advice, stages_in_order, warn_of_islands
+from ..pipeline import Options, sliver_advice, stages_in_order, warn_of_islands
 from .borders import BorderRule, straighten_tiled
 from .cloud_tiles import make_cloud_tiles
 from .label_files import label_files, ranges_of, save_labels
-from .mapping import OnDone, open_run, run_all
+from .mapping import OnDone, open_run
 from .mesh_tiles import make_mesh_tiles
 from .opening import TiledSource, open_pieces
 from .scratch import check_room, scratch_folder
-from .store import Run, TileStore, find_cells
+from .store import TileStore, find_cells
 from .tile_arcs import WeightRule, find_arcs
 from .tiled_graph import TiledGraph
 
@@ -179,12 +172,13 @@ def segment_tiled(
     """
     checked_choice(weights, "weights", _WEIGHTS)  # not an array
     loop = LoopOptions.checked(max_num_iter, tol, None, islands, n_threads, progress, on_stage)
-    options = TiledOptions(
+    options = Options(
+        checked_flag(weld, "weld"),
+        "geodesic",
         SizeOptions.checked(n_segments, radius, "geodesic"),
         WeightOptions.checked(weights, alpha, eta_convex, ridges),
         loop,
         CleanupOptions.checked(smooth, False, 0.0, islands),
-        checked_flag(weld, "weld"),
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
     with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and memory for all that follows
@@ -235,19 +229,8 @@ class Place:
         return min(loop.n_threads, max(memory_of_process() // MEMORY_PART // each, 1))
 
 
-@dataclass(frozen=True)
-class TiledOptions:
-    """The checked options of all stages."""
-
-    size: SizeOptions
-    weights: WeightOptions
-    loop: LoopOptions
-    cleanup: CleanupOptions
-    weld: bool
-
-
 def _run(
-    source: TiledSource, options: TiledOptions, place: Place, on_tile: OnDone | None
+    source: TiledSource, options: Options, place: Place, on_tile: OnDone | None
 ) -> Segmentation:
     """Run all stages; the caller of `segment_tiled` is warned."""
     timings: dict[str, float] = {}
@@ -278,7 +261,7 @@ def _run(
     return result
 
 
-def _segment(graph: TiledGraph, options: TiledOptions, timings: dict[str, float]) -> Segmentation:
+def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:
     """Run the stages that follow on tiles."""
     store, run, loop = graph.store, graph.run, options.loop
     diagonal = box_diagonal(store.bounds)
@@ -300,24 +283,17 @@ def _segment(graph: TiledGraph, options: TiledOptions, timings: dict[str, float]
             borders = BorderRule(name, unit, size.radius or diagonal, loop.n_threads)
             straighten_tiled(store, borders, result.labels, result.centers, run)
     if store.kind == "points":
-        result = _in_input_order(store, result, run)
-    params = {"weld": options.weld, **options.weights.params, **result.params}
-    timings = stages_in_order(timings | result.timings)
-    params |= options.cleanup.params
+        result = _in_input_order(store, result)
+    timings, params = stages_in_order(timings | result.timings), options.params(result)
     return replace(result, sliver_share=share, timings=timings, params=params)
 
 
-def _in_input_order(store: TileStore, result: Segmentation, run: Run) -> Segmentation:
-    """The result for points as they are numbered in the input."""
+def _in_input_order(store: TileStore, result: Segmentation) -> Segmentation:
+    """Return the result with points numbered as in the input."""
     labels, centers = np.empty_like(result.labels), np.empty_like(result.centers)
     for tile in range(store.n_tiles):
-        labels[store.read(tile, "numbers")] = result.labels[store.read(tile, "cells")]
-    for which, numbers in run_all(run, _numbers_of, store, store.n_tiles, result.centers):
-        centers[which] = numbers
+        numbers = store.read(tile, "numbers")
+        labels[numbers] = result.labels[store.read(tile, "cells")]
+        which, at = find_cells(store, tile, result.centers)
+        centers[which] = numbers[at]
     return replace(result, labels=labels, centers=centers)
-
-
-def _numbers_of(store: TileStore, tile: int, cells: Ints) -> tuple[Longs, Ints]:
-    """Which of some cells are in a tile, and their numbers in the input."""
-    which, at = find_cells(store, tile, cells)
-    return which, store.read(tile, "numbers")[at]
