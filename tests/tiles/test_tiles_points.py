@@ -12,7 +12,7 @@ from superfacets import MeshError, PointCloud, segment_tiled
 from superfacets.errors import IslandWarning
 from superfacets.tiles import borders, cloud_normals
 from superfacets.tiles.cloud_order import in_halves
-from superfacets.tiles.part import save_columns
+from superfacets.tiles.part import Part
 from superfacets.tiles.scratch import scratch_folder
 
 pytestmark = pytest.mark.filterwarnings("ignore::superfacets.IslandWarning")
@@ -209,8 +209,8 @@ def test_halves_follow_the_order_in_memory(tmp_path):
     with scratch_folder(tmp_path) as scratch:
         names = [f"halves/0-{chunk}" for chunk in range(12)]
         for name, part in zip(names, np.array_split(np.arange(len(points)), 12), strict=True):
-            save_columns(scratch, name, {"numbers": numbers[part], "positions": points[part]})
-        found = [part["numbers"] for part in in_halves(scratch, names, 50)]
+            Part({"numbers": numbers[part], "positions": points[part]}).save(scratch, name)
+        found = [part.columns["numbers"] for part in in_halves(scratch, names, 50)]
     wanted = halved(np.arange(len(points)))
     assert [part.tolist() for part in found] == [part.tolist() for part in wanted]
 

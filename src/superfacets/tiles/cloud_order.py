@@ -9,35 +9,32 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from .._types import Array, Floats, Ints, Longs
+from .._types import Floats, Ints, Longs
 from .._validate import check_spread
-from .arrays import box_of, joined_boxes
+from .arrays import box_of, index_in, joined_boxes
 from .curve_sort import Chunks, find_cuts, read_cut, save_run
 from .mapping import run_all
 from .opening import Pieces
-from .part import Columns, Part, load_columns, save_columns, taken
+from .part import Part
 from .scratch import Scratch
 from .store import RANGE, Run, TileStore, tile_starts
 
 __all__ = ["NOT_COPIED", "SortedCloud", "in_halves", "sort_cloud"]
 
 NOT_COPIED = -1
-"""In the place of the lowest point at the same position, for that one itself."""
+"""``lowest`` of a point that is not a copy."""
 
 COLUMNS = ("numbers", "lowest", "cells", "positions", "normals")
-"""Arrays of the points of a run, a block or a tile; the last only where normals are given."""
-
-DIGIT = 16
-"""Bits of a coordinate that are looked at in one pass."""
+"""Arrays of the points of a run, a block or a tile; ``normals`` only where the input has them."""
 
 
 @dataclass(frozen=True, eq=False)
 class SortedCloud:
-    """A cloud as tiles, of which nothing but the points is known.
+    """The sorted points of a cloud as tiles; neighbors and areas are still unknown.
 
-    Points are sorted by the code of their position on the curve, copies of a lower one at the same
-    position behind the others of their code; the others as in memory: where many have the same
-    code, by halving the box around them. Per tile there are
+    A *copy* is a point at exactly the position of a lower one. Points are sorted by the code of
+    their position on the curve, with the copies of a code last. The others of a code are ordered
+    as in memory, by halving the box around them. Per tile there are
 
     ========= =============== =====================================================
     cells     (n,) int32      number in the order that `segment` works in: that of
@@ -48,8 +45,8 @@ class SortedCloud:
     normals   (n, 3) float64  if they are given
     ========= =============== =====================================================
 
-    The store has no total measure yet. There are `n_apart` different positions; `boxes`, (R, 2, 3),
-    are around each range of `RANGE` places, in the order of places, without copies.
+    There are `n_apart` different positions. `boxes`, (R, 2, 3), are around each range of `RANGE`
+    places, without copies. The total measure of the store is not yet known.
     """
 
     store: TileStore
@@ -67,12 +64,12 @@ class _Ordered(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Frame:
-    """What the numbers of cells follow from: `copies_before` counts those of previous chunks."""
+class _Numbering:
+    """Numbers of cells: those that are no copies by place, then copies as in the input."""
 
-    size: int
+    size: int  # points of a chunk
     n_apart: int
-    copies_before: Longs
+    copies_before: Longs  # number of copies in the chunks before each
     n_threads: int
 
 
@@ -81,8 +78,8 @@ def sort_cloud(
 ) -> SortedCloud:
     """Sort the points of a cloud along the curve, as in memory, and write them tile by tile.
 
-    Points whose code is at the border of two tiles are in one block with one of them; blocks are
-    ordered, and then cut into tiles.
+    Points of one code can be ordered only together. So the sorted points are first cut into blocks
+    of whole codes; each block is ordered, and tiles are cut from the blocks.
 
     Raises
     ------
@@ -100,16 +97,16 @@ def sort_cloud(
     starts = tile_starts(n_points, chunks.n_chunks)
     cuts = _block_cuts(scratch, np.stack([some for some, _ in found]), np.array(starts), size)
     scratch.save("blocks", cuts)
-    frame = _Frame(size, n_points - int(copies_before[-1]), copies_before, n_threads)
-    blocks = run_all(run, _order_block, scratch, len(cuts) - 1, frame)
+    numbering = _Numbering(size, n_points - int(copies_before[-1]), copies_before, n_threads)
+    blocks = run_all(run, _order_block, scratch, len(cuts) - 1, numbering)
     scratch.remove_folder("runs")
     store = TileStore(scratch, "points", starts, bounds, bounds, 0.0)
     parts = [part for block in blocks for part in block]
-    if frame.n_apart < n_points:
+    if numbering.n_apart < n_points:
         _find_lowest(scratch, blocks)
     boxes = run_all(run, _write_tile, store, store.n_tiles, parts)
     scratch.remove_folder("ordered")
-    return SortedCloud(store, frame.n_apart, np.concatenate(boxes), pieces.normals is not None)
+    return SortedCloud(store, numbering.n_apart, np.concatenate(boxes), pieces.normals is not None)
 
 
 def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
@@ -117,7 +114,10 @@ def _box_of_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> Floats:
 
 
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) -> tuple[Ints, int]:
-    """Write the points of a chunk in the order of codes; counts of upper bits, and of copies."""
+    """Write the points of a chunk sorted by code; counts of the codes' upper bits, and of copies.
+
+    ``cells`` of copies are their ranks among the copies of the chunk.
+    """
     begin, end = chunks.range(chunk)
     positions = np.ascontiguousarray(chunks.pieces.points.read(begin, end))
     low, high = map(tuple, bounds)
@@ -128,7 +128,7 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
         lowest[:] = chunks.lowest.read(begin, end)
         lowest[lowest == numbers] = NOT_COPIED
     is_copy = lowest != NOT_COPIED
-    ranks = np.cumsum(is_copy, dtype=np.int32) - 1  # of the copies, in the order of the input
+    ranks = np.cumsum(is_copy, dtype=np.int32) - 1
     columns = {"numbers": numbers, "lowest": lowest, "cells": ranks, "positions": positions}
     if chunks.pieces.normals is not None:
         columns["normals"] = chunks.pieces.normals.read(begin, end)
@@ -136,7 +136,11 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, bounds: Floats) ->
 
 
 def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Longs:
-    """Where each block begins in each sorted run, shape (blocks + 1, chunks): at new codes."""
+    """Where each block begins in each sorted run, shape (blocks + 1, chunks).
+
+    The code at the start of each tile becomes a block of its own; adjacent blocks are joined while
+    they have at most `size` points together.
+    """
     cuts = find_cuts(scratch, counts, starts)
     codes = []
     for cut in cuts[1:-1]:
@@ -152,114 +156,112 @@ def _block_cuts(scratch: Scratch, counts: Ints, starts: Longs, size: int) -> Lon
         found[:-1, chunk] = np.searchsorted(scratch.load(f"runs/{chunk}/codes"), wanted)
     found[-1] = cuts[-1]
     firsts, at = np.unique(found.sum(axis=1), return_index=True)  # without empty blocks
-    kept = [0]  # without cuts between blocks that fit together
+    kept = [0]
     for cut in range(1, len(firsts) - 1):
         if firsts[cut + 1] - firsts[kept[-1]] > size:
             kept.append(cut)
     return found[at[[*kept, len(firsts) - 1]]]
 
 
-def _order_block(scratch: Scratch, block: int, frame: _Frame) -> list[_Ordered]:
-    """Write the points of a block in their final order; in several parts where they are many."""
+def _order_block(scratch: Scratch, block: int, numbering: _Numbering) -> list[_Ordered]:
+    """Write the points of a block in their final order; a large block becomes several parts."""
     cuts = scratch.load("blocks", block, block + 2)
-    if int((cuts[1] - cuts[0]).sum()) > 2 * frame.size:  # all have the same code
-        return _order_in_parts(scratch, block, cuts, frame)
-    columns = read_cut(scratch, cuts, COLUMNS).columns
-    codes, is_copy = columns.pop("codes"), columns["lowest"] != NOT_COPIED
+    if int((cuts[1] - cuts[0]).sum()) > 2 * numbering.size:  # all have the same code
+        return _order_in_parts(scratch, block, cuts, numbering)
+    points = read_cut(scratch, cuts, COLUMNS)
+    codes, is_copy = points.columns.pop("codes"), points.columns["lowest"] != NOT_COPIED
     apart, copies = np.flatnonzero(~is_copy), np.flatnonzero(is_copy)
-    positions = columns["positions"][apart]
-    refined = _core.order_within_steps(positions, codes[apart], frame.n_threads)
+    positions = points.columns["positions"][apart]
+    refined = _core.order_within_steps(positions, codes[apart], numbering.n_threads)
     order = np.concatenate([apart[refined], copies])
     if len(copies):
         order = order[np.argsort(codes[order], kind="stable")]
-    return [_write_ordered(scratch, f"{block}", taken(columns, order), frame)]
+    return [_write_ordered(scratch, f"{block}", points.take(order), numbering)]
 
 
-def _order_in_parts(scratch: Scratch, block: int, cuts: Longs, frame: _Frame) -> list[_Ordered]:
-    """The same where all points have one code; no more than `size` are in memory at a time."""
+def _order_in_parts(
+    scratch: Scratch, block: int, cuts: Longs, numbering: _Numbering
+) -> list[_Ordered]:
+    """The same for points of one code; no more than `size` of them are in memory at a time."""
     copies, apart = list[_Ordered](), list[str]()
     for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist():
-        columns = load_columns(scratch, f"runs/{chunk}", COLUMNS, *cuts[:, chunk].tolist())
-        is_copy = columns["lowest"] != NOT_COPIED
+        begin, end = cuts[:, chunk].tolist()
+        points = Part.load(scratch, f"runs/{chunk}", COLUMNS, begin=begin, end=end)
+        is_copy = points.columns["lowest"] != NOT_COPIED
         if is_copy.any():
-            some = taken(columns, np.flatnonzero(is_copy))
-            copies.append(_write_ordered(scratch, f"{block}-copies{chunk}", some, frame))
+            some = points.take(np.flatnonzero(is_copy))
+            copies.append(_write_ordered(scratch, f"{block}-copies{chunk}", some, numbering))
         if not is_copy.all():
             apart.append(f"halves/{block}-{chunk}")
-            save_columns(scratch, apart[-1], taken(columns, np.flatnonzero(~is_copy)))
+            points.take(np.flatnonzero(~is_copy)).save(scratch, apart[-1])
     parts = []
-    for place, columns in enumerate(in_halves(scratch, apart, frame.size)):
-        codes = np.zeros(len(columns["numbers"]), np.uint32)
-        order = _core.order_within_steps(columns["positions"], codes, frame.n_threads)
-        parts.append(_write_ordered(scratch, f"{block}-{place}", taken(columns, order), frame))
+    for place, points in enumerate(in_halves(scratch, apart, numbering.size)):
+        codes = np.zeros(len(points), np.uint32)
+        order = _core.order_within_steps(points.columns["positions"], codes, numbering.n_threads)
+        parts.append(_write_ordered(scratch, f"{block}-{place}", points.take(order), numbering))
     return parts + copies
 
 
 def _find_lowest(scratch: Scratch, blocks: Sequence[Sequence[_Ordered]]) -> None:
-    """Replace the numbers of lowest points by places. Copies are in the same block as these."""
+    """Replace ``lowest``, numbers in the input, by places. Both points are in the same block."""
     begin = 0
     for block in blocks:
         starts = begin + np.append(0, np.cumsum([part.n_points for part in block]))
         for part in block:
-            lowest = scratch.load(f"ordered/{part.name}/lowest")
-            wanted = lowest[lowest != NOT_COPIED]
-            places = np.full(len(wanted), NOT_COPIED, np.int32)
+            if part.n_apart == part.n_points:
+                continue
+            lowest = scratch.load(f"ordered/{part.name}/lowest").copy()
+            at_copies = np.flatnonzero(lowest != NOT_COPIED)
+            wanted = lowest[at_copies]
             for other, start in zip(block, starts.tolist(), strict=False):
-                if not len(wanted) or not other.n_apart:
-                    continue
                 numbers = scratch.load(f"ordered/{other.name}/numbers")
-                order = np.argsort(numbers)
-                at = np.minimum(np.searchsorted(numbers, wanted, sorter=order), len(numbers) - 1)
-                is_here = numbers[order[at]] == wanted
-                places[is_here] = start + order[at[is_here]]
-            if len(wanted):
-                lowest = lowest.copy()
-                lowest[lowest != NOT_COPIED] = places
-                scratch.save(f"ordered/{part.name}/lowest", lowest)
+                at = index_in(wanted, numbers, np.argsort(numbers))
+                lowest[at_copies[at >= 0]] = start + at[at >= 0]
+            scratch.save(f"ordered/{part.name}/lowest", lowest)
         begin = int(starts[-1])
 
 
-def _write_ordered(scratch: Scratch, name: str, columns: Columns, frame: _Frame) -> _Ordered:
-    """Write points in their final order; cells that are no copies are numbered from 0 here."""
-    is_copy = columns["lowest"] != NOT_COPIED
+def _write_ordered(scratch: Scratch, name: str, points: Part, numbering: _Numbering) -> _Ordered:
+    """Write points in their final order, with the ``cells`` of copies; others begin at 0 here."""
+    is_copy, cells = points.columns["lowest"] != NOT_COPIED, points.columns["cells"]
     n_apart = int(np.count_nonzero(~is_copy))
-    behind = frame.copies_before[columns["numbers"][is_copy] // frame.size]
-    columns["cells"][is_copy] += (frame.n_apart + behind).astype(np.int32)
-    columns["cells"][~is_copy] = np.arange(n_apart)
-    save_columns(scratch, f"ordered/{name}", columns)
-    return _Ordered(name, len(is_copy), n_apart)
+    behind = numbering.copies_before[points.columns["numbers"][is_copy] // numbering.size]
+    cells[is_copy] += (numbering.n_apart + behind).astype(np.int32)
+    cells[~is_copy] = np.arange(n_apart)
+    points.save(scratch, f"ordered/{name}")
+    return _Ordered(name, len(points), n_apart)
 
 
 def _write_tile(store: TileStore, tile: int, parts: Sequence[_Ordered]) -> Floats:
-    """Write what a tile takes of each part in turn; the box around each range."""
+    """Write the points of a tile, taken from the parts in turn; the box around each range."""
     begin, end = store.starts[tile], store.starts[tile + 1]
     found, first, n_before = [], 0, 0
     for part in parts:
         last = first + part.n_points
         if first < end and begin < last:
             rows = max(begin - first, 0), min(end, last) - first
-            columns = load_columns(store.scratch, f"ordered/{part.name}", COLUMNS, *rows)
-            is_apart = columns["lowest"] == NOT_COPIED
-            columns["cells"] = (columns["cells"] + n_before * is_apart).astype(np.int32)
-            found.append(Part(columns))
+            some = Part.load(store.scratch, f"ordered/{part.name}", COLUMNS, {}, *rows)
+            is_apart = some.columns["lowest"] == NOT_COPIED
+            cells = some.columns["cells"] + n_before * is_apart
+            found.append(Part(some.columns | {"cells": cells.astype(np.int32)}))
         first, n_before = last, n_before + part.n_apart
     points = Part.joined(found)
     points.save(store.scratch, f"tile{tile}")
-    return np.stack([_box_of_range(points.columns, at) for at in range(0, end - begin, RANGE)])
+    return np.stack([_box_of_range(points, at) for at in range(0, end - begin, RANGE)])
 
 
-def _box_of_range(columns: Columns, first: int) -> Floats:
+def _box_of_range(points: Part, first: int) -> Floats:
     """The box around the points of a range that are no copies; infinitely far if there are none."""
-    is_apart = columns["lowest"][first : first + RANGE] == NOT_COPIED
-    positions = columns["positions"][first : first + RANGE][is_apart]
+    is_apart = points.columns["lowest"][first : first + RANGE] == NOT_COPIED
+    positions = points.columns["positions"][first : first + RANGE][is_apart]
     return box_of(positions) if len(positions) else np.array([[np.inf] * 3, [-np.inf] * 3])
 
 
-def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Columns]:
-    """Divide points as the core's `refined_morton_order` does, until at most so many are together.
+def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Part]:
+    """Halve points as the core's `refined_morton_order` does, until parts have at most `most`.
 
-    The points are columns in these folders, which are removed. Each part is in the order of the
-    numbers; one after the other they are in the final order.
+    `names` are the folders that the points are in; they are removed. The parts come in the final
+    order. Within a part the points are in the order of their numbers.
     """
     n_points = sum(len(scratch.load(f"{name}/numbers")) for name in names)
     if n_points <= most:
@@ -267,48 +269,40 @@ def in_halves(scratch: Scratch, names: Sequence[str], most: int) -> Iterator[Col
             parts = [Part.load(scratch, name, COLUMNS) for name in names]
             for name in names:
                 scratch.remove_folder(name)
-            yield Part.joined(parts, "numbers").columns
+            yield Part.joined(parts, "numbers")
         return
     box = joined_boxes([box_of(scratch.load(f"{name}/positions")) for name in names])
     axis = int(np.argmax(box[1] - box[0]))  # the longest, the first among equals
-    key, number = _middle(scratch, names, axis, n_points // 2)
+    middle, number = _middle(scratch, names, axis, n_points)
     halves: tuple[list[str], list[str]] = ([], [])
     for name in names:
-        columns = load_columns(scratch, name, COLUMNS)
-        keys = _keys(columns["positions"][:, axis])
-        is_low = (keys < key) | ((keys == key) & (columns["numbers"] < number))
+        points = Part.load(scratch, name, COLUMNS)
+        along, numbers = points.columns["positions"][:, axis], points.columns["numbers"]
+        is_low = (along < middle) | ((along == middle) & (numbers < number))
         for half, chosen in enumerate((is_low, ~is_low)):
             if chosen.any():
-                halves[half].append(f"{name}.{half}")  # no name that is given: after 1 comes 10
-                save_columns(scratch, halves[half][-1], taken(columns, np.flatnonzero(chosen)))
+                halves[half].append(f"{name}.{half}")  # differs from every name of other chunks
+                points.take(np.flatnonzero(chosen)).save(scratch, halves[half][-1])
         scratch.remove_folder(name)
     for part in halves:
         yield from in_halves(scratch, part, most)
 
 
-def _keys(coordinates: Floats) -> Array:
-    """Whole numbers in the order of the coordinates."""
-    bits = (coordinates + 0.0).view(np.uint64)  # -0.0 becomes 0.0
-    is_negative = bits >> np.uint64(63) != 0
-    return np.where(is_negative, ~bits, bits | np.uint64(1 << 63))
+def _middle(scratch: Scratch, names: Sequence[str], axis: int, n_points: int) -> tuple[float, int]:
+    """Coordinate and number of the point at rank n_points // 2 by (coordinate, number).
 
-
-def _middle(scratch: Scratch, names: Sequence[str], axis: int, n_low: int) -> tuple[int, int]:
-    """The key and the number that the point with so many before it has, by both."""
-    prefix, n_left = 0, n_low
-    for shift in range(64 - DIGIT, -1, -DIGIT):
-        counts = np.zeros(1 << DIGIT, np.int64)
-        for name in names:
-            keys = _keys(scratch.load(f"{name}/positions")[:, axis])
-            if shift + DIGIT < 64:
-                keys = keys[keys >> np.uint64(shift + DIGIT) == prefix]
-            digits = keys >> np.uint64(shift) & np.uint64((1 << DIGIT) - 1)
-            counts += np.bincount(digits.astype(np.int64), minlength=len(counts))
-        digit = int(np.searchsorted(np.cumsum(counts), n_left, side="right"))
-        n_left -= int(counts[:digit].sum())
-        prefix = prefix << DIGIT | digit
-    equal = []
+    One coordinate of all points is in memory, 8 bytes a point.
+    """
+    along, first, rank = np.empty(n_points), 0, n_points // 2
     for name in names:
-        is_equal = _keys(scratch.load(f"{name}/positions")[:, axis]) == prefix
-        equal.append(scratch.load(f"{name}/numbers")[is_equal])
-    return prefix, int(np.partition(np.concatenate(equal), n_left)[n_left])
+        some = scratch.load(f"{name}/positions")[:, axis]
+        along[first : first + len(some)] = some
+        first += len(some)
+    along.partition(rank)
+    middle = float(along[rank])
+    equal = [
+        scratch.load(f"{name}/numbers")[scratch.load(f"{name}/positions")[:, axis] == middle]
+        for name in names
+    ]
+    n_below = int(np.count_nonzero(along[:rank] < middle))
+    return middle, int(np.partition(np.concatenate(equal), rank - n_below)[rank - n_below])

@@ -9,6 +9,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from .._types import Array, Bools, Floats, Ints, Longs
+from .arrays import index_in
 from .scratch import Scratch
 
 __all__ = ["RANGE", "Job", "Kind", "Run", "TileStore", "find_cells", "tile_starts"]
@@ -142,10 +143,8 @@ def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True
     possible = np.flatnonzero(is_possible[cells & _LOW_BITS])  # a search for all would take longer
-    order = np.argsort(wanted)
-    at = np.minimum(np.searchsorted(wanted, cells[possible], sorter=order), len(wanted) - 1)
-    is_wanted = wanted[order[at]] == cells[possible]
-    return order[at[is_wanted]], possible[is_wanted]
+    which = index_in(cells[possible], wanted, np.argsort(wanted))
+    return which[which >= 0], possible[which >= 0]
 
 
 def tile_starts(n_cells: int, n_tiles: int) -> tuple[int, ...]:
