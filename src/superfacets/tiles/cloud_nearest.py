@@ -1,4 +1,4 @@
-"""Stage 1 for clouds on tiles: the nearest neighbors of all points, areas and directions."""
+"""Stage 1 for clouds on tiles: nearest neighbors of all points, areas, and raw normals."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from .. import _core
 from .._types import Bools, Floats, Ints, Longs
 from ..cells.point_graph import CUTOFF, N_AROUND, N_NEIGHBORS
-from .arrays import is_among
+from .arrays import box_of, is_among
 from .cloud_order import NOT_COPIED, SortedCloud
 from .mapping import run_all
 from .part import Part
@@ -17,11 +17,11 @@ __all__ = ["find_neighbors"]
 
 
 def find_neighbors(cloud: SortedCloud, tile_cells: int, run: Run, n_threads: int) -> None:
-    """Write the nearest neighbors of the points of all tiles, as in memory.
+    """Write the nearest neighbors of the points of all tiles, with the result of `segment`.
 
-    Per tile: ``near`` (n, 6) int32, places of the nearest points, nearest first, -1 where one is
-    too far away or there is none; ``areas`` (n,) float64; and, if normals are not given,
-    ``estimated`` normals (n, 3), of either sign. Copies have none of these.
+    Per tile: ``near`` (n, 6) int32, places of the nearest points, nearest first, -1 where there is
+    none or it is too far away; ``areas`` (n,) float64; and, if the cloud has no normals,
+    ``estimated`` normals (n, 3) of either sign. Rows of copies are empty: -1 or 0.
     """
     store, at_once = cloud.store, max(1, tile_cells // RANGE)
     args = cloud.boxes, at_once, not cloud.has_normals, n_threads
@@ -33,15 +33,15 @@ def find_neighbors(cloud: SortedCloud, tile_cells: int, run: Run, n_threads: int
 def _find_nearest(
     store: TileStore, tile: int, boxes: Floats, at_once: int, wants_normals: bool, n_threads: int
 ) -> None:
-    """Write the nearest points of those of a tile, their distances, areas, and directions.
+    """Write the nearest points of the points of a tile, their distances, areas, and directions.
 
-    They are looked for in the tile, then in ranges of the curve with boxes (`boxes`) that may hold
-    nearer ones, the nearest boxes first: what is found there puts others out of reach.
+    The search begins in the tile. It goes on in ranges of the curve whose boxes may hold nearer
+    points, nearest boxes first: points found there shorten the reach, and rule out farther boxes.
     """
     n_nearest = N_AROUND if wants_normals else N_NEIGHBORS
     own = _read_apart(store, tile)
     places, squared = _nearest(own, np.ones(len(own), bool), n_nearest, n_threads)
-    known = own  # with the points of other tiles that are in a list of nearest ones
+    known = own  # and the points of other tiles found so far
     members = _by_range(store, tile, own)
     ranges = _ranges_in_reach(store, tile, members, squared[:, -1], boxes)
     while len(ranges):
@@ -63,7 +63,7 @@ def _find_nearest(
 
 
 def _read_apart(store: TileStore, tile: int, begin: int = 0, end: int | None = None) -> Part:
-    """Points of a tile at different positions, in the order of their numbers."""
+    """Points of a tile that are no copies, in the order of their numbers."""
     names = ("numbers", "lowest", "positions")
     points = Part.of_tile(store, tile, names, begin=begin, end=end)
     is_apart = points.columns.pop("lowest") == NOT_COPIED
@@ -71,7 +71,7 @@ def _read_apart(store: TileStore, tile: int, begin: int = 0, end: int | None = N
 
 
 def _read_range(store: TileStore, place: int) -> Part:
-    """The same of a range of the curve."""
+    """Points of a range of the curve that are no copies, in the order of their numbers."""
     first = place * RANGE
     tile = int(store.tiles_of(np.array([first]))[0])
     begin = first - store.starts[tile]
@@ -79,9 +79,9 @@ def _read_range(store: TileStore, place: int) -> Part:
 
 
 def _nearest(points: Part, is_wanted: Bools, n: int, n_threads: int) -> tuple[Ints, Floats]:
-    """Places of the n nearest of all points for each that is wanted, and squared distances.
+    """Places of the n nearest points of each wanted point, and their squared distances.
 
-    The nearest first, the lowest number among equals; -1 and infinity where there is none.
+    Sorted by distance, then by number; -1 and infinity where there are fewer than n.
     """
     if not is_wanted.any():
         return np.empty((0, n), np.int32), np.empty((0, n))
@@ -106,37 +106,32 @@ def _write_lists(store: TileStore, tile: int, own: Part, places: Ints, squared: 
 def _write_directions(
     store: TileStore, tile: int, own: Part, places: Ints, known: Part, n_threads: int
 ) -> None:
-    """Write the direction in which the points around each vary least, as a normal."""
-    is_foreign = ~store.is_in(tile, known.columns["places"])
-    foreign = Part.joined([known.take(np.flatnonzero(is_foreign))], "places")
-    n_own = store.size(tile)
-    rows = places - np.int32(store.starts[tile])
-    is_ghost = (places >= 0) & ~store.is_in(tile, places)
-    rows[places < 0] = -1
-    rows[is_ghost] = n_own + np.searchsorted(foreign.columns["places"], places[is_ghost])
+    """Write raw normals: the direction in which the nearest points of each point vary least."""
+    rows, ghosts = store.rows_of(tile, places)
+    foreign = Part.joined([known], "places").at(ghosts)
     positions = np.concatenate([store.read(tile, "positions"), foreign.columns["positions"]])
     at = own.columns["places"] - np.int32(store.starts[tile])
-    normals = np.zeros((n_own, 3))
+    normals = np.zeros((store.size(tile), 3))
     normals[at] = _core.directions_around(positions, at, rows.reshape(-1), n_threads)
     store.write(tile, "estimated", normals)
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """The area around each point, from squared distances in rising order; infinite ones are none.
+    """The area around each point from its squared distances: the bits of the core's `area_around`.
 
-    The same bits as `area_around` of the core.
+    Distances ascend in each row, and are infinite where there is no neighbor.
     """
-    sums = np.zeros(len(squared))
-    for column in squared.T:
-        sums += np.where(np.isinf(column), 0.0, column)
-    counts = np.count_nonzero(~np.isinf(squared), axis=1).astype(np.float64)
+    sums, is_none = np.zeros(len(squared)), np.isinf(squared)
+    for column in np.where(is_none, 0.0, squared).T:
+        sums += column
+    counts = np.count_nonzero(~is_none, axis=1).astype(np.float64)
     areas = np.zeros(len(squared))
     np.divide(2.0 * np.pi * sums, counts * (counts + 1.0), out=areas, where=counts > 0)
     return areas
 
 
 def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
-    """The points of each range of a tile, as indices."""
+    """Indices of the points of each range of a tile."""
     ranges = (own.columns["places"] - store.starts[tile]) // RANGE
     order = np.argsort(ranges, kind="stable")
     n_ranges = -(-store.size(tile) // RANGE)
@@ -144,8 +139,8 @@ def _by_range(store: TileStore, tile: int, own: Part) -> list[Longs]:
 
 
 def _gaps(a: Floats, b: Floats) -> Floats:
-    """Squared distances of boxes (..., 2, 3): never more than that of two points in them."""
-    gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., 1, :], a[..., 0, :] - b[..., 1, :]), 0.0)
+    """Squared distances of boxes (..., 2, 3) or points (..., 1, 3)."""
+    gaps = np.maximum(np.maximum(b[..., 0, :] - a[..., -1, :], a[..., 0, :] - b[..., -1, :]), 0.0)
     x, y, z = gaps[..., 0], gaps[..., 1], gaps[..., 2]
     return np.asarray(x * x + y * y + z * z)
 
@@ -153,7 +148,7 @@ def _gaps(a: Floats, b: Floats) -> Floats:
 def _ranges_in_reach(
     store: TileStore, tile: int, members: list[Longs], reach: Floats, boxes: Floats
 ) -> Longs:
-    """Ranges of other tiles that may have a point within reach of one, the nearest first."""
+    """Ranges of other tiles that may hold a point within reach, sorted by distance."""
     first = store.starts[tile] // RANGE
     nearest = np.full(len(boxes), np.inf)
     for place, rows in enumerate(members, first):
@@ -166,18 +161,17 @@ def _ranges_in_reach(
 
 
 def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) -> Bools:
-    """Whether one of some boxes may have a point within reach of each point."""
-    points = np.stack([own.columns["positions"]] * 2, axis=1)
-    is_open = np.zeros(len(points), bool)
+    """Whether any of the boxes may hold a point within reach of each point."""
+    positions, is_open = own.columns["positions"], np.zeros(len(own), bool)
     for rows in (some for some in members if len(some)):
-        whole = np.array([points[rows, 0].min(axis=0), points[rows, 0].max(axis=0)])
-        for box in boxes[_gaps(whole, boxes) <= reach[rows].max()]:
-            is_open[rows] |= _gaps(points[rows], box) <= reach[rows]
+        points = positions[rows]
+        for box in boxes[_gaps(box_of(points), boxes) <= reach[rows].max()]:
+            is_open[rows] |= _gaps(points[:, np.newaxis], box) <= reach[rows]
     return is_open
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop neighbors that are too far away, and write areas without them."""
+    """Drop neighbors that are too far away for the areas of both ends; write areas without them."""
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")
     others = np.zeros(found.shape)

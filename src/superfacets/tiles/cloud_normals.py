@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs
 from .cloud_order import NOT_COPIED
-from .part import load_columns
+from .part import Part
 from .store import TileStore
 
 __all__ = ["turn_normals"]
 
 PAIRS_AT_ONCE = 1 << 21
-"""Pairs of neighbors whose normals differ that are joined at a time, of 25 bytes each. Those of one
-cost are joined together, however many these are."""
+"""Pairs that are read and sorted at a time, 25 bytes each; more only if they have one cost."""
 
 OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
 
 def turn_normals(store: TileStore) -> None:
-    """Turn the directions in ``estimated`` so that those of neighbors agree, as in memory.
+    """Turn the directions in ``estimated`` so that neighbors agree, with the result of `segment`.
 
-    The minimum spanning tree is that of one order of all pairs: tile by tile those that differ by
-    little, then the others by cost. So it is found here, in 5 bytes a point; and sums over
-    components are added up in the order of places.
+    The result is a minimum spanning tree over one order of all pairs of neighbors: first pairs with
+    similar normals, tile by tile; then all others by cost. The tree is held in this process, 5
+    bytes a point. Sums over components are added in the order of places.
     """
     tiles = range(store.n_tiles)
     sets = _core.TurnedSets(store.n_cells)
@@ -40,15 +37,9 @@ def turn_normals(store: TileStore) -> None:
 
 
 def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]:
-    """The arguments of `_core.TurnedSets`: see `NormalTile` in the core."""
-    near, first, n_own = store.read(tile, "near"), store.starts[tile], store.size(tile)
-    is_own = store.is_in(tile, near)
-    is_ghost = (near >= 0) & ~is_own
-    ghosts = np.unique(near[is_ghost])
-    rows = np.full(near.shape, -1, np.int32)
-    rows[is_own] = near[is_own] - first
-    rows[is_ghost] = n_own + np.searchsorted(ghosts, near[is_ghost])
-    own = np.arange(first, first + n_own, dtype=np.int32)
+    """Arguments for methods of `_core.TurnedSets`: see `NormalTile` in the core."""
+    rows, ghosts = store.rows_of(tile, store.read(tile, "near"))
+    own = np.arange(*store.starts[tile : tile + 2], dtype=np.int32)
     numbers, normals = (
         np.concatenate([store.read(tile, name), store.read_at(name, ghosts)])
         for name in ("numbers", "estimated")
@@ -57,13 +48,12 @@ def _normal_tile(store: TileStore, tile: int) -> tuple[Ints, Ints, Ints, Floats]
 
 
 def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
-    """Join the pairs whose normals differ, in rising order of cost, and of numbers among equals."""
+    """Join the pairs whose normals differ, sorted by cost, then by numbers."""
     n_pairs, samples = [], []
     for tile in range(store.n_tiles):
         costs, numbers, is_opposite = sets.pairs_apart(*_normal_tile(store, tile))
-        columns: tuple[Array, ...] = costs, numbers.reshape(-1, 4), is_opposite
-        for name, column in zip(OF_PAIRS, columns, strict=True):
-            store.write(tile, name, column)
+        columns = costs, numbers.reshape(-1, 4), is_opposite
+        Part(dict(zip(OF_PAIRS, columns, strict=True))).save(store.scratch, f"tile{tile}")
         n_pairs.append(len(costs))
         samples.append(costs[:: max(1, len(costs) >> 10)])
     n_bins = -(-sum(n_pairs) // PAIRS_AT_ONCE)
@@ -74,11 +64,11 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
         for tile in range(store.n_tiles)
     ]
     for step in range(n_bins):
-        parts: list[Any] = [
-            load_columns(store.scratch, f"tile{tile}", OF_PAIRS, *cut[step : step + 2]).values()
+        parts = [
+            Part.load(store.scratch, f"tile{tile}", OF_PAIRS, {}, *cut[step : step + 2])
             for tile, cut in enumerate(cuts)
         ]
-        costs, numbers, is_opposite = map(np.concatenate, zip(*parts, strict=True))
+        costs, numbers, is_opposite = Part.joined(parts).columns.values()
         order = np.lexsort((numbers[:, 1], numbers[:, 0], costs))
         ends = np.ascontiguousarray(numbers[order, 2:].T)
         sets.unite(ends[0], ends[1], is_opposite[order])
@@ -86,7 +76,7 @@ def _join_others(store: TileStore, sets: _core.TurnedSets) -> None:
 
 
 class _Components:
-    """Points whose normals agree: area, moment, and three times the volume of each component."""
+    """Components of the tree: area, moment, and three times the enclosed volume of each."""
 
     def __init__(self, store: TileStore, sets: _core.TurnedSets) -> None:
         self._store = store
@@ -103,7 +93,7 @@ class _Components:
         return np.asarray(places[is_root & (self._store.read(tile, "lowest") == NOT_COPIED)])
 
     def _read(self, tile: int) -> tuple[Longs, Bools, list[Array]]:
-        """The component, whether a normal is to be turned; area, position and normal of points."""
+        """Of each point that is no copy: component, turned or not; [area, position, normal]."""
         store = self._store
         roots, is_turned = self._sets.roots(*store.starts[tile : tile + 2])
         at = np.flatnonzero(store.read(tile, "lowest") == NOT_COPIED)
@@ -121,7 +111,7 @@ class _Components:
         self._write(tile, normals)
 
     def add_volumes(self, tile: int) -> None:
-        """Add up volumes, seen from the centers."""
+        """Add up volumes of cones from the centroid of each component."""
         components, _, (areas, positions, normals) = self._read(tile)
         has_area = self._areas[components] > 0
         scales = np.divide(1.0, self._areas, out=np.zeros_like(self._areas), where=self._areas > 0)

@@ -1,4 +1,4 @@
-"""Stage 1 for clouds on tiles: who is a neighbor of whom, and the area of each point."""
+"""Stage 1 for clouds on tiles: the neighbors and the area of each point."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from .store import Job, Run, TileStore
 __all__ = ["make_cloud_tiles"]
 
 LEFTOVERS = ("near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
-"""Arrays that nothing needs when the lists are made."""
+"""Arrays that only this stage needs."""
 
 
 def make_cloud_tiles(
     pieces: Pieces, scratch: Scratch, tile_cells: int, *, run: Run, n_threads: int
 ) -> TileStore:
-    """Write a cloud as tiles with all that `build_point_graph` finds out, to the bit.
+    """Write a cloud as tiles, with the results of `build_point_graph` bit for bit.
 
-    Beside ``cells``, ``numbers`` and ``positions`` (see `SortedCloud`) there are, per tile,
+    Besides ``cells``, ``numbers`` and ``positions`` (see `SortedCloud`) there are, per tile,
 
     ========= =============== =========================================================
     measures  (n,) float64    areas
@@ -35,13 +35,8 @@ def make_cloud_tiles(
     neighbors lists           the places ``targets`` of all neighbors, ascending
     ========= =============== =========================================================
 
-    Tiles have at most `tile_cells` points, rounded up to a multiple of `RANGE`; each is worked on
-    with so many threads of the core.
-
-    Raises
-    ------
-    MeshError
-        As `sort_cloud`.
+    Tiles have at most `tile_cells` points, rounded up to a multiple of `RANGE`. The core has
+    `n_threads` for each. Errors are those of `sort_cloud`.
     """
     cloud = sort_cloud(pieces, scratch, tile_cells, run, n_threads)
     store = cloud.store
@@ -58,14 +53,14 @@ def make_cloud_tiles(
     run_all(run, _share_areas, store, store.n_tiles)
     run_all(run, _follow_lowest, store, store.n_tiles)
     store.remove_from_all(*LEFTOVERS)
-    measures = np.empty(store.n_cells)  # in the order that the cells have in memory
+    measures = np.empty(store.n_cells)  # by number, the order in which `segment` adds them
     for tile in tiles:
         measures[store.read(tile, "cells")] = store.read(tile, "measures")
     return replace(store, total_measure=_core.sum_of(measures, n_threads))
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Points of a tile, and the places that they lead to: the nearest, and of copies the lowest."""
+    """Pairs of places: points of a tile, and their nearest, or of copies the lowest point."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)
@@ -75,7 +70,7 @@ def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
 
 
 def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
-    """Write the pairs that lead to other tiles, by tile; where those of each begin and end."""
+    """Write the pairs that lead to other tiles, sorted by tile; first and last + 1 of each tile."""
     sources, targets = _pairs(store, tile)
     tiles = store.tiles_of(targets)
     leaves = np.flatnonzero(tiles != tile)
@@ -89,7 +84,7 @@ def _write_leaving(store: TileStore, tile: int) -> dict[int, tuple[int, int]]:
 
 
 def _join(store: TileStore, tile: int, entering: list[tuple[int, int, int]]) -> None:
-    """Write the lists of a tile; `entering` tells where pairs of other tiles lead here."""
+    """Write the lists of a tile; `entering` has (tile, begin, end) of pairs that lead here."""
     sources, targets = _pairs(store, tile)
     is_own = store.is_in(tile, targets)
     parts = [(sources, targets), (targets[is_own], sources[is_own])]

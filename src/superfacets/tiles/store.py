@@ -87,6 +87,17 @@ class TileStore:
         """Whether each place is in a tile."""
         return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
+    def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
+        """Rows of places in the tile followed by its ghosts; and the ghosts. -1 stays -1.
+
+        Ghosts are the places that are in other tiles, ascending.
+        """
+        is_ghost = (places >= 0) & ~self.is_in(tile, places)
+        ghosts = np.unique(places[is_ghost])
+        rows = np.where(places < 0, places, places - np.int32(self.starts[tile]))
+        rows[is_ghost] = self.size(tile) + np.searchsorted(ghosts, places[is_ghost])
+        return rows, ghosts
+
     def read(self, tile: int, name: str) -> Array:
         """An array of a tile, in memory."""
         return self.scratch.load(f"tile{tile}/{name}")
