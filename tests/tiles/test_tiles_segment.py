@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 from cut_mesh import cut_mesh, run_serially
-from shapes import bowl, gears, soup, together
+from shapes import bowl, bumpy_sheet, gears, soup, together
 from tiled_checks import check, compare
 from tiled_meshes import as_ply, random_polygons
 
@@ -300,6 +300,23 @@ def test_a_band_that_is_too_narrow_grows(bear, tmp_path, monkeypatch):
     compare(found, sf.segment(bear, 300))
     assert len(sizes) > 2
     assert sizes == sorted(sizes)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_narrow_band_grows_over_holes(tmp_path, monkeypatch, seed):
+    """Faces that share a vertex may be far apart along arcs, and each may lack a neighbor."""
+    monkeypatch.setattr(borders, "STEPS", {"triangles": 2})
+    monkeypatch.setattr(borders, "MOST_STEPS", 4)
+    sheet = bumpy_sheet(48, seed)
+    kept = np.random.default_rng(seed).random(sheet.n_faces) < 0.75
+    holey = Mesh(sheet.vertices, sheet.faces[kept])
+    check(holey, 38, tmp_path, tile_sizes=(4096,), islands="nearest")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_cells_that_may_not_move_at_the_rim_of_the_band(tmp_path, monkeypatch, seed):
+    monkeypatch.setattr(borders, "STEPS", {"triangles": 2})
+    check(bumpy_sheet(50, seed), 12, tmp_path, tile_sizes=(4096,))
 
 
 def test_labels_are_written(bear, tmp_path):

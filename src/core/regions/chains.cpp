@@ -52,8 +52,10 @@ void MovingRegions::prefetch_arcs(Cell cell) const {
   surface_.prefetch_cell(cell, arc);
 }
 
-bool MovingRegions::may_leave(Cell cell) const {
-  return (marks_[cell] & kFixed) == 0 && stays_connected_without(surface_, labels_.span(), cell);
+bool MovingRegions::may_leave(Cell cell) {
+  if ((marks_[cell] & kFixed) != 0) return false;
+  marks_[cell] |= kWasTried;
+  return stays_connected_without(surface_, labels_.span(), cell);
 }
 
 std::span<const float> MovingRegions::costs_of(Cell cell) {

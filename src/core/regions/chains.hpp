@@ -27,14 +27,14 @@ class MovingRegions {
 
   Label label(Cell cell) const { return labels_[cell]; }
   bool is_at_border(Cell cell) const;
-  bool may_leave(Cell cell) const;
+  bool may_leave(Cell cell);
 
   // Costs of the borders across the arcs of a cell, computed when first asked for, because few arcs
   // are near a border.
   std::span<const float> costs_of(Cell cell);
 
-  // Whether a cell was a candidate for a move: costs are asked for of no others.
-  bool was_examined(Cell cell) const { return (marks_[cell] & kHasCosts) != 0; }
+  // Whether a move of the cell was considered, so that cells around it were read.
+  bool was_examined(Cell cell) const { return (marks_[cell] & (kWasTried | kHasCosts)) != 0; }
 
   // By how much a move of a cell reduces the cost of borders.
   double gain_of(Cell cell, Label from, Label to);
@@ -65,12 +65,13 @@ class MovingRegions {
  private:
   static constexpr std::uint8_t kFixed = 1;
   static constexpr std::uint8_t kHasCosts = 2;
+  static constexpr std::uint8_t kWasTried = 4;
 
   const Surface& surface_;
   const BorderCost border_cost_;
   const std::span<const Label> first_labels_;
   Buffer<Label> labels_;
-  Buffer<std::uint8_t> marks_;  // kFixed, kHasCosts
+  Buffer<std::uint8_t> marks_;  // kFixed, kHasCosts, kWasTried
   Buffer<float> travels_;       // travel_to, of cells not in their first region
   Buffer<float> costs_;         // of arcs of cells with kHasCosts
 };

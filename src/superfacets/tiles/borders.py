@@ -57,10 +57,10 @@ def straighten_tiled(
         if not len(band.part):
             return
         cells = band.part.columns["cells"]
-        moved, examined = band.straightened(rule, labels[cells], centers)
-        if not len(examined):
+        moved, growing = band.straightened(rule, labels[cells], centers)
+        if not len(growing):
             break
-        more = cells[examined]
+        more = cells[growing]
         del band  # or there would be two of them
         marks.add(more)
     labels[cells] = moved
@@ -215,8 +215,10 @@ class _Band:
         part = Part.joined_from(partial(_load_band, store, "neighbors"), store.n_tiles, "cells")
         return cls(store, part, np.unique(np.concatenate(ends)))
 
-    def straightened(self, rule: BorderRule, labels: Ints, centers: Ints) -> tuple[Ints, Ints]:
-        """Labels of the band, and the cells of its rim for which moves were considered."""
+    def straightened(
+        self, rule: BorderRule, labels: Ints, centers: Ints
+    ) -> tuple[Ints, Ints | Longs]:
+        """Labels of the band, and the cells from which it must grow."""
         surface = surface_of(self.store, self.part, rule.n_threads)
         lengths, cells = self.part.lists["arcs"].entries["lengths"], self.part.columns["cells"]
         costs = BorderCosts(surface, lengths, rule.unit, rule.scale)
@@ -224,7 +226,22 @@ class _Band:
         fixed = at[cells[at] == centers].astype(np.int32)
         limits = (MAX_DISTANCE * costs.radius, MAX_CHAIN, MAX_SWEEPS, rule.n_threads)
         rim = np.flatnonzero(self._is_at_rim()).astype(np.int32)
-        return _core.smooth_part(*costs.args, labels, fixed, *limits, rim)
+        moved, examined = _core.smooth_part(*costs.args, labels, fixed, *limits, rim)
+        return moved, self._at_ends_of(examined)
+
+    def _at_ends_of(self, cells: Ints) -> Ints | Longs:
+        """The cells of the band at those ends that the given cells touch.
+
+        Faces that share a vertex may be far apart along arcs, where holes are between them: the
+        band must grow from the face that lacks a neighbor, too.
+        """
+        if self.store.kind == "points":
+            return cells
+        offsets, corners = self.part.corners()
+        is_touched = np.zeros(len(self.part.vertices["ids"]), bool)
+        is_touched[corners[rows(offsets, cells)[1]]] = True
+        is_touched &= is_among(self.part.vertices["ids"], self.ends)
+        return np.flatnonzero(np.logical_or.reduceat(is_touched[corners], offsets[:-1]))
 
     def _is_at_rim(self) -> Bools:
         """Whether a cell may be left out that is read for a move of each.
