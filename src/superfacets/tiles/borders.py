@@ -1,4 +1,4 @@
-"""Stage 5 on tiles: straight borders, among the cells around them."""
+"""Stage 5 on tiles: straighten borders in memory, with only the cells around them."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from .store import Run, TileStore, find_cells
 __all__ = ["straighten_tiled"]
 
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
-"""Steps along arcs from borders to the rim of the band, at first. Triangles, which have three arcs,
-take two to get as far as from vertex to vertex."""
+"""Width of the first band: steps along arcs from the borders to its rim. Triangles need two
+steps for the distance between two vertices."""
 
 MOST_STEPS = 160
 
 COLUMNS = {"points": ("cells", "positions", "measures")}
-"""Columns that the band has; of faces the following."""
+"""Columns of the band. Kinds of faces have `OF_FACES`."""
 OF_FACES = ("cells", "corners")
 
 
 @dataclass(frozen=True)
 class BorderRule:
-    """What borders go by: the name of the lengths of arcs, and the scale of a region."""
+    """Cost of borders: name and unit of the arc lengths, and the scale of a region."""
 
     lengths: str
     unit: float
@@ -43,12 +43,11 @@ class BorderRule:
 def straighten_tiled(
     store: TileStore, rule: BorderRule, labels: Ints, centers: Ints, run: Run
 ) -> None:
-    """Change labels to straight borders, as `smooth_borders` makes them of all cells at once.
+    """Change labels in place to those that `smooth_borders` gives for all cells at once.
 
-    Moves are considered for cells at borders, and next to cells that have moved. What is read for
-    one is around it, so the cells some steps around borders suffice: the *band*. At its rim cells
-    may be missing. Where moves of a cell of the rim were considered, cells are added around it, and
-    all is done again.
+    Only the *band* is in memory: the cells within some steps of a border. Moves are tried for cells
+    at borders, and each try reads only the cells around. Cells at the rim of the band lack
+    neighbors. If the smoother tried to move one of them, the band grows there, and starts again.
     """
     marks = _Marks(store, run)
     marks.begin(labels)
@@ -61,22 +60,19 @@ def straighten_tiled(
         if not len(growing):
             break
         more = cells[growing]
-        del band  # or there would be two of them
+        del band  # before the next one is loaded
         marks.add(more)
     labels[cells] = moved
 
 
 class _Marks:
-    """How many steps are still to be taken from each cell of the band: 0 for others.
-
-    Each tile has these as ``steps``, of its cells and its ghosts.
-    """
+    """Steps left from each cell of the band, 0 outside: ``steps`` of the cells and ghosts of a tile."""
 
     def __init__(self, store: TileStore, run: Run) -> None:
         self._store = store
         self._run = run
         self._n_steps = STEPS[store.kind]
-        self._known: dict[int, Bytes] = {}  # of the ghosts of each tile
+        self._known: dict[int, Bytes] = {}  # marks of the ghosts of each tile
 
     def begin(self, labels: Ints) -> None:
         """Mark cells that have a neighbor of another label, and the cells around them."""
@@ -88,13 +84,13 @@ class _Marks:
         store.remove_from_all("labels")
 
     def add(self, cells: Ints) -> None:
-        """Mark more around some cells, twice as far each time."""
+        """Mark the cells around the given ones, twice as far as the time before."""
         self._n_steps = min(2 * self._n_steps, MOST_STEPS)
         store = self._store
         self._spread(run_all(self._run, _mark_cells, store, store.n_tiles, cells, self._n_steps))
 
     def _spread(self, found: list[Bytes]) -> None:
-        """Tell tiles of the marks of their cells in others, until none is new."""
+        """Pass marks of ghosts on to the tiles that own these cells, until no mark is new."""
         store, news = self._store, dict(enumerate(found))
         while news:
             places, steps = [np.empty(0, np.int64)], [np.empty(0, np.uint8)]
@@ -120,13 +116,13 @@ def _mark_borders(store: TileStore, tile: int, n_steps: int) -> Bytes:
 
 
 def _mark_cells(store: TileStore, tile: int, cells: Ints, n_steps: int) -> Bytes:
-    """Mark some cells, where they are in a tile."""
+    """Mark the given cells that are in a tile."""
     steps, front = store.read(tile, "steps").copy(), find_cells(store, tile, cells)[1]
     return _spread(store, tile, steps, front, np.uint8(n_steps))
 
 
 def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes) -> Bytes:
-    """Mark cells of a tile that others have come to."""
+    """Mark cells of a tile that steps from other tiles have reached."""
     steps = store.read(tile, "steps").copy()
     return _spread(store, tile, steps, places - store.starts[tile], marks)
 
@@ -134,9 +130,9 @@ def _mark_places(store: TileStore, tile: int, places: Array, marks: Bytes) -> By
 def _spread(
     store: TileStore, tile: int, steps: Bytes, front: Longs, marks: Bytes | np.uint8
 ) -> Bytes:
-    """Mark some cells, take all steps from there within a tile, and write them; the ghosts' marks.
+    """Raise the marks of the front, spread them within the tile, and write them.
 
-    Cells are marked at least so, and those that were marked before stay.
+    Returns the marks of the ghosts. No mark gets lower.
     """
     offsets, targets = store.read(tile, "arcs/offsets"), store.read(tile, "arcs/targets")
     n_own, is_new = store.size(tile), np.zeros(len(steps), bool)
@@ -155,7 +151,7 @@ def _spread(
 
 
 def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
-    """Write the marked cells of a tile, with the places of neighbors; their places and cells."""
+    """Write the marked cells of a tile with their arcs; return their places and cells."""
     n_own = store.size(tile)
     chosen = np.flatnonzero(store.read(tile, "steps")[:n_own])
     lists = {"corners": ("vertices",), "arcs": ("targets", "sides", lengths)}
@@ -171,16 +167,16 @@ def _write_band(store: TileStore, tile: int, lengths: str) -> tuple[Ints, Ints]:
 
 
 def _load_band(store: TileStore, ends: str, tile: int) -> Part:
-    """The cells of the band in a tile."""
+    """The cells of the band that are in a tile."""
     columns = ("places", *COLUMNS.get(store.kind, OF_FACES))
     lists = {"corners": ("vertices",), "arcs": (ends, "sides", "lengths")}
     return Part.load(store.scratch, f"tile{tile}/band", columns, lists)
 
 
 def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
-    """Replace targets by neighbors; return where there are arcs to cells beyond the rim.
+    """Replace targets by ranks in the band, and return the ends: where arcs leave the band.
 
-    That is at these vertices, or of points, the ranks of the points that such arcs leave.
+    Ends are vertices of the sides that such arcs cross; in a cloud, ranks of their sources.
     """
     part, is_cloud = _load_band(store, "targets", tile), store.kind == "points"
     connected, left_out = with_neighbors(part, places, ranks, sorts=is_cloud)
@@ -198,15 +194,15 @@ def _connect(store: TileStore, tile: int, places: Ints, ranks: Ints) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class _Band:
-    """The cells around borders, in the order of their numbers in the input."""
+    """The cells around borders, sorted by their numbers in the input."""
 
     store: TileStore
     part: Part
-    ends: Array  # vertices (of points, cells) at which other cells are left out
+    ends: Array  # where arcs leave the band: vertices, or points of a cloud
 
     @classmethod
     def gathered(cls, store: TileStore, rule: BorderRule, run: Run) -> _Band:
-        """Bring the cells of all tiles together."""
+        """Collect the cells of all tiles."""
         found = run_all(run, _write_band, store, store.n_tiles, rule.lengths)
         places, cells = (np.concatenate(column) for column in zip(*found, strict=True))
         ranks = np.empty(len(cells), np.int32)
@@ -230,10 +226,10 @@ class _Band:
         return moved, self._at_ends_of(examined)
 
     def _at_ends_of(self, cells: Ints) -> Ints | Longs:
-        """The cells of the band at those ends that the given cells touch.
+        """The cells of the band at the ends that the given cells touch.
 
-        Faces that share a vertex may be far apart along arcs, where holes are between them: the
-        band must grow from the face that lacks a neighbor, too.
+        Two faces that share a vertex may be far apart along arcs, with holes between them. The band
+        must grow from the one that lacks a neighbor, too.
         """
         if self.store.kind == "points":
             return cells
@@ -244,9 +240,9 @@ class _Band:
         return np.flatnonzero(np.logical_or.reduceat(is_touched[corners], offsets[:-1]))
 
     def _is_at_rim(self) -> Bools:
-        """Whether a cell may be left out that is read for a move of each.
+        """Whether a move of each cell may read a cell outside of the band.
 
-        Of faces, cells around their corners are read, and of points neighbors of neighbors.
+        Moves of a face read the faces around its corners; moves of a point, neighbors of neighbors.
         """
         if self.store.kind != "points":
             offsets, corners = self.part.corners()

@@ -1,4 +1,4 @@
-"""Cells sorted on the disk: chunks in the order of their codes, cut into ranges, and merged."""
+"""External merge sort of cells by code: sorted runs, cuts at the starts of tiles, merging."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from .welding import weld
 __all__ = ["Chunks", "find_cuts", "read_cut", "save_run"]
 
 LOW_BITS = 15
-"""Codes have twice as many. They are counted by their upper bits first, then by the lower ones of
-codes on a border of tiles."""
+"""Half of the bits of a code. Codes are counted by their upper bits; then, where a tile begins
+within such a group, by their lower bits."""
 
 
 @dataclass(frozen=True)
 class Chunks:
-    """Cells in the order of the input, of which `size` are read at a time."""
+    """The input in chunks of `size` cells."""
 
     pieces: Pieces
-    lowest: Rows | None  # the vertex or point that stands for each; None: each for itself
+    lowest: Rows | None  # lowest vertex or point at the position of each; None if all differ
     size: int
     n_threads: int
 
@@ -38,7 +38,7 @@ class Chunks:
     def welded(
         cls, pieces: Pieces, scratch: Scratch, tile_cells: int, run: Run, n_threads: int
     ) -> Chunks:
-        """Check all positions, and find the lowest at each; chunks as large as tiles.
+        """Check all positions, and weld them; chunks are as large as tiles.
 
         A MeshError if there are too many cells, or a coordinate is not finite.
         """
@@ -55,12 +55,12 @@ class Chunks:
 
     @property
     def n_chunks(self) -> int:
-        """How many there are: as many as tiles."""
+        """Number of chunks, and of tiles."""
         return -(-self.pieces.n_cells // self.size)
 
     @property
     def most(self) -> int:
-        """Vertices to have in memory at a time."""
+        """Largest number of vertices in memory at a time."""
         return 2 * self.size
 
     def range(self, chunk: int) -> tuple[int, int]:
@@ -69,7 +69,7 @@ class Chunks:
 
 
 def save_run(scratch: Scratch, chunk: int, part: Part, codes: Array) -> Ints:
-    """Write a chunk in the order of codes as ``runs/{chunk}``; counts of the codes' upper bits."""
+    """Write a chunk as the sorted run ``runs/{chunk}``; count the upper bits of its codes."""
     order = stable_order(codes)
     part = part.take(order)
     part.columns["codes"] = codes[order]
@@ -80,7 +80,7 @@ def save_run(scratch: Scratch, chunk: int, part: Part, codes: Array) -> Ints:
 def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
     """Where each tile begins in each run, shape (T + 1, chunks).
 
-    `counts`, (chunks, 2^15), are those of the upper bits of codes in each run.
+    `counts`, (chunks, 2^15), are how often each value of the upper bits occurs in each run.
     """
     before = np.zeros((len(counts), counts.shape[1] + 1), np.int32)
     np.cumsum(counts, axis=1, out=before[:, 1:])
@@ -98,7 +98,7 @@ def find_cuts(scratch: Scratch, counts: Ints, starts: Longs) -> Longs:
 
 
 def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
-    """How many of a range of each run belong to the first n_left by code, run and place.
+    """How many cells of each range are among the first n_left of all, by (code, run, place).
 
     The codes in all ranges have the same upper bits.
     """
@@ -112,7 +112,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
     for chunk in chunks:
         totals += np.bincount(codes_of(chunk), minlength=len(totals))
     ends = np.cumsum(totals)
-    code = int(np.searchsorted(ends, n_left))  # the last that the first n_left reach
+    code = int(np.searchsorted(ends, n_left))  # code of the last of the first n_left
     n_equal = n_left - int(ends[code] - totals[code])
     taken = np.zeros(len(ranges), np.int64)
     for chunk in chunks:
@@ -126,7 +126,7 @@ def _cut_within(scratch: Scratch, ranges: Longs, n_left: int) -> Longs:
 def read_cut(
     scratch: Scratch, cuts: Longs, columns: Sequence[str], lists: ListNames = NO_LISTS
 ) -> Part:
-    """What a tile takes of each run, in the order of codes, then of runs; with ``codes``."""
+    """The cells of a tile, merged from all runs by (code, run); with the column ``codes``."""
     parts = [
         Part.load(scratch, f"runs/{chunk}", ("codes", *columns), lists, *cuts[:, chunk].tolist())
         for chunk in np.flatnonzero(cuts[0] < cuts[1]).tolist()

@@ -1,4 +1,4 @@
-"""The cells of other tiles that the weights of a tile depend on."""
+"""Halo of a tile: the cells of other tiles that its weights depend on."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from .store import Run, TileStore
 __all__ = ["find_halos", "halo_of_faces", "halo_of_points", "read_faces"]
 
 VERTICES_AT_ONCE = 1 << 22
-"""Numbers of vertices that are looked for at once: most of them are in one tile."""
+"""Range of vertex numbers that is searched for shared vertices at a time, to bound memory."""
 
 STEPS = 3
-"""Steps from a point to the points that weights of its arcs depend on: curvature is fitted to the
-normals of neighbors, averaged with those of their neighbors, and that of both ends counts."""
+"""Steps from a point to all points that the weights of its arcs depend on. One leads to the other
+end of the arc, one to the neighbors whose normals its curvature is fitted to, and one to the
+neighbors that each of these normals is averaged with."""
 
 OF_FACES = (("cells", "corners"), {"corners": ("vertices",)})
 """Columns and lists of faces."""
@@ -28,12 +29,12 @@ OF_POINTS = (("cells", "positions", "measures", "normals"), {"neighbors": ("targ
 
 
 def find_halos(store: TileStore, run: Run) -> list[list[int]]:
-    """Write the ``rim`` of each tile, and return the other tiles whose rims the halo of each needs.
+    """Write the ``rim`` of each tile, and return for each the tiles whose rims contain its halo.
 
-    Of faces, tiles meet where they share a vertex. At the rim are the faces that have such a
-    vertex, and faces that share a vertex with these. So the halo of a tile (faces that share a
-    vertex with it, and faces that share one with these) is at the rims of the tiles that it meets,
-    and of the tiles that these meet. Of points, which know their neighbors, none are named.
+    Tiles of faces meet where they share a vertex. The rim has the faces at shared vertices, and the
+    faces that share a vertex with these. The halo has the faces of other tiles within the same two
+    rings, so it lies in the rims of the tiles that a tile meets, and of the tiles that these meet.
+    The lists are empty for points: arcs lead from them to their halo.
     """
     tiles = range(store.n_tiles)
     if store.kind == "points":
@@ -53,7 +54,7 @@ def read_faces(store: TileStore, tile: int) -> Part:
 
 
 def halo_of_faces(store: TileStore, own: Part, others: list[int]) -> list[Part]:
-    """The faces of other tiles that share a vertex with a tile, and the faces next to them."""
+    """The halo in parts: faces of other tiles that touch this tile at a vertex, and faces next to them."""
     columns = (*OF_FACES[0], "places")
     rims = [Part.load(store.scratch, f"tile{t}/rim", columns, OF_FACES[1]) for t in others]
     ids = own.vertices["ids"]
@@ -86,7 +87,7 @@ def _shared_vertices(store: TileStore) -> Longs:
 
 
 def _write_rim_of_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
-    """Write the faces with a shared vertex, and the faces next to them; the shared vertices."""
+    """Write the rim of a tile of faces; return the vertices that it shares with other tiles."""
     faces = read_faces(store, tile)
     offsets, corners = faces.corners()
     is_shared = is_among(faces.vertices["ids"], shared)
@@ -98,7 +99,7 @@ def _write_rim_of_faces(store: TileStore, tile: int, shared: Longs) -> Longs:
 
 
 def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
-    """The other tiles that have one of the vertices of each."""
+    """For each tile the set of other tiles with which it shares a vertex."""
     n_tiles = len(vertices_of)
     ids = np.concatenate(vertices_of)
     tiles = np.repeat(np.arange(n_tiles), [len(some) for some in vertices_of])
@@ -117,7 +118,7 @@ def _meeting(vertices_of: list[Longs]) -> list[set[int]]:
 
 
 def _write_rim_of_points(store: TileStore, tile: int) -> None:
-    """Write the points of a tile that are within some steps of another tile."""
+    """Write the rim of a tile of points: those within `STEPS` steps of another tile."""
     points = Part.of_tile(store, tile, *OF_POINTS)
     near = points.lists["neighbors"]
     targets = near.entries["targets"]
@@ -132,10 +133,10 @@ def _write_rim_of_points(store: TileStore, tile: int) -> None:
 
 
 def halo_of_points(store: TileStore, tile: int) -> Part:
-    """The points of a tile, and those around it, by place; the outermost without neighbors."""
+    """A tile of points with its halo, sorted by place. The outermost points have no neighbors."""
     columns, lists = OF_POINTS
     parts = [Part.of_tile(store, tile, columns, lists)]
-    known = np.empty(0, np.int32)  # of other tiles
+    known = np.empty(0, np.int32)  # places in other tiles
     for step in range(STEPS):
         targets = parts[-1].lists["neighbors"].entries["targets"]
         places = np.setdiff1d(targets[~store.is_in(tile, targets)], known)

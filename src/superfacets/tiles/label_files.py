@@ -1,4 +1,4 @@
-"""Labels as one file, or as one for each file of the source."""
+"""Write labels as one file, or as one file for each file of the source."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ __all__ = ["label_files", "label_names", "ranges_of", "save_labels"]
 
 
 def label_files(source: TiledSource, out: StrPath) -> list[Path]:
-    """Return the files that the labels of a source go to; a folder for them is made.
+    """Return the paths of the label files of a source, and make their folder if there is none.
 
-    `out` is a ``.npy`` file; or, where the source is a folder, a folder: one that is there, or a
-    name without an ending or with a slash at the end.
+    `out` is a ``.npy`` file. If the source is a folder, `out` may be a folder, too: an existing
+    one, or a name without an ending or with a slash at the end.
 
     Raises
     ------
     ValueError
-        If `out` is something else, or would take the place of what is read; or if two files of the
-        source have the same stem.
+        If `out` is something else, or is a file of the source; or if two files of the source have
+        the same stem.
     OSError
         If a file cannot be written, or the source cannot be read.
     """
@@ -48,7 +48,7 @@ def label_files(source: TiledSource, out: StrPath) -> list[Path]:
         inputs = {path.resolve() for path in files_of(Path(source))}
         for file in files:
             if file.resolve() in inputs:
-                raise ValueError(f"{file}: the labels would take the place of what is read")
+                raise ValueError(f"{file}: the labels would replace a file of the source")
     return files
 
 
@@ -61,9 +61,9 @@ def _is_folder(out: StrPath) -> bool:
 
 
 def label_names(folder: Path) -> list[str]:
-    """Names of the files of labels for the files in a folder: ``a.npy`` for ``a.ply``.
+    """Names of the label files for the files in a folder: ``a.npy`` for ``a.ply``.
 
-    A ValueError if two have the same name; an OSError if the folder holds no meshes and clouds.
+    A ValueError if two names are the same; an OSError if the folder has no meshes and no clouds.
     """
     found: dict[str, Path] = {}
     for path in files_of(folder):
@@ -80,7 +80,7 @@ def label_names(folder: Path) -> list[str]:
 def ranges_of(pieces: Pieces, n_files: int) -> tuple[int, ...]:
     """Offsets that split the labels among the output files, shape (n_files + 1,).
 
-    One file takes all. An OSError if the source has another number of files by now.
+    One file takes all labels. An OSError if the number of files in the folder has changed.
     """
     starts = pieces.starts
     if n_files <= 1:

@@ -1,4 +1,4 @@
-"""The same work for many pieces: on threads, on processes, or on workers of Dask."""
+"""Map a function over tiles: on threads, on processes, or on workers of Dask."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from .store import Job, Run
 __all__ = ["OnDone", "open_run", "run_all"]
 
 OnDone = Callable[[int, int], object]
-"""Called with the number of pieces done, and of all, each time that one is."""
+"""Called with the number of pieces done and the number of all, each time that one is done."""
 
 Work = Callable[..., Any]
 Each = Callable[[Work, Any, Sequence[Job]], Iterator[tuple[int, Any]]]
-"""Calls ``work(store, *job)`` for each job, and gives the results as they come."""
+"""Calls ``work(store, *job)`` for each job, and yields (index of the job, result) as they end."""
 
 
 def run_all(run: Run, work: Work, store: Any, n_pieces: int, *args: Any) -> list[Any]:
@@ -28,7 +28,7 @@ def run_all(run: Run, work: Work, store: Any, n_pieces: int, *args: Any) -> list
 
 
 def _reporting(each: Each, on_done: OnDone | None) -> Run:
-    """A `Run` of what gives results as they come, each with the place of its job."""
+    """A `Run` that returns the results in the order of the jobs, and reports each."""
 
     def run(
         work: Work, store: Any, jobs: Sequence[Job], n_before: int = 0, n_after: int = 0
@@ -48,18 +48,18 @@ def open_run(
     workers: int, scheduler: str | None, folder: Path, n_threads: int = 1,
     on_done: OnDone | None = None,
 ) -> Iterator[Run]:  # fmt: skip
-    """Give a `Run` on so many threads of this process, on others, or on workers of a scheduler.
+    """Yield a `Run` on `n_threads` threads of this process, on `workers` processes, or on Dask.
 
-    One worker is this process itself; with the address of a scheduler, `workers` says nothing. Each
-    thread has a piece at a time, on one thread of the core. A piece is worked on again where a
-    worker was killed, and so the work must do nothing but read the store and write arrays of its
-    own. All workers have to see `folder`, an absolute path.
+    One worker is this process itself; with the address of a scheduler, `workers` has no effect.
+    Each thread has one piece at a time, on one thread of the core. If a worker is killed, its piece
+    is run again: so work may only read the store, and write arrays of its own piece. All workers
+    must see `folder`, an absolute path.
 
     Raises
     ------
     OSError
-        If there is no scheduler, it has no worker, or one does not fit; or, in a run, if workers
-        are gone, or were killed time and again with one piece at work.
+        If the scheduler does not answer, has no worker, or a worker has another version; or, in a
+        run, if all workers are gone, or the same piece has killed several.
     MissingExtraError
         If several workers need psutil, or a scheduler needs Dask, and it is not installed.
     """

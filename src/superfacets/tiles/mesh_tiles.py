@@ -1,4 +1,4 @@
-"""Stages 0 and 1 on disk, of meshes: faces sorted along the space-filling curve, and cut."""
+"""Stages 0 and 1 of meshes on disk: sort faces along the space-filling curve, and cut tiles."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from .store import Kind, Run, TileStore, tile_starts
 __all__ = ["make_mesh_tiles"]
 
 MAX_SPAN = 1 << 26
-"""Vertices of a tile are found in a table where their numbers are within such a range."""
+"""Largest range of the vertex numbers of a tile for which they are renumbered by a table."""
 
 BLOCK = 4096
-"""Numbers whose sum the core's ``sum_of`` adds to that of those before (``kSumBlock``)."""
+"""Numbers per block of the core's blocked sum (``kSumBlock``)."""
 
 OF_RUN = (("cells", "corners", "points"), {"corners": ("vertices", "points")})
-"""Columns and lists of faces whose vertices are not yet gathered: the position of each corner."""
+"""Columns and lists of a sorted run: each corner has its vertex number and its position."""
 
 
 class _Measured(NamedTuple):
-    """Boxes of the vertices and the centroids of a chunk of faces, and sums of blocks of areas."""
+    """Boxes of the vertices and of the centroids of a chunk, and blocked sums of its areas."""
 
     bounds: Floats
     curve: Floats
@@ -65,20 +65,20 @@ def _read_chunk(chunks: Chunks, chunk: int) -> Part:
 def make_mesh_tiles(
     pieces: Pieces, scratch: Scratch, tile_cells: int, *, welds: bool, run: Run, n_threads: int
 ) -> TileStore:
-    """Sort the faces of a mesh along the curve, as in memory, and write them tile by tile.
+    """Sort the faces of a mesh along the curve, as `segment` does, and write them tile by tile.
 
-    No more than about `tile_cells` faces, or as many vertices, are in memory at a time. The input
-    is read three times: to weld its vertices, for the box of all centroids, and to write each chunk
-    of faces sorted by code (once less where there is room for what was read). How much tiles take
-    of each of these runs is found by counting codes; then each tile is merged. Each pass but the
-    counting runs on all workers, with so many threads of the core for a piece.
+    This is an external merge sort. At most about `tile_cells` faces, or as many vertices, are in
+    memory at a time. The input is read three times: to weld vertices, for the box of all centroids,
+    and to write each chunk of faces as a run sorted by code (twice if chunks fit into the cache).
+    Counts of codes tell where each tile begins in each run; then each tile is merged. All passes
+    but the counting run on all workers, with `n_threads` threads of the core each.
 
     Tiles have at most `tile_cells` faces, rounded up to a multiple of `RANGE`.
 
     Raises
     ------
     MeshError
-        As `Mesh`: the first wrong coordinate or index is named; or if there are too many faces.
+        Names the first wrong coordinate or index, as `Mesh` does; or if there are too many faces.
     """
     chunks = Chunks.welded(pieces, scratch, tile_cells, run, n_threads)
     chunks = chunks if welds else replace(chunks, lowest=None)
@@ -100,7 +100,7 @@ def make_mesh_tiles(
 
 
 def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
-    """Centroids and areas of faces, by the positions of their corners."""
+    """Centroids and areas of faces."""
     offsets, points = _by_corner(faces, "points")
     corners = np.arange(len(points), dtype=np.int32)
     points = points.astype(np.float64)
@@ -111,7 +111,7 @@ def _measured(faces: Part, n_threads: int) -> tuple[Floats, Floats]:
 
 
 def _by_corner(faces: Part, name: str) -> tuple[Longs | None, Array]:
-    """Offsets of the corners of faces (None of triangles), and an array with a row for each."""
+    """Offsets of the corners of faces (None for triangles), and an array with a row per corner."""
     if "corners" in faces.lists:
         return faces.lists["corners"].offsets, faces.lists["corners"].entries[name]
     column = faces.columns["corners" if name == "vertices" else name]
@@ -119,7 +119,7 @@ def _by_corner(faces: Part, name: str) -> tuple[Longs | None, Array]:
 
 
 def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> _Measured:
-    """Measure the faces of a chunk, and leave them in memory if there is room for all of it."""
+    """Measure the faces of a chunk; keep them in the cache if they fit."""
     faces = _read_chunk(chunks, chunk)
     centroids, areas = _measured(faces, chunks.n_threads)
     firsts = range(0, len(areas), BLOCK)
@@ -131,7 +131,7 @@ def _measure_chunk(scratch: Scratch, chunk: int, chunks: Chunks) -> _Measured:
 
 
 def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> Ints:
-    """Write the faces of a chunk in the order of their codes; counts of the codes' upper bits."""
+    """Write a chunk as a run sorted by code; return counts of the upper bits of its codes."""
     folder = f"chunks/{chunk}"
     is_kept = scratch.has(f"{folder}/cells")
     faces = Part.load(scratch, folder, *OF_RUN) if is_kept else _read_chunk(chunks, chunk)
@@ -143,13 +143,13 @@ def _sort_chunk(scratch: Scratch, chunk: int, chunks: Chunks, curve: Floats) -> 
 
 
 def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
-    """Merge what a tile takes of each run, and write it."""
+    """Merge the parts of all runs that belong to a tile, and write it."""
     faces = read_cut(store.scratch, store.scratch.load("cuts", tile, tile + 2), *OF_RUN)
     centroids, areas = _measured(faces, n_threads)
     offsets, points = _by_corner(faces, "points")
     ids, corners = _compact(_by_corner(faces, "vertices")[1])
     last = np.empty(len(ids), np.int64)
-    last[corners] = np.arange(len(corners))  # of the corners at each vertex
+    last[corners] = np.arange(len(corners))  # the last corner at each vertex
     columns = {"cells": faces.columns["cells"], "positions": centroids, "measures": areas}
     vertices = {"ids": ids, "points": points.take(last, axis=0).astype(np.float64)}
     if offsets is None:
@@ -160,7 +160,7 @@ def _write_tile(store: TileStore, tile: int, n_threads: int) -> None:
 
 
 def _compact(corners: Array) -> tuple[Longs, Ints]:
-    """The different numbers, ascending, and the place of each among these."""
+    """As ``np.unique(corners, return_inverse=True)``, faster."""
     low = int(corners.min())
     span = int(corners.max()) - low + 1
     if span > MAX_SPAN:

@@ -38,7 +38,7 @@ TiledSource: TypeAlias = (
 """A file; a folder of files that share vertices by position; or arrays, as memory maps may be."""
 
 FOLDER_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".npy", ".txt", ".csv"))
-"""Others are as often labels, or anything else."""
+"""Endings of files that are read from a folder; ``.npy``, ``.txt``, ``.csv`` are often labels."""
 
 BLOCK = 1 << 24
 """Bytes of text that are read at a time."""
@@ -49,7 +49,7 @@ NORMALS = ("nx", "ny", "nz")
 
 @dataclass(frozen=True)
 class Pieces:
-    """A mesh or a cloud of which pieces can be read."""
+    """A mesh or a cloud that is read piece by piece."""
 
     points: Rows  # vertices, or the points of a cloud: three coordinates
     corners: Rows | None = None  # three vertices of each face; with offsets, one per row
@@ -85,11 +85,10 @@ class Pieces:
 def open_pieces(source: TiledSource, scratch: Scratch, *, for_workers: bool) -> Pieces:
     """Return the mesh or the cloud of a source, of which pieces can be read.
 
-    Binary PLY files of triangles or points and ``.npy`` files of points are read where they are.
-    OBJ files are written anew to the scratch folder, block by block, and files of other kinds
-    whole. Of a folder all meshes, or all clouds, are taken, in the order of their names, one after
-    the other. With `for_workers` other processes will read the pieces, so arrays are written to
-    the scratch folder.
+    Binary PLY files of triangles or points and ``.npy`` files of points are read in place. OBJ
+    files are converted block by block to tables in the scratch folder; other formats are read whole
+    first. The meshes, or the clouds, of a folder are joined in the order of their names. With
+    `for_workers` arrays are written to the scratch folder, for other processes to read.
 
     Raises
     ------

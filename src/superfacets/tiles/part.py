@@ -1,4 +1,4 @@
-"""Some cells of a tiled mesh or cloud: a part of what lies on the disk, in memory."""
+"""`Part`: some cells of a tiled mesh or cloud, in memory."""
 
 from __future__ import annotations
 
@@ -38,25 +38,25 @@ def save_columns(scratch: Scratch, folder: str, columns: Columns) -> None:
 def load_columns(
     scratch: Scratch, folder: str, names: Sequence[str], begin: int = 0, end: int | None = None
 ) -> Columns:
-    """Rows begin to end - 1 of those of the named columns that there are."""
+    """Rows begin to end - 1 of the named columns that exist."""
     found = [name for name in names if scratch.has(f"{folder}/{name}")]
     return {name: scratch.load(f"{folder}/{name}", begin, end) for name in found}
 
 
 def taken(columns: Columns, chosen: Array) -> Columns:
-    """Some rows, in this order."""
+    """The chosen rows, in this order."""
     return {name: column.take(chosen, axis=0) for name, column in columns.items()}
 
 
 @dataclass(frozen=True, eq=False)
 class Lists:
-    """Entries of each cell: those of cell i are rows offsets[i] to offsets[i + 1] - 1."""
+    """CSR lists: the entries of cell i are rows offsets[i] to offsets[i + 1] - 1."""
 
     offsets: Longs
     entries: Columns
 
     def take(self, chosen: Array) -> Lists:
-        """The lists of some cells, in this order."""
+        """The lists of the chosen cells, in this order."""
         offsets, at = rows(self.offsets, chosen)
         return Lists(offsets, taken(self.entries, at))
 
@@ -84,7 +84,7 @@ class Part:
         return len(next(iter(self.columns.values())))
 
     def take(self, chosen: Array) -> Part:
-        """The cells of these indices, in this order, without the vertices of others."""
+        """The chosen cells, in this order, with the vertices that they use."""
         lists = {name: found.take(chosen) for name, found in self.lists.items()}
         part = Part(taken(self.columns, chosen), lists, self.vertices)
         if not self.vertices:
@@ -96,7 +96,7 @@ class Part:
         return part.with_corners(numbers[corners], taken(self.vertices, np.flatnonzero(is_used)))
 
     def at(self, places: Array) -> Part:
-        """The cells at some places, all of which are here, in the order of places."""
+        """The cells at the given places, all of which must be here; cells are sorted by place."""
         return self.take(np.searchsorted(self.columns["places"], places))
 
     def corners(self) -> tuple[Longs, Ints]:
@@ -107,7 +107,7 @@ class Part:
         return np.arange(0, corners.size + 1, 3), corners.reshape(-1)
 
     def with_corners(self, corners: Ints, vertices: Columns) -> Part:
-        """The same cells, with corners in a row that are rows of other vertices."""
+        """The same cells with new vertices; `corners` are their rows, flat."""
         if "corners" in self.lists:
             lists = Lists(self.lists["corners"].offsets, {"vertices": corners})
             return replace(self, lists=self.lists | {"corners": lists}, vertices=vertices)
@@ -115,7 +115,7 @@ class Part:
         return replace(self, columns=columns, vertices=vertices)
 
     def mesh(self, store: TileStore) -> FaceMesh:
-        """The faces as a mesh with the bounds of the whole; nothing is checked again."""
+        """The faces as a mesh with the bounds of the whole mesh, without checks."""
         offsets, corners = self.corners()
         vertices, bounds = np.ascontiguousarray(self.vertices["points"]), store.bounds.copy()
         if store.kind == "polygons":
@@ -132,7 +132,7 @@ class Part:
             scratch.save(f"{folder}/{name}", array)
 
     def keep(self, scratch: Scratch, folder: str) -> bool:
-        """As `save`, but only if all arrays stay in memory; return whether they do."""
+        """As `save`, but only if all arrays fit into the cache; return whether they do."""
         return all(scratch.keep(f"{folder}/{name}", some) for name, some in self._arrays.items())
 
     @property
@@ -148,7 +148,7 @@ class Part:
         cls, scratch: Scratch, folder: str, columns: Sequence[str], lists: ListNames = NO_LISTS,
         begin: int = 0, end: int | None = None,
     ) -> Part:  # fmt: skip
-        """Cells begin to end - 1 with what there is of these columns and lists; and vertices."""
+        """Cells begin to end - 1 with those of the columns and lists that exist, and vertices."""
         found = {}
         for name, entries in lists.items():
             if scratch.has(f"{folder}/{name}/offsets"):
@@ -165,7 +165,7 @@ class Part:
         cls, store: TileStore, tile: int, columns: Sequence[str], lists: ListNames = NO_LISTS,
         begin: int = 0, end: int | None = None,
     ) -> Part:  # fmt: skip
-        """The same of a tile, with the places of the cells."""
+        """As `load`, of a tile, with the column ``places``."""
         part = cls.load(store.scratch, f"tile{tile}", columns, lists, begin, end)
         first = store.starts[tile] + begin
         part.columns["places"] = np.arange(first, first + len(part), dtype=np.int32)
@@ -173,12 +173,12 @@ class Part:
 
     @classmethod
     def joined(cls, parts: Sequence[Part], key: str | None = None) -> Part:
-        """All cells of some parts, in ascending order of a column, or one part after the other."""
+        """All cells of the parts, sorted by the column `key`, or one part after the other."""
         return cls.joined_from(parts.__getitem__, len(parts), key)
 
     @classmethod
     def joined_from(cls, load: Callable[[int], Part], n_parts: int, key: str | None) -> Part:
-        """The same of parts that are loaded, each twice, so that one at a time is in memory."""
+        """As `joined`. Each part is loaded twice, so that only one at a time is in memory."""
         keys, ids, counts = [], [], list[dict[str, Longs]]()
         for place in range(n_parts):
             part = load(place)
@@ -195,7 +195,7 @@ class Part:
     def _empty_like(
         cls, part: Part, at: list[Longs], counts: list[dict[str, Longs]], n_vertices: int
     ) -> Part:
-        """Room for all cells of parts like this one."""
+        """Uninitialized arrays for all cells of parts like this one."""
         n_cells = sum(map(len, at))
         lists = {}
         for name, found in part.lists.items():
@@ -207,7 +207,7 @@ class Part:
         return cls(_empty(part.columns, n_cells), lists, _empty(part.vertices, n_vertices))
 
     def _fill(self, part: Part, at: Longs, vertex_ids: Longs) -> None:
-        """Copy a part into these rows."""
+        """Copy a part into the rows `at`."""
         if part.vertices:
             numbers = np.searchsorted(vertex_ids, part.vertices["ids"]).astype(np.int32)
             part = part.with_corners(numbers[part.corners()[1]], part.vertices)

@@ -1,4 +1,4 @@
-"""The surface of some cells: what kernels for weights and borders take."""
+"""The surface of a part: the argument of the kernels for weights and borders."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["in_order_of_cells", "surface_of", "with_neighbors"]
 
 
 def in_order_of_cells(part: Part) -> Part:
-    """Points by place as cells of their own: in the order of cells, with ``neighbors``."""
+    """Points, sorted by place, reordered by cell number, with ``neighbors`` as indices."""
     order = np.argsort(part.columns["cells"])
     ranks = np.empty(len(order), np.int32)
     ranks[order] = np.arange(len(order))
@@ -28,11 +28,10 @@ def in_order_of_cells(part: Part) -> Part:
 
 
 def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tuple[Part, Longs]:
-    """Cells with arcs whose ``neighbors`` are ranks, in place of the places that they lead to.
+    """Replace the ``targets`` of arcs, which are places, by ``neighbors``, the ranks of places.
 
-    Arcs that lead to none of the cells that there are, by place, are left out; which are is
-    returned, too. With `sorts` the arcs of a cell are in the order of the ranks, as in a cloud, and
-    not of sides.
+    `ranks` are those of `places`, ascending. Arcs that lead elsewhere are dropped; their indices
+    are returned, too. With `sorts` the arcs of a cell are sorted by rank, as in a cloud.
     """
     arcs = part.lists["arcs"]
     at = index_near(arcs.entries["targets"], places, part.columns["places"])
@@ -49,7 +48,7 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tup
 
 
 def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
-    """The surface of cells with ``neighbors``. Of faces, lengths are known, and no angles."""
+    """The surface of cells with ``neighbors``. Angles between faces are not valid."""
     arcs = part.lists["arcs"]
     offsets, neighbors = arcs.offsets, arcs.entries["neighbors"]
     diagonal = box_diagonal(store.bounds)

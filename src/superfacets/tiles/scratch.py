@@ -1,4 +1,4 @@
-"""Arrays for as long as a run takes: in memory, and in a folder that is removed in the end."""
+"""Arrays of one run, in a cache and in a folder that is removed at the end of the run."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ __all__ = [
 ]  # fmt: skip
 
 MARK = ".superfacets-tiles-"
-"""What the names of scratch folders begin with."""
+"""Prefix of the names of scratch folders."""
 
 _FOLDER = re.compile(re.escape(MARK) + r"[0-9a-f]{12}")
 
 LOCK = ".lock"
-"""A file in the folder, which the run holds locked. A folder without a lock was left behind."""
+"""A file that the run keeps locked: a folder where it is not locked is left from a killed run."""
 
 _HEADER_SIZE = 128
-"""Bytes of the header of our files; numpy pads headers of few dimensions to this size."""
+"""Bytes of the header of our files. NumPy pads short headers to this size."""
 
 
 @contextlib.contextmanager
 def scratch_folder(parent: Path, cache: int = 0) -> Iterator[Scratch]:
-    """Make a folder below `parent`, and remove it when the block ends, also by errors and Ctrl-C.
+    """Make a folder below `parent`, removed at the end of the block, also on errors and Ctrl-C.
 
     Folders that killed runs have left there are removed first. `cache` is as for `Scratch`. An
     OSError if the folder cannot be made.
@@ -125,14 +125,14 @@ class Scratch:
                 partial.unlink()
 
     def keep(self, name: str, array: Array) -> bool:
-        """As `save`, but only if the array stays in memory; return whether it does."""
+        """As `save`, but only if the array fits into the cache; return whether it does."""
         self._forget(name)
         with self._lock:
             is_kept = array.nbytes < self._room
             self._room -= array.nbytes if is_kept else 0
         if is_kept:
             if isinstance(array.base, np.ndarray) and array.base.nbytes > array.nbytes:
-                array = array.copy()  # all of the array that it is a part of would stay
+                array = array.copy()  # a view would keep all of its base in memory
             array = np.ascontiguousarray(array)
             array.flags.writeable = False
             self._kept[name] = array

@@ -1,4 +1,4 @@
-"""From a mesh or cloud larger than memory to superfacets: all stages in a row, tile by tile."""
+"""`segment_tiled`: all stages for a mesh or cloud larger than memory, tile by tile."""
 
 from __future__ import annotations
 
@@ -47,18 +47,18 @@ BYTES_PER_FACE, BYTES_PER_POINT = 250, 400
 """Bytes that the scratch folder takes on the disk."""
 
 MEMORY_PART = 8
-"""Divisor of the process's memory limit: such a part caches scratch arrays before they go to the
-disk, and another is for tiles that are worked on at the same time, if that is not just one."""
+"""1 / MEMORY_PART of the process's memory limit caches scratch arrays before they spill to disk; as
+much is for tiles processed at the same time."""
 
 ADDRESSES_OF_THREAD = 150 << 20
-"""Bytes of the address space that a thread has for its stack and its heap, used or not."""
+"""Address space in bytes that a thread reserves for its stack and its heap."""
 
 KEPT_HEAP = 1 << 28
-"""Bytes that are freed and kept for arrays of the next tile."""
+"""Freed bytes that stay in the heap for the arrays of the next tile."""
 
 _WEIGHTS = ("creases", "superfacets")
-"""``"parts"`` is left out, as it needs rays through the whole mesh, and ``"stk02"``, by which
-methods are compared on small meshes."""
+"""``"parts"`` is excluded: it needs rays through the whole mesh. So is ``"stk02"``, which is for
+comparing methods on small meshes."""
 
 
 def segment_tiled(
@@ -86,12 +86,11 @@ def segment_tiled(
     on_stage: OnStage | None = None,
     on_tile: OnDone | None = None,
 ) -> Segmentation:
-    """Label every face of a mesh that need not fit into memory, as `segment` does, face for face.
+    """Segment a mesh or point cloud that need not fit into memory; labels are those of `segment`.
 
-    Of a point cloud, every point. The faces are sorted along a space-filling curve on the disk, and
-    cut into tiles. Coarse cells are made tile by tile, the loop runs on the graph of these in
-    memory, and the faces are labeled tile by tile. Borders are made straight in a mesh of the faces
-    around them.
+    The faces (or points) are sorted along a space-filling curve on disk, and cut into tiles. Coarse
+    cells are made tile by tile; the loop runs on their graph in memory; the faces are labeled tile
+    by tile; borders are straightened with only the faces around them in memory.
 
     Parameters
     ----------
@@ -106,16 +105,15 @@ def segment_tiled(
     tile_size : int, default 262144
         Faces or points of a tile, rounded up to a multiple of 4096. Labels do not depend on it.
     scratch : path, optional
-        Folder with some 250 bytes of room per face, or 400 per point; by default that of temporary
-        files. What is written there is removed in the end.
+        Folder for temporary arrays, about 250 bytes per face or 400 per point; by default that of
+        temporary files. All of it is removed at the end.
     cache : int, optional
-        Bytes of what would be written there that stay in memory instead; by default an eighth of
-        the memory that this process may use. Nothing does with several workers.
+        Bytes of these arrays that stay in memory instead; by default an eighth of the memory that
+        this process may use. Not with several workers, which cannot see them.
     out : path, optional
-        A ``.npy`` file for the labels of all. Where the source is a folder, it may be a folder,
-        too, which is made: it gets a ``.npy`` with the labels of each file, called as that
-        (``a.npy`` for ``a.ply``); all of them, or none if the run fails. A name without an ending,
-        or with a slash at the end, is that of a folder.
+        A ``.npy`` file for all labels. If the source is a folder, `out` may be a folder, too (made
+        if missing): it gets a ``.npy`` per file (``a.npy`` for ``a.ply``); all of them, or none if
+        the run fails. A name without an ending, or with a slash at the end, means a folder.
     workers : int, default 1
         Processes of this machine that work on tiles; 1 is this process.
     scheduler : str, optional
@@ -126,8 +124,8 @@ def segment_tiled(
     progress, on_stage
         As for `segment`. There is also the stage ``"tiles"``, which reads the source.
     on_tile : callable, optional
-        Called with the number of tiles done, and of all, in a pass over them. A tile to which paths
-        come back counts again.
+        Called with the number of tiles done and the number of all in a pass. A tile that paths
+        enter again counts again.
 
     Returns
     -------
@@ -152,11 +150,10 @@ def segment_tiled(
 
     Notes
     -----
-    Memory: what `cache` says, about 500 bytes per face of a tile for each thread, 10 bytes per face
-    of the mesh for the graph of coarse cells, 4 for the labels (8 for those of points), and what a
-    mesh of the faces around borders takes. The graph of all faces is in memory, 150 bytes a face,
-    where regions have less than about a hundred faces, and where the loop runs on all faces
-    (``tol=0``, ``max_num_iter`` 0 or 1).
+    Memory: `cache`, about 500 bytes per face of a tile for each thread, 10 bytes per face of the
+    mesh for the graph of coarse cells, 4 for the labels (8 for labels of points), and the faces
+    around borders. The graph of all faces is in memory, 150 bytes a face, if regions have less than
+    about a hundred faces, or if the loop runs on all faces (``tol=0``, ``max_num_iter`` 0 or 1).
 
     Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
     other by path length (``init="geodesic"``).
@@ -181,13 +178,13 @@ def segment_tiled(
         CleanupOptions.checked(smooth, False, 0.0, islands),
     )
     place = Place.checked(source, tile_size, scratch, cache, out, workers, scheduler)
-    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and memory for all that follows
+    with _core.Workspace(), _core.KeptHeap(KEPT_HEAP):  # threads and heap are kept for all stages
         return _run(source, options, place, on_tile)
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where tiles are kept and worked on, and where the labels go."""
+    """Where tiles are stored and processed, and where labels are written."""
 
     tile_size: int
     scratch: Path
@@ -218,11 +215,11 @@ class Place:
 
     @property
     def is_remote(self) -> bool:
-        """Whether other processes work on tiles."""
+        """Whether other processes process tiles."""
         return self.workers > 1 or self.scheduler is not None
 
     def tiles_at_once(self, loop: LoopOptions) -> int:
-        """How many tiles are worked on in this process at the same time, on a thread each."""
+        """Number of tiles that this process works on at the same time, each on one thread."""
         each = BYTES_AT_WORK * self.tile_size
         if address_limit() is not None:
             each += ADDRESSES_OF_THREAD
@@ -232,10 +229,10 @@ class Place:
 def _run(
     source: TiledSource, options: Options, place: Place, on_tile: OnDone | None
 ) -> Segmentation:
-    """Run all stages; the caller of `segment_tiled` is warned."""
+    """Run all stages."""
     timings: dict[str, float] = {}
     at_once = place.tiles_at_once(options.loop)
-    # Each thread of a worker has a tile of its own.
+    # A worker has one tile at a time, on one thread.
     is_parallel = place.is_remote or at_once > 1
     n_threads = 1 if is_parallel else options.loop.n_threads
     with (
@@ -262,7 +259,7 @@ def _run(
 
 
 def _segment(graph: TiledGraph, options: Options, timings: dict[str, float]) -> Segmentation:
-    """Run the stages that follow on tiles."""
+    """Run stages 2 to 5 on a graph of tiles."""
     store, run, loop = graph.store, graph.run, options.loop
     diagonal = box_diagonal(store.bounds)
     size = size_of_total(options.size, store.n_cells, store.total_measure, diagonal)

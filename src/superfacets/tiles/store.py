@@ -1,4 +1,4 @@
-"""Cells on disk: sorted along the space-filling curve, and cut into tiles of whole ranges."""
+"""Cells on disk, sorted along the space-filling curve, as tiles of whole ranges."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from .scratch import Scratch
 __all__ = ["RANGE", "Job", "Kind", "Run", "TileStore", "find_cells", "tile_starts"]
 
 RANGE = 4096
-"""Places of a range of the curve, beyond which coarse cells never extend: 2**kRangeBits in the
-core's ``cell_grower.hpp``. Tiles begin at multiples of it."""
+"""Number of places in a range of the curve: 2**kRangeBits in the core's ``cell_grower.hpp``. A
+coarse cell lies within one range, and tiles begin at multiples of it."""
 
 Kind = Literal["triangles", "polygons", "points"]
 
 Job = tuple[Any, ...]
-"""A tile, and further arguments."""
+"""Arguments of one call: a tile, and more."""
 
 
 class Run(Protocol):
-    """Calls the same function for many jobs, in any process."""
+    """Calls a function for many jobs, in any process."""
 
     def __call__(
         self, work: Callable[..., Any], store: Any, jobs: Sequence[Job], /, *, n_before: int = 0,
@@ -33,8 +33,7 @@ class Run(Protocol):
     ) -> list[Any]:  # fmt: skip
         """Return ``work(store, *job)`` for each job, in order.
 
-        So many jobs of the same pass were done before, and so many are still to come: for whoever
-        watches the run.
+        `n_before` jobs of the same pass are done, and `n_after` are to come: for progress bars.
         """
 
 
@@ -126,7 +125,7 @@ class TileStore:
         return offsets, targets, self.read(tile, "arcs/lengths")
 
     def read_at(self, name: str, places: Array) -> Array:
-        """Values of an array of all tiles at some places, ascending; one tile is read at a time."""
+        """Values of an array of all tiles at ascending places; one tile is in memory at a time."""
         tiles = self.tiles_of(places)
         values = [
             self.read(tile, name)[places[tiles == tile] - self.starts[tile]]
@@ -135,7 +134,7 @@ class TileStore:
         return np.concatenate(values) if values else self.read(0, name)[:0]
 
     def read_around(self, tile: int, name: str, places: Array) -> Array:
-        """Values at some places in any order, most of which are in this tile."""
+        """Values at places in any order; fast where most are in this tile."""
         own, is_own = self.read(tile, name), self.is_in(tile, places)
         values = np.empty((len(places), *own.shape[1:]), own.dtype)
         values[is_own] = own[places[is_own] - self.starts[tile]]
@@ -145,11 +144,11 @@ class TileStore:
 
 
 _LOW_BITS = (1 << 20) - 1
-"""Of the numbers of cells."""
+"""Mask of the bits of a cell number that `find_cells` filters by."""
 
 
 def find_cells(store: TileStore, tile: int, wanted: Ints) -> tuple[Longs, Longs]:
-    """Which of some cells are in a tile, as indices, and where in it they are."""
+    """Indices of the wanted cells that are in a tile, and their rows in the tile."""
     cells = store.read(tile, "cells")
     is_possible = np.zeros(_LOW_BITS + 1, bool)
     is_possible[wanted & _LOW_BITS] = True

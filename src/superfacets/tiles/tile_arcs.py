@@ -27,19 +27,19 @@ from .store import Run, TileStore
 __all__ = ["ArcFacts", "WeightRule", "find_arcs"]
 
 Origin = tuple[float, float, float]
-"""Volumes are seen from there."""
+"""Apex of the cones whose volumes are added up."""
 
 
 @dataclass(frozen=True)
 class WeightRule:
-    """What weights depend on beside the cells."""
+    """Parameters of the weights."""
 
     radius: float  # expected, of regions
     options: WeightOptions
-    has_prices: bool  # whether the default weights are needed as well, for borders
+    has_prices: bool  # whether borders need the default weights as well
     n_threads: int
-    is_turned: bool = False  # whether normals point inwards
-    evened: float = 0.0  # by `evened_share`
+    is_turned: bool = False  # whether normals point inwards, and must be flipped
+    evened: float = 0.0  # see `evened_share`
 
     @property
     def has_hollows(self) -> bool:
@@ -58,7 +58,7 @@ class ArcFacts(NamedTuple):
 
 @dataclass(frozen=True)
 class _TileSums:
-    """What a tile adds to the facts."""
+    """Sums over a tile."""
 
     weights: float
     prices: float
@@ -72,9 +72,9 @@ class _TileSums:
 def find_arcs(store: TileStore, rule: WeightRule, run: Run) -> ArcFacts:
     """Write the arcs of all tiles with their lengths, and return facts about all of them.
 
-    Per tile there are the lists ``arcs``, whose ``targets`` are indices in the tile; numbers from n
-    on stand for the places in ``ghosts``, ascending, whose cells are ``ghost_cells``. Arcs have
-    ``lengths``; ``border_lengths``, where borders have their own; and, of faces, ``sides``.
+    Each tile has the lists ``arcs``. Their ``targets`` are rows of the tile; from n on they are
+    rows of ``ghosts``, the ascending places of neighbors in other tiles, whose cell numbers are
+    ``ghost_cells``. Arcs have ``lengths``; ``border_lengths`` if `has_prices`; of faces ``sides``.
     """
     halos = find_halos(store, run)
     weigh = _weigh_points if store.kind == "points" else _weigh_faces
@@ -159,9 +159,9 @@ def _weigh_points(
 def _write_arcs(
     store: TileStore, tile: int, cells: Part, graph: tuple[Longs, Ints]
 ) -> tuple[Longs, Longs]:
-    """Write where the arcs of a tile lead; their offsets, and which of the graph they are.
+    """Write the targets of the arcs of a tile; return their offsets, and their indices in `graph`.
 
-    The graph is that of some cells, which the cells of the tile and their neighbors are among.
+    `graph` has the arcs of `cells`: all cells of the tile, their neighbors, and perhaps more.
     """
     places, n_own = cells.columns["places"], store.size(tile)
     local = places - np.int32(store.starts[tile])
@@ -186,7 +186,7 @@ def _write_arcs(
 def _write_weights(
     store: TileStore, tile: int, surface: Surface, weighed: tuple[Floats, Longs], rule: WeightRule
 ) -> _TileSums:
-    """Write the weights of the arcs of a tile, and their prices where borders go by others."""
+    """Write the weights of the arcs of a tile, and, if borders need them, their prices."""
     weights, arcs = weighed
     columns = {"weights": weights[arcs]}
     if rule.has_prices:
@@ -197,7 +197,7 @@ def _write_weights(
 
 
 def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threads: int) -> None:
-    """Write lengths in place of weights, and lengths of borders in place of prices."""
+    """Write lengths (rounded weights) and border lengths (rounded prices)."""
     names = (("weights", "lengths"), ("prices", "border_lengths"))
     for (name, rounded), unit in zip(names, units, strict=True):
         if store.has(tile, f"arcs/{name}"):
@@ -206,7 +206,7 @@ def _round_tile(store: TileStore, tile: int, units: tuple[float, float], n_threa
 
 
 def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
-    """Whether an edge of these faces, whose arcs leave by these sides, has one face alone."""
+    """Whether any edge of the faces has only one face; `sides` are those that their arcs cross."""
     offsets, corners = own.corners()
     following = np.arange(1, len(corners) + 1)
     following[offsets[1:] - 1] = offsets[:-1]
@@ -218,11 +218,11 @@ def _has_boundary(own: Part, sides: Array, arc_offsets: Longs) -> bool:
         return False
 
     def edges(some: Longs) -> set[tuple[int, int, int]]:
-        """The faces of some sides, and the lower and the higher vertex of each."""
+        """(face, lower vertex, higher vertex) of each side."""
         face = np.searchsorted(offsets, some, side="right") - 1
         ends = np.sort(np.stack([corners[some], corners[following[some]]]), axis=0)
         return set(zip(face.tolist(), *ends.tolist(), strict=True))
 
-    # A face that runs through an edge twice has the arcs at the first of the two sides.
+    # If a face has an edge twice, its arcs cross the first of the two sides.
     all_sides = rows(offsets, np.unique(np.searchsorted(offsets, open_sides, side="right") - 1))[1]
     return not edges(open_sides) <= edges(all_sides[is_crossed[all_sides]])

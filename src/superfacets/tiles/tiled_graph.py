@@ -1,4 +1,4 @@
-"""The graph of all cells, of which one tile at a time is in memory, and coarse cells of it."""
+"""The graph of all cells, with one tile at a time in memory, and the graph of coarse cells."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ __all__ = ["TiledGraph"]
 
 @dataclass(frozen=True, eq=False)
 class TiledGraph:
-    """What the loop takes in the place of an `_core.OrderedGraph`."""
+    """Stands in for `_core.OrderedGraph` in the loop."""
 
     store: TileStore  # with arcs and their lengths, as `find_arcs` writes them
     run: Run
-    n_threads: int  # of the core, for a tile; methods are told how many there are for others
+    n_threads: int  # of the core, for a tile; `n_threads` of methods is for all else
     is_parallel: bool = False  # whether several tiles are worked on at the same time
 
     is_symmetric = True
-    """All weights come from formulas that are the same both ways."""
+    """Both arcs of a pair of neighbors have the same weight."""
 
     @property
     def n_cells(self) -> int:
@@ -35,7 +35,7 @@ class TiledGraph:
         return self.store.n_cells
 
     def coarsened(self, cell_size: int, n_threads: int) -> TiledCoarseGraph:
-        """Write the coarse cell of each place, of about so many cells; return these."""
+        """Write the coarse cell of each place, and return the graph of coarse cells."""
         store, run = self.store, self.run
         found = run_all(run, _divide, store, store.n_tiles, cell_size, self.n_threads)
         positions, measures = _columns(found)
@@ -55,13 +55,13 @@ class TiledGraph:
     def regions(
         self, centers: Ints, reach: float, n_threads: int, islands: _core.Islands
     ) -> TiledRegions:
-        """Return the regions around centers, which are cells; expansions do not halt here."""
+        """Return the regions around the cells `centers`. Halted expansion is not supported."""
         assert np.isinf(reach)
         paths = TiledPaths(self.store, self.run, self.n_threads, self.is_parallel)
         return TiledRegions(paths, centers, islands)
 
     def join_islands(self, labels: Ints, groups: Ints, n_threads: int) -> tuple[Ints, int, Ints]:
-        """Return labels of all cells, with those of islands, and the number of these."""
+        """Return labels with islands joined, the number of islands, and no new centers."""
         assert not len(groups)
         joined, n_joined = join_islands(self.store, labels, self.run, self.n_threads)
         return joined, n_joined, np.empty(0, np.int32)
@@ -90,15 +90,15 @@ class TiledGraph:
 
 @dataclass(frozen=True, eq=False)
 class TiledCoarseGraph:
-    """What the loop takes in the place of a `_core.CoarseGraph`."""
+    """Stands in for `_core.CoarseGraph` in the loop."""
 
     graph: _core.OrderedGraph  # of all coarse cells
-    store: TileStore  # ``coarse``: the coarse cell of each place, from the first of the tile on
+    store: TileStore  # ``coarse``: coarse cell of each place, relative to the first of its tile
     firsts: Longs  # the first coarse cell of each tile
     run: Run
 
     def refine(self, labels: Ints, centers: Ints, n_threads: int) -> Ints:
-        """Return centers among cells for regions of coarse cells."""
+        """Return for each region of coarse cells the cell nearest to its mean."""
         means = _core.region_means(self.graph, labels, len(centers))
         parts = np.split(labels, self.firsts[1:-1])
         jobs = [(tile, part, means) for tile, part in enumerate(parts)]
@@ -110,12 +110,12 @@ class TiledCoarseGraph:
 
 
 def _columns(rows: list[tuple[Any, ...]]) -> list[list[Array]]:
-    """The first array of each row, the second, and so on."""
+    """Columns of rows of arrays."""
     return [list(column) for column in zip(*rows, strict=True)]
 
 
 def _in_a_row(parts: list[Array]) -> Array:
-    """Arrays one after the other. Each is dropped once it is copied: there are many cells."""
+    """Concatenate arrays, and empty the list on the way, to save memory."""
     end = sum(len(part) for part in parts)
     whole = np.empty((end, *parts[0].shape[1:]), parts[0].dtype)
     while parts:
@@ -128,7 +128,7 @@ def _in_a_row(parts: list[Array]) -> Array:
 def _divide(store: TileStore, tile: int, cell_size: int, n_threads: int) -> tuple[Floats, Floats]:
     """Write the coarse cells of a tile; return their positions and measures.
 
-    In the graph, cells are followed by ghosts, which have no arcs and no positions.
+    Ghosts follow the cells in the graph; they have no arcs and no positions.
     """
     n_ghosts = len(store.read(tile, "ghosts"))
     offsets = store.read(tile, "arcs/offsets")
@@ -151,7 +151,7 @@ def _divide(store: TileStore, tile: int, cell_size: int, n_threads: int) -> tupl
 def _connect(
     store: TileStore, tile: int, firsts: Longs, n_threads: int
 ) -> tuple[Longs, Ints, Array]:
-    """Return the arcs of the coarse cells of a tile: how many each has, targets and lengths."""
+    """Return the arcs of the coarse cells of a tile: number per cell, targets, lengths."""
     ghosts = store.read(tile, "ghosts")
     around = store.read_at("coarse", ghosts) + firsts[store.tiles_of(ghosts)]
     coarse = np.concatenate([store.read(tile, "coarse") + firsts[tile], around])
@@ -165,6 +165,6 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """The cell of each region in a tile that is nearest to its mean; labels of its coarse cells."""
+    """Squared distance and number of the cell of a tile that is nearest to the mean of each region."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)

@@ -1,4 +1,4 @@
-"""Islands on tiles: components that no path from a center leads to."""
+"""Islands on tiles: connected components without a center."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ __all__ = ["find_islands", "join_islands"]
 
 
 def join_islands(store: TileStore, labels: Ints, run: Run, n_threads: int) -> tuple[Ints, int]:
-    """Return labels without -1, and the number of islands.
+    """Label the cells with -1, and return all labels and the number of islands.
 
-    An island gets the label of the cell nearest to any of its cells, the lowest among equals.
-    Islands are held in memory, all of them.
+    An island gets the label of the cell nearest to any of its cells, the lowest among equals. The
+    cells of all islands are in memory.
     """
     if labels.min() >= 0:
         return labels, 0
@@ -34,7 +34,7 @@ def join_islands(store: TileStore, labels: Ints, run: Run, n_threads: int) -> tu
 
 
 def find_islands(store: TileStore, labels: Ints, run: Run) -> tuple[Ints, Floats, Ints]:
-    """The cells with -1, their positions, and the island of each, 0 to n - 1."""
+    """The cells with label -1, their positions, and the island of each, 0 to n - 1."""
     jobs = [(tile, labels[store.read(tile, "cells")]) for tile in range(store.n_tiles)]
     parts = run(_unlabeled, store, jobs)
     cells, positions = (np.concatenate([part[i] for part in parts]) for i in range(2))
@@ -53,7 +53,7 @@ def _unlabeled(store: TileStore, tile: int, labels: Ints) -> tuple[Ints, Floats,
     own = store.read(tile, "cells")
     around = np.concatenate([own, store.read(tile, "ghost_cells")])
     sources = np.repeat(np.arange(len(own)), np.diff(store.read(tile, "arcs/offsets")))
-    is_inside = labels[sources] < 0  # and so is the other end: a path leads there
+    is_inside = labels[sources] < 0  # then the target has no label either
     pairs = np.stack([own[sources[is_inside]], around[store.read(tile, "arcs/targets")[is_inside]]])
     return own[at], store.read(tile, "positions")[at], pairs.astype(np.int64)
 
@@ -66,7 +66,7 @@ def _nearest_labeled(
     at = np.flatnonzero(labels >= 0)
     if not len(at):
         return np.full(len(points), np.inf), np.full(len(points), -1, np.int32)
-    at = at[np.argsort(cells[at])]  # the lowest of equally near ones is found
+    at = at[np.argsort(cells[at])]  # so that the lowest of equally near cells is found
     positions = store.read(tile, "positions")[at]
     found, _, _ = _core.nearest_points(positions, points, np.inf, n_threads)
     x, y, z = (positions[found] - points).T

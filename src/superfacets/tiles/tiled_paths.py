@@ -19,23 +19,23 @@ UNREACHED = np.iinfo(np.uint64).max
 
 
 class Proposals(NamedTuple):
-    """Paths to places: their lengths and labels."""
+    """Paths that end at cells of other tiles: places, lengths and labels."""
 
     places: Longs
     lengths: Array  # of uint64
     labels: Ints
 
     def take(self, chosen: Array) -> Proposals:
-        """Some of them."""
+        """The chosen proposals."""
         return Proposals(self.places[chosen], self.lengths[chosen], self.labels[chosen])
 
 
 class TiledPaths:
     """Shortest paths to all places from the centers proposed so far.
 
-    A tile follows all paths within it, and proposes those that leave it to the tiles that they lead
-    to. When there are no proposals left no arc can improve a path, so each place has the shortest
-    of all paths, and the lowest label among equals, whatever tiles there are.
+    Each tile expands the paths within it, and proposes paths that leave it to the tiles where they
+    end. When no proposals are left, no arc can improve a path: so each place has its shortest path,
+    and the lowest label among equals, for any choice of tiles.
     """
 
     def __init__(self, store: TileStore, run: Run, n_threads: int, is_parallel: bool) -> None:
@@ -43,7 +43,7 @@ class TiledPaths:
         self.run = run
         self._is_parallel = is_parallel
         self._n_threads = n_threads
-        self._versions = dict.fromkeys(range(store.n_tiles), -1)  # of the paths of each tile
+        self._versions = dict.fromkeys(range(store.n_tiles), -1)  # of each tile's paths
 
     def labels(self) -> Ints:
         """The label of each cell, in the order of the input."""
@@ -54,7 +54,7 @@ class TiledPaths:
         return labels
 
     def start(self, cells: Ints, first_label: int) -> None:
-        """Begin at some cells, with labels from this one on; take all paths that follow."""
+        """Add centers, labeled from `first_label` on, and expand until no path gets shorter."""
         labels = np.arange(first_label, first_label + len(cells), dtype=np.int32)
         places = np.empty(len(cells), np.int64)
         found = run_all(self.run, find_cells, self.store, self.store.n_tiles, cells)
@@ -66,8 +66,8 @@ class TiledPaths:
         for version in itertools.count(max(self._versions.values()) + 1):
             if not waiting:
                 break
-            # One after the other, each takes all that was proposed before, and is visited less
-            # often: the one that has waited longest comes next.
+            # In series, the tile that has waited longest comes next: the more proposals a visit
+            # takes, the fewer visits there are.
             tiles = sorted(waiting) if self._is_parallel else [next(iter(waiting))]
             jobs = []
             for tile in tiles:
@@ -81,14 +81,14 @@ class TiledPaths:
                 self._add(waiting, proposals)
 
     def _add(self, waiting: dict[int, list[Proposals]], proposals: Proposals) -> None:
-        """Sort proposals by the tiles that they are for."""
+        """Group proposals by tile."""
         tiles = self.store.tiles_of(proposals.places)
         for tile in np.unique(tiles).tolist():
             waiting.setdefault(tile, []).append(proposals.take(tiles == tile))
 
 
 class TiledRegions:
-    """What the loop takes in the place of a `_core.Clustering`, for one classification."""
+    """Stands in for `_core.Clustering` in the loop, for one classification."""
 
     def __init__(self, paths: TiledPaths, centers: Ints, islands: _core.Islands) -> None:
         self._paths = paths
@@ -98,7 +98,7 @@ class TiledRegions:
             self._adopt_orphans()
 
     def centers(self) -> Ints:
-        """Return the centers, followed by those made of cells that none reached."""
+        """Return the centers, followed by the centers added for islands."""
         return self._centers
 
     def labels(self) -> Ints:
@@ -106,7 +106,7 @@ class TiledRegions:
         return self._paths.labels()
 
     def _adopt_orphans(self) -> None:
-        """Make the lowest cell of each component without a center one, in their order."""
+        """Make the lowest cell of each island a center, in ascending order."""
         labels = self.labels()
         if labels.min() >= 0:
             return
@@ -118,7 +118,7 @@ class TiledRegions:
 
 
 def _paths_of(store: TileStore, tile: int, version: int) -> tuple[Array, Ints]:
-    """Lengths and labels of the paths to a tile and its ghosts."""
+    """Lengths and labels of the paths to the cells of a tile and to its ghosts."""
     if version < 0:
         n_cells = store.size(tile) + len(store.read(tile, "ghosts"))
         return np.full(n_cells, UNREACHED, np.uint64), np.full(n_cells, -1, np.int32)
@@ -131,9 +131,9 @@ def _improve(
     store: TileStore, tile: int, version: int, next_version: int, proposals: Proposals,
     n_threads: int,
 ) -> Proposals:  # fmt: skip
-    """Take proposals to a tile, and return those that it makes to others.
+    """Apply proposals to a tile, expand, and return its proposals to other tiles.
 
-    Paths are written under a new name, so that work that was cut short can be done again.
+    Paths are written under a new name, so that the job can be repeated if its worker is killed.
     """
     n_own, ghosts = store.size(tile), store.read(tile, "ghosts")
     known = _paths_of(store, tile, version)
@@ -144,7 +144,7 @@ def _improve(
         *proposals[1:],
         n_threads,
     )
-    # In one array, which appears whole.
+    # One array, so that it is written whole or not at all.
     store.write(tile, f"paths{next_version}", np.concatenate([lengths.view(np.int32), labels]))
     is_better = (lengths[n_own:] != known[0][n_own:]) | (labels[n_own:] != known[1][n_own:])
     return Proposals(ghosts, lengths[n_own:], labels[n_own:]).take(is_better)

@@ -1,4 +1,4 @@
-"""Stage 0 on disk: the lowest of the vertices at each position."""
+"""Stage 0 on disk: weld vertices, block by block."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["weld"]
 
 @dataclass(frozen=True)
 class BlockRows:
-    """Rows in a scratch folder in blocks of equal size."""
+    """Rows in a scratch folder, in blocks of equal size."""
 
     scratch: Scratch
     name: str
@@ -39,11 +39,11 @@ class BlockRows:
 def weld(
     run: Run, scratch: Scratch, vertices: Rows, size: int, n_threads: int, name: str
 ) -> BlockRows | None:
-    """For each vertex the lowest at exactly the same position (-0.0 is 0.0); None if none share.
+    """The lowest vertex at exactly the position of each (-0.0 is 0.0); None if no two are equal.
 
-    A MeshError names the first vertex that is not finite. A block of `size` of them is in memory
-    at a time. They are grouped in buckets by a hash of the position, welded bucket by bucket, and
-    those that are not the lowest are listed by block. `name` is what they are called in errors.
+    `size` vertices are in memory at a time. They are split into buckets by a hash of the position;
+    buckets are welded one by one, and duplicates are listed per block. A MeshError names the first
+    vertex that is not finite; `name` is the word for vertices in it.
     """
     n_blocks = -(-vertices.n_rows // size)
     n_buckets = 1 << (n_blocks - 1).bit_length()
@@ -74,7 +74,7 @@ def _checked_block(vertices: Rows, block: int, size: int, name: str) -> Array:
 def _fill_buckets(
     scratch: Scratch, block: int, vertices: Rows, size: int, n_buckets: int, name: str
 ) -> None:
-    """Sort the vertices of a block by bucket; those of a bucket stay in their order."""
+    """Sort the vertices of a block by bucket, stable."""
     positions = _checked_block(vertices, block, size, name)
     buckets = _buckets_of(positions.astype(np.float64), n_buckets)
     order = np.argsort(buckets, kind="stable").astype(np.uint32)
@@ -103,7 +103,7 @@ def _buckets_of(positions: Floats, n_buckets: int) -> Array:
 
 
 def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_threads: int) -> int:
-    """List the vertices of a bucket that are not the lowest of their position; their number."""
+    """Write (duplicate, lowest vertex at its position) pairs of a bucket; return their number."""
     vertices, positions = [], []
     for block in range(n_blocks):
         begin, end = scratch.load(f"buckets/{block}/starts", bucket, bucket + 2).tolist()
@@ -127,7 +127,7 @@ def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_thre
 
 
 def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buckets: int) -> None:
-    """Write the lowest vertex at the position of each of a block."""
+    """Write the lowest vertex at the position of each vertex of a block."""
     begin = block * size
     lowest = np.arange(begin, min(begin + size, n_vertices), dtype=np.int64)
     for bucket in range(n_buckets):
