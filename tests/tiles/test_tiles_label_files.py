@@ -139,15 +139,15 @@ def test_a_folder_that_changes_while_the_run_begins(city, tmp_path, monkeypatch)
     assert named(tmp_path / "out") == []
 
 
-def test_labels_do_not_take_the_place_of_what_is_read(sheet, city, tmp_path):
+def test_labels_do_not_replace_the_source(sheet, city, tmp_path):
     points = tmp_path / "points.npy"
     np.save(points, sheet.vertices)
     before = points.read_bytes()
-    with pytest.raises(ValueError, match=r"points\.npy: the labels would take the place"):
+    with pytest.raises(ValueError, match=r"points\.npy: the labels would replace a file"):
         segment_tiled(points, 5, out=points)
     assert points.read_bytes() == before
     out = tmp_path / "labels"
     out.mkdir()
     (out / "c.npy").symlink_to(city / "c.obj")
-    with pytest.raises(ValueError, match=r"c\.npy: the labels would take the place"):
+    with pytest.raises(ValueError, match=r"c\.npy: the labels would replace a file"):
         segment_tiled(city, 5, out=out)

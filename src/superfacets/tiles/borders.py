@@ -66,7 +66,7 @@ def straighten_tiled(
 
 
 class _Marks:
-    """Steps left from each cell of the band, 0 outside: ``steps`` of the cells and ghosts of a tile."""
+    """Steps left from each cell, 0 outside of the band; ``steps`` of a tile and its ghosts."""
 
     def __init__(self, store: TileStore, run: Run) -> None:
         self._store = store

@@ -54,7 +54,7 @@ def read_faces(store: TileStore, tile: int) -> Part:
 
 
 def halo_of_faces(store: TileStore, own: Part, others: list[int]) -> list[Part]:
-    """The halo in parts: faces of other tiles that touch this tile at a vertex, and faces next to them."""
+    """The halo in parts: faces of other tiles that touch this one, and the faces next to them."""
     columns = (*OF_FACES[0], "places")
     rims = [Part.load(store.scratch, f"tile{t}/rim", columns, OF_FACES[1]) for t in others]
     ids = own.vertices["ids"]

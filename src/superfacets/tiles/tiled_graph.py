@@ -165,6 +165,6 @@ def _connect(
 def _nearest_to_means(
     store: TileStore, tile: int, labels: Ints, means: Floats
 ) -> tuple[Floats, Ints]:
-    """Squared distance and number of the cell of a tile that is nearest to the mean of each region."""
+    """The cell of a tile nearest to the mean of each region: squared distances, and cells."""
     positions, cells = store.read(tile, "positions"), store.read(tile, "cells")
     return _core.nearest_of_regions(positions, cells, labels[store.read(tile, "coarse")], means)
