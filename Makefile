@@ -2,9 +2,16 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# Tests that take two thirds of the time: twins, browsers, killed processes, files larger than memory.
+SLOW := batches reference study workers studio/browser studio/test_studio_connections.py \
+  studio/test_studio_crash.py tiles/test_tiles_points.py tiles/test_tiles_segment.py \
+  tiles/test_tiles_workers.py clustering/test_chunks.py clustering/test_classification.py \
+  cli/test_cli_tiled.py pictures/test_page_browser.py pictures/test_plotting.py \
+  cells/test_thickness.py test_benchmarks.py test_benchmark_models.py test_docs.py \
+  test_invariance.py test_tiled_benchmark.py test_types.py
 SOURCES := pyproject.toml CMakeLists.txt $(shell find src -type f ! -name "*.pyc")
 
-.PHONY: help demo test lowest newest lint workflows docs stub frontend figures gallery bench timings fuzz sanitize compilers dist blender clean
+.PHONY: help demo test quick lowest newest lint workflows docs stub frontend figures gallery bench timings fuzz sanitize compilers dist blender clean
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -17,6 +24,9 @@ test: $(VENV)/group-test ## run all tests
 	@tools/ensure-gl $(BIN)/python
 	@tools/ensure-chromium
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadscope
+
+quick: $(VENV)/group-test ## run four tests of five in about a minute
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadscope $(SLOW:%=--ignore=tests/%)
 
 lowest: $(VENV)/group-bounds ## run tests with the lowest versions declared of all dependencies
 	@tools/ensure-gl $(BIN)/python
