@@ -1,7 +1,7 @@
 """How CPU time grows with the number of cells, on inputs where an algorithm may become quadratic.
 
     python -m benchmarks doubling
-    python -m benchmarks doubling --shapes star,dust --largest 512000
+    python -m benchmarks doubling --shapes star,dust --smallest 64000
 
 Each row is one job on one shape at sizes that double. The exponent is the slope of a line through
 the logarithms of times and sizes: 1 is linear, 2 quadratic.
