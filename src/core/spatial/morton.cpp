@@ -124,6 +124,18 @@ void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sort
   }
 }
 
+Buffer<Cell> order_of(const Coarse& coarse, ThreadTeam& team) {
+  Buffer<Cell> order(coarse.entries.size());
+  std::vector<std::vector<Entry>> sorted(team.size());
+  team.for_each(kDigits, [&](std::int64_t digit, int thread) {
+    const std::int64_t begin = coarse.starts[digit];
+    const std::int64_t size = coarse.starts[digit + 1] - begin;
+    sort_by_low_digits(coarse.entries.span().subspan(begin, size), sorted[thread],
+                       order.data() + begin);
+  });
+  return order;
+}
+
 // Orders cells by halving the box around them until at most n_together are in a part. The halves
 // are of equal size, so that this ends where cells coincide, too.
 void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
@@ -170,20 +182,13 @@ void refine(std::span<const Point> positions, std::span<const std::uint32_t> cod
 }  // namespace
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
-  return order_of_codes(morton_codes(positions, bounds, team).span(), team);
+  // Codes are gone before the order is made.
+  const Coarse coarse = sort_by_high_digit(morton_codes(positions, bounds, team).span(), team);
+  return order_of(coarse, team);
 }
 
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team) {
-  const Coarse coarse = sort_by_high_digit(codes, team);
-  Buffer<Cell> order(codes.size());
-  std::vector<std::vector<Entry>> sorted(team.size());
-  team.for_each(kDigits, [&](std::int64_t digit, int thread) {
-    const std::int64_t begin = coarse.starts[digit];
-    const std::int64_t size = coarse.starts[digit + 1] - begin;
-    sort_by_low_digits(coarse.entries.span().subspan(begin, size), sorted[thread],
-                       order.data() + begin);
-  });
-  return order;
+  return order_of(sort_by_high_digit(codes, team), team);
 }
 
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,

@@ -13,8 +13,8 @@
 namespace superfacets {
 namespace {
 
-// Vertices on one step of the curve that may be in any order: they fit into the nearest cache.
-constexpr std::size_t kTogether = 256;
+// Vertices on one step of the curve that may be in any order.
+constexpr std::size_t kTogether = 32;
 
 // Prefetch distance, in vertices and cells: they are anywhere in the input.
 constexpr std::int64_t kAhead = 32;
