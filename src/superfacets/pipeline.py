@@ -131,7 +131,9 @@ def segment(
 ) -> Segmentation:
     """Label every face of a mesh with one of k compact regions that follow its concave creases.
 
-    Of a point cloud, every point; see `build_point_graph` for its neighbors and areas.
+    Of a point cloud, every point; see `build_point_graph` for its neighbors and areas. Clouds, and
+    large meshes whose faces or vertices are in random order, are sorted along a space-filling curve
+    first; everything that is given and returned is numbered as the input.
 
     Parameters
     ----------
@@ -213,7 +215,7 @@ def segment(
         `min_size`, with small regions that have no neighbor. ``"keep"``: they are regions of their
         own, in addition to the k asked for. ``"nearest"``: each joins the region with the face
         nearest (Euclidean, by centroids) to any of its faces, among equals that with the lowest
-        index (of a cloud the first along a space-filling curve); there are then exactly k regions,
+        index (of cells that are sorted the first along the curve); there are then exactly k regions,
         which may extend over several components. A component gets a seed if it has at least half of
         the area expected of a region, A / k, or if all larger components together have fewer than k
         faces; at most the k largest do. (With ``"keep"``, ``"farthest"`` and ``"flood"`` place
