@@ -215,7 +215,7 @@ def segment(
         `min_size`, with small regions that have no neighbor. ``"keep"``: they are regions of their
         own, in addition to the k asked for. ``"nearest"``: each joins the region with the face
         nearest (Euclidean, by centroids) to any of its faces, among equals that with the lowest
-        index (of cells that are sorted the first along the curve); there are then exactly k regions,
+        index (of sorted cells the first along the curve); there are then exactly k regions,
         which may extend over several components. A component gets a seed if it has at least half of
         the area expected of a region, A / k, or if all larger components together have fewer than k
         faces; at most the k largest do. (With ``"keep"``, ``"farthest"`` and ``"flood"`` place
