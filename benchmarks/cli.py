@@ -30,7 +30,7 @@ from .machine import usable_cores
 from .meshes import Arrays, build, find_data
 from .pages import knobby_torus, measure_page, page_table
 from .plan import make_plan
-from .sections import measure
+from .sections import SECTIONS, measure
 
 __all__ = ["commands"]
 
@@ -120,6 +120,13 @@ def scaling(**options: Any) -> None:
 
 @commands.command()
 @running
+def orders(**options: Any) -> None:
+    """Large meshes as they are, and with faces and vertices at random places."""
+    _run({"orders"}, **options)
+
+
+@commands.command()
+@running
 def rivals(**options: Any) -> None:
     """METIS, pyacvd, SLIC and SciPy side by side with superfacets."""
     _run({"rivals"}, **options)
@@ -136,7 +143,7 @@ def memory(**options: Any) -> None:
 @running
 def everything(**options: Any) -> None:
     """Run all of the above."""
-    _run({"stages", "scaling", "passes", "rivals", "memory", "processes"}, **options)
+    _run(set(SECTIONS), **options)
 
 
 @commands.command()

@@ -18,6 +18,8 @@ class Sample(NamedTuple):
     """One run of a job."""
 
     seconds: float
+    cpu_seconds: float
+    """Of all threads."""
     fact: Any
     """What `accept` made of the job's result."""
 
@@ -48,12 +50,12 @@ def _timed(job: Callable[[], Any], accept: Callable[[Any], Any]) -> Sample:
     gc.collect()
     gc.disable()
     try:
-        start = time.perf_counter()
+        start, cpu_start = time.perf_counter(), time.process_time()
         result = job()
-        seconds = time.perf_counter() - start
+        seconds, cpu_seconds = time.perf_counter() - start, time.process_time() - cpu_start
     finally:
         gc.enable()
-    return Sample(seconds, accept(result))
+    return Sample(seconds, cpu_seconds, accept(result))
 
 
 def median(values: list[float]) -> float:

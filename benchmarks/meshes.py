@@ -30,6 +30,7 @@ __all__ = [
     "find_data",
     "icosahedron",
     "perturb",
+    "shuffle",
     "split_name",
     "subdivide",
 ]
@@ -131,6 +132,17 @@ def perturb(arrays: Arrays) -> Arrays:
     reach = NOISE * 2.0 ** round(math.log2(mean_edge))
     shifts = np.random.default_rng(SEED).random(vertices.shape)
     return Arrays(vertices + reach * (2.0 * shifts - 1.0), faces)
+
+
+def shuffle(arrays: Arrays, *, vertices: bool) -> Arrays:
+    """Put the faces at random places, and the vertices too if asked for. Seeded."""
+    rng = np.random.default_rng(SEED)
+    faces = arrays.faces[rng.permutation(len(arrays.faces))]
+    if not vertices:
+        return Arrays(arrays.vertices, faces)
+    order = rng.permutation(len(arrays.vertices))
+    place = np.argsort(order).astype(np.int32)
+    return Arrays(arrays.vertices[order], place[faces])
 
 
 def icosahedron() -> Arrays:

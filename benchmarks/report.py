@@ -139,6 +139,27 @@ def _rival_ratios(results: Results) -> str:
     )
 
 
+def _orders(results: Results) -> str:
+    return markdown_table(
+        ["mesh", "faces", "k", "order", "seconds", "range", "times the first", "processor time"],
+        (
+            [*_place(row), row["order"], _number(row["seconds"]), _range(row), *_order_ratios(row)]
+            for row in results["orders"]
+        ),
+    )
+
+
+def _orders_alone(results: Results) -> str:
+    return markdown_table(
+        ["mesh", "faces", "k", "order", "time over the first", "processor time over it"],
+        ([*_place(row), row["order"], *_order_ratios(row)] for row in results["orders"]),
+    )
+
+
+def _order_ratios(row: dict[str, Any]) -> list[str]:
+    return [f"{row['ratio']:.2f}", f"{row['cpu']:.2f}"]
+
+
 def _contestant(row: dict[str, Any]) -> list[str]:
     names = [row["mesh"], f"{row['k']:,}", row["who"], row["settings"], row["elements"]]
     return [*names, f"{row['regions']:,}", f"{row['spread']:.2f}"]
@@ -213,6 +234,7 @@ TABLES: dict[str, Callable[[Results], str]] = {
     "Arrays to labels": _runs,
     "One full classification": _passes,
     "Threads": _speedups,
+    "Orders": _orders,
     "Rivals": _rivals,
     "Rivals for one classification": _pass_rivals,
     "Memory": _memory,
@@ -223,6 +245,7 @@ DOC_TABLES: dict[str, Callable[[Results], str]] = {
     "machine": _machine,
     "shares": _shares,
     "threads": _speedups,
+    "orders": _orders_alone,
     "rivals": _rival_ratios,
     "pass-rivals": _pass_rival_ratios,
     "memory": _memory,

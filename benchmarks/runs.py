@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 import superfacets as sf
 
-from .checks import PLAIN, Expected, check_labels, hash_labels, require
+from .checks import PLAIN, Expected, check_invariants, check_labels, hash_labels, require
 from .clock import Sample, interleaved, median, summary
-from .meshes import Arrays
+from .meshes import Arrays, shuffle
 
-__all__ = ["SETTINGS", "Case", "measure", "run_name", "speedups"]
+__all__ = ["SETTINGS", "Case", "measure", "measure_orders", "run_name", "speedups"]
 
 SETTINGS: dict[str, dict[str, Any]] = {
     "defaults": {},
@@ -84,6 +84,42 @@ def _row(arrays: Arrays, case: Case, samples: list[Sample]) -> Row:
         "checked": verdict,
         "stages": stages,
     } | summary([sample.seconds for sample in samples])
+
+
+def measure_orders(mesh: str, arrays: Arrays, n_segments: int, repeats: int) -> list[Row]:
+    """Return a row for a mesh as it is, one with its faces shuffled, and one with vertices, too.
+
+    Labels are checked by what must hold, and are the same in all runs of one order.
+    """
+    orders = {
+        "as it is": arrays,
+        "faces shuffled": shuffle(arrays, vertices=False),
+        "faces and vertices shuffled": shuffle(arrays, vertices=True),
+    }
+    known: dict[str, str] = {}
+
+    def accept(order: str, result: sf.Segmentation) -> None:
+        if order not in known:
+            check_invariants(orders[order], result)
+            known[order] = hash_labels(result.labels)
+        is_same = known[order] == hash_labels(result.labels)
+        require(is_same, f"{mesh}, {order}: the labels depend on the run")
+
+    jobs = {order: partial(sf.segment, made, n_segments) for order, made in orders.items()}
+    samples = interleaved(jobs, repeats, accept)
+    first = samples["as it is"]
+    facts = {"mesh": mesh, "faces": len(arrays.faces), "k": n_segments}
+    return [
+        {**facts, "order": order, **summary([sample.seconds for sample in taken])}
+        | {"ratio": _over(taken, first, "seconds"), "cpu": _over(taken, first, "cpu_seconds")}
+        for order, taken in samples.items()
+    ]
+
+
+def _over(samples: list[Sample], first: list[Sample], clock: str) -> float:
+    """Return the ratio of the medians of two lists of samples by one of their clocks."""
+    one, other = (median([getattr(s, clock) for s in taken]) for taken in (samples, first))
+    return one / other
 
 
 def speedups(rows: list[Row]) -> list[Row]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import superfacets as sf
+from superfacets.cells.sorting import MIN_CELLS
 
 from . import memory, passes, processes, races, runs
 from .checks import Expected, check_against_reference, hash_labels, require
@@ -17,7 +18,7 @@ from .plan import N_SEGMENTS, Plan
 
 __all__ = ["SECTIONS", "measure"]
 
-SECTIONS = ("stages", "scaling", "passes", "rivals", "memory", "processes")
+SECTIONS = ("stages", "scaling", "passes", "orders", "rivals", "memory", "processes")
 
 MEMORABLE_FACES = 50_000
 """Of smaller meshes, memory that the allocator holds back hides what a run takes."""
@@ -40,6 +41,7 @@ def measure(plan: Plan, sections: frozenset[str], expected: Expected, say: Say) 
         "machine": facts(),
         "runs": [],
         "passes": [],
+        "orders": [],
         "label_races": [],
         "pass_races": [],
         "memory": [],
@@ -63,6 +65,8 @@ def _measure_mesh(
         results["runs"] += runs.measure(arrays, cases, repeats, expected)
     if "passes" in sections:
         results["passes"] += _measure_passes(plan, mesh, arrays)
+    if "orders" in sections and plan.meshes[mesh] >= MIN_CELLS:
+        results["orders"] += runs.measure_orders(mesh, arrays, N_SEGMENTS[0], repeats)
     if "memory" in sections and plan.meshes[mesh] >= MEMORABLE_FACES:
         results["memory"].append(_measure_memory(mesh, arrays))
     if "rivals" in sections:

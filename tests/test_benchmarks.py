@@ -230,6 +230,25 @@ def test_runs_have_a_row_for_each_case_with_all_stages(bear):
         assert sum(n_iter for _, n_iter in row["levels"]) == row["iterations"]
 
 
+def test_orders_are_of_the_same_faces(bear):
+    for vertices in (False, True):
+        shuffled = meshes.shuffle(bear, vertices=vertices)
+        assert not np.array_equal(shuffled.faces, bear.faces)
+        assert np.array_equal(shuffled.vertices, bear.vertices) == (not vertices)
+        corners = [np.sort(a.vertices[a.faces].reshape(-1, 9), axis=0) for a in (shuffled, bear)]
+        assert np.array_equal(*corners)
+
+
+def test_orders_have_a_row_each_and_the_first_is_the_unit(bear):
+    rows = runs.measure_orders(BEAR, bear, 20, 2)
+    assert [row["order"] for row in rows] == [
+        "as it is", "faces shuffled", "faces and vertices shuffled"
+    ]  # fmt: skip
+    assert rows[0]["ratio"] == rows[0]["cpu"] == 1
+    assert all(row["ratio"] > 0 and row["cpu"] > 0 for row in rows)
+    assert "| faces shuffled " in report.render(results_of(orders=rows))
+
+
 def test_labels_that_depend_on_threads_end_the_benchmark(bear, monkeypatch):
     right = sf.segment
 
@@ -317,7 +336,7 @@ def test_a_race_has_ours_first_and_all_rivals_that_are_installed(bear):
 def results_of(**changes):
     empty = {
         "machine": machine.facts() | {"cores": 2},
-        "runs": [], "passes": [], "label_races": [], "pass_races": [], "memory": [],
+        "runs": [], "passes": [], "orders": [], "label_races": [], "pass_races": [], "memory": [],
         "speedups": [],
     }  # fmt: skip
     return empty | changes

@@ -23,7 +23,7 @@ from .adapters.convert import MeshLike, as_cells
 from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
-from .cells.kinds import Kind, kind_of
+from .cells.kinds import Kind, OrderedCells, kind_of
 from .cells.parts import SMOOTH_DISTANCE, part_weights
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
@@ -83,11 +83,11 @@ class Prepared:
 
     source: AnyCells
     kind: Kind
+    cells: Any
     graph: Any
     found: Any
-    """Findings of the kind about its cells, for the weights."""
     order: Ints | None
-    """Numbers of the cells in the source; None: 0 to N - 1."""
+    """This and the three above as in `OrderedCells`."""
 
     @classmethod
     def of(
@@ -95,10 +95,10 @@ class Prepared:
     ) -> Prepared:
         """Find the graph of what `as_cells` returns: by far the longest work that is kept."""
         kind = kind_of(source)
-        graph = kind.sorted_graph(source, n_threads) if is_sorted else None
-        if graph is not None:
-            return cls(source, kind, graph, None, graph.points)
-        return cls(source, kind, *kind.build_graph(source, weld, n_threads), None)
+        ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None
+        if ordered is None:
+            ordered = OrderedCells(source, *kind.build_graph(source, weld, n_threads), None)
+        return cls(source, kind, *ordered)
 
 
 def segment(
@@ -131,7 +131,9 @@ def segment(
 ) -> Segmentation:
     """Label every face of a mesh with one of k compact regions that follow its concave creases.
 
-    Of a point cloud, every point; see `build_point_graph` for its neighbors and areas.
+    Of a point cloud, every point; see `build_point_graph` for its neighbors and areas. Clouds, and
+    large meshes whose faces or vertices are in random order, are sorted along a space-filling curve
+    first; everything that is given and returned is numbered as the input.
 
     Parameters
     ----------
@@ -213,7 +215,7 @@ def segment(
         `min_size`, with small regions that have no neighbor. ``"keep"``: they are regions of their
         own, in addition to the k asked for. ``"nearest"``: each joins the region with the face
         nearest (Euclidean, by centroids) to any of its faces, among equals that with the lowest
-        index (of a cloud the first along a space-filling curve); there are then exactly k regions,
+        index (of sorted cells the first along the curve); there are then exactly k regions,
         which may extend over several components. A component gets a seed if it has at least half of
         the area expected of a region, A / k, or if all larger components together have fewer than k
         faces; at most the k largest do. (With ``"keep"``, ``"farthest"`` and ``"flood"`` place
@@ -331,6 +333,15 @@ class Options:
     features: FeatureOptions = field(default_factory=FeatureOptions)
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
 
+    def needs_order(self, kind: Kind) -> bool:
+        """Whether the order of the input is kept, even a bad one.
+
+        Given weights are numbered as the arcs of its graph. In the halted mode, faces that no
+        center reaches become centers by their numbers.
+        """
+        is_halted = self.loop.radius_factor is not None and not kind.are_points
+        return is_halted or self.weights.given is not None
+
     def params(self, result: Segmentation) -> dict[str, Any]:
         """Return them as they are reported, with those that the loop reports in its result."""
         return {
@@ -354,6 +365,7 @@ class _Work:
     options: Options
     prepared: Any  # Prepared, or the input that it is made of
     source: Any = None  # cells as given
+    order: Any = None  # numbers of the cells in the source; None: 0 to N - 1
     plan: Any = None  # Plan
     sliver_share: float = 0.0
     surface: Any = None  # Surface of all cells
@@ -394,20 +406,21 @@ def _run(mesh: MeshLike | CloudLike | Prepared, options: Options) -> Segmentatio
 def _prepare(work: _Work) -> _Work:
     """Stages 0 and 1: read the cells and find their neighbors, or take what was prepared."""
     options, mesh = work.options, work.prepared
-    is_given = options.weights.given is not None
     if isinstance(mesh, Prepared):
-        if is_given and mesh.order is not None:
-            raise ValueError("the cells are prepared in an order of their own: name the weights")
-        return replace(work, source=mesh.source)
+        if mesh.order is not None and options.needs_order(mesh.kind):
+            raise ValueError(
+                "the cells are prepared in an order of their own: name the weights, and leave out"
+                " radius_factor"
+            )
+        return replace(work, source=mesh.source, order=mesh.order)
     with work.timed("mesh"):
         source = as_cells(mesh)
     with work.timed("face_graph"):
-        # Given weights are numbered as the arcs of the graph that is not sorted.
-        n_threads = options.loop.n_threads
         prepared = Prepared.of(
-            source, weld=options.weld, n_threads=n_threads, is_sorted=not is_given
-        )
-    return replace(work, source=source, prepared=prepared)
+            source, weld=options.weld, n_threads=options.loop.n_threads,
+            is_sorted=not options.needs_order(kind_of(source)),
+        )  # fmt: skip
+    return replace(work, source=source, prepared=prepared, order=prepared.order)
 
 
 def _plan(work: _Work) -> _Work:
@@ -422,7 +435,7 @@ def _plan(work: _Work) -> _Work:
             dimension=cells.kind.dimension, order=cells.order,
         )  # fmt: skip
         share = cells.kind.sliver_share(
-            cells.source, cells.graph, cells.found, plan.size.radius, n_threads
+            cells.cells, cells.graph, cells.found, plan.size.radius, n_threads
         )
     return replace(work, plan=plan, sliver_share=share)
 
@@ -431,7 +444,7 @@ def _weigh(work: _Work) -> _Work:
     """Stage 2: weigh the arcs between all cells for regions of this size."""
     options, cells = work.options, work.prepared
     with work.timed("weights"):
-        surface = cells.kind.surface(cells.source, cells.graph, options.loop.n_threads)
+        surface = cells.kind.surface(cells.cells, cells.graph, options.loop.n_threads)
         weights = cells.kind.weights(
             surface, cells.graph, cells.found, work.plan.size.radius, options.weights
         )
@@ -446,10 +459,10 @@ def _add_parts(work: _Work) -> _Work:
         if options.has_parts:
             radius = work.plan.size.radius
             weights, placed = part_weights(
-                cells.source, cells.graph, surface, weights, radius, options
+                cells.cells, cells.graph, surface, weights, radius, options
             )
         if not options.has_other_unit:  # or else border costs will need all of the surface
-            surface = cells.kind.bare_surface(surface, cells.source, cells.graph, surface.n_threads)
+            surface = cells.kind.bare_surface(surface, cells.cells, cells.graph, surface.n_threads)
     return replace(work, surface=surface, weights=weights, placed=placed)
 
 
@@ -457,7 +470,7 @@ def _add_features(work: _Work) -> _Work:
     """Stage 2: add the price of differences of features, if there are any."""
     surface, measures = work.surface, work.prepared.graph.measures
     with work.timed("weights", begins=False):
-        steps = work.options.features.steps(work.source, measures, surface.n_threads, surface.order)
+        steps = work.options.features.steps(work.source, measures, surface.n_threads, work.order)
         if steps is None:
             return work
         checked = checked_weights(work.weights, surface.n_arcs, surface.n_threads)
@@ -529,8 +542,8 @@ def _border_costs(work: _Work) -> BorderCosts:
 def _finish(work: _Work) -> _Work:
     """Number cells as in the input, and add the facts about the run."""
     result = work.plan.whole(work.result)
-    if work.surface.order is not None:
-        result = _in_input_order(result, work.surface.order)
+    if work.order is not None:
+        result = _in_input_order(result, work.order)
     result = replace(
         result,
         sliver_share=work.sliver_share,

@@ -25,6 +25,7 @@
 #include "spatial/nearest_cell.hpp"
 #include "spatial/point_tiles.hpp"
 #include "spatial/ray_thickness.hpp"
+#include "spatial/sorted_mesh.hpp"
 #include "spectral/diffusion.hpp"
 #include "spectral/eigenvectors.hpp"
 
@@ -145,6 +146,11 @@ auto tet_graph(Points vertices, Tets tets, Integers representative, ThreadTeam& 
                     std::move(measures.border_areas), std::move(measures.step_lengths),
                     std::move(measures.open_areas),
                     std::tuple(counts.edges, counts.boundary, counts.non_manifold));
+}
+
+SortedMesh mesh_in_curve_order(Points vertices, Integers representative, Integers corners,
+                               Offsets offsets, std::int64_t size, ThreadTeam& team) {
+  return sort_mesh(vertices, representative, {corners, offsets, size}, team);
 }
 
 auto sorted_point_graph(Points positions, int n_neighbors, int n_around, double cutoff,
@@ -398,6 +404,8 @@ void bind_graphs(nb::module_& module) {
              "representative"_a, "n_threads"_a);
   module.def("build_tet_graph", threaded(&tet_graph), "vertices"_a, "tets"_a, "representative"_a,
              "n_threads"_a);
+  module.def("sort_mesh", threaded(&mesh_in_curve_order), "vertices"_a, "representative"_a,
+             "corners"_a, "offsets"_a, "size"_a, "n_threads"_a);
   module.def("build_point_graph", threaded(&point_graph), "positions"_a, "n_neighbors"_a,
              "n_around"_a, "cutoff"_a, "has_normals"_a, "n_threads"_a);
   module.def("build_sorted_point_graph", threaded(&sorted_point_graph), "positions"_a,

@@ -34,16 +34,6 @@ double area_around(double sum_of_squares, std::size_t n) {
   return 2.0 * std::numbers::pi * sum_of_squares / (count * (count + 1.0));
 }
 
-// The lowest points at their positions, in rising order.
-std::vector<Cell> points_apart(std::span<const Vertex> representative) {
-  std::vector<Cell> points;
-  points.reserve(representative.size());
-  for (Cell point = 0; std::cmp_less(point, representative.size()); ++point) {
-    if (representative[point] == point) points.push_back(point);
-  }
-  return points;
-}
-
 Point normal_around(const NeighborSearch& search, Place place, std::span<const Neighbor> nearest) {
   Spread spread(search.position_at(place));
   spread.include(search.position_at(place));
@@ -223,7 +213,7 @@ PointGraph build_point_graph(std::span<const Point> positions, const PointGraphO
   SUPERFACETS_ASSERT(options.n_neighbors >= 1 && options.n_around >= options.n_neighbors);
   SUPERFACETS_ASSERT(options.cutoff > 0.0);
   const Buffer<Vertex> representative = weld_vertices(positions, team);
-  NeighborSearch search(positions, points_apart(representative.span()), team);
+  NeighborSearch search(positions, representatives_of(representative.span()), team);
   Found found = find_neighbors(search, options, team);
   cut_off(search, options, found, team);
   const NeighborRows rows{found.rows.span(), options.n_neighbors};

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/assert.hpp"
 #include "base/prefetch.hpp"
@@ -118,6 +119,15 @@ Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team) 
     representative[v] = has_shared ? table[slots[v]] : static_cast<Vertex>(v);
   });
   return representative;
+}
+
+std::vector<Vertex> representatives_of(std::span<const Vertex> representative) {
+  std::vector<Vertex> vertices;
+  vertices.reserve(representative.size());
+  for (Vertex vertex = 0; std::cmp_less(vertex, representative.size()); ++vertex) {
+    if (representative[vertex] == vertex) vertices.push_back(vertex);
+  }
+  return vertices;
 }
 
 }  // namespace superfacets

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kBitsPerAxis = 10;
 constexpr int kDigitBits = 10;  // three digits, whose tables fit into the nearest cache
+static_assert(kCodeBits == 3 * kBitsPerAxis && kCodeBits == 3 * kDigitBits);
 constexpr std::uint32_t kDigits = 1U << kDigitBits;
 
 // Parts of the cells with write cursors of their own, for each thread: to balance the load.
@@ -71,20 +72,19 @@ struct Coarse {
 
 // Each part of the cells is counted and moved by one thread. The write cursors are ordered by
 // digit, then by part, so that the sort is stable and does not depend on the number of parts.
-Coarse sort_by_high_digit(std::span<const Point> positions, const Curve& curve, ThreadTeam& team) {
-  const auto n = static_cast<std::int64_t>(positions.size());
+Coarse sort_by_high_digit(std::span<const std::uint32_t> codes, ThreadTeam& team) {
+  const auto n = static_cast<std::int64_t>(codes.size());
   const std::int64_t n_parts = kPartsPerThread * team.size();
   const auto start_of = [&](std::int64_t part) { return n * part / n_parts; };
   std::vector<Counts> next(n_parts);  // counts, then write cursors
-  Buffer<std::uint32_t> codes(positions.size());
   team.for_each(n_parts, [&](std::int64_t part, int) {
     next[part].fill(0);
     for (auto cell = start_of(part); cell < start_of(part + 1); ++cell) {
-      codes[cell] = curve.code_of(positions[cell]);
+      SUPERFACETS_ASSERT(codes[cell] >> kCodeBits == 0);
       ++next[part][digit_of(codes[cell], 2)];
     }
   });
-  Coarse coarse{Buffer<Entry>(positions.size()), {}};
+  Coarse coarse{Buffer<Entry>(codes.size()), {}};
   std::int64_t n_before = 0;
   for (std::uint32_t digit = 0; digit < kDigits; ++digit) {
     coarse.starts[digit] = n_before;
@@ -122,6 +122,18 @@ void sort_by_low_digits(std::span<const Entry> entries, std::vector<Entry>& sort
   for (const Entry& entry : std::span(sorted).first(entries.size())) {
     cells[second[digit_of(entry.code, 1)]++] = entry.cell;
   }
+}
+
+Buffer<Cell> order_of(const Coarse& coarse, ThreadTeam& team) {
+  Buffer<Cell> order(coarse.entries.size());
+  std::vector<std::vector<Entry>> sorted(team.size());
+  team.for_each(kDigits, [&](std::int64_t digit, int thread) {
+    const std::int64_t begin = coarse.starts[digit];
+    const std::int64_t size = coarse.starts[digit + 1] - begin;
+    sort_by_low_digits(coarse.entries.span().subspan(begin, size), sorted[thread],
+                       order.data() + begin);
+  });
+  return order;
 }
 
 // Orders cells by halving the box around them until at most n_together are in a part. The halves
@@ -170,16 +182,13 @@ void refine(std::span<const Point> positions, std::span<const std::uint32_t> cod
 }  // namespace
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
-  const Coarse coarse = sort_by_high_digit(positions, Curve(bounds), team);
-  Buffer<Cell> order(positions.size());
-  std::vector<std::vector<Entry>> sorted(team.size());
-  team.for_each(kDigits, [&](std::int64_t digit, int thread) {
-    const std::int64_t begin = coarse.starts[digit];
-    const std::int64_t size = coarse.starts[digit + 1] - begin;
-    sort_by_low_digits(coarse.entries.span().subspan(begin, size), sorted[thread],
-                       order.data() + begin);
-  });
-  return order;
+  // Codes are gone before the order is made.
+  const Coarse coarse = sort_by_high_digit(morton_codes(positions, bounds, team).span(), team);
+  return order_of(coarse, team);
+}
+
+Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team) {
+  return order_of(sort_by_high_digit(codes, team), team);
 }
 
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
@@ -195,17 +204,12 @@ Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& 
 
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team) {
-  const Box bounds = bounds_of(positions, team);
-  const Curve curve(bounds);
-  Buffer<Cell> order = morton_order(positions, bounds, team);
-  Buffer<std::uint32_t> codes(order.size());  // by place
-  team.for_each_block(static_cast<std::int64_t>(order.size()),
-                      [&](std::int64_t begin, std::int64_t end) {
-                        for (auto place = begin; place < end; ++place) {
-                          codes[place] = curve.code_of(positions[order[place]]);
-                        }
-                      });
-  refine(positions, codes.span(), n_together, order.span(), team);
+  const Buffer<std::uint32_t> codes = morton_codes(positions, bounds_of(positions, team), team);
+  Buffer<Cell> order = order_of_codes(codes.span(), team);
+  Buffer<std::uint32_t> sorted(codes.size());  // by place
+  team.for_each_index(std::ssize(positions),
+                      [&](std::int64_t place) { sorted[place] = codes[order[place]]; });
+  refine(positions, sorted.span(), n_together, order.span(), team);
   return order;
 }
 

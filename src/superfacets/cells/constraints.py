@@ -61,7 +61,9 @@ class ConstraintOptions:
         if self.barriers is not None:
             refuse_mask(self.barriers, "barriers")
             if np.ndim(self.barriers) == 2:
-                crosses = _crossed_by(self.barriers, source, graph, sources, weld, n_threads)
+                crosses = _crossed_by(
+                    self.barriers, source, (graph, sources), weld, n_threads, order
+                )
                 groups = _groups_apart(graph, keeps_arc, keeps_arc & ~crosses, sources)
             else:
                 sides = in_order(_checked_sides(self.barriers, n_cells), order)
@@ -168,9 +170,11 @@ def _checked_sides(barriers: Any, n_cells: int) -> Ints:
 
 
 def _crossed_by(
-    barriers: Any, source: Any, graph: Any, sources: Ints, weld: bool, n_threads: int
-) -> Bools:
-    """Which arcs cross one of these edges of a mesh."""
+    barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
+    order: Ints | None,
+) -> Bools:  # fmt: skip
+    """Which arcs, of a graph with the cell that each begins at, cross one of these edges."""
+    graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError("barriers of shape (E, 2) are edges of a mesh: give a label per cell")
     given = checked_edges(barriers, source.n_vertices, "barriers")
@@ -194,7 +198,7 @@ def _crossed_by(
         place = int(np.argmax(is_none))
         raise ValueError(f"barriers[{place}] is {given[place].tolist()}, which is no edge")
     is_crossed[is_crossed] = np.isin(names, _names_of(wanted))
-    return np.asarray(is_crossed[starts[sources] + graph.sides])
+    return np.asarray(is_crossed[in_order(starts, order)[sources] + graph.sides])
 
 
 def _names_of(edges: Ints) -> Longs:

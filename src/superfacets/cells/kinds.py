@@ -42,12 +42,14 @@ from .point_graph import (
     point_surface,
 )
 from .slivers import sliver_share
+from .sorting import is_scattered, sorted_corners
 from .surface import Surface
 from .tet_graph import TetGraph, build_tet_graph, tet_surface
 from .weights import WeightOptions, arc_weights, step_weights
 
 __all__ = [
     "Kind",
+    "OrderedCells",
     "Outside",
     "as_known",
     "as_surface",
@@ -65,6 +67,17 @@ class Outside(NamedTuple):
 
     mesh: FaceMesh
     sources: Ints | None  # the cell that each face belongs to; None: faces are the cells
+
+
+class OrderedCells(NamedTuple):
+    """The cells as stages 1 to 5 take them: as given, or in an order in which these are faster."""
+
+    cells: Any  # of the class of the source
+    graph: Any
+    found: Any
+    """Findings of the kind about its cells, for the weights."""
+    order: Ints | None
+    """Numbers of the cells in the source; None: 0 to N - 1."""
 
 
 class Kind:
@@ -95,12 +108,20 @@ class Kind:
         """
         return cells, None
 
-    def sorted_graph(self, cells: Any, n_threads: int) -> Any:
-        """Return the graph of cells in an order in which later stages are faster, or None.
+    def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
+        """Return cells and graph in an order in which later stages are faster; None: as they are.
 
-        Its ``points`` are the numbers of its cells in the source.
+        Cells with corners are sorted along a space-filling curve where their order is bad.
         """
-        return None
+        corners = self.corners(cells)
+        if corners is None or not is_scattered(cells.vertices, corners):
+            return None
+        found = sorted_corners(cells.vertices, corners, weld, n_threads)
+        ordered = self.with_corners(
+            cells, found.vertices, found.corners, found.offsets, cells.bounds
+        )
+        # They are welded now, if at all.
+        return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
         """Return the cells with their arcs, as stages 5 to 7 take them."""
@@ -276,8 +297,9 @@ class _Points(Kind):
     def build_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> tuple[PointGraph, None]:
         return find_point_graph(cells, n_threads), None
 
-    def sorted_graph(self, cells: PointCloud, n_threads: int) -> PointGraph:
-        return find_sorted_graph(cells, n_threads)
+    def sorted_graph(self, cells: PointCloud, weld: bool, n_threads: int) -> OrderedCells:
+        graph = find_sorted_graph(cells, n_threads)
+        return OrderedCells(cells, graph, None, graph.points)
 
     def surface(self, cells: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
         return point_surface(cells, graph, n_threads)

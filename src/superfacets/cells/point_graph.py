@@ -106,10 +106,7 @@ def point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surfa
     handle = _core.PointSurface(
         graph.positions, graph.measures, graph.normals, graph.order, graph.offsets, graph.neighbors
     )
-    return Surface(
-        handle, graph.offsets, graph.neighbors, cloud.bounds, graph.diagonal, n_threads,
-        order=graph.points,
-    )  # fmt: skip
+    return Surface(handle, graph.offsets, graph.neighbors, cloud.bounds, graph.diagonal, n_threads)
 
 
 def build_point_graph(

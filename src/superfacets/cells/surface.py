@@ -35,7 +35,6 @@ class Surface:
     weights: Floats | None = None  # of the arcs, where the cells came with some
     volume: float = 0.0  # that faces enclose; 0 where they do not, or where it is not known
     dimension: int = 2  # 3 where measures are volumes, and lengths of borders areas
-    order: Ints | None = None  # (N,) numbers in the input; None: 0 to N - 1
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:

@@ -65,6 +65,13 @@ class Corners:
     offsets: Longs | None = None  # (N + 1,), where cells differ
 
     @property
+    def n_cells(self) -> int:
+        """Number of cells, N."""
+        if self.offsets is not None:
+            return len(self.offsets) - 1
+        return len(self.vertices) // (self.size or 1)
+
+    @property
     def sizes(self) -> Longs | int:
         """Number of corners of each cell, as `numpy.repeat` takes it."""
         return np.diff(self.offsets) if self.offsets is not None else self.size or 0

@@ -1,0 +1,118 @@
+#include "spatial/sorted_mesh.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+#include <vector>
+
+#include "base/assert.hpp"
+#include "base/prefetch.hpp"
+#include "mesh/weld.hpp"
+#include "spatial/morton.hpp"
+
+namespace superfacets {
+namespace {
+
+// Vertices on one step of the curve that may be in any order.
+constexpr std::size_t kTogether = 32;
+
+// Prefetch distance, in vertices and cells: they are anywhere in the input.
+constexpr std::int64_t kAhead = 32;
+
+// The vertices that represent themselves, along the curve.
+Buffer<Vertex> curve_order(std::span<const Point> vertices, std::span<const Vertex> representative,
+                           ThreadTeam& team) {
+  const std::vector<Vertex> apart = representatives_of(representative);
+  if (apart.size() == vertices.size()) return refined_morton_order(vertices, kTogether, team);
+  Buffer<Point> positions(apart.size());
+  const auto n = std::ssize(apart);
+  team.for_each_index(n, [&](std::int64_t i) { positions[i] = vertices[apart[i]]; });
+  Buffer<Vertex> order = refined_morton_order(positions.span(), kTogether, team);
+  team.for_each_index(n, [&](std::int64_t place) { order[place] = apart[order[place]]; });
+  return order;
+}
+
+struct SortedVertices {
+  Buffer<Point> positions;  // by place along the curve
+  Buffer<Place> place_of;   // (V,) of the representative of each vertex
+};
+
+SortedVertices sort_vertices(std::span<const Point> vertices,
+                             std::span<const Vertex> representative, ThreadTeam& team) {
+  const Buffer<Vertex> order = curve_order(vertices, representative, team);
+  const auto n = std::ssize(order);
+  SortedVertices sorted{Buffer<Point>(n), Buffer<Place>(vertices.size())};
+  auto& [positions, place_of] = sorted;
+  team.for_each_index(n, [&](std::int64_t place) {
+    if (place + kAhead < n) prefetch(&vertices[order[place + kAhead]]);
+    positions[place] = vertices[order[place]];
+    place_of[order[place]] = static_cast<Place>(place);
+  });
+  if (order.size() == vertices.size()) return sorted;
+  team.for_each_index(std::ssize(vertices), [&](std::int64_t vertex) {
+    if (representative[vertex] != vertex) place_of[vertex] = place_of[representative[vertex]];
+  });
+  return sorted;
+}
+
+Buffer<Vertex> renumbered(std::span<const Vertex> corners, const Buffer<Place>& place_of,
+                          ThreadTeam& team) {
+  Buffer<Vertex> places(corners.size());
+  team.for_each_index(std::ssize(corners),
+                      [&](std::int64_t corner) { places[corner] = place_of[corners[corner]]; });
+  return places;
+}
+
+// Cells by the lowest of their corners, then by index.
+Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
+  // Codes take up all bits, because the sort gives threads parts of equal highest digits.
+  const int spare_bits = kCodeBits - static_cast<int>(std::bit_width(n_vertices));
+  Buffer<std::uint32_t> codes(cells.n_cells());
+  team.for_each_index(cells.n_cells(), [&](std::int64_t cell) {
+    const auto corners = cells[cell];
+    const auto lowest =
+        static_cast<std::uint32_t>(*std::min_element(corners.begin(), corners.end()));
+    codes[cell] = spare_bits < 0 ? lowest >> -spare_bits : lowest << spare_bits;
+  });
+  return order_of_codes(codes.span(), team);
+}
+
+// Offsets of the lists of cells in this order; nothing if cells have one size.
+Buffer<std::int64_t> sorted_offsets(const CornerLists& cells, std::span<const Cell> order) {
+  if (cells.offsets.empty()) return {};
+  Buffer<std::int64_t> offsets(cells.offsets.size());
+  offsets[0] = 0;
+  for (std::size_t place = 0; place < order.size(); ++place) {
+    offsets[place + 1] = offsets[place] + std::ssize(cells[order[place]]);
+  }
+  return offsets;
+}
+
+}  // namespace
+
+SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
+                     const CornerLists& cells, ThreadTeam& team) {
+  SUPERFACETS_ASSERT(representative.size() == vertices.size());
+  SortedVertices by_place = sort_vertices(vertices, representative, team);
+  const Buffer<Vertex> places =
+      renumbered(cells.corners, std::exchange(by_place.place_of, {}), team);
+  const CornerLists placed{places.span(), cells.offsets, cells.size};
+  const std::size_t n_vertices = by_place.positions.size();
+  SortedMesh sorted{std::move(by_place.positions),
+                    Buffer<Vertex>(places.size()),
+                    {},
+                    order_by_lowest(placed, n_vertices, team)};
+  sorted.offsets = sorted_offsets(placed, sorted.order.span());
+  const CornerLists rows{{}, sorted.offsets.span(), cells.size};
+  const auto n_cells = std::ssize(sorted.order);
+  team.for_each_index(n_cells, [&](std::int64_t place) {
+    if (place + kAhead < n_cells) {
+      prefetch(places.data() + placed.begin_of(sorted.order[place + kAhead]));
+    }
+    const auto corners = placed[sorted.order[place]];
+    std::copy(corners.begin(), corners.end(), sorted.corners.data() + rows.begin_of(place));
+  });
+  return sorted;
+}
+
+}  // namespace superfacets

@@ -1,0 +1,82 @@
+"""Stage 0: cells of a mesh in an order in which near ones follow each other, where they do not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from .. import _core
+from .._types import Floats, Ints, Longs
+from ..mesh.cells import lowest_vertices
+from ..mesh.faces import Corners
+
+__all__ = ["MIN_CELLS", "SortedCorners", "far_steps", "is_scattered", "sorted_corners"]
+
+MIN_CELLS = 1 << 17
+"""Fewer cells fit into the caches of most processors, where their order matters little."""
+
+MOST_FAR = 1 / 3
+"""Of the steps from cell to cell, or from vertex to vertex. A million shuffled faces take 1.7 times
+the time of sorted ones, runs of two faces 1.4 times, shuffled vertices alone 1.3 times; sorting
+takes 0.15 of it. Files in the order of a scan or of a subdivision have a share below 0.3."""
+
+N_STEPS = 512
+"""That are looked at: the share has a standard error below 0.023."""
+
+GOLDEN = 0.6180339887498949
+"""Multiples of it, modulo 1, are spread evenly, and none of them falls in step with a pattern."""
+
+
+class SortedCorners(NamedTuple):
+    """The vertices and the corners of cells, both along a space-filling curve."""
+
+    vertices: Floats  # welded
+    corners: Ints  # in a row
+    offsets: Longs  # of each cell's corners; empty where all cells have equally many
+    order: Ints  # (N,) numbers of the cells in the input
+
+
+def is_scattered(vertices: Floats, corners: Corners) -> bool:
+    """Whether cells or vertices that follow each other are far apart; not where there are few."""
+    n_cells = corners.n_cells
+    if n_cells < MIN_CELLS:
+        return False
+    far = far_steps(lambda cells: _means(vertices, *corners.of(cells)), n_cells)
+    return max(far, far_steps(lambda some: vertices[some], len(vertices))) > MOST_FAR
+
+
+def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: int) -> SortedCorners:
+    """Sort the cells of a mesh, and weld its vertices if asked for.
+
+    The corners of a cell keep their order. Expected time O(V + C).
+    """
+    lowest = lowest_vertices(vertices, weld, n_threads)
+    offsets = np.empty(0, np.int64) if corners.offsets is None else corners.offsets
+    return SortedCorners(
+        *_core.sort_mesh(vertices, lowest, corners.vertices, offsets, corners.size or 0, n_threads)
+    )
+
+
+def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
+    """Return the share of the steps from one of n elements to the next that lead far, 0 to 1.
+
+    That is farther than a quarter of the median distance between elements at random.
+    """
+    firsts = (np.arange(N_STEPS) * GOLDEN % 1.0 * (n - 1)).astype(np.int64)
+    here = positions_of(firsts)
+    steps = _squared_lengths(positions_of(firsts + 1) - here)
+    anywhere = _squared_lengths(here[::-1] - here)
+    median = np.sort(anywhere)[N_STEPS // 2]  # np.median imports numpy.ma
+    return float(np.mean(steps > median / 4**2))
+
+
+def _means(vertices: Floats, corners: Ints, offsets: Longs) -> Floats:
+    sums = np.add.reduceat(vertices[corners], offsets[:-1], axis=0)
+    return np.asarray(sums / np.diff(offsets)[:, np.newaxis])
+
+
+def _squared_lengths(vectors: Floats) -> Floats:
+    x, y, z = vectors.T
+    return np.asarray(x * x + y * y + z * z)
