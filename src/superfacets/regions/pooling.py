@@ -22,7 +22,7 @@ from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, measures_of
-from ..cells.majority import weighted_majority
+from ..cells.sums import weighted_majority
 from ..mesh.faces import AnyCells
 from .vertices import corner_groups
 
