@@ -115,6 +115,11 @@ class ArcList:
         """Offsets and neighbors."""
         return self.offsets, self.neighbors
 
+    @property
+    def sources(self) -> Ints:
+        """The cell that each arc leaves, (M,)."""
+        return np.repeat(np.arange(self.n_cells, dtype=np.int32), np.diff(self.offsets))
+
 
 class Arcs(ArcList):
     """The common part of the graphs of all kinds: cells, and arcs between them."""

@@ -131,7 +131,7 @@ class Borders(NamedTuple):
 def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
     """Return the borders between labels; the boundary of an open mesh is no border."""
     graph = mesh.graph
-    sources = np.repeat(np.arange(graph.n_cells, dtype=np.int32), np.diff(graph.offsets))
+    sources = graph.sources
     arcs = np.flatnonzero(labels[sources] != labels[graph.neighbors])
     edges = _distinct(mesh.ends_of(sources[arcs], graph.sides[arcs]), mesh.mesh.n_vertices)
     lengths = mesh.lengths_of(edges)
