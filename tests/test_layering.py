@@ -33,7 +33,7 @@ PYTHON_LAYERS = [
     "export",
     "pipeline",
     "interop",
-    "levels",
+    "nesting",
     "sample",
     "workers",
     "batches",

@@ -55,13 +55,13 @@ from .io.readers.labels import read_labels as read_labels
 from .io.readers.read import read_attributes as read_attributes
 from .io.readers.read import read_cloud as read_cloud
 from .io.readers.read import read_mesh as read_mesh
-from .levels import hierarchy as hierarchy
 from .mesh.point_cloud import PointCloud as PointCloud
 from .mesh.polygon_mesh import PolygonMesh as PolygonMesh
 from .mesh.polygon_mesh import Triangulation as Triangulation
 from .mesh.tet_mesh import TetBoundary as TetBoundary
 from .mesh.tet_mesh import TetMesh as TetMesh
 from .mesh.triangle_mesh import Mesh as Mesh
+from .nesting import hierarchy as hierarchy
 from .pictures.camera import View as View
 from .pictures.colors import face_colors as face_colors
 from .pictures.page.document import Page as Page

@@ -1,4 +1,4 @@
-"""How much memory there is."""
+"""Memory limits of the process, its control groups and the machine."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ __all__ = ["address_limit", "memory_of_process", "usable_memory"]
 
 _OWN_GROUPS = Path("/proc/self/cgroup")
 _GROUPS = Path("/sys/fs/cgroup")
-"""Where Linux tells which groups a process is in, and what these may use."""
+"""Folders where Linux lists the control groups of a process, and their limits."""
 
 _IF_UNKNOWN = 4 << 30
-"""Bytes of a machine that does not tell."""
+"""Bytes, where the machine does not say."""
 
 
 def usable_memory() -> int:
-    """Bytes that this process and others may use together: of the machine, container or group."""
+    """Bytes that this process may share with others: of the machine, container or group."""
     return min([_machine_memory(), *_group_limits()])
 
 
 def memory_of_process() -> int:
-    """Bytes that this process may use: of these, or as far as its address space is limited."""
+    """Bytes that this process may use: `usable_memory`, or its address space if that is less."""
     limit = address_limit()
     return usable_memory() if limit is None else min(usable_memory(), limit)
 
@@ -39,9 +39,9 @@ def _machine_memory() -> int:
 
 
 def _group_limits() -> list[int]:
-    """What the groups of this process, and those around them, may use, if not all."""
+    """The limits of the control groups of this process, and of their parents."""
     limits = []
-    with contextlib.suppress(OSError, ValueError):  # not there, or of another form
+    with contextlib.suppress(OSError, ValueError):  # no such file, or another format
         for line in _OWN_GROUPS.read_text().splitlines():
             _, kinds, name = line.split(":", 2)
             if not kinds:
@@ -52,19 +52,19 @@ def _group_limits() -> list[int]:
 
 
 def _limits_above(root: Path, name: str, file: str) -> list[int]:
-    """The limits of a group, of those that it is in, and of the root, which a container sees."""
+    """The limits of a group, its parents, and the root, which a container sees."""
     group = root / name.lstrip("/")
     limits = []
     for folder in (group, *group.parents):
         if folder == root.parent:
             break
-        with contextlib.suppress(OSError, ValueError):  # not there, or "max"
+        with contextlib.suppress(OSError, ValueError):  # no such file, or "max"
             limits.append(int((folder / file).read_text()))
     return limits
 
 
 def address_limit() -> int | None:
-    """Bytes that this process may have mapped; None for all."""
+    """Bytes that this process may map; None: no limit."""
     try:
         import resource
     except ImportError:  # Windows

@@ -1,7 +1,7 @@
 """The checked arguments of `segment`: the options of each stage are in one object.
 
-All follow one pattern: ``checked`` takes arguments as `segment` does and raises what is wrong with
-them before any work is done; ``params`` is what is reported in the result.
+``checked`` takes arguments of `segment`, and raises an error before any work is done if one is
+wrong; ``params`` are reported in the result.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ ISLANDS: tuple[str, ...] = get_args(Islands)
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)
-"""The halves of a volume that pictures may show."""
+"""Halves of a volume that pictures may show."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Faces that are the first centers. Not `ArrayLike`, which would accept a misspelled name."""
@@ -61,11 +61,11 @@ class SizeOptions:
 
     n_segments: int | None
     radius: float | None  # as a fraction of the diagonal
-    seeds: Any  # given ones, or None
+    seeds: Any  # None: to be placed
 
     @classmethod
     def checked(cls, n_segments: int | None, radius: float | None, init: object) -> SizeOptions:
-        """Raise an error if arguments contradict each other, or one is wrong for every mesh."""
+        """Raise an error if arguments contradict each other, or are wrong for any mesh."""
         if n_segments is not None and radius is not None:
             raise ValueError("give n_segments or radius, not both")
         if n_segments is not None:

@@ -1,9 +1,8 @@
-"""Every check of what users pass in, and the only place that converts it.
+"""All checks and conversions of arguments.
 
-The core checks nothing: arrays that leave this module have the exact dtype and layout it expects.
-Integers that it finds its way in memory by are copied first and checked then, so that nobody can
-change them afterwards: not the caller, not another thread, not the file behind a memory map. Floats
-stay where they are.
+The core checks nothing: arrays that leave this module have the dtype and layout that it expects.
+Integers that serve as indices are copied before they are checked, so that neither the caller, nor
+another thread, nor the file behind a memory map can change them afterwards. Floats are not copied.
 """
 
 from __future__ import annotations
@@ -29,38 +28,35 @@ MAX_CELLS = 2**31 - 1
 """Cells, labels and vertices are int32 in the core."""
 
 EXTENT_RANGE = (1e-15, 1e15)
-"""Extents at which labels do not depend on the unit of length. The determinant of second moments of
-tetrahedra is a product of fifteen lengths: it stays normal down to 1e-5 of the extent."""
+"""Extents for which labels do not depend on the unit of length. The determinant of the second
+moments of tetrahedra, a product of fifteen lengths, stays normal down to 1e-5 of the extent."""
 
 VALUE_RANGE = (1e-150, 1e150)
-"""Largest areas and weights whose sums, and products with positions, stay normal."""
+"""Range of the largest area or weight: sums, and products with positions, then stay normal."""
 
 MAX_THREADS_PER_CORE = 4
-"""Upper bound of the number of threads. More only wait for each other: on two cores, 1,024 threads
-take four times as long as two."""
+"""Upper bound of threads per usable core. More only wait for each other: on two cores, 1,024
+threads take four times as long as two."""
 
 
 def exact_array(array: Any, dtype: Any) -> Array:
-    """An array as the core takes it: of one type, contiguous, and aligned.
-
-    Views of bytes, of a file say, are contiguous too, but may begin anywhere.
-    """
+    """A contiguous, aligned array of this type; views of bytes need not be aligned."""
     return np.require(array, dtype, ["C_CONTIGUOUS", "ALIGNED", "ENSUREARRAY"])
 
 
 def exact_doubles(array: Array) -> Floats:
-    """Numbers as float64, exact as `exact_array` makes them, infinite where they are too large.
+    """Return `exact_array` as float64, infinite where numbers are too large.
 
-    A file that shrinks while it is mapped ends the process that reads it: such memory is copied.
+    Memory mapped from a file is copied: if the file shrank, reading it would end the process.
     """
-    # A signaling NaN, or a longdouble beyond float64, is found by the checks that follow.
+    # Later checks find a signaling NaN, or a longdouble beyond float64.
     with np.errstate(over="ignore", invalid="ignore"):
         doubles: Floats = exact_array(array, np.float64)
     return doubles.copy() if _is_mapped(doubles) else doubles
 
 
 def _is_mapped(array: Array) -> bool:
-    """Whether the memory of an array is mapped from a file, if its owner shows that."""
+    """Whether the memory of an array is known to be mapped from a file."""
     owner: Any = array
     while isinstance(owner, np.ndarray):
         owner = owner.base
@@ -68,12 +64,12 @@ def _is_mapped(array: Array) -> bool:
 
 
 def owned(array: Array, dtype: Any) -> Array:
-    """A copy of an array, which no one else can change after it was checked."""
+    """A copy of an array: nobody else can change it after it is checked."""
     return np.array(array, dtype=dtype, order="C")
 
 
 def owned_indices(array: Array) -> Ints:
-    """A copy of integers as int32, as from `owned`; -1 for those that do not fit."""
+    """A copy of integers as int32; -1 where one does not fit."""
     # Numbers of 2**63 or more become negative here, and do not fit either.
     given = exact_array(array, np.int32 if array.dtype == np.int32 else np.int64)
     narrow = _core.narrow_indices(given.ravel(), checked_threads(None))
@@ -82,24 +78,21 @@ def owned_indices(array: Array) -> Ints:
 
 def refuse_mask(value: Any, name: str, error: type[ValueError] = ValueError) -> None:
     """Raise an error if entries are masked: numpy would use the values under the mask."""
-    if "numpy.ma" not in sys.modules:  # it takes long to import, and no array has a mask without
+    if "numpy.ma" not in sys.modules:  # slow to import; until then no array has a mask
         return
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise error(f"{name} has masked entries: fill them, or leave them out")
 
 
 def restored(state: Any, names: Sequence[str]) -> list[Any]:
-    """These fields of an object that is being copied or unpickled, to be checked as new ones."""
+    """Return these fields from the state of a copy or a pickle, for checks as of a new object."""
     if not isinstance(state, dict) or not set(names) <= state.keys():
         raise ValueError(f"a damaged copy: it does not hold {', '.join(names)}")
     return [state[name] for name in names]
 
 
 def freeze(instance: object, **arrays: Array) -> None:
-    """Set fields of a frozen dataclass to views that cannot be written through.
-
-    The caller's own arrays stay writable.
-    """
+    """Set fields of a frozen dataclass to read-only views; the caller's arrays stay writable."""
     for name, array in arrays.items():
         view = array.view()
         view.flags.writeable = False
@@ -111,10 +104,10 @@ def checked_mesh(
 ) -> tuple[Floats, Ints, Floats]:
     """Vertices, faces, and the bounding box (2, 3) of the vertices used; a MeshError if wrong.
 
-    Arrays that are new, as a reader has just made them, are nobody else's and need no copy.
+    Arrays that are new, as from a reader, are not copied.
     """
     points = _point_array(vertices)
-    corners = _corner_array(faces)
+    corners = _corner_rows(faces, "faces", 3)
     is_ours = are_new and corners.dtype == np.int32
     triangles = exact_array(corners, np.int32) if is_ours else owned_indices(corners)
     place, box = _checked_corners(points, triangles.ravel())
@@ -143,15 +136,7 @@ def checked_polygons(
 def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
     """Vertices, tetrahedra, and the bounding box as `checked_mesh`; a MeshError if wrong."""
     points = _point_array(vertices)
-    given = _numeric_array(tets, "tets")
-    if given.size == 0:
-        raise MeshError("the mesh has no tetrahedra")
-    if given.ndim != 2 or given.shape[1] != 4:
-        raise MeshError(f"tets must have shape (N, 4), got {given.shape}")
-    if given.dtype.kind not in "iu":
-        raise MeshError(f"tets must be integers, got {given.dtype}")
-    if len(given) > MAX_CELLS // 4:
-        raise MeshError(f"the mesh has {len(given)} tetrahedra; at most {MAX_CELLS // 4} will do")
+    given = _corner_rows(tets, "tets", 4)
     corners = owned_indices(given)
     place, box = _checked_corners(points, corners.ravel())
     if place is not None:
@@ -180,7 +165,7 @@ def polygon_arrays(faces: Any) -> tuple[Array, Array]:
     if array is None or array.dtype == object:
         rows = [_row_of_integers(face, "a face") for face in faces]
         lengths = np.array([len(row) for row in rows], dtype=np.int64)
-        filled = [row for row in rows if len(row)]  # numpy takes what is empty for floats
+        filled = [row for row in rows if len(row)]  # empty rows are floats
         corners = np.concatenate(filled) if filled else np.empty(0, dtype=np.int64)
         return np.concatenate([[0], np.cumsum(lengths)]), corners
     if array.ndim != 2:
@@ -199,7 +184,7 @@ def _row_of_integers(value: Any, name: str) -> Array:
 
 
 def _check_offsets(offsets: Longs, n_corners: int) -> None:
-    """Raise a MeshError if they do not cut the corners into faces of three and more."""
+    """Raise a MeshError unless offsets cut the corners into faces of three and more."""
     if len(offsets) < 2:
         raise MeshError("the mesh has no faces")
     if len(offsets) - 1 > MAX_CELLS:
@@ -216,7 +201,7 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """The first corner that is no vertex, and the box of the vertices that corners use."""
+    """The place of the first corner that is no vertex, and the box of the vertices used."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         first = int(np.argmin(np.isfinite(points).all(axis=1)))
@@ -238,21 +223,24 @@ def _point_array(vertices: Any) -> Floats:
     return exact_doubles(array)
 
 
-def _corner_array(faces: Any) -> Array:
-    """Triangles as an (F, 3) array of integers, in the type given."""
-    array = _numeric_array(faces, "faces")
+def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
+    """Triangles or tetrahedra, one row of integers each, in the type given."""
+    array = _numeric_array(value, name)
+    noun, count, most = "faces", "F", MAX_CELLS
+    if n_corners == 4:
+        noun, count, most = "tetrahedra", "N", MAX_CELLS // 4
     if array.size == 0:
-        raise MeshError("the mesh has no faces")
-    if array.ndim == 2 and array.shape[1] > 3:
+        raise MeshError(f"the mesh has no {noun}")
+    if n_corners == 3 and array.ndim == 2 and array.shape[1] > 3:
         raise MeshError(
             f"faces have {array.shape[1]} corners: a Mesh has triangles, make a PolygonMesh"
         )
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise MeshError(f"faces must have shape (F, 3), got {array.shape}")
+    if array.ndim != 2 or array.shape[1] != n_corners:
+        raise MeshError(f"{name} must have shape ({count}, {n_corners}), got {array.shape}")
     if array.dtype.kind not in "iu":
-        raise MeshError(f"faces must be integers, got {array.dtype}")
-    if len(array) > MAX_CELLS:
-        raise MeshError(f"the mesh has {len(array)} faces; at most {MAX_CELLS} are supported")
+        raise MeshError(f"{name} must be integers, got {array.dtype}")
+    if len(array) > most:
+        raise MeshError(f"the mesh has {len(array)} {noun}; at most {most} are supported")
     return array
 
 
@@ -264,7 +252,7 @@ def raise_index_error(face: int, vertex: int, n_vertices: int) -> None:
 
 
 def check_extent(low: Floats, high: Floats, what: str = "faces lie", whole: str = "mesh") -> None:
-    """Raise a MeshError if the used vertices coincide, or their range is too small or too large."""
+    """Raise a MeshError if a box has no size, or one too small or too large."""
     if np.array_equal(low, high):
         raise MeshError(f"all {what} at one point: the bounding box has no size")
     with np.errstate(over="ignore"):
@@ -302,11 +290,11 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
     if len(given) > MAX_CELLS:
         raise MeshError(f"the cloud has {len(given)} points; at most {MAX_CELLS} are supported")
     array = exact_doubles(given)
-    # Column by column, which takes a tenth of the time of min(axis=0).
+    # Column by column: a tenth of the time of min(axis=0).
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
-    if not np.array_equal(*box):  # what needs a size, asks for it: `check_spread`
+    if not np.array_equal(*box):  # stages that need a size call `check_spread`
         check_extent(box[0], box[1], "points lie", "cloud")
     return array, box
 
@@ -330,12 +318,12 @@ def checked_queries(points: Any) -> Floats:
 def checked_normals(normals: Any, n_points: int, first: int = 0) -> Floats:
     """One vector of length 1, or zero, per point, (N, 3) float64; a MeshError if they are wrong.
 
-    `first` is the number of the first one.
+    Messages count points from `first`.
     """
     array = owned(exact_doubles(_rows(normals, "normals", n_points)), np.float64)
     if not np.isfinite(array).all():
         _raise_not_finite(array, "normals", first)
-    largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # lengths then do not overflow
+    largest = np.abs(array).max(axis=1, initial=0.0, keepdims=True)  # so that no length overflows
     np.divide(array, largest, out=array, where=largest > 0)
     lengths = np.sqrt(np.einsum("ij,ij->i", array, array))[:, None]
     np.divide(array, lengths, out=array, where=lengths > 0)
@@ -533,7 +521,7 @@ def checked_regions(labels: Any, n_cells: int) -> tuple[Ints, int]:
 
 
 def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
-    """Labels that may have gaps as an (N,) int32 array: 0 and up, or -1 where there is none."""
+    """Labels that may have gaps, as an (N,) int32 array: 0 and up, or -1 for no label."""
     given = _row_of_labels(labels, n_cells, name)
     array = given.astype(np.int32, order="C")  # a copy
     is_wrong = (array < -1) | (array != given)
@@ -560,14 +548,14 @@ def checked_any_labels(labels: Any, n_cells: int) -> Longs:
 
 
 def compact_partial_labels(labels: Any, n_cells: int) -> tuple[Ints, Array]:
-    """Labels of any numbers, checked and renamed as by `ranked_labels`."""
+    """Return `ranked_labels` of labels that may be any integers."""
     return ranked_labels(checked_any_labels(labels, n_cells))
 
 
 def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[Ints, int]:
-    """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError where one is below.
+    """Labels of 0 and up, renamed to 0..K-1 in their order, and K; a MeshError if one is below 0.
 
-    For metrics: cells in no region would count as a region of their own.
+    For metrics, which would count cells in no region as one more region.
     """
     array = checked_any_labels(labels, n_cells)
     if array.min() < 0:
@@ -580,7 +568,7 @@ def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[I
 
 
 def ranked_labels(labels: npt.NDArray[np.integer[Any]]) -> tuple[Ints, Array]:
-    """Labels renamed to 0..K-1 in their order, -1 as it is, and the K labels that occur."""
+    """Labels renamed to 0..K-1 in their order, but -1 stays -1; and the K labels that occur."""
     if labels.min() >= -1 and labels.max() < len(labels):  # no need to sort
         is_used = np.bincount(labels + 1) > 0
         names, places = np.arange(-1, len(is_used) - 1), labels + 1
@@ -658,7 +646,7 @@ def checked_generator(value: Any, name: str) -> np.random.Generator:
 
 
 def checked_callable(value: Any, name: str) -> Any:
-    """Something that can be called, or None."""
+    """A callable, or None."""
     if value is not None and not callable(value):
         raise TypeError(f"{name} must be callable, got {value!r}")
     return value

@@ -28,9 +28,8 @@ from .cells.parts import SMOOTH_DISTANCE, part_weights
 from .cells.slivers import EDGE_PER_RADIUS, sliver_note
 from .cells.weights import WEIGHTS, WeightName, WeightOptions, Weights, creases_of
 from .clustering.loop import segment_cells
-from .clustering.plan import Plan
+from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
-from .clustering.warm_start import Start
 from .errors import IslandWarning, SliverWarning
 from .mesh.faces import AnyCells
 from .regions.cleaning import clean

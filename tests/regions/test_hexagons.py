@@ -13,6 +13,7 @@ import shapes
 
 import superfacets as sf
 from superfacets import ArcMeasures, CellGraph, _core, metrics
+from superfacets.cells.kinds import as_surface
 from superfacets.pictures.colors import region_colors
 from superfacets.regions.edit import read_regions
 
@@ -87,7 +88,7 @@ def test_a_small_region_joins_over_a_plane_rather_than_a_crease():
 def test_what_a_border_in_a_crease_costs():
     """With three regions r = sqrt(6 A / (3 pi)), and a border counts exp(-price / (6 r))."""
     graph = honeycomb(ROW, crease=[{(0, 2), (0, 3)}], price=2.0)
-    costs, labels, _ = read_regions(graph, [0, 0, 0, 1, 1, 2], None, True, 1)
+    costs, labels, _ = read_regions(as_surface(graph, weld=True, n_threads=1), [0, 0, 0, 1, 1, 2])
     low, high, lengths = _core.region_borders(*costs.args, labels, 1)
     assert (low.tolist(), high.tolist()) == ([0, 1], [1, 2])
     radius = math.sqrt(2 * AREA / math.pi)

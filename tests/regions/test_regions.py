@@ -17,6 +17,7 @@ from superfacets import (
     segment,
     smooth_borders,
 )
+from superfacets.cells.kinds import as_surface
 from superfacets.regions.edit import read_regions
 from superfacets.regions.merge import merge_regions
 
@@ -131,7 +132,7 @@ def test_islands_of_many_groups_join_the_nearest_of_their_own():
         positions, np.where(is_small, 0.1, 1.0), np.zeros(n + 1, int), [], [],
         arc_measures=ArcMeasures([]),
     )  # fmt: skip
-    costs, labels, _ = read_regions(graph, rng.permutation(n), None, True, 1)
+    costs, labels, _ = read_regions(as_surface(graph, weld=True, n_threads=1), rng.permutation(n))
     edit = merge_regions(costs, labels, n, 0.5, "nearest", groups)
     roots, n_islands = labels.copy(), 0
     for cell in np.flatnonzero(is_small):
@@ -163,7 +164,7 @@ def test_borders_are_the_same_for_any_number_of_threads():
     labels = segment(mesh, 50, smooth=False).labels
     tables = []
     for n_threads in (1, 3):
-        costs, array, _ = read_regions(mesh, labels, None, True, n_threads)
+        costs, array, _ = read_regions(as_surface(mesh, weld=True, n_threads=n_threads), labels)
         tables.append(_core.region_borders(*costs.args, array, n_threads))
     for one, other in zip(*tables, strict=True):
         assert np.array_equal(one, other)
@@ -171,7 +172,7 @@ def test_borders_are_the_same_for_any_number_of_threads():
 
 def test_borders_on_a_plane_are_as_long_as_their_edges():
     mesh = roof(0, 0)
-    costs, labels, _ = read_regions(mesh, [0, 0, 1, 1, 2, 2], None, True, 1)
+    costs, labels, _ = read_regions(as_surface(mesh, weld=True, n_threads=1), [0, 0, 1, 1, 2, 2])
     low, high, lengths = _core.region_borders(*costs.args, labels, 1)
     assert (low.tolist(), high.tolist()) == ([0, 1], [1, 2])
     assert lengths == pytest.approx([1.0, 1.0])

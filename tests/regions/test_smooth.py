@@ -18,6 +18,7 @@ from superfacets import (
     sample_mesh,
     segment,
 )
+from superfacets.cells.kinds import as_surface
 from superfacets.regions.edit import CREASE_SCALE, read_regions
 from superfacets.regions.smooth import MAX_CHAIN, MAX_SWEEPS, smooth_borders
 
@@ -226,7 +227,7 @@ def labelings(mesh):
 def test_the_kernel_equals_its_twin(name):
     mesh = MESHES[name]()
     for labels in labelings(mesh):
-        costs, array, _ = read_regions(mesh, labels, None, True, 1)
+        costs, array, _ = read_regions(as_surface(mesh, weld=True, n_threads=1), labels)
         fixed = {int(np.argmax(array == 0))}
         expected = reference.smooth_borders(
             build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), fixed,
@@ -237,7 +238,7 @@ def test_the_kernel_equals_its_twin(name):
 
 
 def check_twin(mesh, labels, max_chain, max_sweeps):
-    costs, array, _ = read_regions(mesh, labels, None, True, 1)
+    costs, array, _ = read_regions(as_surface(mesh, weld=True, n_threads=1), labels)
     expected = reference.smooth_borders(
         build_face_graph(mesh), mesh, steps_of(costs), array.tolist(), set(),
         max_distance=costs.radius, crease_scale=CREASE_SCALE * costs.radius,
@@ -370,9 +371,8 @@ def test_borders_of_real_meshes_get_shorter_and_regions_stay_in_one_piece(benchm
     for path in benchmark_paths[::12]:
         mesh = read_off(path)
         graph = build_face_graph(mesh)
-        costs, labels, n_regions = read_regions(
-            mesh, segment(mesh, k, smooth=False).labels, None, True, None
-        )
+        surface = as_surface(mesh, weld=True, n_threads=None)
+        costs, labels, n_regions = read_regions(surface, segment(mesh, k, smooth=False).labels)
         smoothed = smooth_borders(mesh, labels)
         assert shapes.count_pieces(graph, smoothed) == shapes.count_pieces(graph, labels)
         assert len(np.unique(smoothed)) == n_regions

@@ -6,7 +6,7 @@ import shapes
 from numpy.testing import assert_array_equal
 
 import superfacets as sf
-from superfacets.cells.majority import weighted_majority
+from superfacets.cells.sums import weighted_majority
 from superfacets.mesh.tet_mesh import signed_volumes
 from superfacets.regions.vertices import vertex_ids
 

@@ -1,4 +1,4 @@
-"""What the clusterer sees: cells with a position and a measure, and weighted arcs between them."""
+"""Input of the clustering: cells with a position and a measure, and weighted arcs between them."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from .._validate import (
 )
 
 __all__ = [
-    "ArcMeasures", "Arcs", "CellGraph", "box_diagonal", "checked_graph", "checked_weights",
-    "owned_weights",
+    "ArcList", "ArcMeasures", "Arcs", "CellGraph", "box_diagonal", "checked_graph",
+    "checked_weights",
 ]  # fmt: skip
 
 
@@ -68,34 +68,29 @@ class ArcMeasures:
     open_lengths: Floats | None = None
 
     def checked(self, offsets: Longs, n_arcs: int, n_threads: int) -> ArcMeasures:
-        """Return the measures as the core takes them, for a graph with these arcs."""
-        n_cells = len(offsets) - 1
-        checked = object.__new__(ArcMeasures)
+        """Return checked copies that cannot be written to, for a graph with these arcs."""
+        arrays: dict[str, Array] = {}
         for name, n, per in (
             ("border_lengths", n_arcs, "arc"),
             ("step_lengths", n_arcs, "arc"),
-            ("open_lengths", n_cells, "cell"),
+            ("open_lengths", len(offsets) - 1, "cell"),
         ):
             given = getattr(self, name)
-            if given is None and name != "border_lengths":
-                object.__setattr__(checked, name, None)
-            else:
+            if given is not None or name == "border_lengths":
                 array = checked_nonnegative_array(given, n, name, per, n_threads)
-                freeze(checked, **{name: owned(array, np.float64)})
-        object.__setattr__(checked, "angles", None)
+                arrays[name] = owned(array, np.float64)
         if self.angles is not None:
-            freeze(checked, angles=checked_angles(self.angles, n_arcs))
-        object.__setattr__(checked, "sides", None)
+            arrays["angles"] = checked_angles(self.angles, n_arcs)
         if self.sides is not None:
-            freeze(checked, sides=checked_sides(self.sides, offsets))
+            arrays["sides"] = checked_sides(self.sides, offsets)
+        checked = ArcMeasures(**arrays)
+        freeze(checked, **arrays)
         return checked
 
 
-class Arcs:
-    """The common part of the graphs of all kinds: cells, and arcs between them in CSR form."""
+class ArcList:
+    """Arcs between cells in CSR form, and the box around the cells."""
 
-    positions: Floats  # (N, 3)
-    measures: Floats  # (N,)
     offsets: Longs  # (N + 1,)
     neighbors: Ints  # (M,)
     bounds: Floats  # (2, 3)
@@ -103,7 +98,7 @@ class Arcs:
     @property
     def n_cells(self) -> int:
         """Number of cells, N."""
-        return len(self.positions)
+        return len(self.offsets) - 1
 
     @property
     def n_arcs(self) -> int:
@@ -119,6 +114,18 @@ class Arcs:
     def arcs(self) -> ArcLists:
         """Offsets and neighbors."""
         return self.offsets, self.neighbors
+
+    @property
+    def sources(self) -> Ints:
+        """The cell that each arc leaves, (M,)."""
+        return np.repeat(np.arange(self.n_cells, dtype=np.int32), np.diff(self.offsets))
+
+
+class Arcs(ArcList):
+    """The common part of the graphs of all kinds: cells, and arcs between them."""
+
+    positions: Floats  # (N, 3)
+    measures: Floats  # (N,)
 
     def quantized(self, weights: npt.ArrayLike, n_threads: int) -> tuple[Singles, float]:
         """Return weights of the arcs as `CellGraph.lengths`, and the unit of these."""
@@ -217,23 +224,36 @@ class CellGraph(Arcs):
             object.__setattr__(self, "arc_measures", checked)
 
     @classmethod
-    def _of_checked_arcs(cls, n_threads: int, **fields: Any) -> CellGraph:
-        """Make a graph of which all but measures and weights has been checked and frozen before."""
+    def _of_arcs(
+        cls,
+        arcs: Arcs,
+        weights: npt.ArrayLike,
+        n_threads: int | None,
+        arc_measures: ArcMeasures | None = None,
+        dimension: int = 2,
+    ) -> CellGraph:
+        """Return a graph with the cells and arcs of one that is checked and frozen."""
         graph = object.__new__(cls)
-        for name, value in fields.items():
+        fields = ("positions", "measures", "offsets", "neighbors", "bounds")
+        values = {name: getattr(arcs, name) for name in fields}
+        values |= {"weights": weights, "weight_unit": arcs.diagonal}
+        values |= {"arc_measures": arc_measures, "dimension": dimension}
+        for name, value in values.items():
             object.__setattr__(graph, name, value)
-        graph._check_and_quantize(n_threads)
+        graph._check_and_quantize(checked_threads(n_threads))
         return graph
 
     def _check_and_quantize(self, n_threads: int) -> None:
         measures = checked_measures(self.measures, self.n_cells, n_threads)
-        weights = checked_weights(owned_weights(self.weights), self.n_arcs, n_threads)
+        refuse_mask(self.weights, "weights")
+        copied = owned(np.asarray(self.weights), None)  # so that nobody can change what is checked
+        weights = checked_weights(copied, self.n_arcs, n_threads)
         lengths, unit = _core.quantize_weights(weights, n_threads)
         freeze(self, measures=measures, weights=weights, lengths=lengths)
         object.__setattr__(self, "unit", unit)
 
     def ordered(self, n_threads: int) -> _core.OrderedGraph:
-        """Return the graph as the kernels take it; made when first asked for, then kept."""
+        """Return the graph in the form for kernels; made on the first call, then kept."""
         if self._ordered is None:
             cells = _core.PlacedCells(self.positions, self.measures, n_threads)
             graph = _core.OrderedGraph(cells, self.offsets, self.neighbors, self.lengths, n_threads)
@@ -241,11 +261,11 @@ class CellGraph(Arcs):
         return self._ordered  # type: ignore[return-value]  # set just above
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out of copies what is made anew when it is needed."""
+        """Leave the ordered graph out of copies: `ordered` makes it again."""
         return {**self.__dict__, "_ordered": None}
 
     def __setstate__(self, state: Any) -> None:
-        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        """Check the fields of a copy or a pickle like those of a new graph."""
         names = ("positions", "measures", "offsets", "neighbors", "weights", "bounds")
         more = ("weight_unit", "arc_measures", "dimension")
         options = dict(zip(more, restored(state, more), strict=True))
@@ -265,14 +285,8 @@ def checked_weights(weights: npt.ArrayLike, n_arcs: int, n_threads: int) -> Floa
     return checked_nonnegative_array(weights, n_arcs, "weights", "arc", n_threads)
 
 
-def owned_weights(weights: npt.ArrayLike) -> Array:
-    """A copy, so that lengths are made of the weights that were checked."""
-    refuse_mask(weights, "weights")
-    return owned(np.asarray(weights), None)
-
-
 def checked_graph(graph: object) -> CellGraph:
-    """Raise a TypeError where a mesh or a graph without weights is taken for a cell graph."""
+    """Return the graph; a TypeError for anything else, such as a mesh."""
     if isinstance(graph, CellGraph):
         return graph
     raise TypeError(

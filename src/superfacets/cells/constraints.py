@@ -1,4 +1,4 @@
-"""Cells that are left out, and borders that no region may cross: what is left of a graph."""
+"""Masks and barriers: which cells and arcs of a graph are kept."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Array, Bools, Ints, Longs
 from .._validate import checked_edges, checked_mask, checked_seeds, refuse_mask
+from ..mesh.cells import lowest_vertices
 from ..mesh.faces import ends_of_sides, face_sizes
 from .face_graph import FaceGraph
 from .surface import Surface
@@ -18,44 +19,42 @@ from .surface import Surface
 __all__ = ["ANY_GROUP", "NO_GROUPS", "ConstraintOptions", "Cut", "in_order"]
 
 ANY_GROUP = -1
-"""The group of cells that barriers say nothing about."""
+"""Group of cells that no barrier concerns."""
 
 NO_GROUPS = np.empty(0, np.int32)
-"""In the place of groups where any cells may come together."""
+"""Stands for groups where any cells may share a region."""
 
 
 @dataclass(frozen=True)
 class ConstraintOptions:
-    """The mask and the barriers, as `segment` is given them."""
+    """The mask and the barriers that `segment` is given."""
 
     mask: Any = None  # None: all cells are kept
     barriers: Any = None  # None: there are none
 
     @property
     def is_used(self) -> bool:
-        """Whether anything is left out at all."""
+        """Whether there is a mask or a barrier."""
         return self.mask is not None or self.barriers is not None
 
     @property
     def params(self) -> dict[str, Any]:
-        """As they are reported; nothing where there are none."""
+        """As they are reported."""
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
 
     def cut(
         self, source: object, graph: Any, *, weld: bool, n_threads: int, order: Ints | None = None
     ) -> Cut | None:
-        """Return what is left of the graph of a source, which has edges if it is a mesh.
+        """Return the kept cells and arcs of the graph of a source; None if all are kept.
 
-        None if nothing is left out.
-        Where the graph has the cells in another order, ``order`` holds their numbers in the source.
-        A ValueError or TypeError if the mask or the barriers do not fit it.
+        `order` holds the index of each cell in the source, for graphs in another order. Raises a
+        ValueError or TypeError if the mask or the barriers do not fit.
         """
         if not self.is_used:
             return None
-        n_cells = len(graph.offsets) - 1
+        n_cells, sources = graph.n_cells, graph.sources
         is_kept = in_order(_checked_kept(self.mask, n_cells), order)
-        sources = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(graph.offsets))
         keeps_arc = is_kept[sources] & is_kept[graph.neighbors]
         groups = NO_GROUPS
         if self.barriers is not None:
@@ -75,27 +74,16 @@ class ConstraintOptions:
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """What is left of a graph of cells: some of them, renumbered, and some of their arcs.
+    """The kept cells of a graph, renumbered, and the kept arcs between them."""
 
-    Attributes
-    ----------
-    n_whole : int
-        Number of all cells, N.
-    cells, arcs : ndarray
-        The cells and the arcs that are left, by their old numbers, ascending.
-    offsets, neighbors : ndarray
-        The arcs between them, by new numbers.
-    groups : ndarray of int32, shape (n_cells,) or (0,)
-        Cells of different groups must not come to be in one region, not even across a gap; those
-        with `ANY_GROUP` may go with any, and where this is empty, all.
-    """
-
-    n_whole: int
-    cells: Ints
-    arcs: Longs
-    offsets: Longs
+    n_whole: int  # cells of the graph, N
+    cells: Ints  # kept cells by old numbers, ascending
+    arcs: Longs  # kept arcs by old numbers, ascending
+    offsets: Longs  # of the kept arcs, by new numbers of cells
     neighbors: Ints
     groups: Ints
+    """Group of each kept cell, or empty. Cells of different groups must not share a region, even
+    across a gap; cells of `ANY_GROUP` may share one with all others."""
 
     @classmethod
     def of(cls, graph: Any, is_kept: Bools, keeps_arc: Bools, sources: Ints, groups: Ints) -> Cut:
@@ -114,7 +102,7 @@ class Cut:
         )
 
     def surface_of(self, whole: Surface) -> Surface:
-        """Return the cells that are left, with the measures that they have in the whole."""
+        """Return the kept cells, with their measures in the whole."""
         handle = _core.SubSurface(whole.handle, self.offsets, self.neighbors, self.cells, self.arcs)
         return Surface(
             handle, self.offsets, self.neighbors, whole.bounds, whole.weight_unit,
@@ -122,9 +110,9 @@ class Cut:
         )  # fmt: skip
 
     def new_cells(self, cells: npt.ArrayLike, name: str, order: Ints | None = None) -> Ints:
-        """Return new numbers of cells; a ValueError if one is not left.
+        """Return new numbers of cells; a ValueError if one is left out.
 
-        It tells the number of a cell in the source, which ``order`` holds if it is another.
+        The error names a cell by its index in the source, from `order` if there is one.
         """
         given = checked_seeds(cells, self.n_whole, name)
         places = np.minimum(np.searchsorted(self.cells, given), len(self.cells) - 1)
@@ -136,14 +124,14 @@ class Cut:
         return places.astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Return labels of all cells, -1 for those that were left out."""
+        """Return labels of all cells, -1 where one was left out."""
         whole = np.full(self.n_whole, -1, np.int32)
         whole[self.cells] = labels
         return whole
 
 
 def in_order(values: Array, order: Ints | None) -> Array:
-    """Values of cells in another order, which holds the numbers that cells had; None: the same."""
+    """Values of cells, reordered so that cell i has the value at `order[i]`; None: as they are."""
     return values if order is None else values[order]
 
 
@@ -156,7 +144,7 @@ def _checked_kept(mask: Any, n_cells: int) -> Bools:
 
 
 def _checked_sides(barriers: Any, n_cells: int) -> Ints:
-    """Labels of any numbers as 0, 1, 2, ..."""
+    """Barriers by cell, as ranks 0, 1, 2, ... of their numbers."""
     given = np.asarray(barriers)
     if given.dtype.kind not in "iub":
         raise TypeError(f"barriers must be integers, got {given.dtype}")
@@ -173,14 +161,12 @@ def _crossed_by(
     barriers: Any, source: Any, arcs: tuple[Any, Ints], weld: bool, n_threads: int,
     order: Ints | None,
 ) -> Bools:  # fmt: skip
-    """Which arcs, of a graph with the cell that each begins at, cross one of these edges."""
+    """Whether each arc, of a graph with the source of each, crosses one of these edges, (M,)."""
     graph, sources = arcs
     if not isinstance(graph, FaceGraph):
         raise ValueError("barriers of shape (E, 2) are edges of a mesh: give a label per cell")
     given = checked_edges(barriers, source.n_vertices, "barriers")
-    lowest = np.arange(source.n_vertices, dtype=np.int32)
-    if weld:
-        lowest = _core.weld_vertices(source.vertices, n_threads)
+    lowest = lowest_vertices(source.vertices, weld, n_threads)
     wanted = lowest[given]
     is_end = np.zeros(source.n_vertices, bool)
     is_end[wanted] = True
@@ -189,28 +175,26 @@ def _crossed_by(
     faces = np.repeat(np.arange(source.n_faces), sizes)
     sides = np.arange(len(faces)) - np.repeat(starts, sizes)
     ends = lowest[ends_of_sides(source, faces, sides)]
-    is_crossed: Bools = np.asarray(
-        is_end[ends].all(axis=1)
-    )  # so far: most sides have no name to look for
-    names = _names_of(ends[is_crossed])
-    is_none = ~np.isin(_names_of(wanted), names)
+    is_crossed: Bools = np.asarray(is_end[ends].all(axis=1))  # candidates: few of all sides
+    keys, wanted_keys = _keys_of(ends[is_crossed]), _keys_of(wanted)
+    is_none = ~np.isin(wanted_keys, keys)
     if is_none.any():
         place = int(np.argmax(is_none))
         raise ValueError(f"barriers[{place}] is {given[place].tolist()}, which is no edge")
-    is_crossed[is_crossed] = np.isin(names, _names_of(wanted))
+    is_crossed[is_crossed] = np.isin(keys, wanted_keys)
     return np.asarray(is_crossed[in_order(starts, order)[sources] + graph.sides])
 
 
-def _names_of(edges: Ints) -> Longs:
-    """One number for each edge, (n, 2), whichever way it leads."""
+def _keys_of(edges: Ints) -> Longs:
+    """One number for each edge, (n, 2), the same for both directions."""
     low, high = edges.min(axis=1).astype(np.int64), edges.max(axis=1)
     return np.asarray((low << 32) | high)
 
 
 def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Ints:
-    """A group for each piece that edges cut a component into; `ANY_GROUP` in what is not cut.
+    """Number the pieces of components that barriers cut; `ANY_GROUP` in components that are whole.
 
-    ``before`` and ``after`` are the arcs without and with the barriers.
+    `before` and `after` tell which arcs are kept without and with the barriers.
     """
     whole, n_whole = _components_of(graph, before, sources)
     pieces, n_pieces = _components_of(graph, after, sources)
@@ -221,7 +205,7 @@ def _groups_apart(graph: Any, before: Bools, after: Bools, sources: Ints) -> Int
 
 
 def _components_of(graph: Any, keeps_arc: Bools, sources: Ints) -> tuple[Ints, int]:
-    n_cells = len(graph.offsets) - 1
-    counts = np.bincount(sources[keeps_arc], minlength=n_cells)
+    counts = np.bincount(sources[keeps_arc], minlength=graph.n_cells)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-    return _core.find_components(offsets, graph.neighbors[keeps_arc], np.zeros(n_cells, np.int32))
+    one_label = np.zeros(graph.n_cells, np.int32)
+    return _core.find_components(offsets, graph.neighbors[keeps_arc], one_label)

@@ -114,31 +114,20 @@ class FaceGraph(Arcs):
         )
 
     def __setstate__(self, state: Any) -> None:
-        """Take what a copy or a pickle holds as if it were new: checked, and read-only."""
+        """Check the fields of a copy or a pickle like those of a new graph."""
         FaceGraph.__init__(self, *restored(state, tuple(FaceGraph.__dataclass_fields__)))
 
     @classmethod
     def _unchecked(cls, edge_counts: EdgeCounts, **arrays: Array) -> FaceGraph:
-        """Make a graph of what our own kernels have just made, which needs no check."""
+        """Return a graph of new arrays from kernels, which need no check."""
         graph = object.__new__(cls)
         freeze(graph, **arrays)
         object.__setattr__(graph, "edge_counts", edge_counts)
         return graph
 
     def with_weights(self, weights: npt.ArrayLike, *, n_threads: int | None = None) -> CellGraph:
-        """Return the graph that the clusterer takes, with one weight per arc (finite, >= 0)."""
-        return CellGraph._of_checked_arcs(
-            checked_threads(n_threads),
-            positions=self.positions,
-            measures=self.measures,
-            offsets=self.offsets,
-            neighbors=self.neighbors,
-            weights=weights,
-            bounds=self.bounds,
-            weight_unit=self.diagonal,
-            arc_measures=None,
-            dimension=2,
-        )
+        """Return the input of the clustering, with one weight per arc (finite, >= 0)."""
+        return CellGraph._of_arcs(self, weights, n_threads)
 
     def __repr__(self) -> str:
         return f"FaceGraph({self.n_cells} faces, {self.n_arcs} arcs)"
@@ -188,7 +177,7 @@ def build_face_graph(
 
 
 class FaceShapes(NamedTuple):
-    """Facts about faces that weights need, and that take memory."""
+    """Findings about faces that weights need; kept apart from the graph, as they take memory."""
 
     normals: Floats | None
     """Unit normals, shape (F, 3), 0 where a face has none; None for polygons."""
@@ -197,7 +186,7 @@ class FaceShapes(NamedTuple):
 
 
 def graph_and_shapes(mesh: FaceMesh, *, weld: bool, n_threads: int) -> tuple[FaceGraph, FaceShapes]:
-    """Return the result of `build_face_graph`, and shapes that the same pass can measure."""
+    """Return the result of `build_face_graph`, and the shapes measured in the same pass."""
     arcs = arcs_of_faces(mesh, lowest_vertices(mesh.vertices, weld, n_threads), n_threads)
     positions, measures, *shapes = measure_shapes(mesh, n_threads)
     return _graph_of(mesh, arcs, positions, measures), FaceShapes(*shapes)
@@ -217,10 +206,10 @@ def _graph_of(mesh: FaceMesh, arcs: FoundArcs, positions: Floats, measures: Floa
 
 
 def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, Ints, Ints]:
-    """Return arcs of the triangles at borders between labels, in CSR form, and their labels.
+    """Return the graph of the triangles at borders between labels, in CSR form, and their labels.
 
-    Few triangles of a large mesh are at borders, and the graph of these takes a fraction of the
-    time of the whole one.
+    Most triangles of a large mesh are not at borders: this takes a fraction of the time of the
+    whole graph.
     """
     lowest = _core.weld_vertices(mesh.vertices, n_threads)
     corners = lowest[mesh.faces]
@@ -230,7 +219,7 @@ def arcs_at_borders(mesh: Mesh, labels: Ints, n_threads: int) -> tuple[Longs, In
     is_shared = np.zeros(mesh.n_vertices, dtype=bool)
     is_shared[corners[some_label[corners] != labels[:, np.newaxis]]] = True
     first, second, third = is_shared[corners].T
-    # All faces that share an edge with another label have two such corners.
+    # A face that shares an edge with a face of another label has two such corners.
     faces = np.flatnonzero((first & second) | (second & third) | (third & first))
     if not len(faces):
         return np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int32), labels[faces]

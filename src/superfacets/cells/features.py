@@ -1,4 +1,4 @@
-"""Stage 2: features of cells, and what arcs cost more where they differ."""
+"""Stage 2: features of cells, and the price of arcs along which they differ."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ photographs, smoothed a little, 200 regions find 70 % of the edges at 5, and 71 
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """Features as `segment` is given them, and how much they count."""
+    """The features that `segment` is given, and how much they count."""
 
     given: Any = None  # None: no features
     weight: float = 0.0

@@ -34,13 +34,13 @@ THICKNESS_POWER = 0.125
 """Arcs are longer by (s_i s_j / s_mean^2)^(1/8): thin parts get smaller regions."""
 
 N_COARSE = 1_500
-"""Coarse cells that eigenvectors are computed on, about."""
+"""Approximate number of coarse cells that eigenvectors are computed on."""
 
 MOST_COARSE = 8 * N_COARSE
-"""Where no more than this can be reached, as in soup, the mesh has no parts."""
+"""Most coarse cells with eigenvectors: a mesh with more of them, like soup, has no parts."""
 
 MOST_CELLS = 16
-"""Of a coarse cell, on each level."""
+"""Most cells in a coarse cell, on each level."""
 
 N_BASE = 12_000
 """Where this many groups of `LEAST_GROUP` cells can be made, groups take the place of cells: they
@@ -64,10 +64,10 @@ THICKNESS_STEEPNESS = 10.0
 """How much less arcs conduct where thickness changes: exp(-10 |log s_i - log s_j|)."""
 
 SMOOTHING = 0.3
-"""In radii: over which thickness is smoothed."""
+"""Length over which thickness is smoothed, in radii."""
 
 N_RAYS = 12
-"""From the center of each coarse cell. What smoothing makes of it is as good as with 30."""
+"""Rays from the center of each coarse cell. After smoothing, 12 are as good as 30."""
 
 N_VECTORS = 8
 """12 are worse on the benchmark models, 4 unstable."""
@@ -315,7 +315,8 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> tuple[
         if 2 * coarse[-1].graph.n_cells > len(centers):
             break  # nearly all cells are alone
         levels.append(level._replace(coarse_of=coarse[-1].coarse_cells(n_threads)))
-        level = _above(levels[-1], coarse[-1], n_threads)
+        offsets, neighbors, _ = coarse[-1].arcs()
+        level = _level_of(coarse[-1], _crossed(levels[-1], (offsets, neighbors)), n_threads)
         graph, centers = coarse[-1].graph, centers[coarse[-1].centers()]
     return [*levels, level], centers
 
@@ -324,12 +325,6 @@ def _cell_size(ratio: float) -> int:
     """Cells of a coarse cell, alike on all levels that are left to the ratio, > 1."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
-
-
-def _above(level: _Level, coarse: _core.CoarseGraph, n_threads: int) -> _Level:
-    """The next level: arcs conduct what all between two coarse cells do, over their distance."""
-    offsets, neighbors, _ = coarse.arcs()
-    return _level_of(coarse, _crossed(level, (offsets, neighbors)), n_threads)
 
 
 def _level_of(coarse: _core.CoarseGraph, crossed: Floats, n_threads: int) -> _Level:
@@ -412,7 +407,7 @@ def _end_of_group(values: Floats, n_vectors: int) -> int:
 
 
 def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
-    """Bring rows of the last level to the first, level by level."""
+    """Prolong rows of the last level to the first, level by level."""
     rows = values.astype(np.float32)
     for level in reversed(levels[:-1] if rows.size else ()):
         assert level.coarse_of is not None

@@ -1,4 +1,4 @@
-"""Stages 1 and 2 for point clouds: who is a neighbor of whom, areas, normals and weights."""
+"""Stages 1 and 2 for point clouds: neighbors, areas, normals and weights."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..adapters.clouds import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
-from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, scaled, weights_of
+from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 
 __all__ = [
     "N_AROUND",
@@ -29,28 +29,28 @@ __all__ = [
 ]
 
 N_NEIGHBORS = 6
-"""Nearest neighbors that arcs lead to; with those that lead back a point has seven arcs."""
+"""Nearest neighbors that arcs lead to. With arcs back, a point has seven on average."""
 
 N_AROUND = 12
 """Nearest neighbors that a normal is estimated from."""
 
 CUTOFF = 4.0
-"""Longest arc, in square roots of the smaller area at its ends. At random spread points, one in ten
-thousand of the six nearest neighbors is farther than 3.3."""
+"""Longest arc, in square roots of the smaller area at its ends. Of points spread at random, one in
+ten thousand of the six nearest neighbors is farther than 3.3."""
 
 
 @dataclass(frozen=True, eq=False)
 class PointGraph(Arcs):
-    """Points as cells, with arcs between near ones. What our own kernel made: not checked."""
+    """Points as cells, with arcs between near ones, as our own kernel makes them: not checked."""
 
     positions: Floats  # (N, 3)
     measures: Floats  # (N,) area around each point
     normals: Floats  # (N, 3)
     offsets: Longs  # (N + 1,)
     neighbors: Ints  # (M,) ascending for each point
-    order: Ints  # (N,) all cells, near ones after each other
+    order: Ints  # (N,) all cells along a curve through near ones
     bounds: Floats  # (2, 3)
-    points: Ints | None = None  # (N,) of the cloud; None if cells are in its order
+    points: Ints | None = None  # (N,) index of each cell in the cloud; None: 0 to N - 1
 
 
 def find_point_graph(
@@ -61,10 +61,7 @@ def find_point_graph(
     n_around: int = N_AROUND,
     cutoff: float = CUTOFF,
 ) -> PointGraph:
-    """Return the graph of a cloud; arguments as for `build_point_graph`, and checked.
-
-    A MeshError if all points lie at one place.
-    """
+    """Return the graph of a cloud; a MeshError if all points lie at one place."""
     check_spread(cloud.bounds)
     offsets, neighbors, measures, normals, order = _core.build_point_graph(
         cloud.points,
@@ -80,9 +77,9 @@ def find_point_graph(
 
 
 def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
-    """Return the graph of a cloud whose cells are in an order in which near ones follow each other.
+    """Return the graph of a cloud with cells sorted along a curve through near ones.
 
-    All that follows is then two to three times as fast as on points in any order. A MeshError if
+    All later stages are then two to three times as fast as on points in any order. A MeshError if
     all points lie at one place.
     """
     check_spread(cloud.bounds)
@@ -97,7 +94,7 @@ def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
 
 
 def bare_point_surface(cloud: PointCloud, graph: PointGraph, n_threads: int) -> Surface:
-    """Return the points of a cloud as cells without normals, which take a tenth of all memory."""
+    """Return the points as cells without their normals, which take a tenth of all memory."""
     return point_surface(cloud, replace(graph, normals=NO_NORMALS), n_threads)
 
 
@@ -186,17 +183,16 @@ def build_point_graph(
     graph = find_point_graph(checked, threads, n_neighbors=n_neighbors, cutoff=cutoff)
     surface = point_surface(checked, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    alpha, length = scaled(alpha, radius)
-    borders, steps, angles, sides, open_lengths = surface.handle.arc_measures(threads)
+    factors = EdgeFactors.of_radius(radius, alpha, eta_convex)
     return CellGraph(
         graph.positions,
         graph.measures,
         graph.offsets,
         graph.neighbors,
-        weights_of(surface, cells, EdgeFactors(alpha, eta_convex, length)),
+        weights_of(surface, cells, factors),
         graph.bounds,
         weight_unit=graph.diagonal,
-        arc_measures=ArcMeasures(borders, steps, angles, sides, open_lengths),
+        arc_measures=ArcMeasures(*surface.handle.arc_measures(threads)),
     )
 
 
@@ -266,7 +262,7 @@ def estimate_normals(
 
 
 def _turned_to(place: Floats, graph: PointGraph) -> Floats:
-    """The normals, where most of each component point to a place."""
+    """Return normals, flipped in each component so that most of its area faces a place."""
     labels = np.zeros(len(graph.positions), np.int32)
     components, n_components = _core.find_components(graph.offsets, graph.neighbors, labels)
     toward = place - graph.positions

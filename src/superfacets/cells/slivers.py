@@ -24,7 +24,7 @@ the mesh is coarse for so many regions, but they need not be stripes. With `MIN_
 four times as long as high."""
 
 MAX_SHARE = 0.1
-"""Of the area, in such faces, up to which nothing is said.
+"""Share of the area in such faces above which `segment` warns.
 
 Chosen on 189 cases: the 95 models of the Princeton benchmark with 150 regions (14 of them with 50
 and 500 too), and with 50 to 500 regions 12 CAD parts (blocks and plates with holes, flanges, a
@@ -59,7 +59,7 @@ def sliver_share(
 
 
 def area_of_slivers(mesh: FaceMesh, radius: float, n_threads: int) -> float:
-    """Return the area, for `sliver_share`, of long and thin faces."""
+    """Return the area of the faces that `sliver_share` counts."""
     _, areas, _, longest = measure_shapes(mesh, n_threads)
     limits = (MIN_LENGTH * radius, MAX_HEIGHT * radius)
     return sliver_area(mesh, areas, longest, *limits, n_threads)

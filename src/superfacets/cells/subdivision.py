@@ -22,7 +22,7 @@ from .._validate import (
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, cut_into_triangles
 from ..mesh.triangle_mesh import Mesh
-from .majority import weighted_majority
+from .sums import weighted_majority
 
 __all__ = ["Subdivision", "subdivide"]
 

@@ -1,4 +1,4 @@
-"""Cells of any kind with what stages 5 to 7 need of them: arcs, and measures of these."""
+"""Input of stages 5 to 7: cells of any kind, their arcs, and measures of the arcs."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from .. import _core
-from .._types import ArcLists, Floats, Ints, Longs
+from .._types import Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, FoundArcs, signed_volume, surface_of_faces
-from .cell_graph import ArcMeasures, CellGraph, box_diagonal
+from .cell_graph import ArcList, ArcMeasures, CellGraph
 from .face_graph import FaceGraph
 
 __all__ = ["Surface", "arc_measures", "enclosed", "face_surface", "is_inside_out", "is_negative"]
@@ -22,23 +22,23 @@ VOLUME_NOISE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
-    """Checked cells, the arcs between them, and what kernels of stages 5 to 7 take."""
+class Surface(ArcList):
+    """Checked cells, the arcs between them, and the object that kernels of stages 5 to 7 take."""
 
-    handle: _core.Surface  # knows the lengths of borders, and what lies around corners
+    handle: _core.Surface  # gives lengths of borders, and the arcs around a corner
     offsets: Longs  # (N + 1,)
     neighbors: Ints  # (M,)
     bounds: Floats  # (2, 3)
     weight_unit: float  # of arc weights, in the unit of the positions
     n_threads: int
-    mesh: FaceMesh | None = None  # that the cells are the faces of
-    weights: Floats | None = None  # of the arcs, where the cells came with some
-    volume: float = 0.0  # that faces enclose; 0 where they do not, or where it is not known
-    dimension: int = 2  # 3 where measures are volumes, and lengths of borders areas
+    mesh: FaceMesh | None = None  # None: cells are no faces
+    weights: Floats | None = None  # of the arcs; None: computed from angles
+    volume: float = 0.0  # enclosed by the faces; 0 if they are open, or if it is unknown
+    dimension: int = 2  # 3: measures are volumes, and lengths of borders are areas
 
     @classmethod
     def of_faces(cls, mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> Surface:
-        """Return the faces of a mesh as cells."""
+        """Return the faces of a mesh as cells; a ValueError if the graph is of another mesh."""
         _check_of_mesh(mesh, graph)
         volume = _signed_volume(mesh, graph, n_threads)
         handle = _face_handle(mesh, graph, is_negative(volume, graph.diagonal), n_threads)
@@ -49,7 +49,7 @@ class Surface:
     def of_turned_faces(
         cls, mesh: FaceMesh, graph: FaceGraph, is_turned: bool, n_threads: int
     ) -> Surface:
-        """Return the same of a part of a mesh, where it is known whether normals point inwards."""
+        """Return `of_faces` for a part of a mesh, if it is known whether normals point inwards."""
         handle = _face_handle(mesh, graph, is_turned, n_threads)
         return cls._of_handle(handle, mesh, graph, n_threads)
 
@@ -88,28 +88,8 @@ class Surface:
         )  # fmt: skip
 
     @property
-    def n_cells(self) -> int:
-        """Number of cells, N."""
-        return len(self.offsets) - 1
-
-    @property
-    def n_arcs(self) -> int:
-        """Number of arcs, M."""
-        return len(self.neighbors)
-
-    @property
-    def arcs(self) -> ArcLists:
-        """Offsets and neighbors."""
-        return self.offsets, self.neighbors
-
-    @property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box, in the unit of the positions."""
-        return box_diagonal(self.bounds)
-
-    @property
     def positions(self) -> Floats:
-        """Where each cell is, shape (N, 3)."""
+        """Position of each cell, shape (N, 3)."""
         return self._cells[0]
 
     @property
@@ -125,7 +105,7 @@ class Surface:
 def face_surface(
     mesh: FaceMesh, graph: FaceGraph, n_threads: int
 ) -> _core.TriangleSurface | _core.PolygonSurface:
-    """Return what the kernels take for a mesh and its graph; a ValueError if it is another's."""
+    """Return the faces for kernels; a ValueError if the graph is of another mesh."""
     _check_of_mesh(mesh, graph)
     is_turned = is_inside_out(mesh, graph, n_threads=n_threads)
     return _face_handle(mesh, graph, is_turned, n_threads)
@@ -181,9 +161,7 @@ def arc_measures(mesh: MeshLike, graph: FaceGraph, *, n_threads: int | None = No
     """
     threads = checked_threads(n_threads)
     handle = face_surface(as_mesh(mesh), graph, threads)
-    border_lengths, step_lengths, angles, sides, open_lengths = handle.arc_measures(threads)
-    given = ArcMeasures(border_lengths, step_lengths, angles, sides, open_lengths)
-    return given.checked(graph.offsets, graph.n_arcs, threads)
+    return ArcMeasures(*handle.arc_measures(threads)).checked(graph.offsets, graph.n_arcs, threads)
 
 
 def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = None) -> bool:
@@ -193,7 +171,7 @@ def is_inside_out(mesh: FaceMesh, graph: FaceGraph, *, n_threads: int | None = N
 
 
 def enclosed(volume: float, diagonal: float) -> float:
-    """The size of a signed volume; 0 where that is rounding error."""
+    """Absolute value of a signed volume; 0 if it is rounding error."""
     return abs(volume) if abs(volume) > VOLUME_NOISE * diagonal**3 else 0.0
 
 
@@ -203,13 +181,13 @@ def is_negative(volume: float, diagonal: float) -> bool:
 
 
 def _signed_volume(mesh: FaceMesh, graph: FaceGraph, n_threads: int) -> float:
-    """The volume that a mesh encloses, negative where normals point inwards; 0 if it is open."""
+    """Volume enclosed by a mesh, negative if normals point inwards; 0 if it is open."""
     if graph.edge_counts.boundary:
         return 0.0
     positions, measures = graph.positions, graph.measures
-    # Where faces are inconsistently oriented the volume depends on the origin; the centroid moves
-    # and turns with the mesh.
-    # Not measures @ positions: threads of a BLAS go on spinning for a while after it.
+    # If faces are inconsistently oriented, the volume depends on the origin: take the centroid,
+    # which moves and turns with the mesh.
+    # Not measures @ positions: the threads of a BLAS would go on spinning afterwards.
     total = _core.sum_of(measures, n_threads)
     moment = np.einsum("i,ij->j", measures, positions)
     x, y, z = (moment / total if total else positions[0]).tolist()

@@ -50,11 +50,11 @@ class TetGraph(Arcs):
     bounds : ndarray of float64, shape (2, 3)
         Low and high corner of the bounding box of the vertices that tetrahedra use.
     arc_measures : ArcMeasures
-        ``border_lengths`` are areas of triangles, ``step_lengths`` lead from centroid to centroid
-        over that of the triangle, ``sides`` are the corners opposite to it, and ``open_lengths``
-        areas of what a tetrahedron has of the outside.
+        ``border_lengths`` are areas of triangles. ``step_lengths`` lead from centroid to centroid
+        over the centroid of the triangle. ``sides`` are the corners opposite to the triangle.
+        ``open_lengths`` are areas of the triangles of a tetrahedron on the outside.
     triangle_counts : TriangleCounts
-        Triangles, and those on the outside and of three tetrahedra or more.
+        Numbers of triangles: all, on the outside, and of three tetrahedra or more.
     """
 
     positions: Floats
@@ -68,21 +68,11 @@ class TetGraph(Arcs):
     def with_weights(
         self, weights: npt.ArrayLike | None = None, *, n_threads: int | None = None
     ) -> CellGraph:
-        """Return the graph that the clusterer takes; steps in diagonals if there are no weights."""
+        """Return the input of the clustering; by default weights are steps in diagonals."""
         steps = self.arc_measures.step_lengths
         assert steps is not None
-        return CellGraph._of_checked_arcs(
-            checked_threads(n_threads),
-            positions=self.positions,
-            measures=self.measures,
-            offsets=self.offsets,
-            neighbors=self.neighbors,
-            weights=steps / self.diagonal if weights is None else weights,
-            bounds=self.bounds,
-            weight_unit=self.diagonal,
-            arc_measures=self.arc_measures,
-            dimension=3,
-        )
+        given = steps / self.diagonal if weights is None else weights
+        return CellGraph._of_arcs(self, given, n_threads, self.arc_measures, 3)
 
     def __repr__(self) -> str:
         return f"TetGraph({self.n_cells} tets, {self.n_arcs} arcs)"
@@ -140,7 +130,7 @@ def build_tet_graph(mesh: MeshLike, *, weld: bool = True, n_threads: int | None 
 
 
 def tet_surface(mesh: TetMesh, graph: TetGraph, n_threads: int) -> Surface:
-    """Return tetrahedra as cells; a border between them has an area."""
+    """Return tetrahedra as cells."""
     given = graph.arc_measures
     assert given.step_lengths is not None
     assert given.sides is not None

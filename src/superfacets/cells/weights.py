@@ -31,7 +31,6 @@ __all__ = [
     "crease_weights",
     "creases_and_turn",
     "creases_of",
-    "scaled",
     "step_weights",
     "stk02_weights",
     "superfacet_weights",
@@ -41,10 +40,10 @@ __all__ = [
 
 
 NO_NORMALS = np.empty((0, 3))
-"""What the core takes for normals that it is to compute."""
+"""Argument for the core: normals are not given, so it computes them."""
 
 ALL_COUNT = np.empty(0, np.uint8)
-"""What the core takes for arcs that all count."""
+"""Argument for the core: all arcs count."""
 
 
 WeightName = Literal["creases", "parts", "superfacets", "stk02"]
@@ -57,12 +56,19 @@ CellArrays = tuple[Floats, Floats, Floats]
 
 
 class EdgeFactors(NamedTuple):
-    """What edges cost, as kernels take it: see `scaled` for the first and the third."""
+    """Costs of edges, as the kernels take them."""
 
     alpha: float
     eta_convex: float
-    crease_length: float  # 0 stands for the length of each edge
+    crease_length: float  # 0: the length of each edge
     ridges: float = 0.0
+
+    @classmethod
+    def of_radius(
+        cls, radius: float, alpha: float, eta_convex: float, ridges: float = 0.0
+    ) -> EdgeFactors:
+        """Return factors with the radius in place of edge lengths; if it is 0, creases are free."""
+        return cls(alpha if radius else 0.0, eta_convex, radius, ridges)
 
 
 def superfacet_weights(
@@ -227,12 +233,14 @@ def crease_weights(
     mesh = as_mesh(mesh)
     threads = checked_threads(n_threads)
     radius = checked_number(expected_radius, "expected_radius", zero=True)
-    alpha, length = scaled(checked_number(alpha, "alpha", zero=True), radius)
-    eta_convex = checked_number(eta_convex, "eta_convex", zero=True)
-    ridges = checked_number(ridges, "ridges", zero=True)
+    factors = EdgeFactors.of_radius(
+        radius,
+        checked_number(alpha, "alpha", zero=True),
+        checked_number(eta_convex, "eta_convex", zero=True),
+        checked_number(ridges, "ridges", zero=True),
+    )
     surface = Surface.of_faces(mesh, graph, threads)
     cells = (graph.positions, graph.measures, NO_NORMALS)
-    factors = EdgeFactors(alpha, eta_convex, length, ridges)
     return (_evened_weights if hollows else weights_of)(surface, cells, factors)
 
 
@@ -291,59 +299,36 @@ def stk02_weights(
     return _stk02_of(face_surface(mesh, graph, threads), graph.positions, alpha, threads)
 
 
-def _crease_weights_of(
-    surface: Surface, cells: CellArrays, radius: float, params: Mapping[str, float]
-) -> Floats:
-    alpha, length = scaled(params["alpha"], radius)
-    factors = EdgeFactors(alpha, params["eta_convex"], length, params["ridges"])
-    return weights_of(surface, cells, factors)
-
-
-def _evened_crease_weights_of(
-    surface: Surface, cells: CellArrays, radius: float, params: Mapping[str, float]
-) -> Floats:
-    alpha, length = scaled(params["alpha"], radius)
-    factors = EdgeFactors(alpha, params["eta_convex"], length, params["ridges"])
-    return _evened_weights(surface, cells, factors)
-
-
-def _superfacet_weights_of(
-    surface: Surface, cells: CellArrays, radius: float, params: Mapping[str, float]
-) -> Floats:
-    return weights_of(surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0))
-
-
-def _stk02_weights_of(
-    surface: Surface, cells: CellArrays, radius: float, params: Mapping[str, float]
-) -> Floats:
-    return _stk02_of(surface.handle, cells[0], params["alpha"], surface.n_threads)
+def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
+    return EdgeFactors.of_radius(radius, params["alpha"], params["eta_convex"], params["ridges"])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Weight:
-    """A way to weigh arcs, by name: all that other rooms know of it."""
+    """A formula for arc weights, as other modules see it."""
 
     about: str
     """For the documentation of `segment`."""
     defaults: Mapping[str, float]
-    """Its parameters, by the names of arguments of `segment`; there is always an alpha."""
+    """Parameters by the names of arguments of `segment`; there is always an alpha."""
     compute: Callable[[Surface, CellArrays, float, Mapping[str, float]], Floats]
-    """From the surface, positions, measures and normals of its cells, the radius of regions, and
-    the parameters."""
+    """Takes the surface, its cells, the expected radius of regions, and the parameters."""
     shares: tuple[str, ...] = ()
     """Parameters that are 0 to 1; all others are >= 0."""
     has_parts: bool = False
     """Whether `parts.part_weights` adds a price for steps between parts."""
     has_other_unit: bool = False
-    """Whether the price of a crease is not that of ``"creases"``, by which regions are cleaned up,
-    so that these weights are no price of borders, and have no meaning without angles."""
+    """Whether a crease has another price than with ``"creases"``: the clean-up of regions then
+    computes prices of borders anew, and cells that meet at no angle cannot have these weights."""
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
     "creases": Weight(
         about="`crease_weights`: a crease costs the same to cross at every resolution of the mesh",
         defaults={"alpha": 20.0, "eta_convex": 0.0, "ridges": 0.35},
-        compute=_evened_crease_weights_of,
+        compute=lambda surface, cells, radius, params: _evened_weights(
+            surface, cells, _crease_factors(radius, params)
+        ),
     ),
     "parts": Weight(
         about="in addition, a step from one part of the shape to another, as from a finger to the"
@@ -353,24 +338,30 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         " without a thickness, as points, count as of mean thickness. With `mask` or `barriers`,"
         " parts are those of the whole mesh",
         defaults={"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.4},
-        compute=_crease_weights_of,
+        compute=lambda surface, cells, radius, params: weights_of(
+            surface, cells, _crease_factors(radius, params)
+        ),
         has_parts=True,
     ),
     "superfacets": Weight(
         about="`superfacet_weights`: those of the paper",
         defaults={"alpha": 200.0, "eta_convex": 0.2},
-        compute=_superfacet_weights_of,
+        compute=lambda surface, cells, _, params: weights_of(
+            surface, cells, EdgeFactors(params["alpha"], params["eta_convex"], 0.0)
+        ),
         has_other_unit=True,
     ),
     "stk02": Weight(
         about="`stk02_weights`: those that the paper compares with",
         defaults={"alpha": 0.5},
-        compute=_stk02_weights_of,
+        compute=lambda surface, cells, _, params: _stk02_of(
+            surface.handle, cells[0], params["alpha"], surface.n_threads
+        ),
         shares=("alpha",),
         has_other_unit=True,
     ),
 }
-"""By the name that `segment` takes. The command, the checks and the documentation follow."""
+"""By the name that `segment` takes. Checks, documentation and the command read this table."""
 
 
 @dataclass(frozen=True)
@@ -385,7 +376,7 @@ class WeightOptions:
         cls, weights: WeightName | Weights, alpha: float | None, eta_convex: float | None,
         ridges: float | None = None,
     ) -> WeightOptions:  # fmt: skip
-        """Keep the parameters that the weights use."""
+        """Check all parameters, and keep those that the weights use."""
         given = {"alpha": alpha, "eta_convex": eta_convex, "ridges": ridges}
         checked = {
             name: checked_number(value, name, zero=True)
@@ -408,16 +399,16 @@ class WeightOptions:
 
     @property
     def has_parts(self) -> bool:
-        """Whether differences between the parts of a shape are to be added."""
+        """See `Weight`; False for given weights."""
         return self.weight is not None and self.weight.has_parts
 
     @property
     def has_other_unit(self) -> bool:
-        """Whether the price of a crease is not that of ``"creases"``, which clean-up goes by."""
+        """See `Weight`; False for given weights."""
         return self.weight is not None and self.weight.has_other_unit
 
     def crease_price(self, radius: float) -> float:
-        """Return the length that a crease by pi adds to a step, for regions of this radius."""
+        """Return the length that a crease of angle pi adds to a step."""
         price: float = self.params["alpha"] * radius
         return price
 
@@ -429,10 +420,7 @@ def arc_weights(
     options: WeightOptions,
     normals: Floats | None = None,
 ) -> npt.ArrayLike:
-    """Return one weight per arc, as `segment` is asked for, for regions of this radius.
-
-    Unit normals of the faces are computed where they are not given.
-    """
+    """Return one weight per arc for regions of this radius; missing normals are computed."""
     if options.given is not None:
         return options.given
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
@@ -441,7 +429,7 @@ def arc_weights(
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> npt.ArrayLike:
-    """Return one weight per arc for cells that meet at no angle: those of the surface, or given."""
+    """Return one weight per arc for cells that meet at no angle: given, or lengths of steps."""
     if options.given is not None:
         return options.given
     if options.has_other_unit:
@@ -454,24 +442,15 @@ def step_weights(surface: Surface, options: WeightOptions, plural: str) -> npt.A
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
-    """Return the default `crease_weights` of the faces of a mesh, for the clean-up of regions.
-
-    They are not evened for hollow shapes.
-    """
-    params = WEIGHTS["creases"].defaults
+    """Return the default `crease_weights`, for the clean-up of regions; hollows do not count."""
+    factors = _crease_factors(radius, WEIGHTS["creases"].defaults)
     if ridges is not None:
-        params = {**params, "ridges": ridges}
-    cells = (surface.positions, surface.measures, NO_NORMALS)
-    return _crease_weights_of(surface, cells, radius, params)
-
-
-def scaled(alpha: float, crease_length: float | None) -> tuple[float, float]:
-    """Alpha, and the crease length as kernels take it: a length of 0 stands for no creases."""
-    return (0.0, 0.0) if crease_length == 0 else (alpha, crease_length or 0.0)
+        factors = factors._replace(ridges=ridges)
+    return weights_of(surface, (surface.positions, surface.measures, NO_NORMALS), factors)
 
 
 def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Weights by eq. 1 to 3. Points have no edges, and no ridges."""
+    """Weights by eq. 1 to 3. Ridges do not count between points, which have no edges."""
     if isinstance(surface.handle, _core.PointSurface):
         numbers = (*factors[:3], surface.diagonal)
         return _core.point_weights(surface.handle, *numbers, surface.n_threads)
@@ -487,25 +466,20 @@ def creases_and_turn(
     evened: float,
     counted: Bytes,
 ) -> tuple[Floats, int]:
-    """As `arc_weights` for ``"creases"`` of a part of a mesh, evened as the whole says.
-
-    And the turn of the arcs from the faces that are `counted`, see `weights_and_turn`.
-    """
-    params = options.params
+    """Return `weights_and_turn` with ``"creases"`` for a part of a mesh."""
     cells = (faces.positions, faces.measures, NO_NORMALS if normals is None else normals)
-    alpha, length = scaled(params["alpha"], radius)
-    factors = EdgeFactors(alpha, params["eta_convex"], length, params["ridges"])
+    factors = _crease_factors(radius, options.params)
     return weights_and_turn(surface, cells, factors, evened, counted)
 
 
 def weights_and_turn(
     surface: Surface, cells: CellArrays, factors: EdgeFactors, evened: float, counted: Bytes | None
 ) -> tuple[Floats, int]:
-    """Weights of faces as `weights_of`, and by how much the arcs from some faces turn outward.
+    """Return the weights of arcs between faces, and the turn that `evened_share` takes.
 
-    `evened` is what smooth concave edges count less than 1, and smooth convex ones count. The turn
-    is that of `evened_share`, over the faces that are `counted`, shape (N,), or over `ALL_COUNT`;
-    0 where that is None.
+    `evened` is the share that smooth convex edges count; smooth concave ones count 1 - `evened`.
+    The turn is summed over the arcs from faces that are `counted`, shape (N,), or over all with
+    `ALL_COUNT`; it is 0 where `counted` is None.
     """
     handle = surface.handle
     is_counted = ALL_COUNT if counted is None else counted
@@ -517,7 +491,7 @@ def weights_and_turn(
 
 
 def _evened_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """As `weights_of`, and smooth edges are evened where a shape is hollow."""
+    """Return `weights_of`, with smooth edges evened where a shape is hollow."""
     if not surface.volume or not factors.alpha:
         return weights_of(surface, cells, factors)
     weights, turn = weights_and_turn(surface, cells, factors, 0.0, ALL_COUNT)

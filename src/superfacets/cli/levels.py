@@ -27,8 +27,8 @@ from ..io.atomic import atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
-from ..levels import hierarchy
 from ..mesh.faces import AnyCells
+from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of

@@ -1,4 +1,4 @@
-"""Stages 4a and 4b in turn: label all cells, move the centers, first on coarse cells."""
+"""Stages 4a and 4b in turn: label all cells and move the centers, first on coarse cells."""
 
 from __future__ import annotations
 
@@ -19,51 +19,34 @@ from .segmentation import Level, StopReason
 
 __all__ = ["Iteration"]
 
-Centers = Ints
-
 RELOCATED_SHARES = (0.13, 0.0975, 0.065, 0.0325)
-"""The share of centers that may move in each round of relocation, one at least."""
+"""Largest share of centers that move in each round of relocation; at least one may move."""
 
 ITERATIONS_PER_ROUND = 8
-"""Iterations after each of these rounds, at most."""
+"""Most iterations after each round of relocation."""
 
 
 @dataclass
 class Iteration:
-    """The loop, and what it did.
+    """The loop, and a record of each level that it has run on."""
 
-    Attributes
-    ----------
-    radius : float
-        Expected radius of regions.
-    options : LoopOptions
-    timings : dict of str to float
-        Seconds of ``"classify"`` and ``"update"`` are added here.
-    levels : list of Level
-        What was done on each level so far.
-    is_cancelled : bool
-        Whether `progress` returned False.
-    """
-
-    radius: float
+    radius: float  # expected, of regions
     options: LoopOptions
-    timings: dict[str, float]
+    timings: dict[str, float]  # seconds of "classify" and "update" are added
     levels: list[Level] = field(default_factory=list)
-    is_cancelled: bool = False
+    is_cancelled: bool = False  # `progress` returned False
 
     @property
     def stop_reason(self) -> StopReason:
-        """Why the iterations of the last level ended."""
+        """The rule that ended the iterations on the last level."""
         return self.levels[-1].stop_reason
 
-    def run(self, coarse: list[CoarseCells], graph: AnyGraph, centers: Centers) -> Regions:
-        """Run on the coarse graphs, the last of them first, and then on all cells.
+    def run(self, coarse: list[CoarseCells], graph: AnyGraph, centers: Ints) -> Regions:
+        """Run on the coarse graphs, from the last to the first, and then on all cells.
 
-        The list is emptied: a graph that is done with makes room for what comes next.
-
-        The centers are cells of the first graph on this way. After coarse graphs, all cells are
-        classified once. What comes back is the classification by its own centers: the last move is
-        dropped, whatever ends the loop.
+        `centers` are cells of the graph that the loop begins on. After coarse graphs, all cells are
+        classified once. The result is the classification by its own centers: the last move is
+        dropped, whatever ends the loop. `coarse` is emptied on the way, to free memory.
         """
         if self.options.on_stage is not None:
             self.options.on_stage("classify")
@@ -72,14 +55,14 @@ class Iteration:
             centers = self._run_coarse(coarse.pop(), centers)
         return self._run_level(graph, centers, must_stay=must_stay)
 
-    def _run_coarse(self, level: CoarseCells, centers: Centers) -> Centers:
-        """Run on a coarse graph, and return the centers among the cells of the next one."""
+    def _run_coarse(self, level: CoarseCells, centers: Ints) -> Ints:
+        """Run on a coarse graph, and return centers among the cells of the next graph."""
         clustering = self._run_level(level.graph, centers)
         with timed(self.timings, "update"):
             labels, centers = clustering.labels(), clustering.centers()
             return level.refine(labels, centers, self.options.n_threads)
 
-    def _run_level(self, graph: AnyGraph, centers: Centers, *, must_stay: bool = False) -> Regions:
+    def _run_level(self, graph: AnyGraph, centers: Ints, *, must_stay: bool = False) -> Regions:
         """Classify by these centers, and iterate until one of the stop rules holds."""
         start = time.perf_counter()
         reach = math.inf
@@ -91,7 +74,7 @@ class Iteration:
         is_first = not self.levels
         n_iter, reason = self._iterate(graph, clustering, must_stay=must_stay)
         if is_first and self.options.relocate:
-            assert isinstance(clustering, Clustering)  # tiles are not asked to
+            assert isinstance(clustering, Clustering)  # tiles do not relocate
             n_iter, reason = self._relocate(graph, clustering, n_iter, reason)
         self.levels.append(Level(graph.n_cells, n_iter, reason, time.perf_counter() - start))
         return clustering
@@ -101,7 +84,7 @@ class Iteration:
     ) -> tuple[int, StopReason]:
         """Move centers to where they are needed, and iterate again, until none moves.
 
-        Takes and returns the number of iterations on this level, and which rule ended the last.
+        Takes and returns the number of iterations on this level, and the rule that ended the last.
         """
         max_num_iter = min(self.options.max_num_iter, ITERATIONS_PER_ROUND)
         for share in RELOCATED_SHARES:
@@ -129,9 +112,10 @@ class Iteration:
         max_num_iter: int | None = None,
         n_before: int = 0,
     ) -> tuple[int, StopReason]:
-        """Return the number of iterations, and which rule ended them.
+        """Return the number of iterations, and the rule that ended them.
 
-        There were `n_before` before, on this level.
+        `n_before` iterations have run on this level before. With `must_stay`, none runs: the stop
+        reason is that of the previous level.
         """
         if self.is_cancelled:
             return 1, "cancelled"
@@ -150,7 +134,8 @@ class Iteration:
             seen.add(_fingerprint(centers))
             n_moved = int(np.count_nonzero(moved_to != centers))
             self._tell(n_before + n_iter, n_moved)
-            if n_moved == 0 or _root_mean_square_move(graph, centers, moved_to) <= self._tolerance:
+            move = _root_mean_square_move(graph, centers, moved_to)
+            if n_moved == 0 or move <= self.options.tol * self.radius:
                 return n_iter, "converged"
             if self.is_cancelled:
                 return n_iter, "cancelled"
@@ -161,21 +146,17 @@ class Iteration:
                     clustering.classify(moved_to)
         return max_num_iter, "max_num_iter"
 
-    @property
-    def _tolerance(self) -> float:
-        return self.options.tol * self.radius
-
     def _tell(self, n_iter: int, n_moved: int) -> None:
         answer = None if self.options.progress is None else self.options.progress(n_iter, n_moved)
         if isinstance(answer, (bool, np.bool_)) and not answer:
             self.is_cancelled = True
 
 
-def _root_mean_square_move(graph: OrderedGraph, centers: Centers, moved_to: Centers) -> float:
+def _root_mean_square_move(graph: OrderedGraph, centers: Ints, moved_to: Ints) -> float:
     moves = graph.positions_of(moved_to) - graph.positions_of(centers)
     return math.sqrt(float(np.mean(np.sum(moves * moves, axis=1))))
 
 
-def _fingerprint(centers: Centers) -> bytes:
-    """128 bits that tell sets of centers apart, so that the sets need not be kept."""
+def _fingerprint(centers: Ints) -> bytes:
+    """128-bit hash of a set of centers, kept in place of the set."""
     return hashlib.blake2b(np.sort(centers).tobytes(), digest_size=16).digest()

@@ -14,13 +14,18 @@ from .._types import Floats
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.constraints import ConstraintOptions
 from ..cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps
-from .coarsening import can_be_coarse, coarse_graphs
-from .graphs import AnyGraph, CoarseCells, in_memory, join_islands
+from .graphs import (
+    AnyGraph,
+    CoarseCells,
+    can_be_coarse,
+    coarse_graphs,
+    in_memory,
+    join_islands,
+)
 from .iteration import Iteration
-from .plan import Plan
+from .plan import Plan, Start
 from .seeding import run_seeding
 from .segmentation import Segmentation
-from .warm_start import Start
 
 __all__ = ["segment_cells", "segment_graph"]
 
@@ -111,7 +116,7 @@ def segment_graph(
 
 
 def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> CellGraph:
-    """The graph with what differences of features add to its weights."""
+    """Return the graph with the price for differences of features added to its weights."""
     return CellGraph(
         graph.positions,
         graph.measures,
@@ -124,7 +129,7 @@ def _with_features(graph: CellGraph, steps: FeatureSteps, radius: float) -> Cell
 
 
 def segment_cells(graph: AnyGraph, bounds: Floats, plan: Plan, loop: LoopOptions) -> Segmentation:
-    """Segment what has been checked: the cells that are left, by a plan."""
+    """Segment a checked graph of kept cells, by its plan."""
     size, options, init = plan.size, plan.asked, plan.init
     timings: dict[str, float] = {}
     coarse: list[CoarseCells] = []
@@ -135,7 +140,7 @@ def segment_cells(graph: AnyGraph, bounds: Floats, plan: Plan, loop: LoopOptions
         first = coarse[-1].graph if coarse else in_memory(graph, loop.n_threads)
         graph = graph if coarse else first
         seeds = run_seeding(first, bounds, size, options, init, loop.islands, loop.n_threads)
-        del first  # the loop drops coarse graphs that are done with
+        del first  # the loop frees each coarse graph after use
     run = Iteration(size.radius, loop, timings)
     clustering = run.run(coarse, graph, seeds)
     labels, centers = clustering.labels(), clustering.centers()

@@ -1,19 +1,27 @@
-"""What is decided when the graph is known: which cells are left, how large regions are to be."""
+"""The plan of a run, made once the graph is known: the cells kept, the size of regions, the start.
+
+A run starts with a way to place seeds, or with the centers of a segmentation or of labels.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from .. import _core
 from .._options import Init, Seeds, SizeOptions
-from .._types import Ints, Longs, Singles
-from ..cells.constraints import NO_GROUPS, Cut
+from .._types import Array, Floats, Ints, Longs, Singles
+from .._validate import checked_partial_labels, checked_seeds, refuse_mask
+from ..cells.constraints import NO_GROUPS, Cut, in_order
 from ..cells.size import RegionSize, region_size
 from .segmentation import Segmentation
-from .warm_start import Start, first_centers, with_seeds
 
-__all__ = ["ArcLengths", "Plan"]
+__all__ = ["ArcLengths", "Plan", "Start"]
+
+Start: TypeAlias = Seeds | Segmentation
+"""Centers, one label per cell, or a segmentation."""
 
 ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 """Offsets, neighbors and lengths of arcs."""
@@ -21,56 +29,45 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 
 @dataclass(frozen=True)
 class Plan:
-    """The cells to segment, the size of regions, and how to begin.
+    """The cells to segment, the size of regions, and the start."""
 
-    Attributes
-    ----------
-    cut : Cut or None
-        The cells and arcs that are left; None for all.
-    size : RegionSize
-    asked : SizeOptions
-        The size as asked for, with the seeds below.
-    init : str or ndarray of int32
-        A way to place seeds, or cells that are left.
-    """
-
-    cut: Cut | None
+    cut: Cut | None  # cells and arcs that are kept; None: all
     size: RegionSize
-    asked: SizeOptions
-    init: Init | Seeds
+    asked: SizeOptions  # the size as asked for, with the seeds in `init`
+    init: Init | Seeds  # a way to place seeds, or kept cells
 
     @classmethod
     def of(
         cls, graph: Any, cut: Cut | None, start: tuple[SizeOptions, Init | Start], n_threads: int,
         *, dimension: int, order: Ints | None = None,
     ) -> Plan:  # fmt: skip
-        """Make the plan for a graph, of which some may be left; errors are those of `segment`.
+        """Return the plan for a graph; errors are those of `segment`.
 
-        Where the graph has the cells in an order of their own, this holds their numbers in the
-        source, by which seeds are given.
+        `order` holds the index of each cell in the source, for graphs in another order: seeds and
+        labels in `start` are for cells of the source.
         """
         asked, given = start
         kept, measures = None, graph.measures
         if cut is not None:
             kept, measures = cut.cells, measures[cut.cells]
-        init = first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
+        init = _first_centers(given, graph.positions, graph.measures, kept, n_threads, order)
         if cut is not None and not isinstance(init, str):
             init = cut.new_cells(init, "init", order)
-        asked = with_seeds(asked, init)
+        asked = replace(asked, seeds=None if isinstance(init, str) else init)
         size = region_size(asked, measures, graph.diagonal, n_threads, dimension)
         return cls(cut, size, asked, init)
 
     @property
     def groups(self) -> Ints:
-        """Groups of cells that must not come together in one region; empty if there are none."""
+        """Group of each kept cell, see `Cut`; empty if there are none."""
         return NO_GROUPS if self.cut is None else self.cut.groups
 
     def placed_cells(
         self, graph: Any, lengths: Singles, n_threads: int, placed: _core.PlacedCells | None = None
     ) -> tuple[_core.PlacedCells, ArcLengths]:
-        """Return the cells that are left, in order, and their arcs.
+        """Return the kept cells in their final order, and their arcs.
 
-        All cells may have been placed before.
+        `placed` are all cells, if an earlier stage has already ordered them.
         """
         cut = self.cut
         if cut is None:
@@ -81,8 +78,79 @@ class Plan:
         return _core.PlacedCells(*cells, n_threads), (cut.offsets, cut.neighbors, lengths[cut.arcs])
 
     def whole(self, result: Segmentation) -> Segmentation:
-        """Return the result for all cells, with -1 for those that were left out."""
+        """Return the result for all cells, with label -1 where a cell was left out."""
         if self.cut is None:
             return result
         labels, centers = self.cut.whole_labels(result.labels), self.cut.cells[result.centers]
         return replace(result, labels=labels, centers=centers)
+
+
+def _first_centers(
+    init: Init | Start,
+    positions: Floats,
+    measures: Floats,
+    kept: Ints | None,
+    n_threads: int,
+    order: Ints | None = None,
+) -> Init | Seeds:
+    """Return the name of a way to place seeds, or the first centers as indices of positions.
+
+    A segmentation gives its centers. Labels, one per cell, give for each region the cell nearest to
+    the centroid of its kept cells (None: all are kept). Other arrays are centers already. `order`
+    holds the index of each cell in the source, to which labels and centers refer.
+    """
+    if isinstance(init, str):
+        return init
+    n_cells = len(positions)
+    given = _centers_or_labels(init, n_cells)
+    is_result = isinstance(init, Segmentation)
+    if is_result or given.shape != (n_cells,) or _are_all_different(given):
+        centers = checked_seeds(given, n_cells, "init")
+        return centers if order is None else _places_of(centers, order)
+    labels = in_order(_labels_of(given, n_cells), order)
+    if kept is not None:
+        named = np.full(len(labels), -1, np.int32)
+        named[kept] = labels[kept]
+        labels = named
+    return _centers_of(labels, positions, measures, n_threads)
+
+
+def _centers_or_labels(init: Seeds | Segmentation, n_cells: int) -> Array:
+    if not isinstance(init, Segmentation):
+        refuse_mask(init, "init")
+        return np.asarray(init)
+    if len(init.labels) != n_cells:
+        raise ValueError(f"init is a segmentation of {len(init.labels)} cells, not of {n_cells}")
+    return init.centers
+
+
+def _places_of(cells: Ints, order: Ints) -> Ints:
+    """The positions of these cells in an order: its inverse permutation."""
+    places = np.empty_like(order)
+    places[order] = np.arange(len(order), dtype=order.dtype)
+    return places[cells]
+
+
+def _are_all_different(given: Array) -> bool:
+    """Whether each of 0..N-1 occurs once: then each cell is a center."""
+    return bool(np.array_equal(np.sort(given), np.arange(len(given))))
+
+
+def _labels_of(given: Array, n_cells: int) -> Ints:
+    try:
+        return checked_partial_labels(given, n_cells)[0]
+    except ValueError as error:
+        raise ValueError(f"init has a label per cell, but {error}") from None
+
+
+def _centers_of(labels: Ints, positions: Floats, measures: Floats, n_threads: int) -> Ints:
+    """The center of each region, in the order of labels; cells labeled -1 are in no region."""
+    kept = np.flatnonzero(labels >= 0)
+    if not len(kept):
+        raise ValueError("init has a label per cell, but all are -1 where cells are kept")
+    values, compact = np.unique(labels[kept], return_inverse=True)
+    placed = _core.PlacedCells(positions[kept], measures[kept], n_threads)
+    no_arcs = (np.zeros(len(kept) + 1, np.int64), np.empty(0, np.int32), np.empty(0, np.float32))
+    cells = _core.OrderedGraph(placed, *no_arcs, n_threads)
+    found = _core.update_centers(cells, compact.astype(np.int32), len(values), n_threads)
+    return kept[found].astype(np.int32)

@@ -12,10 +12,10 @@ from ..cells.size import RegionSize, region_size
 __all__ = ["CORE_ISLANDS", "place_seeds", "run_seeding"]
 
 SEED_SPACING = 2.0
-"""Radii that a flooded region expands to, and the edge of a grid cube in radii."""
+"""Reach of a flooded region, and edge of a grid cube, in radii."""
 
 CORE_ISLANDS = {"keep": _core.Islands.KEEP, "nearest": _core.Islands.NEAREST}
-"""What the core calls what may become of islands."""
+"""The enumeration of the core, by the names that users give."""
 
 
 def place_seeds(
@@ -94,7 +94,7 @@ def run_seeding(
     graph: _core.OrderedGraph, bounds: Floats, size: RegionSize,
     options: SizeOptions, init: Init | Seeds, islands: str, n_threads: int,
 ) -> Ints:  # fmt: skip
-    """Place seeds for regions of a size that is known, as they were asked for."""
+    """Place seeds as asked for, for regions of a known size."""
     if not isinstance(init, str):
         return _given_seeds(options, graph.n_cells)
     checked_choice(init, "init", INITS)
@@ -103,13 +103,13 @@ def run_seeding(
         side = SEED_SPACING * _positive_radius(size, init)
         return _core.grid_seeds(graph, (x, y, z), side, n_threads)
     first = _core.central_cell(graph, n_threads)
-    what = CORE_ISLANDS[islands]
+    of_islands = CORE_ISLANDS[islands]
     if init == "farthest":
-        return _core.farthest_seeds(graph, first, size.n_segments, what, n_threads)
+        return _core.farthest_seeds(graph, first, size.n_segments, of_islands, n_threads)
     if init == "geodesic":
         return _core.geodesic_seeds(graph, first, size.n_segments, n_threads)
     reach = SEED_SPACING * _positive_radius(size, init)
-    return _core.flood_seeds(graph, first, size.n_segments, reach, what, n_threads)
+    return _core.flood_seeds(graph, first, size.n_segments, reach, of_islands, n_threads)
 
 
 def _given_seeds(options: SizeOptions, n_cells: int) -> Ints:

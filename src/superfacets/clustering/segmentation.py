@@ -21,7 +21,7 @@ StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
 
 @dataclass(frozen=True)
 class Level:
-    """What the loop did on one graph: that of all cells, or one of coarser cells.
+    """Record of the loop on one graph: that of all cells, or one of coarser cells.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Segmentation:
         expected radius r. Above 0.1 regions become stripes, and `segment` warns. None for cells of
         a graph of one's own, which have no length.
     levels : tuple of Level
-        What the loop did on each level, the coarsest first, that of all faces last.
+        Record of the loop on each level, the coarsest first, all faces last.
     timings : dict of str to float
         Seconds of wall time in each stage.
     params : dict
@@ -132,7 +132,7 @@ class Segmentation:
         return region_graph_of(surface, self.labels, self.n_segments, self.centers)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
-        if copy is None:  # which `array` of numpy 1 does not take
+        if copy is None:  # numpy 1 refuses `array(copy=None)`
             return np.asarray(self.labels, dtype=dtype)
         return np.array(self.labels, dtype=dtype, copy=copy)
 

@@ -21,7 +21,7 @@ from .. import _core
 from .._validate import check_spread, checked_count, checked_number, checked_threads
 from ..cells.cell_graph import CellGraph
 from ..cells.point_graph import PointGraph, point_surface
-from ..cells.weights import NO_NORMALS, WEIGHTS, EdgeFactors, scaled, weights_of
+from ..cells.weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 from ..clustering.loop import segment_graph
 from ..errors import IslandWarning, MeshError
 from ..mesh.faces import area_vectors
@@ -333,9 +333,9 @@ def _graph_of_points(cloud: PointCloud, edges: npt.NDArray[Any], number: int) ->
     )  # fmt: skip
     surface = point_surface(cloud, graph, checked_threads(None))
     creases = WEIGHTS["creases"].defaults
-    alpha, radius = scaled(creases["alpha"], float(np.sqrt(areas.sum() / (np.pi * number))))
-    cells = (graph.positions, graph.measures, NO_NORMALS)
-    weights = weights_of(surface, cells, EdgeFactors(alpha, creases["eta_convex"], radius))
+    radius = float(np.sqrt(areas.sum() / (np.pi * number)))
+    factors = EdgeFactors.of_radius(radius, creases["alpha"], creases["eta_convex"])
+    weights = weights_of(surface, (graph.positions, graph.measures, NO_NORMALS), factors)
     return CellGraph(
         graph.positions, areas, graph.offsets, graph.neighbors, weights, graph.bounds,
         weight_unit=graph.diagonal,

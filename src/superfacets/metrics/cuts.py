@@ -11,8 +11,7 @@ import numpy.typing as npt
 from .._types import Floats, Ints
 from .._validate import checked_number, compact_complete
 from ..adapters.convert import MeshLike
-from .borders import Borders, find_borders
-from .edges import MeshEdges
+from .edges import Borders, MeshEdges, find_borders
 
 __all__ = [
     "BoundaryAgreement",
@@ -24,16 +23,16 @@ __all__ = [
 ]
 
 DEFAULT_TOLERANCE = 0.01
-"""Of the diagonal: a third of the radius of one of 150 regions, on a compact object."""
+"""Fraction of the diagonal: a third of the radius of one of 150 regions of a compact object."""
 
 
 class BoundaryAgreement(NamedTuple):
     """Shares of border length, 1 is best."""
 
     recall: float
-    """Of the true borders, what lies near borders of regions; 1 if there are none."""
+    """Share of the true borders near borders of regions; 1 if there are no true borders."""
     precision: float
-    """Of the borders of regions, what lies near true borders; 1 if there are none."""
+    """Share of the borders of regions near true borders; 1 if regions have no borders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +40,7 @@ class Cuts:
     """The borders of labels, and the distance of each vertex from them."""
 
     borders: Borders
-    distances: Floats  # (V,) along edges to the nearest border; inf if no way
+    distances: Floats  # (V,) along edges to the nearest border; inf if there is no path
 
     @classmethod
     def of(cls, mesh: MeshEdges, labels: Ints) -> Cuts:

@@ -1,9 +1,10 @@
-"""The edges of a mesh: what metrics of borders measure along."""
+"""Edges of a mesh, paths along them, and the border edges of labels."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,23 +13,24 @@ from .._types import Array, Floats, Ints
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..cells.face_graph import FaceGraph, build_face_graph
-from ..cells.sums import positive_total
+from ..cells.sums import positive_total, sums_by_label
 from ..cells.surface import Surface
+from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 
-__all__ = ["EdgePaths", "MeshEdges"]
+__all__ = ["Borders", "EdgePaths", "MeshEdges", "find_borders"]
 
 _POINT = 1e-12
-"""Part of the diagonal below which distances between centroids are rounding errors."""
+"""Fraction of the diagonal below which distances between centroids are rounding errors."""
 
 
 @dataclass(frozen=True)
 class EdgePaths:
     """Paths along the edges of a mesh, from vertex to vertex."""
 
-    graph: _core.OrderedGraph  # of the vertices that have edges, with the lengths of those
+    graph: _core.OrderedGraph  # cells: vertices that have edges; arcs: edges, by their lengths
     unit: float  # of path lengths
-    places: Ints  # (V,) among these, -1 for a vertex that has none
+    places: Ints  # (V,) cell of each vertex, -1 for a vertex without edges
     n_threads: int
 
     @classmethod
@@ -56,7 +58,7 @@ class EdgePaths:
         distances = np.full(len(self.places), np.inf)
         if len(sources):
             paths = _core.Clustering(self.graph, self.places[sources], np.inf, self.n_threads)
-            # Vertices that no source reaches have sources of their own, with labels beyond ours.
+            # Unreached vertices become sources themselves, with labels behind the given ones.
             is_reached = paths.labels() < len(sources)
             reached = np.where(is_reached, paths.lengths() * self.unit, np.inf)
             has_edges = self.places >= 0
@@ -66,7 +68,7 @@ class EdgePaths:
 
 @dataclass(frozen=True, eq=False)
 class MeshEdges:
-    """A mesh with its faces as cells, and what is to be known of its edges."""
+    """A mesh with its faces as cells, and its edges."""
 
     mesh: FaceMesh
     graph: FaceGraph
@@ -75,14 +77,11 @@ class MeshEdges:
 
     @classmethod
     def of(cls, source: MeshLike, *, weld: bool, n_threads: int | None) -> MeshEdges:
-        """Find out which faces share an edge; arguments as for `segment`."""
+        """Build the face graph; arguments as for `segment`."""
         mesh = as_mesh(source)
         threads = checked_threads(n_threads)
         graph = build_face_graph(mesh, weld=weld, n_threads=threads)
-        if weld:
-            representative = _core.weld_vertices(mesh.vertices, threads)
-        else:
-            representative = np.arange(mesh.n_vertices, dtype=np.int32)
+        representative = lowest_vertices(mesh.vertices, weld, threads)
         return cls(mesh, graph, Surface.of_faces(mesh, graph, threads), representative)
 
     @property
@@ -97,10 +96,9 @@ class MeshEdges:
 
     @cached_property
     def mean_radius(self) -> float:
-        """Mean distance of the surface from its centroid, in the unit of the vertices, > 0.
+        """Mean distance of the centroids of faces from their mean, weighted by area, > 0.
 
-        Faces are taken to be where their centroids are. Where all are at one place, as of a single
-        face, it is the diagonal of the bounding box.
+        If all centroids are at one place, as of a single face, the diagonal of the bounding box.
         """
         total = positive_total(self.areas)
         centroid = self.areas @ self.graph.positions / total
@@ -116,3 +114,32 @@ class MeshEdges:
         """Lengths of edges given by their ends."""
         start, end = self.mesh.vertices[edges[:, 0]], self.mesh.vertices[edges[:, 1]]
         return np.asarray(np.linalg.norm(end - start, axis=1))
+
+
+class Borders(NamedTuple):
+    """Border edges, between faces of different labels, as points that stand for lengths.
+
+    Each end of an edge stands for half of it.
+    """
+
+    vertices: Ints
+    """Ends of border edges, ascending and distinct, shape (B,)."""
+    lengths: Floats
+    """Length of border that each stands for, in the unit of the vertices."""
+
+
+def find_borders(mesh: MeshEdges, labels: Ints) -> Borders:
+    """Return the borders between labels; the boundary of an open mesh is no border."""
+    graph = mesh.graph
+    sources = graph.sources
+    arcs = np.flatnonzero(labels[sources] != labels[graph.neighbors])
+    edges = _distinct(mesh.ends_of(sources[arcs], graph.sides[arcs]), mesh.mesh.n_vertices)
+    lengths = mesh.lengths_of(edges)
+    vertices, places = np.unique(edges, return_inverse=True)
+    halves = np.repeat(0.5 * lengths, 2)
+    return Borders(vertices, sums_by_label(places.ravel(), halves, len(vertices)))
+
+
+def _distinct(edges: Ints, n_vertices: int) -> Ints:
+    keys = np.unique(edges[:, 0].astype(np.int64) * n_vertices + edges[:, 1])
+    return np.stack([keys // n_vertices, keys % n_vertices], axis=1).astype(np.int32)

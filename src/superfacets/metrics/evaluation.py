@@ -122,8 +122,8 @@ def evaluate(
         ``boundary_precision``, ``cut_discrepancy``, ``hamming_distance``, ``missing_rate``,
         ``false_alarm_rate``, ``rand_index``, ``global_consistency_error`` and
         ``local_consistency_error``. All are weighted by area or length, and do not change when
-        labels are renamed or the mesh is scaled. Of a `TetMesh` or a
-        `PointCloud` those without normals and borders.
+        labels are renamed or the mesh is scaled. For a `TetMesh` or a `PointCloud`, those that
+        need neither normals nor border edges.
 
     Raises
     ------
@@ -149,12 +149,8 @@ def evaluate(
     prepared = _prepared(cells, ground_truths, weld, n_threads)
     edges, surface = prepared.edges, prepared.edges.surface
     regions, n_regions = compact_complete(labels, surface.n_cells)
-    values: dict[str, float] = {
-        "n_regions": n_regions,
-        "n_extra_pieces": extra_pieces_of(surface, regions, n_regions),
-        "compactness": compactness_of(surface, regions, n_regions),
-        "explained_variation": explained_variation_of(surface, regions, n_regions),
-    }
+    values = _of_regions(surface, regions, n_regions)
+    values["explained_variation"] = explained_variation_of(surface, regions, n_regions)
     if not prepared.truths:
         return values
     cuts = Cuts.of(edges, regions)
@@ -162,7 +158,7 @@ def evaluate(
     for truth in prepared.truths:
         overlap = overlap_of(regions, n_regions, truth.segments, truth.n_segments, edges.areas)
         rows.append(_of_overlap(overlap) | _of_cuts(edges, cuts, truth.cuts, tolerance))
-    return values | {name: float(np.mean([row[name] for row in rows])) for name in rows[0]}
+    return values | _means(rows)
 
 
 def _of_volume(
@@ -170,19 +166,25 @@ def _of_volume(
     labels: npt.ArrayLike,
     ground_truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike],
 ) -> dict[str, float]:
-    """All metrics of tetrahedra: they have neither normals nor edges to walk along."""
+    """Return all metrics of cells without faces: they have neither normals nor edges."""
     regions, n_regions = compact_complete(labels, surface.n_cells)
-    values: dict[str, float] = {
+    values = _of_regions(surface, regions, n_regions)
+    truths = [compact_complete(truth, surface.n_cells, "truth") for truth in _listed(ground_truths)]
+    overlaps = [overlap_of(regions, n_regions, *truth, surface.measures) for truth in truths]
+    return values | _means([_of_overlap(overlap) for overlap in overlaps])
+
+
+def _of_regions(surface: Surface, regions: Ints, n_regions: int) -> dict[str, float]:
+    return {
         "n_regions": n_regions,
         "n_extra_pieces": extra_pieces_of(surface, regions, n_regions),
         "compactness": compactness_of(surface, regions, n_regions),
     }
-    truths = [compact_complete(truth, surface.n_cells, "truth") for truth in _listed(ground_truths)]
-    rows = [
-        _of_overlap(overlap_of(regions, n_regions, *truth, surface.measures)) for truth in truths
-    ]
-    means = {name: float(np.mean([row[name] for row in rows])) for name in (rows or [{}])[0]}
-    return values | means
+
+
+def _means(rows: list[dict[str, float]]) -> dict[str, float]:
+    """The mean over ground truths of each metric."""
+    return {name: float(np.mean([row[name] for row in rows])) for name in (rows or [{}])[0]}
 
 
 def _listed(truths: npt.NDArray[np.integer] | Sequence[npt.ArrayLike]) -> list[npt.ArrayLike]:

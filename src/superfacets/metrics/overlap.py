@@ -1,11 +1,9 @@
-"""Metrics of labels against ground truth that need to know only how much area they share."""
+"""Metrics of the area that regions share with true segments."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import update_wrapper
-from typing import NamedTuple, Protocol, TypeAlias, TypeVar, overload
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -29,14 +27,11 @@ __all__ = [
     "undersegmentation_error",
 ]
 
-Labeled: TypeAlias = MeshLike | CellGraph
-
-# A table of all pairs of labels is no larger than so many times the number of faces; else the
-# pairs are sorted.
 _DENSE_PAIRS_PER_FACE = 4
+"""Largest table of all pairs of labels, in entries per face; pairs beyond it are sorted."""
 
 _TIE = 1e-9
-"""Relative error that sums of the areas of a million faces stay below."""
+"""Upper bound of the relative error of sums of a million areas."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +60,10 @@ class Overlap:
     def total(self) -> float:
         """Area of the surface."""
         return float(self.segment_areas.sum())
+
+
+Labeled: TypeAlias = MeshLike | CellGraph | Overlap
+Labels: TypeAlias = npt.ArrayLike | None
 
 
 def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLike) -> Overlap:
@@ -106,7 +105,7 @@ def area_overlap(labels: npt.ArrayLike, truth: npt.ArrayLike, areas: npt.ArrayLi
 def overlap_of(
     regions: Ints, n_regions: int, segments: Ints, n_segments: int, areas: Floats
 ) -> Overlap:
-    """Return the table for labels without gaps."""
+    """Return `area_overlap` for labels without gaps."""
     pairs = regions.astype(np.int64) * n_segments + segments
     if n_regions * n_segments <= _DENSE_PAIRS_PER_FACE * len(areas):
         found = np.flatnonzero(np.bincount(pairs))
@@ -123,56 +122,8 @@ def overlap_of(
     )
 
 
-_PARAMETERS = """    Parameters
-    ----------
-    mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The cells that the labels are of; or an overlap that was prepared, alone.
-    labels, truth : array_like of integers, shape (F,)
-        Region and true segment of each face, 0 and up.
-"""
-
-Value_co = TypeVar("Value_co", covariant=True)
-
-
-class _Metric(Protocol[Value_co]):
-    """A metric of labels, or of an overlap."""
-
-    @overload
-    def __call__(self, overlap: Overlap, /) -> Value_co: ...
-    @overload
-    def __call__(self, mesh: Labeled, labels: npt.ArrayLike, truth: npt.ArrayLike) -> Value_co: ...
-
-
-def _of_overlap(measure: Callable[[Overlap], Value_co]) -> _Metric[Value_co]:
-    """Make a function of an overlap take labels of a mesh as well."""
-
-    def metric(
-        mesh: Overlap | Labeled,
-        labels: npt.ArrayLike | None = None,
-        truth: npt.ArrayLike | None = None,
-    ) -> Value_co:
-        return measure(_prepared(mesh, labels, truth))
-
-    update_wrapper(metric, measure)
-    del metric.__wrapped__  # type: ignore[attr-defined]  # whose arguments are others
-    metric.__annotations__["return"] = measure.__annotations__["return"]
-    if measure.__doc__ is not None:  # python -OO
-        metric.__doc__ = measure.__doc__.replace("{parameters}\n", _PARAMETERS)
-    return metric
-
-
-@overload
-def undersegmentation_error(overlap: Overlap, /, *, tolerance: float = ...) -> float: ...
-@overload
 def undersegmentation_error(
-    mesh: Labeled, labels: npt.ArrayLike, truth: npt.ArrayLike, *, tolerance: float = ...
-) -> float: ...
-def undersegmentation_error(
-    mesh: Overlap | Labeled,
-    labels: npt.ArrayLike | None = None,
-    truth: npt.ArrayLike | None = None,
-    *,
-    tolerance: float = 0.05,
+    mesh: Labeled, labels: Labels = None, truth: Labels = None, *, tolerance: float = 0.05
 ) -> float:
     """Return how much area leaks out of the segments that regions overlap; 0 is best.
 
@@ -184,7 +135,7 @@ def undersegmentation_error(
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        What the labels are of; or an overlap that was prepared, alone.
+        The cells that the labels are of; or an overlap that was prepared, alone.
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, 0 and up.
     tolerance : float, default 0.05
@@ -208,13 +159,17 @@ def undersegmentation_error(
     return float((whole - overlap.areas)[counts].sum() / overlap.total)
 
 
-@_of_overlap
-def achievable_accuracy(overlap: Overlap) -> float:
+def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
     """Return the share of the area that is right if each region gets its best true label.
 
     1 is best: no region crosses a true border. Known as achievable segmentation accuracy (ASA).
 
-    {parameters}
+    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        The cells that the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, 0 and up.
 
     References
     ----------
@@ -225,6 +180,7 @@ def achievable_accuracy(overlap: Overlap) -> float:
     >>> achievable_accuracy(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     0.75
     """
+    overlap = _prepared(mesh, labels, truth)
     return _best_shared(overlap.regions, overlap.areas, len(overlap.region_areas)) / overlap.total
 
 
@@ -239,14 +195,18 @@ class Hamming(NamedTuple):
     """Area of each region outside of the true segment that overlaps it most."""
 
 
-@_of_overlap
-def hamming_distance(overlap: Overlap) -> Hamming:
+def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Hamming:
     """Return the Hamming distance of the Princeton benchmark, with both directions.
 
     An oversegmentation misses much of each segment by intent; its false alarms are what its regions
     leak over true borders.
 
-    {parameters}
+    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        The cells that the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, 0 and up.
 
     References
     ----------
@@ -257,20 +217,25 @@ def hamming_distance(overlap: Overlap) -> Hamming:
     >>> hamming_distance(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     Hamming(distance=0.25, missing_rate=0.25, false_alarm_rate=0.25)
     """
+    overlap = _prepared(mesh, labels, truth)
     best = _best_shared(overlap.segments, overlap.areas, len(overlap.segment_areas))
     missing = max(0.0, 1.0 - best / overlap.total)
     false_alarm = max(0.0, 1.0 - achievable_accuracy(overlap))
     return Hamming(0.5 * (missing + false_alarm), missing, false_alarm)
 
 
-@_of_overlap
-def rand_index(overlap: Overlap) -> float:
+def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> float:
     """Return the chance that two points of the surface are together, or apart, in both; 1 is best.
 
     Points are drawn by area, so a pair may fall into one face. (The Princeton benchmark plots one
     minus this number.)
 
-    {parameters}
+    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        The cells that the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, 0 and up.
 
     References
     ----------
@@ -282,6 +247,7 @@ def rand_index(overlap: Overlap) -> float:
     >>> rand_index(area_overlap([0, 0, 1, 1], [0, 0, 0, 1], [1, 1, 1, 1]))
     0.625
     """
+    overlap = _prepared(mesh, labels, truth)
     together = [
         float(np.square(areas / overlap.total).sum())
         for areas in (overlap.region_areas, overlap.segment_areas, overlap.areas)
@@ -298,15 +264,19 @@ class Consistency(NamedTuple):
     """Either way, from point to point."""
 
 
-@_of_overlap
-def consistency_error(overlap: Overlap) -> Consistency:
+def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> Consistency:
     """Return the global and the local consistency error: how far neither refines the other.
 
     At each point, the refinement error one way is the share of its region that is outside of its
     segment, and the other way round. The global error takes the way that is better on the whole,
     the local error the better one at each point. An oversegmentation without leaks has 0 in both.
 
-    {parameters}
+    Parameters
+    ----------
+    mesh : Mesh, mesh-like or CellGraph; or Overlap
+        The cells that the labels are of; or an overlap that was prepared, alone.
+    labels, truth : array_like of integers, shape (F,)
+        Region and true segment of each face, 0 and up.
 
     References
     ----------
@@ -319,6 +289,7 @@ def consistency_error(overlap: Overlap) -> Consistency:
     >>> round(error.global_error, 6), round(error.local_error, 6)
     (0.25, 0.125)
     """
+    overlap = _prepared(mesh, labels, truth)
     has_area = overlap.areas > 0
     areas = overlap.areas[has_area]
     of_region = 1.0 - areas / overlap.region_areas[overlap.regions[has_area]]
@@ -328,10 +299,8 @@ def consistency_error(overlap: Overlap) -> Consistency:
     return Consistency(min(errors), local)
 
 
-def _prepared(
-    source: Overlap | Labeled, labels: npt.ArrayLike | None, truth: npt.ArrayLike | None
-) -> Overlap:
-    """The overlap that was given, or that of the labels of a mesh."""
+def _prepared(source: Labeled, labels: Labels, truth: Labels) -> Overlap:
+    """Return the given overlap, or make one of the labels of a mesh."""
     if isinstance(source, Overlap):
         if labels is not None or truth is not None:
             raise TypeError("an Overlap holds labels and truth: give it alone")

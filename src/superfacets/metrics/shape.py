@@ -18,9 +18,8 @@ from ..mesh.faces import area_vectors
 __all__ = ["compactness", "compactness_of", "explained_variation", "explained_variation_of",
            "extra_pieces_of"]  # fmt: skip
 
-# Normals of a flat surface differ by rounding errors: variation below this share of the area is
-# none.
 _NORMAL_NOISE = 1e-12
+"""Share of the area below which the variation of normals is rounding error: the surface is flat."""
 
 
 def compactness(mesh: MeshLike | CellGraph, labels: npt.ArrayLike, *, weld: bool = True) -> float:
@@ -112,9 +111,9 @@ def explained_variation(mesh: MeshLike, labels: npt.ArrayLike) -> float:
 def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> float:
     """Return the explained variation of normals for labels without gaps.
 
-    Normals count as differences from their mean. With area vectors S (the sum of area times such a
-    difference) and areas A, what is between regions is the sum of |S|^2 / A over regions, and all
-    of the variation the same sum over faces: no small number is the difference of large ones.
+    S is the sum of area times the difference of a normal from the mean normal, A the area. The
+    variation between regions is the sum of |S|^2 / A over regions, the total variation the same sum
+    over faces. No small number is computed as a difference of large ones.
     """
     mesh, areas = surface.mesh, surface.measures
     assert mesh is not None  # cells of other kinds have no normals
@@ -130,7 +129,7 @@ def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> fl
 
 
 def _squares_over(vectors: Floats, areas: Floats) -> float:
-    """Sum of squared lengths over areas, of what has an area."""
+    """Sum of squared lengths over areas, where areas are > 0."""
     squared = np.einsum("ij,ij->i", vectors, vectors)
     has_area = areas > 0
     return float((squared[has_area] / areas[has_area]).sum())

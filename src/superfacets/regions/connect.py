@@ -48,7 +48,7 @@ def enforce_connectivity(
     Returns
     -------
     RegionEdit
-        Regions keep their labels; those of islands follow, in the order of their lowest faces.
+        Regions keep their labels; islands follow, in the order of their lowest faces.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """The largest piece of each region, first of equals."""
+    """The largest piece of each region, the first of equals."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
     largest[region_of_piece[order]] = order  # the last one written is the largest

@@ -1,4 +1,4 @@
-"""What the functions of stage 5 take and give: cells in regions, and edits of these."""
+"""Input and output of stage 5: cells in regions, costs of borders, and edits of regions."""
 
 from __future__ import annotations
 
@@ -25,12 +25,11 @@ __all__ = [
     "BorderCosts",
     "LabeledPart",
     "RegionEdit",
-    "read_partial_regions",
     "read_regions",
 ]
 
 CREASE_SCALE = 6.0
-"""What crossing an edge must cost beyond distance, in r, for a border in it to count 1/e.
+"""Cost of crossing an edge beyond distance, in r, for which a border along it counts 1/e.
 
 From 4 to 8 the undersegmentation error of smoothed benchmark models changes by 0.0002.
 """
@@ -38,11 +37,11 @@ From 4 to 8 the undersegmentation error of smoothed benchmark models changes by 
 
 @dataclass(frozen=True, eq=False)
 class BorderCosts:
-    """The cost of borders between regions: their length, and less in a crease."""
+    """The cost of borders between regions: their length, less in a crease."""
 
     surface: Surface
-    lengths: Singles  # weights of the arcs, as paths are measured by them
-    unit: float  # of the lengths, in that of weights
+    lengths: Singles  # of the arcs, in multiples of `unit`
+    unit: float  # in units of weight
     radius: float  # r, in the unit of the positions; > 0
 
     @classmethod
@@ -52,12 +51,12 @@ class BorderCosts:
         return cls(surface, lengths, unit, radius)
 
     def of_part(self, cut: Cut) -> BorderCosts:
-        """Return the same costs of the borders between the cells that are left."""
+        """Return the same costs for the kept cells."""
         return replace(self, surface=cut.surface_of(self.surface), lengths=self.lengths[cut.arcs])
 
     @property
     def args(self) -> tuple[_core.Surface, Singles, float, float]:
-        """The arguments for kernels, in order; lengths of arcs in the unit of the positions."""
+        """Arguments for kernels: surface, lengths, their unit of length, and crease scale."""
         surface = self.surface
         unit = self.unit * surface.weight_unit
         return surface.handle, self.lengths, unit, CREASE_SCALE * self.radius
@@ -85,40 +84,33 @@ class RegionEdit(NamedTuple):
 
 
 def read_regions(
-    source: MeshLike | CloudLike | CellGraph,
-    labels: npt.ArrayLike,
-    weights: npt.ArrayLike | None,
-    weld: bool,
-    n_threads: int | None,
-) -> tuple[BorderCosts, Ints, int]:
-    """Check cells, their labels and weights, and return what `read_partial_regions` does."""
-    surface = as_surface(source, weld=weld, n_threads=n_threads)
-    return read_partial_regions(surface, labels, weights)
-
-
-def read_partial_regions(
     surface: Surface, labels: npt.ArrayLike, weights: npt.ArrayLike | None = None
 ) -> tuple[BorderCosts, Ints, int]:
     """Check labels and weights, and return costs of borders, labels and the number of regions.
 
-    Labels are -1 for cells that are left out. Where no weights are given, those of a graph are its
-    own, and those of a mesh `crease_weights`.
+    Labels are -1 for cells that are left out. The default weights are those of the graph, or
+    `crease_weights` for a mesh.
     """
     array, n_regions = checked_partial_labels(labels, surface.n_cells)
     if n_regions == 0:
         raise ValueError("all labels are -1: there is no region")
     measures = surface.measures if array.min() >= 0 else surface.measures[array >= 0]
-    return _costs_of(surface, measures, weights, n_regions), array, n_regions
+    radius = radius_of(measures, n_regions, surface.n_threads, surface.dimension)
+    radius = radius or surface.diagonal or 1.0
+    if weights is None:
+        weights = creases_of(surface, radius) if surface.weights is None else surface.weights
+    checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
+    return BorderCosts.of_weights(surface, checked, radius), array, n_regions
 
 
 @dataclass(frozen=True, eq=False)
 class LabeledPart:
-    """Regions of the cells that have a label, as if there were no others."""
+    """Regions, cut out of the cells with a label other than -1."""
 
     costs: BorderCosts
-    labels: Ints  # (n,), none of them -1
+    labels: Ints  # (n,) of the part
     n_regions: int
-    whole: Ints  # (N,), as they were given
+    whole: Ints  # (N,) of all cells
     cut: Cut | None  # None: all cells have a label
 
     @classmethod
@@ -131,33 +123,22 @@ class LabeledPart:
         n_threads: int | None,
     ) -> LabeledPart:
         """Check cells, their labels and weights; arguments as for `smooth_borders`."""
-        costs, array, n_regions = read_regions(source, labels, weights, weld, n_threads)
+        surface = as_surface(source, weld=weld, n_threads=n_threads)
+        costs, array, n_regions = read_regions(surface, labels, weights)
         if array.min() >= 0:
             return cls(costs, array, n_regions, array, None)
         is_kept = array >= 0
-        sources = np.repeat(np.arange(len(array), dtype=np.int32), np.diff(costs.surface.offsets))
-        keeps_arc = is_kept[sources] & is_kept[costs.surface.neighbors]
-        cut = Cut.of(costs.surface, is_kept, keeps_arc, sources, NO_GROUPS)
+        sources = surface.sources
+        keeps_arc = is_kept[sources] & is_kept[surface.neighbors]
+        cut = Cut.of(surface, is_kept, keeps_arc, sources, NO_GROUPS)
         return cls(costs.of_part(cut), array[is_kept], n_regions, array, cut)
 
     def numbers_of(self, cells: Ints) -> Ints:
-        """Return the numbers here of cells of the whole; those without a label are left out."""
+        """Return indices in the part of cells of the whole, but for cells without a label."""
         if self.cut is None:
             return cells
         return np.searchsorted(self.cut.cells, cells[self.whole[cells] >= 0]).astype(np.int32)
 
     def whole_labels(self, labels: Ints) -> Ints:
-        """Return labels of all cells: -1 for those that had none."""
+        """Return labels of all cells: -1 where a cell had no label."""
         return labels if self.cut is None else self.cut.whole_labels(labels)
-
-
-def _costs_of(
-    surface: Surface, measures: Floats, weights: npt.ArrayLike | None, n_regions: int
-) -> BorderCosts:
-    """Costs for regions that share these measures."""
-    radius = radius_of(measures, n_regions, surface.n_threads, surface.dimension)
-    radius = radius or surface.diagonal or 1.0
-    if weights is None:
-        weights = creases_of(surface, radius) if surface.weights is None else surface.weights
-    checked = checked_weights(weights, surface.n_arcs, surface.n_threads)
-    return BorderCosts.of_weights(surface, checked, radius)

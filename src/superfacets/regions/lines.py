@@ -8,20 +8,21 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
-from .._types import ArcLists, Bools, Floats, Ints, Longs
+from .._types import Bools, Floats, Ints, Longs
 from .._validate import checked_regions, checked_threads, freeze
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
 from ..cells.face_graph import FaceGraph, build_face_graph
-from ..cells.kinds import as_surface
+from ..cells.kinds import as_known, kind_of
+from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 
 __all__ = ["BorderLines", "border_lines", "find_boundaries"]
 
 
 NO_REGION = -1
-"""What a border separates a region from where there is no other: at the boundary of the mesh."""
+"""Other side of a border at the boundary of the mesh."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,21 +34,21 @@ class BorderLines:
     Attributes
     ----------
     vertices : ndarray of int32, shape (P,)
-        Vertices of all lines, one line after the other; the lowest of those at the same position,
-        unless vertices were not welded.
+        Vertices of all lines, one line after the other; of welded vertices, the lowest at each
+        position.
     offsets : ndarray of int64, shape (L + 1,)
         Line i has ``vertices[offsets[i]:offsets[i + 1]]``, in order; see `line`.
     regions : ndarray of int32, shape (L, 2)
-        The two regions that each separates, the lower one first; -1 in place of the second where
-        there is none: at the boundary of an open mesh, or of cells in no region. Seen from outside,
-        the first region lies to the left, as far as faces are consistently oriented.
+        The two regions that each line separates, the lower one first. The second is -1 at the
+        boundary of an open mesh, or of cells in no region. Seen from outside, the first region lies
+        to the left, as far as faces are consistently oriented.
     is_closed : ndarray of bool, shape (L,)
         Whether the line goes on from its last vertex to its first, which is not repeated.
     lengths : ndarray of float64, shape (L,)
         Length of each, in the unit of the vertices.
     junctions : ndarray of int32, shape (J,)
-        Vertices where lines end, ascending: those where the regions on both sides change, or where
-        border edges do not meet in pairs.
+        Vertices where lines end, ascending: the regions on both sides change there, or border edges
+        do not meet in pairs.
     """
 
     vertices: Ints
@@ -90,7 +91,7 @@ def border_lines(
     Returns
     -------
     BorderLines
-        Those that end come first, then closed ones.
+        Lines with ends first, then closed lines.
 
     Raises
     ------
@@ -123,21 +124,19 @@ def border_lines(
 
 @dataclass(frozen=True, eq=False)
 class _Segments:
-    """Border edges, once for each pair of regions that they separate, sorted by edge and pair."""
+    """Border edges, one row per edge and pair of regions that it separates, sorted by both."""
 
     edges: Longs  # (S,) number of the edge, 0..B-1
-    ends: Ints  # (S, 2) vertices, in the direction in which the first region has them
+    ends: Ints  # (S, 2) vertices, in the direction in which a face of the first region has them
     regions: Ints  # (S, 2)
 
     @classmethod
     def of(
         cls, mesh: FaceMesh, graph: FaceGraph, labels: Ints, weld: bool, n_threads: int
     ) -> _Segments:
-        """Return those of checked labels."""
+        """Return the border edges of checked labels."""
         faces, sides, others = _border_sides(mesh, graph, labels)
-        ends = ends_of_sides(mesh, faces, sides)
-        if weld:
-            ends = _core.weld_vertices(mesh.vertices, n_threads)[ends]
+        ends = lowest_vertices(mesh.vertices, weld, n_threads)[ends_of_sides(mesh, faces, sides)]
         is_edge = ends[:, 0] != ends[:, 1]
         ends, regions = ends[is_edge], np.stack([labels[faces], others], axis=1)[is_edge]
         low, high = ends.min(axis=1), ends.max(axis=1)
@@ -153,7 +152,7 @@ class _Segments:
 
     @property
     def kinds(self) -> Longs:
-        """By edge, a number that is the same for edges that separate the same regions, (B,)."""
+        """A number for each edge, the same for edges that separate the same regions, (B,)."""
         firsts = np.flatnonzero(np.diff(self.edges, prepend=-1))
         keys = self.regions[:, 0].astype(np.int64) << 32 | (self.regions[:, 1] + 1)
         kinds = keys[firsts]
@@ -169,8 +168,8 @@ class _Segments:
 def _border_sides(
     mesh: FaceMesh, graph: FaceGraph, labels: Ints
 ) -> tuple[Ints, npt.NDArray[np.integer], Ints]:
-    """Sides of faces on borders: the faces of the first region, their sides, and the others."""
-    sources = np.repeat(np.arange(graph.n_cells, dtype=np.int32), np.diff(graph.offsets))
+    """Sides of faces on borders: faces of the first region, their sides, and the second region."""
+    sources = graph.sources
     own, others = labels[sources], labels[graph.neighbors]
     arcs = np.flatnonzero((own != NO_REGION) & ((own < others) | (others == NO_REGION)))
     starts = np.concatenate([[0], np.cumsum(face_sizes(mesh))])
@@ -229,7 +228,7 @@ def _goes_on(segments: _Segments, ends: Longs, n_vertices: int) -> Bools:
 
 
 def _partners_of(at: Longs, regions: Ints, goes_on: Bools) -> Longs:
-    """The end of a segment that each end meets where a line goes on, else -1, shape (2 S,)."""
+    """For each end of a segment, the end that continues its line, or -1, shape (2 S,)."""
     partners = np.full(len(at), -1, dtype=np.int64)
     ends = np.flatnonzero(goes_on[at])
     pairs = regions[ends >> 1]
@@ -278,20 +277,12 @@ def find_boundaries(
     >>> find_boundaries(strip, [0, 0, 1, 1, 1]).tolist()
     [False, True, True, False, False]
     """
-    offsets, neighbors = _arcs_of(cells, weld, n_threads)
-    n_cells = len(offsets) - 1
-    array, _ = checked_regions(labels, n_cells)
-    sources = np.repeat(np.arange(n_cells, dtype=np.int32), np.diff(offsets))
+    known = as_known(cells)
+    graph, _ = kind_of(known).build_graph(known, weld, checked_threads(n_threads))
+    array, _ = checked_regions(labels, graph.n_cells)
+    sources, neighbors = graph.sources, graph.neighbors
     differ = array[sources] != array[neighbors]
-    is_boundary = np.zeros(n_cells, dtype=bool)
+    is_boundary = np.zeros(graph.n_cells, dtype=bool)
     is_boundary[sources[differ]] = True
     is_boundary[neighbors[differ]] = True  # arcs of a graph may lead one way
     return is_boundary
-
-
-def _arcs_of(
-    cells: MeshLike | CloudLike | CellGraph, weld: bool, n_threads: int | None
-) -> ArcLists:
-    if isinstance(cells, CellGraph):  # which need not have measures of arcs
-        return cells.offsets, cells.neighbors
-    return as_surface(cells, weld=weld, n_threads=n_threads).arcs

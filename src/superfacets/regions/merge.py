@@ -100,10 +100,7 @@ def merge_regions(
     islands: str,
     groups: Ints = NO_GROUPS,
 ) -> RegionEdit:
-    """Join small regions to neighbors; see `merge_small_regions`.
-
-    With groups of cells, see `Cut`, islands join regions of their own group alone.
-    """
+    """Join small regions to neighbors; islands only join regions of their group, see `Cut`."""
     surface = costs.surface
     areas = sums_by_label(labels, surface.measures, n_regions)
     least = min_size * float(areas.sum()) / n_regions
@@ -124,16 +121,14 @@ def merge_regions(
 
 
 def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, groups: Ints) -> Ints:
-    """Join islands to the region with the cell nearest to their centers; return all roots."""
+    """Join each island to the region with the cell nearest to its center; return all roots."""
     region_of_cell = roots[labels]
     is_wanted = ~np.isin(region_of_cell, islands)
     if not is_wanted.any():
         return roots
-    lengths = np.ones(surface.n_arcs, np.float32)  # no path is looked for
+    lengths = np.ones(surface.n_arcs, np.float32)  # of any value: paths are not used
     placed = _core.PlacedCells(surface.positions, surface.measures, surface.n_threads)
-    cells = _core.OrderedGraph(
-        placed, surface.offsets, surface.neighbors, lengths, surface.n_threads
-    )
+    cells = _core.OrderedGraph(placed, *surface.arcs, lengths, surface.n_threads)
     regions, compact = np.unique(region_of_cell, return_inverse=True)
     centers = _core.update_centers(cells, compact.astype(np.int32), len(regions), surface.n_threads)
     joined_to = np.arange(len(roots), dtype=np.int32)
@@ -150,15 +145,15 @@ def _join_nearest(surface: Surface, labels: Ints, roots: Ints, islands: Ints, gr
 def _by_group(
     islands: Ints, wanted: Places, region_of_cell: Ints, groups: Ints, n_regions: int
 ) -> Iterator[tuple[Ints, Places]]:
-    """Islands, and the wanted cells, ascending, whose regions they may join.
+    """Yield islands with the cells, ascending, whose regions they may join; O(N log N) in all.
 
-    Islands that may join none are left out. Time O(N log N), however many groups there are.
+    Islands that may join no region are left out.
     """
     if not len(groups):
         yield islands, wanted
         return
     group_of = np.full(n_regions, ANY_GROUP, np.int32)
-    np.maximum.at(group_of, region_of_cell, groups)  # a region has cells of one, and of any
+    np.maximum.at(group_of, region_of_cell, groups)  # beside one group, a region may have ANY_GROUP
     cells_of = _split_by(wanted, group_of[region_of_cell[wanted]])
     for group, some in _split_by(islands, group_of[islands]).items():
         others = wanted if group == ANY_GROUP else cells_of.get(group)

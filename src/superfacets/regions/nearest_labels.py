@@ -13,8 +13,8 @@ from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, kind_of
-from ..cells.majority import weighted_majority
 from ..cells.nearest import checked_distance, query_points
+from ..cells.sums import weighted_majority
 from ..mesh.samples import sample_faces
 
 __all__ = ["transfer"]

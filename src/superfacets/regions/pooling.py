@@ -22,7 +22,7 @@ from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, measures_of
-from ..cells.majority import weighted_majority
+from ..cells.sums import weighted_majority
 from ..mesh.faces import AnyCells
 from .vertices import corner_groups
 
@@ -211,7 +211,7 @@ def snap(
 
 @dataclass(frozen=True, eq=False)
 class _Members:
-    """What belongs to regions, sorted by region."""
+    """Cells, or corners of cells, sorted by region."""
 
     regions: npt.NDArray[np.integer]  # of each member
     rows: npt.NDArray[np.integer]  # of the values of each member
@@ -339,7 +339,7 @@ def _codes(values: Array) -> tuple[Ints, Array | None]:
     names, codes = np.unique(values, return_inverse=True)
     if low < 0:
         codes[values == -1] = -1
-        names = np.append(names, -1)  # the last one is what -1 stands for
+        names = np.append(names, -1)  # value of code -1
     return codes.astype(np.int32), names
 
 
@@ -364,7 +364,7 @@ def _checked_source(cells: Any, measures: Any) -> AnyCells | CellGraph | None:
 
 
 def _count(labels: npt.ArrayLike, source: AnyCells | CellGraph | None) -> int:
-    """The number of labels that there must be."""
+    """The expected number of labels."""
     if source is None:
         return int(np.size(labels))
     return source.n_cells
@@ -380,7 +380,7 @@ def _weights_of(
 
 
 def _checked_fill(fill: Any, dtype: np.dtype[Any]) -> Array:
-    """What stands for no value, in the type of the values; a ValueError if that cannot hold it."""
+    """The fill value in the type of the values; a ValueError if that type cannot hold it."""
     if fill is None:
         fill = np.nan if dtype.kind == "f" else -1
     given = np.asarray(fill)

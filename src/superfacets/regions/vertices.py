@@ -12,7 +12,7 @@ from .._validate import checked_classes, checked_threads, ranked_labels
 from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.kinds import kind_of, measures_of
-from ..cells.majority import weighted_majority
+from ..cells.sums import weighted_majority
 from ..errors import MeshError
 
 __all__ = ["corner_groups", "vertex_ids", "vertex_labels"]

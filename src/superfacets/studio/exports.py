@@ -14,8 +14,7 @@ import numpy.typing as npt
 
 from .._validate import checked_choice
 from ..batches.sources import MARK, output_names
-from ..cells.majority import weighted_majority
-from ..cells.sums import sums_by_label
+from ..cells.sums import sums_by_label, weighted_majority
 from ..export.cells import CLASS_OUTPUTS
 from ..export.scannet import NO_CLASS
 from ..export.write import ENDING_OF_FORMAT, write_labels, write_mesh

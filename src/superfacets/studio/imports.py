@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..cells.kinds import kind_of
-from ..cells.majority import weighted_majority
+from ..cells.sums import weighted_majority
 from ..errors import MeshError
 from ..export.scannet import NO_CLASS
 from ..io.guards import known_ending

@@ -22,7 +22,7 @@ from ..cells.surface import Surface
 from ..errors import SliverWarning
 from ..mesh.faces import AnyCells
 from ..pipeline import Prepared, segment
-from ..regions.edit import read_partial_regions
+from ..regions.edit import read_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
 __all__ = ["Base", "Cancelled", "Segmenter", "Tell", "Turn", "levels_of"]
@@ -176,7 +176,7 @@ class Segmenter:
         if key not in self._trees:
             turn.on_stage("merging")
             with _core.Workspace():
-                costs, labels, n_regions = read_partial_regions(self.surface, finest.labels)
+                costs, labels, n_regions = read_regions(self.surface, finest.labels)
                 self._trees[key] = merge_neighbors(costs, labels, n_regions, None, "keep")
             _trim(self._trees)
         self._trees.move_to_end(key)

@@ -25,7 +25,7 @@ from .clustering.loop import segment_graph
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning
 from .pipeline import segment
-from .regions.edit import read_partial_regions
+from .regions.edit import read_regions
 from .regions.hierarchy import Hierarchy, checked_cut, merge_neighbors
 
 __all__ = ["hierarchy"]
@@ -151,7 +151,7 @@ def hierarchy(
         labels = found.labels
     with _core.Workspace():  # threads for all that follows
         graph, surface = graph_and_surface(source, weld, threads)
-        costs, regions, n_regions = read_partial_regions(surface, labels)
+        costs, regions, n_regions = read_regions(surface, labels)
         table = _checked_features(given.table(source, surface.measures))
         cut = constraints.cut(source, graph, weld=weld, n_threads=threads)
         if cut is not None:
