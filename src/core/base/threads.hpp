@@ -102,7 +102,7 @@ class ThreadTeam {
   }
 
  private:
-  // Converts the index to the type that the work is for.
+  // Calls work(i) with i converted to the type of its parameter.
   template <typename Work, typename Index>
   static void call(void (Work::*)(Index) const, const Work& work, std::int64_t i) {
     work(static_cast<Index>(i));

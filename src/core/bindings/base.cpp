@@ -25,7 +25,7 @@ Buffer<double> exponentials_of(Doubles x) {
   return powers;
 }
 
-// A scope of the core as a context of Python; entered and left on one thread.
+// Python context manager around a scope of the core. One thread must enter and leave it.
 template <typename Scope, typename... Settings>
 class Context {
  public:

@@ -36,7 +36,7 @@ using Bytes = std::span<const std::uint8_t>;
 using Integers = std::span<const std::int32_t>;  // cells, places, vertices, labels
 using Offsets = std::span<const std::int64_t>;
 
-// The array that holds elements of a type: rows for points, triangles and tetrahedra.
+// NumPy array type for a span of elements: (n, 3) or (n, 4) for points, triangles and tetrahedra.
 template <typename T>
 struct ArrayOf {
   using Type = Array<T>;
@@ -56,7 +56,7 @@ struct ArrayOf<Tet> {
 
 }  // namespace superfacets
 
-// An array of the exact type; it is never converted, so that nothing is copied unnoticed. The
+// Accepts only an array of the exact type: a conversion would be a silent copy. The
 // caster holds on to the array until the call returns.
 template <typename T>
 struct nanobind::detail::type_caster<std::span<const T>> {
@@ -119,7 +119,7 @@ auto to_numpy(List&& list) {
   }
 }
 
-// Stands for any member of a struct, to count them.
+// Converts to any type: counts the members of a struct.
 struct Anything {
   template <typename T>
   operator T() const;  // NOLINT(google-explicit-constructor)
@@ -148,7 +148,7 @@ auto members(Struct&& from) {
   }
 }
 
-// Columns of a list of structs, each in the type of a member.
+// Splits a list of structs into one array per member.
 template <typename Struct, typename... Member>
 auto columns(const std::vector<Struct>& rows, Member Struct::*... chosen) {
   const auto column = [&]<typename Type>(Type Struct::* member) {
@@ -160,7 +160,7 @@ auto columns(const std::vector<Struct>& rows, Member Struct::*... chosen) {
   return std::tuple(column(chosen)...);
 }
 
-// What Python gets: arrays for lists, tuples for tuples and structs, numbers as they are.
+// Converts a result for Python: lists to arrays, tuples and structs to tuples; numbers stay.
 template <typename Result>
 auto to_python(Result&& result) {
   using Type = std::decay_t<Result>;
@@ -191,7 +191,7 @@ auto without_gil(const Work& work) {
   }
 }
 
-// The same for work(team), with a team of a number of threads that suits n elements.
+// As above for work(team). The team gets a number of threads that suits n elements.
 template <typename Work>
 auto on_team(std::size_t n, int n_threads, const Work& work,
              std::int64_t min_per_thread = kMinPerThread) {
@@ -201,7 +201,7 @@ auto on_team(std::size_t n, int n_threads, const Work& work,
   });
 }
 
-// How many elements an argument has, to choose a number of threads by.
+// Number of elements of an argument: decides the number of threads.
 template <typename Argument>
 std::size_t size_of(const Argument& argument) {
   if constexpr (requires { argument.n_cells(); }) {
@@ -249,7 +249,7 @@ auto serial(const Kernel& kernel) {
   }(std::make_index_sequence<std::tuple_size_v<Types>>());
 }
 
-// Adds the constructor of a class that views the arrays it is given; they live as long as it does.
+// Adds the constructor of a class that views its array arguments, and keeps them alive.
 template <typename Class, typename Make, typename... Names>
 void def_view(Class& bound, const Make& make, const Names&... names) {
   [&]<std::size_t... I>(std::index_sequence<I...>) {

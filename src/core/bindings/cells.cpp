@@ -118,7 +118,7 @@ auto positions_of(const OrderedGraph& graph, Integers cells) {
   return positions;
 }
 
-// Of cells and arcs that are sorted along the curve already.
+// For cells and arcs that are already sorted along the curve.
 OrderedGraph graph_in_place(Points positions, Doubles measures, Offsets offsets, Integers targets,
                             Floats lengths, ThreadTeam& team) {
   const auto copied = [](const auto& values) {
@@ -182,7 +182,7 @@ Buffer<double> weights_of_points(const PointSurface& surface, double alpha, doub
   return weights;
 }
 
-// Rays count a hundredfold in the number of threads: each takes as long as many faces of the tree.
+// A ray takes as long as a hundred faces of the tree, and counts as many for the number of threads.
 auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
                double least_distance, bool inside_out, int n_threads) {
   const RayOptions options{n_rays, least_distance, inside_out};
@@ -324,11 +324,11 @@ void join_alike_in(TurnedSets& sets, const Table<Place>& rows, Integers places, 
   join_alike(sets, normal_tile(rows, places, cells, normals));
 }
 
-// Costs of the pairs, their four numbers in a row, and whether normals are opposite.
+// Pairs as columns: costs, four numbers per pair, and whether normals are opposite.
 auto pairs_apart_in(TurnedSets& sets, const Table<Place>& rows, Integers places, Integers cells,
                     Points normals) {
   std::vector<double> costs;
-  std::vector<Cell> numbers;  // the lower, the higher, from and to of each
+  std::vector<Cell> numbers;  // per pair: lower and higher number, source, target
   std::vector<std::uint8_t> opposite;
   for (const NormalPair& pair : pairs_apart(sets, normal_tile(rows, places, cells, normals))) {
     costs.push_back(pair.cost);
@@ -353,7 +353,7 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
   return std::tuple(std::move(roots), std::move(turned));
 }
 
-// A search for the nearest cell takes about a microsecond, for each query and each cell.
+// A query for the nearest cell takes about one microsecond; so does each cell in the tree.
 constexpr std::int64_t kMinSearched = 1 << 10;
 
 void bind_surfaces(nb::module_& module) {

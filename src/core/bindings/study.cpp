@@ -9,7 +9,7 @@
 namespace superfacets {
 namespace {
 
-// Paths from so many cells take longer than to start a thread.
+// Minimum number of sources per thread: their paths take longer than starting the thread.
 constexpr std::int64_t kMinSources = 64;
 
 void make_proxy_regions(ProxyRegions* self, Points vertices, Triangles faces, Doubles areas,

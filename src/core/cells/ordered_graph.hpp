@@ -86,10 +86,10 @@ class OrderedGraph : public PlacedCells {
   bool all_lead_back(ThreadTeam& team) const;
 };
 
-// The nearest to a point of the places that it was offered, the lowest cell among equals.
+// Keeps the place nearest to a point among all offered places; the lowest cell among equals.
 class NearestPlace {
  public:
-  // At first that is a given place; the nearer it is, the faster is the search.
+  // Starts with a given place. The nearer it is, the faster the search.
   NearestPlace(const OrderedGraph& graph, Point target, Place place)
       : graph_(&graph),
         target_(target),
@@ -103,8 +103,8 @@ class NearestPlace {
     if (is_nearer(place, squared)) set(place, squared);
   }
 
-  // Offers all places for which `is_wanted` holds and that may be nearer. Returns whether no more
-  // than n_visits nodes of the tree had to be visited for that; otherwise the search is given up.
+  // Offers all places that may be nearer and for which `is_wanted` holds. Visits at most n_visits
+  // nodes of the tree; returns false if that was not enough.
   template <typename IsWanted>
   bool search(const IsWanted& is_wanted, std::int64_t n_visits) {
     // A box just as far away may still hold a lower cell.

@@ -59,8 +59,8 @@ class PointSurface final : public Surface {
   double open_length(Cell) const override { return 0.0; }
 
  private:
-  // Each arc of a point asks for the border of all: where a million copies of a point are its
-  // neighbors, that is computed once.
+  // Total border length per crowded point. Each of its arcs needs it, and a point with a million
+  // duplicates has a million arcs: so it is computed once.
   static constexpr std::size_t kMostInARow = 32;
   double border_per_arc(Cell point) const {
     const bool is_crowded = arcs().neighbors(point).size() > kMostInARow;
@@ -72,7 +72,7 @@ class PointSurface final : public Surface {
   const std::span<const double> areas_;
   const std::span<const Point> normals_;
   const std::span<const Cell> order_;
-  std::unordered_map<Cell, double> border_of_crowded_;  // of points with more than kMostInARow arcs
+  std::unordered_map<Cell, double> border_of_crowded_;  // points with more than kMostInARow arcs
 };
 
 // Weights by eq. 1-3 (weights.hpp), where the distance of the points is eq. 1, and the turn of the

@@ -120,7 +120,7 @@ Cell PolygonSurface::next_around(Corner center, Cell before, Cell here) const {
   return next;
 }
 
-// The arcs that leave a face by a side, first to one past the last; they are sorted by side.
+// Range [first, last) of the arcs that leave a face by a side; arcs are sorted by side.
 std::pair<std::int64_t, std::int64_t> PolygonSurface::arcs_of_side(Face face, int side) const {
   const std::int64_t begin = arcs().offsets[face];
   const std::int64_t end = arcs().offsets[face + 1];

@@ -53,10 +53,9 @@ class PolygonSurface final : public Surface {
     return {p.x, p.y, p.z};
   }
 
-  static constexpr std::size_t kMostInARow = 32;  // a walk around so many corners is faster
+  static constexpr std::size_t kMostInARow = 32;  // up to here a linear search is faster
 
-  // The corners of a face in the orders of their vertices and positions; the lower among equals
-  // comes first.
+  // The corners of a face, sorted by vertex and sorted by position; ties by corner.
   struct SortedCorners {
     std::vector<int> by_vertex;
     std::vector<int> by_place;
@@ -69,8 +68,8 @@ class PolygonSurface final : public Surface {
   const bool inside_out_;
   Buffer<Point> centroids_;
   Buffer<double> areas_;
-  Buffer<Point> normals_;                                // unit, or zero where a face has none
-  std::unordered_map<Face, SortedCorners> large_faces_;  // of more than kMostInARow corners
+  Buffer<Point> normals_;                                // unit, or zero if the area is zero
+  std::unordered_map<Face, SortedCorners> large_faces_;  // faces with more than kMostInARow corners
 };
 
 }  // namespace superfacets

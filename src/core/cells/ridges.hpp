@@ -21,8 +21,8 @@ inline constexpr double kFlatShare = 0.3;
 // Of two edges that are alike, the duller bends by at least this share of the sharper.
 inline constexpr double kAlikeShare = 0.7;
 
-// Whether an edge that bends by `bend` is flat beside one that bends by `turn`, and whether it is
-// as sharp: such edges meet at the corner of a box.
+// Compare the angle `bend` of an edge with the angle `turn` of another: whether it is much flatter,
+// and whether it is about as sharp, as edges that meet at the corner of a box are.
 inline bool is_flat(double bend, double turn) {
   return bend < kFlatShare * turn;
 }
@@ -33,8 +33,8 @@ inline bool is_sharper(double bend, double turn) {
   return turn < kAlikeShare * bend;
 }
 
-// The arcs of faces that have many, in orders that can be searched: without them, every arc of such
-// a face would take a walk over all of its arcs.
+// Search index for the arcs of faces with many neighbors. Without it, work at such a face would be
+// quadratic in its number of arcs: each arc looks at all others.
 class CrowdedFaces {
  public:
   struct ArcTo {
@@ -46,7 +46,7 @@ class CrowdedFaces {
   };
   struct Crowd {
     std::vector<ArcTo> neighbors;  // sorted
-    std::vector<double> bends;     // of all arcs, in ascending order
+    std::vector<double> bends;     // angles of all arcs, ascending
 
     std::span<const ArcTo> arcs_to(Cell to) const {
       const auto first = std::lower_bound(neighbors.begin(), neighbors.end(), ArcTo{to, 0});
@@ -54,7 +54,7 @@ class CrowdedFaces {
       return {first, last};
     }
 
-    // The bends from the first one for which a condition fails, which must fail from there on.
+    // The angles from the first one that fails a condition. All later ones must fail it, too.
     template <typename Holds>
     std::int64_t n_after(const Holds& holds) const {
       return bends.end() - std::partition_point(bends.begin(), bends.end(), holds);
@@ -69,9 +69,9 @@ class CrowdedFaces {
     }
   };
 
-  CrowdedFaces() = default;  // of a surface whose ridges are not asked for
+  CrowdedFaces() = default;  // empty, where ridges are not asked for
 
-  // Of a surface with these arcs; bend(face, arc, to) is the angle at an arc.
+  // Indexes a surface with these arcs; bend(face, arc, to) is the angle at an arc.
   template <typename Bend>
   CrowdedFaces(const Arcs& arcs, const Bend& bend) {
     for (Face face = 0; face < arcs.n_cells(); ++face) {
@@ -87,19 +87,19 @@ class CrowdedFaces {
     }
   }
 
-  // Of a face with so many arcs; null for all others.
+  // Index of a face; null for faces with few arcs.
   const Crowd* find(const Arcs& arcs, Face face) const {
     if (arcs.neighbors(face).size() <= kMostInARow) return nullptr;
     return &crowds_[std::lower_bound(faces_.begin(), faces_.end(), face) - faces_.begin()];
   }
 
  private:
-  static constexpr std::size_t kMostInARow = 32;  // a walk is faster up to there
+  static constexpr std::size_t kMostInARow = 32;  // up to here a linear search is faster
   std::vector<Face> faces_;                       // in ascending order
   std::vector<Crowd> crowds_;
 };
 
-// The crowded faces of a surface whose bends these are, where options ask for ridges.
+// Index of the faces with many arcs, if options ask for ridges; else empty.
 template <typename Bends>
 CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOptions& options) {
   if (!options.has_ridges()) return {};
@@ -169,7 +169,7 @@ class Ridges {
     return true;
   }
 
-  // The same for a face of many arcs.
+  // As above, for a face with many arcs.
   bool is_flat_in_crowd(const CrowdedFaces::Crowd& crowd, Face face, Face other,
                         double turn) const {
     std::int64_t n_bent = crowd.n_bent(turn);

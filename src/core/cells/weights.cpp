@@ -414,7 +414,7 @@ void round_weights(std::span<const double> weights, double unit, ThreadTeam& tea
   SUPERFACETS_ASSERT(lengths.size() == weights.size());
   const auto n_arcs = static_cast<std::int64_t>(weights.size());
   team.for_each_index(n_arcs, [&](std::int64_t arc) {
-    // A float keeps 24 bits of a whole number of any size. Never 0: paths get strictly longer.
+    // Rounded to the 24 bits of a float. Never 0, so that every arc makes a path longer.
     lengths[arc] = static_cast<float>(std::max(1.0, round_to_whole(weights[arc] / unit)));
   });
 }

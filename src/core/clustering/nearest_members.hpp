@@ -7,12 +7,12 @@
 
 namespace superfacets {
 
-// Finds for each of some regions, in ascending order, the place nearest to its target among the
-// places with its label, the lowest cell among equals. `places` holds one place of each region
-// (those near their targets save time) and receives the nearest. label_of(place) is called from any
-// thread. Time O(N + R log N): a search in the tree of boxes that visits many more nodes than a
-// region's share, because the region is far from its target or many cells are equally near, is
-// given up; one pass over all places finishes these regions.
+// Finds for each region the place nearest to its target among the places with its label; the lowest
+// cell among equals. `regions` are ascending. `places` holds any place of each region on entry (a
+// near one saves time), and the nearest on return. label_of(place) is called from any thread.
+// Time O(N + R log N): a search in the box tree stops when it has visited many more nodes than a
+// region's share, as happens where the target is far away or many cells are equally near. One pass
+// over all places then finishes these regions.
 template <typename LabelOf>
 void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regions,
                           std::span<const Point> targets, const LabelOf& label_of,

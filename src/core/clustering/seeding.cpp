@@ -168,7 +168,7 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   }
   Classification from_starts(graph, kInfinity, Islands::kNearest, team);
   from_starts.classify(starts);
-  // Keys are stored, because looking them up for each comparison misses the cache.
+  // Keys are copied: a lookup in each comparison would miss the cache.
   std::vector<std::tuple<Cell, PathLength, Cell, Place>> keys(graph.n_cells());
   for (Place place = 0; place < graph.n_cells(); ++place) {
     keys[place] = {ranks[components.component(place)], from_starts.path(place).length,

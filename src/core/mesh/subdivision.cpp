@@ -339,7 +339,7 @@ class Cutter {
   const Limit& limit_;
   const LongEdges& long_edges_;
   Subdivision& parts_;
-  std::vector<SplitEdge> edges_;  // of the face that is being cut
+  std::vector<SplitEdge> edges_;  // edges of the current face
   Face source_ = 0;
   std::int64_t next_part_ = 0;
   Vertex next_point_ = 0;

@@ -66,7 +66,7 @@ void measure_edges(std::span<const Point> vertices, ThreadTeam& team, VertexGrap
   const auto n_vertices = static_cast<std::int64_t>(vertices.size());
   team.for_each_index(n_vertices, [&](std::int64_t vertex) {
     for (std::int64_t arc = graph.offsets[vertex]; arc < graph.offsets[vertex + 1]; ++arc) {
-      // From the lower to the higher one: the same bits both ways.
+      // Computed from the lower to the higher vertex, so that both directions have the same bits.
       const std::int64_t neighbor = graph.neighbors[arc];
       const auto [low, high] = std::minmax({vertex, neighbor});
       graph.lengths[arc] = norm(vertices[high] - vertices[low]);

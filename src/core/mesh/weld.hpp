@@ -12,7 +12,7 @@ namespace superfacets {
 // beside the result.
 Buffer<Vertex> weld_vertices(std::span<const Point> vertices, ThreadTeam& team);
 
-// The vertices that represent themselves, in rising order.
+// The vertices that represent themselves, ascending.
 std::vector<Vertex> representatives_of(std::span<const Vertex> representative);
 
 }  // namespace superfacets

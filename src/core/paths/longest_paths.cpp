@@ -31,10 +31,10 @@ bool LongestPaths::reach_all() const {
   return true;
 }
 
-// Paths only become shorter, so an earlier maximum of a block remains an upper bound. So does its
-// cell: of the paths as long as that maximum none is new, and the cells of the others are higher. A
-// block is searched again while its bound comes first, until one does not change. Where all paths
-// are equally long, that is one block instead of all.
+// Paths only become shorter, so an earlier maximum of a block, (length, lowest cell), remains a
+// bound: no path gets longer, and no lower cell joins the ties. The block with the best bound is
+// searched again, until a search leaves its bound unchanged: then it is the maximum of all blocks.
+// If all paths are equally long, one block is searched, not all.
 Place LongestPaths::farthest() {
   while (true) {
     std::pop_heap(bounds_.begin(), bounds_.end());
@@ -45,7 +45,7 @@ Place LongestPaths::farthest() {
     bound = {length, cell, bound.block};
     std::push_heap(bounds_.begin(), bounds_.end());
     if (!is_exact) continue;
-    SUPERFACETS_ASSERT(length > 0);  // arcs are 1 or longer: it is no center
+    SUPERFACETS_ASSERT(length > 0);  // a center would have length 0
     return place;
   }
 }

@@ -28,7 +28,7 @@ class LongestPaths {
  private:
   struct Bound {
     PathLength longest;  // no path in the block is longer
-    Cell cell;           // no cell with a path as long is lower
+    Cell cell;           // the lowest cell with a path of this length
     std::int64_t block;
 
     bool operator<(const Bound& other) const {

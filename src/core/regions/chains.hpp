@@ -33,7 +33,7 @@ class MovingRegions {
   // are near a border.
   std::span<const float> costs_of(Cell cell);
 
-  // Whether a move of the cell was considered, so that cells around it were read.
+  // Whether a move of the cell was tried, which reads the cells around it.
   bool was_examined(Cell cell) const { return (marks_[cell] & (kWasTried | kHasCosts)) != 0; }
 
   // By how much a move of a cell reduces the cost of borders.

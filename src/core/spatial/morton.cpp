@@ -182,7 +182,7 @@ void refine(std::span<const Point> positions, std::span<const std::uint32_t> cod
 }  // namespace
 
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team) {
-  // Codes are gone before the order is made.
+  // Codes are freed before the order is allocated.
   const Coarse coarse = sort_by_high_digit(morton_codes(positions, bounds, team).span(), team);
   return order_of(coarse, team);
 }

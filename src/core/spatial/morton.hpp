@@ -29,10 +29,10 @@ Buffer<Cell> order_within_steps(std::span<const Point> positions,
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
                                    ThreadTeam& team);
 
-// Bits of a code.
+// Number of bits of a code.
 inline constexpr int kCodeBits = 30;
 
-// Cells sorted by any codes of so many bits, then by index. Time and memory as for morton_order.
+// Cells sorted by codes of kCodeBits bits, stable. Time and memory as for morton_order.
 Buffer<Cell> order_of_codes(std::span<const std::uint32_t> codes, ThreadTeam& team);
 
 // The box around all positions.

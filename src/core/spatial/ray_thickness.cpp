@@ -121,12 +121,12 @@ double surface_of(const Point& extent) {
   return 2.0 * (extent.x * extent.y + extent.y * extent.z + extent.z * extent.x);
 }
 
-// A box along the longest edge and the normal of a triangle. It culls long thin triangles that lie
-// askew, whose boxes along the axes overlap: of a fan of n triangles, a ray meets most of the n
-// boxes along the axes, but few of these.
+// Oriented bounding box, aligned with the longest edge and the normal of a triangle. It culls long
+// thin triangles that are not parallel to an axis: their axis-aligned boxes overlap, and a ray
+// would meet most of the n boxes of a fan of n triangles.
 class SlantedBox {
  public:
-  // Around triangles, along the largest of them; along no axis if they have no area.
+  // Bounds triangles; aligned with the largest. Unbounded if all have zero area.
   explicit SlantedBox(std::span<const Target> targets) {
     double most = 0.0;
     for (const Target& target : targets) {
@@ -151,14 +151,14 @@ class SlantedBox {
   Point extent() const { return box_.high - box_.low; }
   bool has_axes() const { return squared_norm(axes_[0]) > 0.0; }
 
-  // Whether a ray may meet the box before a distance.
+  // Whether a ray may hit the box within a distance.
   bool is_met(const Ray& ray, double distance) const {
     const Point from = along_axes(ray.from);
     const Point along = along_axes(ray.along);
     double enter = 0.0;
     double leave = distance;
     const auto clip = [&](double low, double high, double start, double step) {
-      constexpr double kSlack = 1e-6;  // as of the other boxes
+      constexpr double kSlack = 1e-6;  // as for axis-aligned boxes
       const double first = low - kSlack - start;
       const double last = high + kSlack - start;
       if (step == 0.0) return first <= 0.0 && last >= 0.0;
@@ -271,8 +271,8 @@ class RayTree {
     }
   }
 
-  // Adds boxes to nodes most of whose triangles are thin and askew: leaves whose box has many times
-  // the area of the triangles in it, and nodes above them.
+  // Adds oriented boxes to leaves whose axis-aligned box has many times the area of the triangles,
+  // and to the nodes above them.
   void add_slanted(ThreadTeam& team) {
     constexpr double kThin = 32.0;  // a square across two axes has a ratio of 4
     const std::span<const Box> leaves = tree_.level(0);
@@ -350,8 +350,8 @@ class RayTree {
   Point middle_{0.0, 0.0, 0.0};
   double scale_ = 1.0;  // half the longest side
   BoxTree tree_;
-  std::vector<std::vector<Boxes>> boxes_;                        // by level: those below each node
-  std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level: of thin nodes
+  std::vector<std::vector<Boxes>> boxes_;  // by level: of the children
+  std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level; null for most
 };
 
 struct Spoke {

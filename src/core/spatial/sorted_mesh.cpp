@@ -13,10 +13,10 @@
 namespace superfacets {
 namespace {
 
-// Vertices on one step of the curve that may be in any order.
+// Number of vertices with one code that are left in any order.
 constexpr std::size_t kTogether = 32;
 
-// Prefetch distance, in vertices and cells: they are anywhere in the input.
+// Prefetch distance, in vertices and cells, for random reads of the input.
 constexpr std::int64_t kAhead = 32;
 
 // The vertices that represent themselves, along the curve.
@@ -65,7 +65,7 @@ Buffer<Vertex> renumbered(std::span<const Vertex> corners, const Buffer<Place>& 
 
 // Cells by the lowest of their corners, then by index.
 Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, ThreadTeam& team) {
-  // Codes take up all bits, because the sort gives threads parts of equal highest digits.
+  // Shifted to use all bits of a code: the sort splits work among threads by the highest digit.
   const int spare_bits = kCodeBits - static_cast<int>(std::bit_width(n_vertices));
   Buffer<std::uint32_t> codes(cells.n_cells());
   team.for_each_index(cells.n_cells(), [&](std::int64_t cell) {

@@ -1,4 +1,4 @@
-// A mesh renumbered so that near vertices, and near cells, follow each other in memory.
+// Renumbers a mesh along a space-filling curve, so that neighbors are near in memory.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -11,7 +11,7 @@ namespace superfacets {
 struct CornerLists {
   std::span<const Vertex> corners;        // (C,)
   std::span<const std::int64_t> offsets;  // (N + 1,) into corners; empty if cells have one size
-  std::int64_t size = 0;                  // corners of each cell, if that is so
+  std::int64_t size = 0;                  // number of corners of every cell, if it is the same
 
   Cell n_cells() const {
     return static_cast<Cell>(offsets.empty() ? std::ssize(corners) / size
@@ -33,8 +33,8 @@ struct SortedMesh {
 };
 
 // Sorts vertices along a Morton curve, and cells by the first of their vertices on it, then by
-// index. Each vertex is replaced by its representative, of which weld_vertices returns the numbers;
-// vertices that no cell has are kept, and corners keep their order within a cell. Expected time
+// index. Vertices are welded: `representative` is the result of weld_vertices. Unused vertices are
+// kept, and corners keep their order within a cell. Expected time
 // O(V log V + C) at worst; memory at most 4 bytes a corner, 8 a vertex and 16 a cell beside the
 // result.
 SortedMesh sort_mesh(std::span<const Point> vertices, std::span<const Vertex> representative,
