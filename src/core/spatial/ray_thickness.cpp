@@ -350,7 +350,7 @@ class RayTree {
   Point middle_{0.0, 0.0, 0.0};
   double scale_ = 1.0;  // half the longest side
   BoxTree tree_;
-  std::vector<std::vector<Boxes>> boxes_;  // by level: of the children
+  std::vector<std::vector<Boxes>> boxes_;                        // by level: of the children
   std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level; null for most
 };
 
