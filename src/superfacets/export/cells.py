@@ -47,8 +47,8 @@ WRITERS: dict[str, Mapping[str, Callable[..., None]]] = {
     "tetrahedra": TET_WRITERS,
     "points": CLOUD_WRITERS,
 }
-"""By the name of the kind of cells, then by ending, the usual one first. Kinds that are not listed
-have files of labels alone."""
+"""Writers by name of the kind of cells, then by ending; the default ending first. Other kinds have
+label files only."""
 
 MESH_OUTPUTS = (*FACE_WRITERS, *TET_WRITERS)
 CLOUD_OUTPUTS = (".csv", ".las", ".laz")
@@ -182,7 +182,7 @@ class CellWriter:
 
 
 def usual_ending(kind: str) -> str:
-    """The ending of files with labels, by the name of the kind of cells, if none is asked for."""
+    """Default ending of labeled files for a kind of cells."""
     return next(iter(WRITERS.get(kind, FACE_WRITERS)))
 
 
@@ -195,7 +195,7 @@ def _writers_of(kind: Kind) -> Mapping[str, Callable[..., None]]:
 
 
 def _check_kind(kind: Kind, ending: str) -> None:
-    """Raise a MeshError if files with this ending hold other cells."""
+    """Raise a MeshError if files with this ending cannot hold such cells."""
     fitting = tuple(_writers_of(kind))
     if ending not in fitting:
         listed = f"{', '.join(fitting[:-1])} or {fitting[-1]}"
@@ -216,7 +216,7 @@ def _checked_colors(colors: Any, mesh: AnyCells) -> Bytes | None:
 
 
 def _check_attributes(attributes: Any, cells: Any) -> None:
-    """Raise an error where they are no attributes, or not of these cells."""
+    """Raise an error if `attributes` are of another type, or belong to other cells."""
     if attributes is None:
         return
     if not isinstance(attributes, MeshAttributes):

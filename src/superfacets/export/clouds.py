@@ -77,7 +77,7 @@ def _write_las(
         if name not in known:
             las.add_extra_dim(laspy.ExtraBytesParams(name=name[:31], type=values.dtype))
         las[name[:31]] = values
-    written = io.BytesIO()  # laspy goes back to fill in the header
+    written = io.BytesIO()  # laspy seeks back to complete the header
     try:
         las.write(written, do_compress=ending == ".laz")
     except Exception as error:  # laspy raises many kinds

@@ -68,7 +68,7 @@ def write_cloud_ply(
     ascii: bool,
     attributes: MeshAttributes | None = None,
 ) -> None:
-    """As `write_ply`, of the points of a cloud, which have the labels."""
+    """As `write_ply`, for a cloud: points have the labels."""
     points = _Element("vertex", cloud.n_points, _point_columns(cloud, labels, colors))
     if attributes is not None:
         points.add(attributes.vertex)
@@ -118,7 +118,7 @@ class _Column:
 
 @dataclass(frozen=True)
 class _Element:
-    """An element of the file: rows of columns."""
+    """An element of a PLY file: a table of columns."""
 
     name: str
     n_rows: int
@@ -127,7 +127,7 @@ class _Element:
     def add(
         self, attributes: Mapping[str, npt.NDArray[Any]], left_out: Collection[str] = ()
     ) -> None:
-        """Append attributes but for those whose names the file's own columns have."""
+        """Append attributes, except those with the name of a column that is there."""
         taken = {column.name for column in self.columns} | {*left_out}
         if "vertex_indices" in taken:
             taken |= {*INDEX_NAMES}

@@ -81,7 +81,7 @@ def _check_ids(ids: npt.NDArray[np.integer]) -> None:
 
 
 def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> None:
-    """Write the region of each triangle, on each level, the finest first, for the Scene Toolkit.
+    """Write the regions of triangles on each level, finest first, for the Scene Toolkit (SSTK).
 
     The tool (SSTK) finds the segmentations of a hierarchy by name, and takes its levels from fine
     to coarse. Negative numbers are in no segment.
@@ -97,7 +97,7 @@ def write_sstk(file: IO[bytes], levels: Sequence[npt.NDArray[np.integer]]) -> No
 
 
 def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str) -> None:
-    """Write an id per vertex, for OneFormer3D and UniDet3D, which want no gaps.
+    """Write an id per vertex, without gaps, for OneFormer3D and UniDet3D.
 
     Ids are 0 and up, in the order of the given ones, as 64-bit numbers, low byte first.
     ``.bin`` is the numbers alone; ``_sp_label.npy`` has the header of an array.
@@ -111,6 +111,6 @@ def write_superpoints(file: IO[bytes], ids: npt.NDArray[np.integer], ending: str
 
 
 def write_npy(file: IO[bytes], array: npt.NDArray[Any]) -> None:
-    """Write an array; numpy.save asks a file where it stands, which pipes cannot tell."""
+    """Write an array to any stream. `numpy.save` calls ``tell``, which fails on pipes."""
     npy_format.write_array_header_1_0(file, npy_format.header_data_from_array_1_0(array))
     file.write(array.data)

@@ -1,4 +1,4 @@
-"""VTU and VTK of tetrahedra with labels."""
+"""VTU and VTK files of tetrahedra with labels."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .vtk_xml import Arrays, number_format, write_vtk_xml
 __all__ = ["TET_WRITERS"]
 
 _TETRA = 10
-"""VTK's number of the kind of cell."""
+"""VTK's cell type of tetrahedra."""
 
 
 def _write_tets(
@@ -85,4 +85,4 @@ def _write_legacy(
 TET_WRITERS: Mapping[str, Callable[..., None]] = {
     ending: partial(_write_tets, ending=ending) for ending in (".vtu", ".vtk")
 }
-"""As the writers of meshes of faces, but for a `TetMesh`; no colors and attributes are given."""
+"""Signature of the writers of a `TetMesh`: no colors, no attributes."""

@@ -1,4 +1,4 @@
-"""VTK's files of XML with one piece, whose arrays are text or compressed blocks in base64."""
+"""Write VTK XML files of one piece; arrays are text, or compressed blocks in base64."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .text import write_rows
 __all__ = ["Arrays", "number_format", "write_vtk_xml"]
 
 Arrays = Mapping[str, npt.NDArray[Any]]
-"""Arrays (N,) or (N, n) by their names."""
+"""Arrays (N,) or (N, n) by name."""
 
 _BLOCK = 1 << 20
-"""Bytes that are compressed at a time, but for the last ones."""
+"""Bytes per compressed block; the last block may be shorter."""
 
 
 def write_vtk_xml(
@@ -31,7 +31,7 @@ def write_vtk_xml(
     *,
     ascii: bool,
 ) -> None:
-    """Write the sections of a piece of such counts; any name of an array is escaped."""
+    """Write the sections of a piece with these counts; names of arrays are escaped."""
     order = f"{sys.byteorder.capitalize()}Endian"
     numbers = " ".join(f'{name}="{count}"' for name, count in counts.items())
     file.write(
@@ -51,7 +51,7 @@ def _write_array(file: IO[bytes], name: str, values: npt.NDArray[Any], *, ascii:
     word = {"i": "Int", "u": "UInt", "f": "Float"}[values.dtype.kind]
     table = values.reshape(len(values), -1)
     form = "ascii" if ascii else "binary"
-    # Of one component meshio makes an array (N, 1) where the number is given.
+    # Left out if 1: meshio would read an array (N, 1).
     width = f' NumberOfComponents="{table.shape[1]}"' if values.ndim > 1 else ""
     file.write(
         f'<DataArray type="{word}{8 * values.dtype.itemsize}" Name="{html.escape(name)}"{width}'
@@ -71,5 +71,5 @@ def _write_array(file: IO[bytes], name: str, values: npt.NDArray[Any], *, ascii:
 
 
 def number_format(values: npt.NDArray[Any]) -> str:
-    """A conversion that reads back as the same number in the same type."""
+    """A format that reads back as the same number of the same type."""
     return "%d" if values.dtype.kind in "iu" else "%.9g" if values.dtype.itemsize == 4 else "%.17g"

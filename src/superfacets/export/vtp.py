@@ -1,4 +1,4 @@
-"""VTP of a mesh with labels and colors per face."""
+"""VTP files of a mesh with labels and colors per face."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def write_vtp(
     attributes: MeshAttributes | None = None,
     label_name: str = "label",
 ) -> None:
-    """Write checked arrays; labels and colors are cell data, these of the name `colors`."""
+    """Write checked arrays; ``label`` and ``colors`` are cell data."""
     of_faces: dict[str, npt.NDArray[Any]] = dict(attributes.face if attributes else {})
     if labels is not None:
         of_faces[label_name] = labels

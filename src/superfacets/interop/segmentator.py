@@ -1,4 +1,4 @@
-"""Superfacets with the calls of the package `segmentator`: one changed import line.
+"""Superfacets behind the functions of the package `segmentator`: change one import line.
 
 Scripts that prepare ScanNet and other scans for SPFormer, MAFT, OneFormer3D and their kin import
 ``segmentator``, an extension that has to be compiled against torch. With
@@ -33,7 +33,7 @@ from ..regions.vertices import vertex_ids
 __all__ = ["segment_mesh", "segment_point"]
 
 N_BLOCKS = 8
-"""Blocks of steps: before each, those that cannot join anything are left out, all at once."""
+"""Number of blocks of steps. Before each block, steps that cannot join segments are dropped."""
 
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int64]
@@ -43,7 +43,7 @@ Indices = npt.NDArray[np.integer[Any]]
 def segment_mesh(
     vertices: Any,
     faces: Any,
-    kThresh: float = 0.01,  # noqa: N803  # as the scripts call it
+    kThresh: float = 0.01,  # noqa: N803  # the original's name
     segMinVerts: int = 20,  # noqa: N803
     *,
     n_segments: int | None = None,
@@ -112,12 +112,12 @@ def segment_mesh(
     mesh = Mesh(_array_of(vertices), _array_of(faces))
     if n_segments is None:
         corners = _core.weld_vertices(mesh.vertices, checked_threads(None))[mesh.faces]
-        steps = corners[:, [0, 1, 0, 2, 2, 1]].reshape(-1, 2)  # the ways of the original
+        steps = corners[:, [0, 1, 0, 2, 2, 1]].reshape(-1, 2)  # the order of the original
         normals = _mean_normals(mesh, corners)
         number = _number_of_segments(mesh.vertices, normals, steps, threshold, least)
     else:
         number = checked_count(n_segments, "n_segments", mesh.n_faces, "faces")
-    with warnings.catch_warnings():  # small components are counted for themselves
+    with warnings.catch_warnings():  # small components are counted apart
         warnings.simplefilter("ignore", IslandWarning)
         labels = segment(mesh, min(number, mesh.n_faces)).labels
     return _like(np.unique(vertex_ids(mesh, labels), return_inverse=True)[1], faces)
@@ -191,17 +191,17 @@ def _checked(threshold: Any, least: Any) -> tuple[float, int]:
 
 
 def _array_of(values: Any) -> npt.NDArray[Any]:
-    """An array; of a tensor, what it holds, on the CPU."""
+    """The value as an array; a tensor is copied to the CPU."""
     return np.asarray(values.detach().cpu().numpy() if _is_tensor(values) else values)
 
 
 def _is_tensor(values: Any) -> bool:
-    """Whether this is a tensor of torch, which is not imported to find out."""
+    """Whether the value is a torch tensor; does not import torch."""
     return all(hasattr(values, name) for name in ("detach", "cpu", "new_tensor"))
 
 
 def _like(ids: Ints, indices: Any) -> Any:
-    """The ids as what the faces or edges are."""
+    """The ids in the type of the input: a tensor, or an array."""
     return indices.new_tensor(ids).long() if _is_tensor(indices) else ids
 
 
@@ -216,14 +216,14 @@ def _checked_edges(edges: npt.NDArray[Any], n_points: int) -> npt.NDArray[Any]:
 
 
 def _distinct(steps: npt.NDArray[Any], n_nodes: int) -> Ints:
-    """Each pair of different nodes, in this order, once; ascending; shape (E, 2)."""
+    """Unique pairs of different nodes, ascending, shape (E, 2); (a, b) is not (b, a)."""
     first, second = steps.T.astype(np.int64)
     keys = np.unique((first * n_nodes + second)[first != second])
     return np.stack([keys // n_nodes, keys % n_nodes], axis=1)
 
 
 def _mean_normals(mesh: Mesh, corners: npt.NDArray[np.int32]) -> Floats:
-    """Mean of the unit normals of the faces around each vertex, shape (V, 3); shorter than 1."""
+    """Mean unit normal of the faces around each vertex, shape (V, 3); not normalized."""
     normals = area_vectors(mesh, checked_threads(None))
     lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, np.newaxis]
     np.divide(normals, lengths, out=normals, where=lengths > 0)
@@ -236,7 +236,7 @@ def _mean_normals(mesh: Mesh, corners: npt.NDArray[np.int32]) -> Floats:
 def _number_of_segments(
     points: Floats, normals: Floats, steps: Indices, threshold: float, least: int
 ) -> int:
-    """Number of segments of the original, without those that are a whole small component."""
+    """Number of segments that the original finds, without whole small components."""
     weights = _weights_of_steps(points, normals, steps)
     order = np.argsort(weights, kind="stable")
     roots, sizes = _join(len(points), steps[order], weights[order], threshold, least)
@@ -246,7 +246,7 @@ def _number_of_segments(
 
 
 def _weights_of_steps(points: Floats, normals: Floats, ends: Indices) -> Floats:
-    """1 minus the product of the normals, squared where a step leads to where it is convex.
+    """Felzenszwalb's weight: 1 minus the dot product of the normals, squared where convex.
 
     It is if the normal at its end points forward. On a rough surface one of the two ways often is.
     """
@@ -261,10 +261,9 @@ def _weights_of_steps(points: Floats, normals: Floats, ends: Indices) -> Floats:
 def _join(
     n_nodes: int, ends: Indices, weights: Floats, threshold: float, least: int
 ) -> tuple[Ints, Ints]:
-    """Join nodes along steps, which are in the order of their weights.
+    """Join nodes along steps sorted by weight.
 
-    Returns the node that stands for the segment of each node, and the number of nodes of the
-    segment that each such node stands for.
+    Returns the root of each node, and the number of nodes of the segment of each root.
     """
     parents, sizes = list(range(n_nodes)), [1] * n_nodes
     limits = [threshold] * n_nodes
@@ -291,7 +290,7 @@ def _join(
 def _still_open(
     parents: list[int], limits: list[float], ends: Indices, lowest: float
 ) -> tuple[Ints, npt.NDArray[np.bool_]]:
-    """The segments at the ends of steps that may join them, and which steps these are.
+    """The segments at both ends of those steps that may join them, and the indices of the steps.
 
     A segment whose limit is below the weight of all steps that are left stays as it is.
     """
@@ -302,14 +301,14 @@ def _still_open(
 
 
 def _root(parents: list[int], node: int) -> int:
-    """The node that stands for a segment; the way to it becomes half as long."""
+    """The root of a segment; halves the path to it."""
     while parents[node] != node:
         parents[node] = node = parents[parents[node]]
     return node
 
 
 def _roots(parents: list[int]) -> Ints:
-    """The root of each node: the parents of parents, until nothing changes."""
+    """The root of each node, by pointer jumping."""
     roots, above = np.empty(0, np.int64), np.array(parents)
     while not np.array_equal(roots, above):
         roots, above = above, above[above]

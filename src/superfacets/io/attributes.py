@@ -138,7 +138,7 @@ def _checked_comment(line: object) -> str:
 
 
 def is_encodable(text: str) -> bool:
-    """Whether UTF-8 can hold a text."""
+    """Whether a text can be encoded as UTF-8."""
     try:
         text.encode()
     except UnicodeEncodeError:  # half of a surrogate pair

@@ -42,10 +42,10 @@ TriangleArrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any]]
 
 
 MAX_GROWTH = 100
-"""Arrays may take so many times the bytes of a file that repeats or compresses them."""
+"""Largest ratio of the bytes of arrays to those of a file that repeats or compresses them."""
 
 ALWAYS_ALLOWED = 64 << 20
-"""Bytes that the arrays of any file may take."""
+"""Bytes that arrays may take however small the file is."""
 
 
 class Polygons(NamedTuple):
@@ -91,13 +91,13 @@ def read_content(path: Path) -> mmap.mmap:
 
 
 def open_regular(path: Path) -> io.FileIO:
-    """Open a regular file to read it; an OSError if it is none."""
+    """Open a regular file for reading; an OSError for devices, pipes and folders."""
     check_regular(path)
     return path.open("rb", buffering=0)
 
 
 def check_regular(path: Path) -> None:
-    """Raise an OSError if this is no regular file that may be read.
+    """Raise an OSError if this is not a regular, readable file.
 
     Nothing else is opened: a pipe would block, and a device may have no end.
     """
@@ -184,7 +184,7 @@ def most_bytes_of(n_bytes: int) -> int:
 
 
 def reason_of(error: BaseException) -> str:
-    """The kind and the message of another library's error, as a line of at most 200 characters."""
+    """Class and message of another library's error in one line of at most 200 characters."""
     return shortened(f"{type(error).__name__}: {error}")
 
 

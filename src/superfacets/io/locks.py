@@ -1,4 +1,4 @@
-"""Files of ours in folders of users: opened safely, and used by one process at a time."""
+"""Our files in users' folders: opened without following links, and locked between processes."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .atomic import writable_folder
 __all__ = ["held", "is_left_behind", "lock_file", "locked", "open_own"]
 
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""Windows has the first alone. A pipe is opened without waiting for who writes to it."""
+"""Windows has only the first. With O_NONBLOCK a pipe is opened without waiting for a writer."""
 
 
 def open_own(path: Path, flags: int) -> int:
-    """Open a file whose name we chose, and return its descriptor; a link is not followed.
+    """Open a file of ours, and return its descriptor; links are not followed.
 
     The folder may come from somebody else, with a link to any file of the user under that name.
 
@@ -53,7 +53,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def held(path: Path, message: str) -> Iterator[None]:
-    """Hold the lock of a file, which is made if it is not there; a ValueError if another has it.
+    """Hold the lock of a file, made if missing; a ValueError if another process holds it.
 
     The file stays. The lock ends with this process, however that ends, and child processes that
     run another program do not inherit it.
@@ -67,7 +67,7 @@ def held(path: Path, message: str) -> Iterator[None]:
 
 
 def is_left_behind(path: Path) -> bool:
-    """Whether a lock file is there that no process holds."""
+    """Whether the lock file exists and no process holds it."""
     try:
         file = open_own(path, os.O_RDWR)
     except OSError:
@@ -81,7 +81,7 @@ def is_left_behind(path: Path) -> bool:
 
 
 def lock_file(file: int, path: Path, message: str) -> None:
-    """Lock an open file until it is closed; a ValueError with the message if another has it.
+    """Lock an open file until it is closed; a ValueError with the message if it is locked.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Tables that are read in ranges of rows: arrays, binary files, files in a row."""
+"""Tables that are read by ranges of rows: arrays, binary files, several files."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ __all__ = [
 Array = npt.NDArray[Any]
 
 BLOCK_BITS = 14
-"""Rows are looked up in blocks of 2 to this power."""
+"""Binary logarithm of the rows per block in lookups."""
 
 
 class Rows(Protocol):
-    """A table that is read in ranges of rows. It can be pickled, but for `ArrayRows`."""
+    """A table that is read by ranges of rows. All but `ArrayRows` can be pickled."""
 
     @property
     def n_rows(self) -> int:
@@ -33,7 +33,7 @@ class Rows(Protocol):
         ...
 
     def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1, each of as many numbers as the table has columns."""
+        """Rows begin to end - 1, shape (end - begin, columns)."""
         ...
 
 
@@ -78,7 +78,7 @@ class RecordRows:
     length: str | None = None
 
     def read(self, begin: int, end: int) -> Array:
-        """Rows begin to end - 1; a MeshError if one has not three corners."""
+        """Rows begin to end - 1; a MeshError if a row does not have three corners."""
         records = np.empty(end - begin, self.record)
         with self.path.open("rb", buffering=0) as file:
             file.seek(self.begin + begin * self.record.itemsize)
@@ -113,7 +113,7 @@ class ConvertedRows:
 
 @dataclass(frozen=True)
 class JoinedRows:
-    """Tables one after the other. A number, `shifts`, is added to all integers of each, if any."""
+    """Concatenated tables. `shifts`, if given, has a number to add to the integers of each."""
 
     parts: tuple[Rows, ...]
     shifts: tuple[int, ...] | None = None
@@ -140,11 +140,11 @@ class JoinedRows:
 
 
 def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
-    """Rows in any order and number, with no more than about `most` of the table in memory."""
+    """Rows by index, in any order, with at most about `most` rows of the table in memory."""
     if isinstance(rows, ArrayRows):
         if not rows.array.flags.c_contiguous:
             return np.asarray(rows.array[wanted])
-        return np.asarray(rows.array.take(wanted, axis=0))  # faster, but of a copy of other arrays
+        return np.asarray(rows.array.take(wanted, axis=0))  # faster, but copies other arrays
     low, high = int(wanted.min()), int(wanted.max()) + 1
     if high - low <= most:
         return rows.read(low, high).take(wanted - low, axis=0)
@@ -166,7 +166,7 @@ def take_rows(rows: Rows, wanted: Array, most: int) -> Array:
 
 
 def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
-    """Rows that are all in some blocks, which are read where they follow each other at once."""
+    """Rows of the given blocks; runs of consecutive blocks are read at once."""
     size = 1 << BLOCK_BITS
     slots = np.zeros(int(used[-1]) + 1, np.int64)
     slots[used] = np.arange(len(used)) << BLOCK_BITS
@@ -178,7 +178,7 @@ def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
 
 
 def read_all(file: Any, array: Array) -> None:
-    """Fill a contiguous array from an unbuffered file; an OSError where that ends before."""
+    """Fill a contiguous array from an unbuffered file; an OSError if the file ends before."""
     data: Any = array.reshape(-1).view(np.uint8)
     view = memoryview(data)
     while view:

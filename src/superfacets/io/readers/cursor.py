@@ -1,4 +1,4 @@
-"""Files of header lines between blocks of numbers, which are text or binary."""
+"""Reading position in files of header lines and blocks of numbers, text or binary."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["Cursor", "as_count", "shown"]
 
 
 class Cursor:
-    """A place in a file, which moves on with each line and each block of numbers.
+    """Reading position in a file; each line and each block of numbers moves it on.
 
     Parameters
     ----------
@@ -39,26 +39,26 @@ class Cursor:
 
     @cached_property
     def _lines(self) -> tuple[Lines, npt.NDArray[np.int64]]:
-        """Lines of a text, and the number of tokens up to the end of each."""
+        """Lines of a text, and the cumulative number of tokens."""
         lines = split_lines(self.data)
         return lines, np.cumsum(lines.counts, dtype=np.int64)
 
     def any_line(self) -> bytes:
-        """Content of the next line, which may be blank, or what is left of a file without one."""
+        """Content of the next line, perhaps blank; or of the rest of the file if no line ends."""
         newline = self.data.find(b"\n", self.place)
         end = newline if newline >= 0 else len(self.data)
         line, self.place = self.data[self.place : end], min(end + 1, len(self.data))
         return line.strip()
 
     def line(self) -> bytes:
-        """Content of the next line that is not blank; empty at the end of the file."""
+        """The next line that is not blank; empty at the end of the file."""
         while self.place < len(self.data):
             if line := self.any_line():
                 return line
         return b""
 
     def counts(self, n: int, what: str) -> list[int]:
-        """The numbers in the next line, which must begin with `n` of them."""
+        """The first `n` numbers of the next line; a MeshError if there are fewer."""
         tokens = self.line().split()
         if len(tokens) < n:
             raise MeshError(f"{what} are missing: is the file cut?")
@@ -80,7 +80,7 @@ class Cursor:
         return found.astype(stored)
 
     def rows(self, n: int, what: str) -> Lines:
-        """The next `n` lines of a text."""
+        """The next `n` lines."""
         lines, _ = self._lines
         first = int(np.searchsorted(lines.starts, self.place))
         if n > len(lines) - first:
@@ -117,12 +117,12 @@ def _too_few(n: int, n_left: int, what: str, unit: str = "number") -> MeshError:
 
 
 def as_count(token: bytes | str, what: str) -> int:
-    """The whole number that a token is; a MeshError if it is none, or beyond all files."""
+    """A token as an integer; a MeshError if it is none, or larger than any file."""
     if not token.isdigit() or len(token) > 18 or not token.isascii():
         raise MeshError(f"{what} must be whole numbers, got {shown(token)}")
     return int(token)
 
 
 def shown(token: bytes | str) -> str:
-    """Words of a file as a message may show them."""
+    """Text from a file, made safe to show in a message."""
     return reprlib.repr(token.decode("latin-1") if isinstance(token, bytes) else token)

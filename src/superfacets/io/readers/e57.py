@@ -35,7 +35,7 @@ _KINDS = {
 
 _PAGE = 1024
 _CHECKSUM = 4
-"""Bytes of a page, and of its end, which is a checksum of all before."""
+"""Bytes of a page, and of the checksum at its end."""
 
 
 class _Scan(NamedTuple):
@@ -70,7 +70,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
 
 
 def _check_description(data: Content) -> None:
-    """Raise a MeshError where the XML of the file has entities, of which libE57 makes endless text.
+    """Raise a MeshError if the XML has a DOCTYPE: libE57 expands entities without limit.
 
     E57 knows no document types, and no encoding but UTF-8. libE57 finds all else that is wrong.
     """
@@ -90,7 +90,7 @@ def _check_description(data: Content) -> None:
 
 @contextlib.contextmanager
 def _file_of(data: Content) -> Iterator[str]:
-    """Give the name of a file with this content, for as long as the context lasts.
+    """Yield the name of a temporary file with this content.
 
     The file has no name in a folder where the system can open it by its descriptor: so a process
     that is killed leaves nothing behind.

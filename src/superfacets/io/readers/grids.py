@@ -1,4 +1,4 @@
-"""Cells of several kinds on one set of vertices, as files of volumes hold them."""
+"""`Grid`: the cells of several types in a file of volumes."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from .text import runs
 __all__ = ["Grid", "sizes_between"]
 
 TETS = {10: 4, 24: 10}
-"""VTK's numbers of tetrahedra, and their corners; of ten the first four are the corners."""
+"""VTK's types of tetrahedra, and their numbers of nodes; the first four nodes are corners."""
 
 _FLAT = (*range(10), 21, 22, 23, 28, 30, 34, 35, 36)
-"""VTK's numbers of cells without a volume."""
+"""VTK's types of cells without a volume."""
 
 _SIZES = {1: 1, 3: 2, 5: 3, 9: 4}
-"""Corners of flat cells, by which a file is found out that was cut within the last kind."""
+"""Numbers of corners of flat cells, to find files that end within the last block of them."""
 
 _NAMES = {
     1: "vertex", 3: "line", 5: "triangle", 7: "polygon", 9: "quad", 10: "tetra", 11: "voxel",
@@ -86,7 +86,7 @@ def _named(kinds: list[int]) -> str:
 
 
 def sizes_between(offsets: npt.NDArray[Any], what: str) -> npt.NDArray[np.int64]:
-    """Sizes of lists that end, and begin but for the first, at these offsets."""
+    """Sizes of lists from their end offsets."""
     offsets = offsets.astype(np.int64, copy=False)
     sizes = np.diff(offsets, prepend=0)
     if (offsets < 0).any() or (sizes < 0).any():

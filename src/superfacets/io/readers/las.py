@@ -30,7 +30,7 @@ _SMALL = 64 << 20
 Scans compress 5 to 20 times. Points that are all equal compress 3,000 times and more."""
 
 _Field = tuple[str, str | dict[str, int]]
-"""Type and name; where several numbers share a byte, their names and bits from the lowest on."""
+"""Type and name of a field. Packed fields have names and numbers of bits, lowest bits first."""
 
 _POINT_0: tuple[_Field, ...] = (
     ("<i4", "X"), ("<i4", "Y"), ("<i4", "Z"), ("<u2", "intensity"),
@@ -50,11 +50,11 @@ _POINT_6: tuple[_Field, ...] = (
 _TIME: tuple[_Field, ...] = (("<f8", "gps_time"),)
 _COLORS: tuple[_Field, ...] = (("<u2", "red"), ("<u2", "green"), ("<u2", "blue"))
 _NIR: tuple[_Field, ...] = (*_COLORS, ("<u2", "nir"))
-_WAVE: tuple[_Field, ...] = (("V29", {}),)  # a place in another part of the file: not read
+_WAVE: tuple[_Field, ...] = (("V29", {}),)  # an offset into another part of the file: not read
 
 
 class _Part(NamedTuple):
-    """Fields that LAZ compresses together, in as many layers."""
+    """Fields that LAZ compresses together, and their number of layers."""
 
     fields: tuple[_Field, ...]
     n_layers: int
@@ -64,16 +64,16 @@ _PARTS = {
     6: _Part(_POINT_0, 0), 7: _Part(_TIME, 0), 8: _Part(_COLORS, 0), 9: _Part(_WAVE, 0),
     10: _Part(_POINT_6, 9), 11: _Part(_COLORS, 1), 12: _Part(_NIR, 2), 13: _Part(_WAVE, 1),
 }  # fmt: skip
-"""By the numbers that they have in LAZ."""
+"""Items by their type number in LAZ."""
 
 _FORMATS = (
     (6,), (6, 7), (6, 8), (6, 7, 8), (6, 7, 9), (6, 7, 8, 9),
     (10,), (10, 11), (10, 12), (10, 13), (10, 12, 13),
 )  # fmt: skip
-"""The parts of a record, by point format."""
+"""Items of a record, by point format."""
 
 _EXTRA = {6: 0, 10: 14}
-"""The part of further bytes, by the first part."""
+"""The item for extra bytes, by the first item."""
 
 _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4", "<f8")
 
@@ -81,16 +81,16 @@ _EXTRA_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f4",
 class _Header(NamedTuple):
     n_points: int
     point_format: int
-    size: int  # of a record
-    begin: int  # of the points in the file
+    size: int  # of a point record, in bytes
+    begin: int  # offset of the points in the file
     is_compressed: bool
     scales: tuple[float, ...]
     offsets: tuple[float, ...]
-    records: dict[tuple[bytes, int], bytes]  # of variable length
+    records: dict[tuple[bytes, int], bytes]  # variable length records by user and id
 
 
 def read_las(data: Content) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
-    """x, y and z with the scale and offset of the file; and what else it holds, by name.
+    """Columns x, y and z in the units of the file; and all other fields by name.
 
     The names are laspy's. Numbers without a name, lists and waves are left out.
     """
@@ -143,7 +143,7 @@ def _size_of(fields: tuple[_Field, ...]) -> int:
 
 
 def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
-    """Records of variable length before the points, by user and number."""
+    """Variable length records before the points, by user and id."""
     found = {}
     place = 0
     for record in range(n_records):
@@ -158,7 +158,7 @@ def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
 def _columns(
     records: npt.NDArray[np.uint8], header: _Header
 ) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    """The numbers of all points, by name."""
+    """Fields of all points by name."""
     fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
     place = 0
     for kind, name in fields:
@@ -183,7 +183,7 @@ def _column(
 def _extra_columns(
     records: npt.NDArray[np.uint8], header: _Header, place: int
 ) -> Iterator[tuple[str, npt.NDArray[Any]]]:
-    """Numbers behind those of the point format, with the scale and offset that they declare."""
+    """Extra dimensions of the points, with the scale and offset that they declare."""
     described = header.records.get((b"LASF_Spec", 4), b"")
     for begin in range(0, len(described) - 191 if place < header.size else 0, 192):
         kind, options, name = struct.unpack_from("<2xBB32s", described, begin)
@@ -199,7 +199,7 @@ def _extra_columns(
 
 
 def _size_of_numbers(kind: int) -> int:
-    """Bytes of a number; from kind 11 on, of two or three."""
+    """Bytes of an extra dimension; types from 11 on are pairs and triples."""
     if kind > 30:
         raise MeshError(f"the further numbers of a point have the unknown type {kind}")
     return np.dtype(_EXTRA_TYPES[(kind - 1) % 10 + 1]).itemsize * ((kind - 1) // 10 + 1)
@@ -245,7 +245,7 @@ def _decompressed(data: Content, header: _Header) -> npt.NDArray[np.uint8]:
 
 
 def _n_layers(description: bytes, header: _Header) -> int:
-    """Layers of a chunk, 0 in older formats; a MeshError if the record has other parts."""
+    """Number of layers of a chunk, 0 in older formats; a MeshError for items of another format."""
     parts = _FORMATS[header.point_format]
     expected = [(part, _size_of(_PARTS[part].fields)) for part in parts]
     n_extra = header.size - sum(size for _, size in expected)
@@ -268,7 +268,7 @@ def _n_layers(description: bytes, header: _Header) -> int:
 
 
 def _begin_of_table(data: Content, header: _Header) -> int:
-    """Where the table of the chunks begins: written before the points, or at the end."""
+    """Offset of the chunk table; it is stored before the points, or at the end of the file."""
     begin = header.begin + 8
     if begin <= len(data):
         for at in (header.begin, len(data) - 8):
@@ -281,16 +281,16 @@ def _begin_of_table(data: Content, header: _Header) -> int:
 def _chunks(
     lazrs: Any, table: bytes, description: bytes, header: _Header, n_bytes: int
 ) -> list[tuple[int, int]]:
-    """Points and bytes of each chunk."""
+    """Numbers of points and of bytes of each chunk."""
     (n_chunks,) = struct.unpack_from("<I", table, 4)
-    if n_chunks > n_bytes // header.size + 1:  # of each but an empty one a point stands as it is
+    if n_chunks > n_bytes // header.size + 1:  # each but an empty one has an uncompressed point
         raise MeshError(f"the file declares {n_chunks} chunks of points in {n_bytes} bytes")
     vlr = lazrs.LazVlr(description)
     chunks = lazrs.read_chunk_table_only(io.BytesIO(table), vlr)
-    if any(size > n_bytes for _, size in chunks):  # some have 64 bits
+    if any(size > n_bytes for _, size in chunks):  # some are 64-bit numbers
         raise MeshError(f"a chunk of points takes more than the {n_bytes} bytes of all")
     counts, largest = np.array(chunks, dtype=np.int64).reshape(-1, 2), header.n_points
-    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the others
+    if n_chunks and not vlr.uses_variable_size_chunks():  # the last chunk holds the rest
         largest = counts[:-1, 0] = vlr.chunk_size()
         counts[-1, 0] = header.n_points - counts[:-1, 0].sum()
     counts = counts[counts.any(axis=1)]  # some writers end with an empty chunk
@@ -305,7 +305,7 @@ def _chunks(
 
 
 def _check_layers(content: bytes, chunks: list[tuple[int, int]], size: int, n_layers: int) -> None:
-    """Raise a MeshError where the layers of a chunk are larger than the chunk.
+    """Raise a MeshError if the layers of a chunk are larger than the chunk.
 
     A chunk holds its first point, a count, the sizes of its layers, and the layers.
     """

@@ -1,4 +1,4 @@
-"""MESH: the text files of Medit, in sections that are a keyword, a count, and rows of numbers."""
+"""MESH: text files of Medit. A section is a keyword, a count, and rows of numbers."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _KINDS = {
     b"Pyramids": (14, 5), b"Prisms": (13, 6), b"Wedges": (13, 6), b"Hexahedra": (12, 8),
     b"Hexaedra": (12, 8),
 }  # fmt: skip
-"""VTK's number, and corners, of the cells of each section."""
+"""VTK's cell type, and number of corners, of each section."""
 
 
 def read_medit(data: Content, name: str) -> Grid:
-    """The cells of the file, whose values are the references, called ``medit:ref``."""
+    """The cells of the file; their values are the references, ``medit:ref``."""
     lines = split_lines(data, comment=b"#")
     letters = lines.text[lines.starts] | 0x20
     heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))
@@ -32,7 +32,7 @@ def read_medit(data: Content, name: str) -> Grid:
     words = [lines.content(int(head)).split() for head in heads]
     if not words or heads[0] or words[0][0] != b"MeshVersionFormatted":
         raise MeshError("not a MESH file: it does not begin with MeshVersionFormatted")
-    ends = [*heads[1:], len(lines)]  # some programs leave out the word End
+    ends = [*heads[1:], len(lines)]  # some programs do not write End
     for head, end, tokens in zip(heads, ends, words, strict=True):
         section = lines[head + 1 : end]
         if tokens[0] == b"Dimension":
@@ -76,7 +76,7 @@ def _check_dimension(tokens: list[bytes], section: Lines) -> None:
 def _rows_of(
     tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
 ) -> npt.NDArray[Any]:
-    """The numbers of a section, whose count stands behind its keyword or on the next line."""
+    """The numbers of a section. The count follows the keyword on its line or on the next."""
     what = tokens[0].decode("ascii")
     if len(tokens) == 1 and len(section):
         tokens, section = [*tokens, *section.content(0).split()], section[1:]

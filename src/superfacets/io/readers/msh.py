@@ -1,4 +1,4 @@
-"""MSH: Gmsh's meshes of version 2.2 and 4.1, text or binary."""
+"""MSH: meshes of Gmsh, versions 2.2 and 4.1, text or binary."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .text import as_integers, runs
 
 __all__ = ["read_msh"]
 
-# VTK's number, and nodes, of each of Gmsh's types 1 to 19; types of higher order are refused.
+# VTK's cell type and the number of nodes of Gmsh's types 1 to 19. Higher orders are refused.
 _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23, 25, 26, 27])
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])
 
 Parts = tuple[npt.NDArray[Any], ...]
-"""Of some elements: their tags, types, first tag (the physical one), second tag, nodes in a row."""
+"""A block of elements: tags, types, physical tags, second tags, nodes (flat)."""
 
 
 def read_msh(data: Content, name: str) -> Grid:
-    """The elements of the file, with the values of the element data of this name.
+    """The elements of the file, with the element data of this name.
 
     ``gmsh:physical`` and ``gmsh:geometrical`` are names of the tags of elements.
     """
@@ -40,7 +40,7 @@ class _MshReader:
         self._name = name
         self._nodes: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None = None
         self._elements: list[Parts] = []
-        self._physical: dict[int, int] = {}  # of each entity of dimension 3
+        self._physical: dict[int, int] = {}  # physical tag of each entity of dimension 3
         self._values: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None = None
 
     def read(self) -> Grid:
@@ -58,7 +58,7 @@ class _MshReader:
         return self._grid()
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
-        """What reads each section; it returns whether it did."""
+        """Reader of each section; it returns whether the section was read."""
         words = self._cursor.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")
@@ -93,7 +93,7 @@ class _MshReader:
         return self._cursor.numbers(n, "i4", what)
 
     def _sizes(self, n: int, what: str) -> npt.NDArray[Any]:
-        """Numbers that are of 8 bytes where they are binary."""
+        """The next `n` counts or tags: 8 bytes each in binary files."""
         return self._cursor.numbers(n, "i8", what)
 
     def _read_nodes(self) -> bool:
@@ -102,7 +102,7 @@ class _MshReader:
         return True
 
     def _tagged(self, n: int, width: int, what: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Rows of a tag and so many doubles: the tags, and the doubles."""
+        """Rows of a tag and `n` doubles: (tags, doubles)."""
         if not self._cursor.byte_order:
             rows = self._cursor.numbers((1 + width) * n, "f8", what).reshape(-1, 1 + width)
             return as_integers(rows[:, 0], f"tags of {what}"), np.ascontiguousarray(rows[:, 1:])
@@ -114,7 +114,7 @@ class _MshReader:
         )
 
     def _read_elements(self) -> bool:
-        """Lines of a tag, the type, the number of further tags, these, and the nodes."""
+        """Elements as lines: tag, type, number of further tags, these tags, nodes."""
         (n_elements,) = self._cursor.counts(1, "the number of Elements")[:1]
         rows = self._cursor.rows(n_elements, "Elements")
         values = as_integers(rows.parse_integers_or_floats(), "Elements")
@@ -127,7 +127,7 @@ class _MshReader:
         if len(wrong):
             line = rows.number(int(wrong[0]))
             raise MeshError(f"line {line}: an element has too many or too few numbers")
-        values = np.append(values, 0)  # where there is no such tag
+        values = np.append(values, 0)  # value of a missing tag
         tags = [values[np.where(n_tags > i, starts + 3 + i, -1)] for i in range(2)]
         nodes = values[runs(starts + 3 + n_tags, n_nodes)]
         self._elements.append((values[starts], types, *tags, nodes))
@@ -143,7 +143,7 @@ class _MshReader:
             width = 1 + n_tags + int(_N_NODES[head[0]])
             if not 0 < n_rows <= n_left or n_tags < 0:
                 raise MeshError("a block of Elements declares a wrong number of them")
-            if n_rows == 1:  # Gmsh writes each element by itself
+            if n_rows == 1:  # Gmsh writes one element per block
                 self._cursor.place = begin
                 rows = self._equal_blocks(head, 3 + width, n_left)[:, 3:]
             else:
@@ -155,9 +155,9 @@ class _MshReader:
         return True
 
     def _equal_blocks(self, head: npt.NDArray[Any], width: int, n_left: int) -> npt.NDArray[Any]:
-        """Rows of blocks, of one element each, that begin like the first; at least that."""
+        """Consecutive blocks of one element with the same header as the first, read at once."""
         begin, n_rows, n_equal = self._cursor.place, 1, 1
-        while n_equal == n_rows:  # twice as many at a time: little is looked at in vain
+        while n_equal == n_rows:  # doubling: at most half is examined in vain
             n_fitting = (len(self._cursor.data) - begin) // (4 * width)
             n_rows = max(1, min(2 * n_rows, n_left, n_fitting))
             self._cursor.place = begin
@@ -170,7 +170,7 @@ class _MshReader:
         return rows[:n_equal]
 
     def _read_data(self) -> bool:
-        """Values of elements, one each; others are left to be skipped."""
+        """Element data with one value per element; other data is skipped."""
         begin = self._cursor.place
         texts = [self._cursor.line() for _ in range(self._few("texts"))]
         for _ in range(self._few("reals")):
@@ -212,7 +212,7 @@ class _MshReader:
         return True
 
     def _block(self, what: str) -> tuple[int, int, int, int]:
-        """Three numbers at the head of a block, and how many rows it has."""
+        """The three numbers of a block header, and its number of rows."""
         if self._cursor.byte_order:
             first, second, third = self._integers(3, what).tolist()
             return first, second, third, _natural(self._sizes(1, what)[0], what)
@@ -270,7 +270,7 @@ def _checked_types(types: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 def _places(tags: npt.NDArray[Any], wanted: npt.NDArray[Any], what: str) -> npt.NDArray[Any]:
-    """Where each wanted tag stands among the tags, which mostly count from 1."""
+    """Index of each wanted tag among the tags; fast where tags count from 1."""
     if np.array_equal(tags, np.arange(1, len(tags) + 1)):
         wrong = (wanted < 1) | (wanted > len(tags))
         places = wanted - 1

@@ -1,4 +1,4 @@
-"""NPY: one array of numbers. NPZ: several, by name, in a ZIP archive.
+"""NPY: one array. NPZ: a ZIP archive of arrays by name.
 
 Headers are parsed here and not by numpy, which gives them to `ast`: threads that use `ast` at the
 same time can fail with a SystemError in CPython 3.11 and early 3.12.
@@ -22,12 +22,12 @@ from ..guards import Content
 __all__ = ["MAX_NPY_HEADER", "npy_array", "npy_header", "npz_array"]
 
 MAX_NPY_HEADER = 10_000
-"""Longest text of a header, in bytes: numpy's limit. Headers of labels have about 60."""
+"""NumPy's limit of the header's text, in bytes. Headers of labels have about 60."""
 
 _MAGIC = b"\x93NUMPY"
 
 _SIZE_BYTES = {1: 2, 2: 4, 3: 4}
-"""Bytes of the number that tells how long the text is, by version of the format."""
+"""Bytes of the header's length field, by version of the format."""
 
 _FIELD = re.compile(
     r"\s*(['\"])(?P<key>descr|fortran_order|shape)\1\s*:"
@@ -40,7 +40,7 @@ _TYPE = re.compile(r"['\"]([<>|=]?[A-Za-z]\d{0,9}(?:\[\w+\])?)['\"]")
 _COUNT = re.compile(r"-?\d{1,19}")
 
 _SHAPE = re.compile(r"\(\s*(?:(?:N,\s*)+(?:N)?)?\)".replace("N", r"-?\d{1,19}L?\s*"))
-"""Python 2 wrote (3L,)."""
+"""Matches ``3L``, as Python 2 wrote integers."""
 
 
 def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
@@ -63,7 +63,7 @@ def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
 
 
 def npz_array(data: Content, name: str) -> npt.NDArray[Any]:
-    """One array of a .npz file, by its name.
+    """Return one array of a .npz file by name.
 
     A damaged archive raises errors of zipfile, of zlib, a KeyError or a MeshError.
     """
@@ -72,7 +72,7 @@ def npz_array(data: Content, name: str) -> npt.NDArray[Any]:
 
 
 def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int]:
-    """Shape, type and Fortran order that a .npy file declares, and where its numbers begin."""
+    """Shape, type, Fortran order, and offset of the data of a .npy file."""
     try:
         text, begin = _text_of(data)
         return *_parsed(text), begin
@@ -81,7 +81,7 @@ def npy_header(data: Content) -> tuple[tuple[int, ...], np.dtype[Any], bool, int
 
 
 def _text_of(data: Content) -> tuple[str, int]:
-    """The text of a header, and where it ends."""
+    """The text of the header, and its end offset."""
     if bytes(data[: len(_MAGIC)]) != _MAGIC:
         raise ValueError(f"expected it to begin with {_MAGIC!r}")
     version = bytes(data[6:8])
@@ -97,7 +97,7 @@ def _text_of(data: Content) -> tuple[str, int]:
 
 
 def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
-    """Shape, type and Fortran order in the text of a header, a dictionary as Python writes it."""
+    """Parse the header, a literal of a Python dictionary, without `eval` or `ast`."""
     fields, at = dict[str, str](), 1
     inner = text.strip()
     while found := _FIELD.match(inner, at):
@@ -109,14 +109,14 @@ def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
 
 
 def _shape_of(value: str) -> tuple[int, ...]:
-    """The numbers in parentheses; there is a comma after a single one."""
+    """Parse a tuple of integers; ``(3,)`` has a comma."""
     if not _SHAPE.fullmatch(value):
         raise ValueError(f"its shape is {reprlib.repr(value)}; expected a tuple of integers")
     return tuple(map(int, _COUNT.findall(value)))
 
 
 def _type_of(value: str) -> np.dtype[Any]:
-    """The type in quotes. Records, which have a list there, are no arrays of numbers."""
+    """Parse the type, a string. Structured types, which are lists, are refused."""
     found = _TYPE.fullmatch(value)
     if found is None:
         raise ValueError(f"its type is {reprlib.repr(value)}; expected a number, as '<i4'")

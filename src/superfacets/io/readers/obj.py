@@ -24,7 +24,7 @@ _CONTINUED = re.compile(rb"^([^#\n]*)\\[ \t]*\r?\n", re.MULTILINE)
 """A line without a comment that is continued in the next one."""
 
 _LINE = re.compile(r"line (\d+)")
-"""The number of a line in an error."""
+"""Line number in an error message."""
 
 
 def read_obj(data: Content) -> Arrays:
@@ -90,7 +90,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
 
 
 def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
-    """The same of a file, of which about so many bytes are in memory at a time."""
+    """As above, for a file; about `size` bytes are in memory at a time."""
     n_vertices, n_lines = 0, 0
     for text in _text_blocks(path, size):
         try:
@@ -106,7 +106,7 @@ def read_file_blocks(path: Path, size: int) -> Iterator[_Block]:
 
 
 def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
-    """The text of a file in blocks of whole lines, none of which is continued in the next."""
+    """Yield a text in blocks of whole lines; a line and its continuations stay together."""
     rest = b""
     with path.open("rb") as file:
         while block := file.read(size):
@@ -120,7 +120,7 @@ def _text_blocks(path: Path, size: int) -> Iterator[bytes]:
 
 
 def _end_of_lines(text: bytes) -> int:
-    """Where the last line ends that is not continued in the next; 0 if there is none."""
+    """End of the last line that is not continued on the next line; 0 if there is none."""
     end = text.rfind(b"\n") + 1
     while end:
         begin = text.rfind(b"\n", 0, end - 1) + 1

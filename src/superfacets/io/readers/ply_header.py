@@ -44,7 +44,7 @@ BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">
 
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
-"""Bytes of a file that its header is looked for in, at first and at most."""
+"""Bytes in which the end of the header is searched: at first, and at most."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Element:
     properties: list[Property] = field(default_factory=list)
 
     def record(self) -> np.dtype[Any] | None:
-        """The record of a row, where each face has three corners; None with other lists."""
+        """The type of a row, if all lists are corners of triangles; else None."""
         record: list[tuple[Any, ...]] = []
         for column, stored in enumerate(self.properties):
             name = stored.name if self.find(stored.name) == column else f"again {column}"
@@ -141,7 +141,7 @@ class Header:
 
 
 def read_header(path: Path) -> tuple[Header, bytes]:
-    """The header that a file begins with, and the bytes that it was found in."""
+    """The header of a file, and the bytes that were read for it."""
     size = _HEADER_BLOCK
     with path.open("rb") as file:
         content = file.read(size)

@@ -1,4 +1,4 @@
-"""VTU, VTK, MSH and MESH: the tetrahedra among the cells of a grid."""
+"""Tetrahedra from VTU, VTK, MSH and MESH files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""VTK's older files of unstructured grids, text or binary, of version 3.0 to 5.1."""
+"""VTK: legacy files of unstructured grids, versions 3.0 to 5.1, text or binary."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _TYPES = {
     "vtkidtype": "i4",
     **{f"vtktype{word.lower()}": stored for word, stored in NUMBER_TYPES.items()},
 }  # fmt: skip
-"""Binary files hold ids as int, whatever the machine that wrote them had."""
+"""Type of ids: binary files store them as ``int``."""
 
 _WIDTHS = {
     "VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1,
 }  # fmt: skip
-"""Numbers for each cell or point, of attributes that have a name and a type."""
+"""Numbers of components of the attributes that have a name and a type."""
 
 
 def read_vtk(data: Content, name: str) -> Grid:
@@ -44,7 +44,7 @@ class _LegacyReader:
         self._name = name
         self._arrays: dict[str, npt.NDArray[Any]] = {}
         self._values: npt.NDArray[Any] | None = None
-        self._owner = ""  # of the values that follow: CELL_DATA or POINT_DATA
+        self._owner = ""  # section of the current attributes: CELL_DATA or POINT_DATA
         self._n_values = 0
 
     def read(self) -> Grid:
@@ -112,7 +112,7 @@ class _LegacyReader:
         self._keep(words[0], self._numbers(width * n, _word(words, 3), "a field"))
 
     def _read_attribute(self, keyword: str, words: list[str]) -> None:
-        """Values of each cell or point, or a table of colors."""
+        """Read an attribute, or a lookup table."""
         if keyword == "SCALARS":
             width = self._count(words, 3) if len(words) > 3 else 1
             begin = self._cursor.place
@@ -145,7 +145,7 @@ class _LegacyReader:
         return self._cursor.numbers(n, _TYPES[word.lower()], what)
 
     def _keep(self, name: str, values: npt.NDArray[Any]) -> None:
-        """Remember values of cells that were asked for; names are written as in addresses."""
+        """Keep the wanted cell data; names are percent-encoded."""
         stored = unquote_to_bytes(name.encode("latin-1")).decode("utf-8", "replace")
         if self._owner == "CELL_DATA" and self._values is None and stored == self._name:
             self._values = values
@@ -167,7 +167,7 @@ def _word(words: list[str], place: int) -> str:
 
 
 def _split_rows(rows: npt.NDArray[Any], n_rows: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-    """Sizes, and the corners in a row, of cells that are a size and the corners each."""
+    """Split rows of (size, corners ...) into sizes and flat corners."""
     width = len(rows) // n_rows if n_rows else 0
     if width and len(rows) == width * n_rows and (rows[::width] == width - 1).all():
         return np.full(n_rows, width - 1), rows.reshape(n_rows, width)[:, 1:].ravel()

@@ -1,4 +1,4 @@
-"""VTK's files of XML: pieces, and the arrays in them, inline or appended."""
+"""VTK XML files: pieces and their arrays, inline or appended."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ NUMBER_TYPES = {
     "Float32": "f4",
     "Float64": "f8",
 }
-"""VTK's names of types, and numpy's."""
+"""NumPy types by VTK's names."""
 
 _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
 
 def is_xml_of(kind: str, data: Content) -> bool:
-    """Whether a file begins as VTK's files of this type do."""
+    """Whether the file is a VTK XML file of this type."""
     head = data[:1000]
     return b"<VTKFile" in head and kind.encode() in head
 
@@ -49,18 +49,18 @@ class _Array:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """What the tag of a piece says, and its arrays by the section that holds them."""
+    """A piece: the attributes of its tag, and its arrays by section."""
 
     attributes: dict[str, str]
     sections: dict[str, list[_Array]] = field(default_factory=dict)
 
     def count(self, name: str) -> int:
-        """A number that the tag declares; 0 where it does not."""
+        """A count from the tag; 0 if missing."""
         return as_count(self.attributes.get(name, "0"), name)
 
 
 class XmlFile:
-    """The structure of a file of VTK; its arrays are decoded when they are asked for.
+    """A VTK XML file; arrays are decoded when asked for.
 
     Nothing of XML is read that VTK does not write: entities and document types are refused.
 
@@ -137,14 +137,14 @@ class XmlFile:
         return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
 
     def cells(self, piece: Piece, section: str, n_cells: int) -> tuple[npt.NDArray[Any], ...]:
-        """The sizes of cells, and their corners in a row."""
+        """The sizes of cells, and their corners, flat."""
         if not n_cells:
             return np.empty(0, np.int64), np.empty(0, np.int64)
         sizes = sizes_between(self.integers(piece, section, "offsets", n_cells), section)
         return sizes, self.integers(piece, section, "connectivity", int(sizes.sum()))
 
     def integers(self, piece: Piece, section: str, name: str, n: int) -> npt.NDArray[Any]:
-        """An array of so many integers; a MeshError if there is none."""
+        """An array of `n` integers; a MeshError if it is missing."""
         found = self.cell_data(piece, name, n, section)
         if found is None:
             raise MeshError(f"the {section} of the file have no array {name}")
@@ -164,7 +164,7 @@ class XmlFile:
         return self._values(array, n)
 
     def _values(self, array: _Array, n: int) -> npt.NDArray[Any]:
-        """The `n` numbers of an array; a MeshError that names it if they are not there."""
+        """The `n` numbers of an array; a MeshError with its name if it has another size."""
         try:
             self._left -= 8 * n
             if self._left < 0:
@@ -196,7 +196,7 @@ class XmlFile:
         return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
 
     def _content(self, source: _Bytes, n_bytes: int) -> bytes | bytearray:
-        """The bytes of an array, of which there must be `n_bytes`."""
+        """The bytes of an array; a MeshError if these are not `n_bytes`."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
         first = int(np.frombuffer(source.take(size), header)[0])
@@ -234,7 +234,7 @@ class XmlFile:
 
 
 class _Bytes:
-    """Bytes of an array as they are, of which nobody knows yet how many there are."""
+    """Raw bytes of an array of unknown length."""
 
     def __init__(self, data: bytes | memoryview) -> None:
         self.data = data
@@ -245,7 +245,7 @@ class _Bytes:
         return bytes(self.data[:n])
 
     def after(self, n: int) -> _Bytes:
-        """What follows `n` bytes."""
+        """The bytes after the first `n`."""
         return type(self)(self.data[n:])
 
     def _check(self, n: int) -> None:
@@ -256,12 +256,12 @@ class _Bytes:
 
 
 class _Encoded(_Bytes):
-    """Bytes in base64; what `after` leaves behind was encoded by itself."""
+    """Bytes in base64. The part after the header was encoded separately."""
 
     def take(self, n: int) -> bytes:
         n_letters = 4 * -(-n // 3)
         self._check(n_letters)
-        # The numbers may go on in the group of letters that holds the last byte.
+        # Data may continue in the group of four characters that has the last byte.
         try:
             found = binascii.a2b_base64(self.data[:n_letters], strict_mode=True)[:n]
         except binascii.Error:

@@ -1,4 +1,4 @@
-"""VTP: the polygons of a surface of VTK."""
+"""VTP: VTK's polygonal surfaces."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["has_vtp_labels", "is_vtp", "read_vtp", "read_vtp_labels"]
 
 
 def is_vtp(data: Content) -> bool:
-    """Whether a file begins as those of VTK with a surface do."""
+    """Whether the file is a VTP file."""
     return is_xml_of("PolyData", data)
 
 
@@ -35,7 +35,7 @@ def read_vtp(data: Content) -> Arrays:
 
 
 def read_vtp_labels(data: Content, name: str = "label") -> npt.NDArray[Any]:
-    """The cell data `label` of the polygons of a VTP file, or what has that name."""
+    """The cell data of this name, by default ``label``, of the polygons."""
     labels = _labels(data, name)
     if labels is None:
         raise MeshError(f"the VTP file has no cell data {name}")
@@ -50,7 +50,7 @@ def has_vtp_labels(data: Content, name: str = "label") -> bool:
 
 
 def _labels(data: Content, name: str) -> npt.NDArray[Any] | None:
-    """The values of polygons, which stand behind those of points and lines in each piece."""
+    """The values of polygons: in each piece they follow those of vertices and lines."""
     file, parts = _open(data), []
     for piece in file.pieces:
         n_before = piece.count("NumberOfVerts") + piece.count("NumberOfLines")
