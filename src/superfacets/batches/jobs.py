@@ -32,7 +32,7 @@ _STOPPING = (errno.ENOSPC, errno.EDQUOT)
 
 
 _CHUNK = 1 << 20
-"""Bytes of a file that are read at a time for its hash: under a thousandth of a second of work."""
+"""Bytes per read when a file is hashed: less than a millisecond of work."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def _done(job: BatchJob, record: Record) -> Record:
 
 
 def hash_of(path: StrPath, stop: threading.Event | None = None) -> str | None:
-    """SHA-256 of a regular file; None if it cannot be read, or where `stop` is set meanwhile."""
+    """SHA-256 of a regular file; None if it cannot be read, or if `stop` is set."""
     found = hashlib.sha256()
     try:
         with open_regular(Path(path)) as file:

@@ -98,7 +98,7 @@ def _write_all(file: int, data: bytes) -> None:
 
 
 def _read(path: Path, notes: list[str]) -> tuple[dict[str, Record], bool]:
-    """Return the last record of each name, and whether the file holds these and nothing else."""
+    """Return the last record per name, and whether the file has no other lines."""
     records: dict[str, Record] = {}
     is_tidy = True
     for number, line in enumerate(_content(path).splitlines(keepends=True), 1):

@@ -1,4 +1,4 @@
-"""How much memory a file will need, told before it is read."""
+"""Estimate the memory that a file will need before it is read."""
 
 from __future__ import annotations
 

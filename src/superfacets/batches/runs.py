@@ -290,7 +290,7 @@ def _todo(jobs: Sequence[BatchJob], manifest: Manifest, *, retry_failed: bool) -
     pool = ThreadPoolExecutor()
     try:
         return [job for job, done in zip(jobs, pool.map(is_done, jobs), strict=True) if not done]
-    finally:  # all are done, or a signal has come, and then no thread may go on
+    finally:  # stops threads after a signal
         stop.set()
         pool.shutdown(cancel_futures=True)
 
@@ -357,7 +357,7 @@ def _do_in_team(
             yield job, ending.value
         elif isinstance(ending.error, OSError):  # the batch cannot go on
             raise ending.error
-        else:  # such as a record that cannot be pickled
+        else:  # for example, a record that cannot be pickled
             yield job, _failed(job, reason_of(ending.error))
 
 

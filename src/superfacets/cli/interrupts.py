@@ -1,4 +1,4 @@
-"""Signals that end the command in order: Ctrl-C, SIGTERM, and SIGHUP, as a closed terminal sends.
+"""Clean exit on signals: Ctrl-C, SIGTERM, and SIGHUP, which a closed terminal sends.
 
 Nothing is imported here that takes long.
 """
@@ -25,7 +25,7 @@ _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(si
 """Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
 
 GRACE = 3.0
-"""Seconds that a command has to tidy up after such a signal: ending workers takes 0.3."""
+"""Seconds for cleaning up after such a signal. Ending workers takes 0.3."""
 
 
 def hear_signals() -> None:
@@ -41,14 +41,14 @@ def hear_signals() -> None:
 
 @contextlib.contextmanager
 def while_importing() -> Iterator[None]:
-    """Let these signals end the process at once, with the same words and status as later.
+    """Let these signals end the process at once, with the message and status of later interrupts.
 
     An error that is raised amid imports may be lost there, or change the exit status.
     """
     if threading.current_thread() is not threading.main_thread():  # others cannot set handlers
         yield
         return
-    raising = (signal.default_int_handler, _interrupt)  # with others, the starter wants them
+    raising = (signal.default_int_handler, _interrupt)  # other handlers are the parent's wish
     heard = {
         number: handler
         for number in (signal.SIGINT, *_ENDING)
@@ -71,12 +71,12 @@ def _interrupt(*_: object) -> NoReturn:
 
 
 def _ignore(*_: object) -> None:
-    """Go on. Unlike SIG_IGN, this is not inherited by programs that are started now."""
+    """Ignore a signal. Unlike SIG_IGN, child processes do not inherit this."""
 
 
 @contextlib.contextmanager
 def soon_ended() -> Iterator[None]:
-    """Let a signal end the process after a few seconds if the block has not ended then.
+    """Let a signal end the process if the block has not ended a few seconds later.
 
     Python handles signals between two of its instructions. One that reads from a dead network
     drive, or computes in the core, may take forever.

@@ -215,7 +215,7 @@ class _Source:
     labels_named: str
     mask: Path | None
     barriers: Path | None
-    format: str | None  # of the input
+    format: str | None  # format of the input
 
 
 def _computed(

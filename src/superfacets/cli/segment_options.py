@@ -28,7 +28,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def _defaults_of(parameter: str) -> str:
-    """The values that a parameter has by default with the weights that use it."""
+    """Default of a parameter per kind of weights."""
     used = [
         weight.defaults[parameter] for weight in WEIGHTS.values() if parameter in weight.defaults
     ]
@@ -36,7 +36,7 @@ def _defaults_of(parameter: str) -> str:
 
 
 def _users_of(parameter: str) -> str:
-    """The weights that use a parameter."""
+    """Names of the weights that use a parameter."""
     return " and ".join(name for name, weight in WEIGHTS.items() if parameter in weight.defaults)
 
 

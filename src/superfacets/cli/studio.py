@@ -60,7 +60,7 @@ def studio_command(
     files = Files.of(path, work, n_segments, given)
     opened, address = open_again(port, kept_address(address_file(files.place)))
     with opened, contextlib.ExitStack() as stack:
-        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # files with the token are removed
+        for name in {"SIGTERM", "SIGHUP"} & set(dir(signal)):  # so that the token file is removed
             number = getattr(signal, name)
             stack.callback(signal.signal, number, signal.signal(number, _end))
 
@@ -68,7 +68,7 @@ def studio_command(
             click.echo(f"superfacets studio: {page} (Ctrl-C ends it)")
             sys.stdout.flush()
             if not no_browser:
-                with contextlib.suppress(OSError):  # no file can be written: the address is printed
+                with contextlib.suppress(OSError):  # no temporary file: the address is printed
                     webbrowser.open(stack.enter_context(redirection(page)))
 
         if files.folder is None:

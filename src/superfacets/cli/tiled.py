@@ -82,7 +82,7 @@ _NOT_OF_TILES = {
     "--min-size": "min_size",
     "--feature-weight": "feature_weight",
 }
-"""Options, and the keywords of `segment` for them, which `segment_tiled` does not have."""
+"""Options that `segment_tiled` lacks, with their keywords in `segment`."""
 
 
 def tile_options(function: Function) -> Function:
@@ -151,7 +151,7 @@ class TileOptions:
             **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
             **others,
         }
-        if refused["--init"] == "geodesic":  # as it is in tiles
+        if refused["--init"] == "geodesic":  # the only one for tiles
             del refused["--init"]
         for name, value in refused.items():
             if value:

@@ -97,5 +97,5 @@ def _read_levels(path: Path) -> npt.NDArray[Any]:
     content = read_content(path)
     try:
         return npz_array(content, "labels")
-    except Exception:  # zipfile and zlib have errors of their own for damaged files
+    except Exception:  # zipfile and zlib raise many kinds for damaged files
         raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None

@@ -72,7 +72,7 @@ class _Lines:
 
     actor: Any
     places: Any  # the points of VTK
-    ends: Floats  # (P, 3), on the surface
+    ends: Floats  # (P, 3), points on the surface
     lift: float  # per distance from the camera
 
 

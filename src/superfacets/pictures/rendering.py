@@ -161,7 +161,7 @@ def scene_of(
         return build_scene(surface, labels, colors)
     if labels is not None:
         labels, _ = compact_partial_labels(labels, cells.n_cells)
-        colors = face_colors(cells, labels) if colors is None else colors  # the same in each view
+        colors = face_colors(cells, labels) if colors is None else colors  # once for all views
         labels = labels[sources]
     if colors is not None:
         colors = _colors_of(colors, cells.n_cells)[sources]
@@ -169,7 +169,7 @@ def scene_of(
 
 
 def _half(cells: Any, clip: Clip) -> Bools:
-    """Which cells of a volume are in one half of its bounding box."""
+    """Whether each cell of a volume is in one half of the bounding box."""
     checked_choice(clip, "clip", CLIPS)
     kind = kind_of(cells)
     if kind.dimension != 3:

@@ -45,7 +45,7 @@ class Scene:
     """What is drawn, scaled and moved to a box of diagonal 1 around the origin."""
 
     points: FloatArray  # (P, 3), no two at one place, all used
-    triangles: Longs  # (T, 3), faces, or what polygons are cut into
+    triangles: Longs  # (T, 3), faces, or triangulated polygons
     colors: Picture  # (T, 3)
     borders: Longs  # (B, 2), ends of edges between regions
     n_regions: int  # 1 without any

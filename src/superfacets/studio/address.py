@@ -1,4 +1,4 @@
-"""The port and the token of a server: kept for the next one, and handed to a browser.
+"""Port and token of a server: remembered for the next start, and passed to a browser.
 
 A page that was open when a server was killed goes on with the next server for the same work, which
 answers at the same address. The file is for its owner alone, and is removed when a server ends.
@@ -116,7 +116,7 @@ def keep(path: Path, address: Address) -> Iterator[None]:
 
 @contextlib.contextmanager
 def redirection(page: str) -> Iterator[str]:
-    """The address of a file that leads a browser to a page, as long as the block runs.
+    """Yield the address of a temporary file that redirects a browser to a page.
 
     All users can see the arguments of a process, so the browser is not started with the token. The
     file is for its owner alone.
@@ -129,6 +129,6 @@ def redirection(page: str) -> Iterator[str]:
 
 
 def _own_file(path: Path) -> IO[str]:
-    """A new file that its owner alone can read."""
+    """Create a file that only its owner can read."""
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     return os.fdopen(file, "w", encoding="ascii")

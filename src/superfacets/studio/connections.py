@@ -1,4 +1,4 @@
-"""Connections to the server: how many there may be, and how long a client may keep one waiting."""
+"""Limits of connections to the server: their number, and the time a client may be silent."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 __all__ = ["BACKLOG", "Connection"]
 
 MAX_CONNECTIONS = 64
-"""Open at a time. A browser opens six. On some systems a process may have only 256 open files."""
+"""Maximum of open connections. A browser opens six; some systems allow a process 256 open files."""
 
 BACKLOG = 32
-"""Connections that are accepted at a time, before the first of them is counted."""
+"""Backlog: connections that are accepted before they are counted."""
 
 SECONDS = 10.0
-"""Time after which a connection is closed if its client has not gone on."""
+"""Seconds without progress of the client after which its connection is closed."""
 
 
 class Connection(H11Protocol):
-    """A connection that is closed when its client keeps the server waiting.
+    """A connection that is closed if its client makes no progress.
 
     A client has to send a whole head of a request in time, whatever it sends. Of a body, and of an
     answer, some bytes have to move. Where there are too many connections, the one that has waited
@@ -27,32 +27,32 @@ class Connection(H11Protocol):
     """
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Count a new connection, and begin to watch it."""
+        """Count a new connection, and start its timer."""
         super().connection_made(transport)
         self._n_received = 0
         self._watch()
         if len(self.connections) > MAX_CONNECTIONS:
             open_ones = [other for other in self.connections if isinstance(other, Connection)]
-            idle = [other for other in open_ones if other._is_idle]  # this one is among them
+            idle = [other for other in open_ones if other._is_idle]  # includes this one
             min(idle, key=lambda other: other._timer.when())._give_up()
 
     def data_received(self, data: bytes) -> None:
-        """Take bytes of a request."""
+        """Receive bytes of a request."""
         self._n_received += len(data)
         super().data_received(data)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Watch a closed connection no more."""
+        """Stop the timer of a closed connection."""
         self._timer.cancel()
         super().connection_lost(exc)
 
     @property
     def _is_idle(self) -> bool:
-        """Whether no request is being answered: the next one has no whole head yet."""
+        """Whether no request is in progress, and no complete head of the next has arrived."""
         return self.cycle is None or self.cycle.response_complete
 
     def _awaited(self) -> tuple[object, ...] | None:
-        """How far the client is with its part; None where it is the server's turn."""
+        """Progress of the client; None while the server is at work."""
         n_unsent = self.transport.get_write_buffer_size()
         if n_unsent:
             return "answer", self.cycle, n_unsent
@@ -64,7 +64,7 @@ class Connection(H11Protocol):
         self._timer = self.loop.call_later(SECONDS, self._check, self._awaited())
 
     def _check(self, before: tuple[object, ...] | None) -> None:
-        """Close the connection if the client has not gone on since the last check."""
+        """Close the connection if the client has made no progress since the last check."""
         if before is not None and self._awaited() == before:
             self._give_up()
         else:
@@ -72,5 +72,5 @@ class Connection(H11Protocol):
 
     def _give_up(self) -> None:
         self._timer.cancel()
-        self.connections.discard(self)  # it does not count until the event loop has closed it
+        self.connections.discard(self)  # counted no more, though the event loop closes it later
         self.transport.abort()

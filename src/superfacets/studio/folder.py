@@ -48,7 +48,7 @@ class Files:
     classes: ClassList = ()
     folder: Path | None = None
     _open: OrderedDict[int, Document] = field(default_factory=OrderedDict)
-    _users: Counter[int] = field(default_factory=Counter)  # of each document, at the moment
+    _users: Counter[int] = field(default_factory=Counter)  # number of blocks that use each document
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
     @classmethod
@@ -97,7 +97,7 @@ class Files:
 
     @contextlib.contextmanager
     def document(self, number: int) -> Iterator[Document]:
-        """The document of a file, opened if it is not. It stays open as long as the block runs.
+        """The document of a file, opened if necessary; it stays open until the block ends.
 
         Raises
         ------
@@ -122,7 +122,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # whoever uses one may wait for our lock within the document's
+        for document in documents:  # its user may hold its lock and wait for ours
             document.close()
 
     def _opened(self, number: int) -> Document:
@@ -134,7 +134,7 @@ class Files:
         return document
 
     def _close_surplus(self) -> None:
-        """Close documents that nobody uses, the least recently used first.
+        """Close unused documents, least recently used first.
 
         This happens within our lock: the work file must be closed before it is opened again.
         Nobody holds the lock of such a document, so the closing waits for nobody.
@@ -164,7 +164,7 @@ class Files:
 
 
 def _told(found: tuple[Line, Line] | None) -> dict[str, Any]:
-    """How far the work is, and how many cells there are; a JournalError if that makes no sense."""
+    """Progress of the work, and the number of cells; a JournalError if they do not fit."""
     if found is None:
         return {"done": 0.0, "n_cells": None}
     done, n_cells = found[1].get("done", 0.0), found[0].get("n_cells")

@@ -224,7 +224,7 @@ def _parsed(text: bytes) -> Line | None:
     body = text[: -len(_SUM % 0)]
     if text[len(body) :] != _SUM % zlib.crc32(body):
         return None
-    with contextlib.suppress(ValueError, RecursionError):  # the sum is right, but it is no JSON
+    with contextlib.suppress(ValueError, RecursionError):  # a right checksum, but not JSON
         line: Line = json.loads(text)
         return line
     return None

@@ -126,7 +126,7 @@ def _read_classes(line: Line, state: State) -> Change:
 
 
 def _class_list(value: Any) -> ClassList:
-    """The classes of a line, without halves of surrogate pairs, which were let in once."""
+    """Class names of a line, without lone surrogates, which older versions accepted."""
     text = json.dumps(value, ensure_ascii=False).encode("utf-8", "ignore")
     return checked_class_list(json.loads(text))
 

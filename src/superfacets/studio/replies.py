@@ -23,11 +23,11 @@ Body = dict[str, Any]
 
 
 MAX_BODY = 1 << 29
-"""Bytes of a request. A page cannot send more, as browsers have no longer strings."""
+"""Maximum bytes of a request. Browsers have no longer strings."""
 
 
 class TooLargeError(ValueError):
-    """A request has more bytes than are taken."""
+    """The body of a request is too large."""
 
 
 class JsonReply(JSONResponse):
@@ -54,7 +54,7 @@ STATUS_OF = (
     (IndexError, 404),
     (OSError, 500),
     (MemoryError, 507),
-    (ClientDisconnect, 400),  # nobody gets this
+    (ClientDisconnect, 400),  # nobody receives it
 )
 """What the status of an answer says of an error: the first that fits."""
 
@@ -94,7 +94,7 @@ async def body_of(request: Request) -> Body:
 
 
 async def _content(request: Request) -> bytearray:
-    """The bytes of a request; those that its head announces are counted before they come."""
+    """The body of a request. Its declared length is checked before it is read."""
     data = bytearray()
     if _announced(request) <= MAX_BODY:
         async for part in request.stream():

@@ -22,7 +22,7 @@ __all__ = ["told"]
 async def told(
     files: Files, number: int, parameters: Body, *, is_preview: bool
 ) -> AsyncIterator[str]:
-    """Run the segmentation of a file: lines of progress, and a last one with the revision."""
+    """Segment a file; yield lines of progress, and the revision in the last line."""
     loop = asyncio.get_running_loop()
     queue: asyncio.Queue[Body | None] = asyncio.Queue()
     turn = Turn(lambda fact: loop.call_soon_threadsafe(queue.put_nowait, fact))

@@ -28,7 +28,7 @@ HEADERS = {
 }
 
 MAX_PATH = 200
-"""Characters of a path: no route has as many, and Python refuses to read very long numbers."""
+"""Maximum length of a path. Routes are shorter; Python refuses to parse very long numbers."""
 
 OPEN_PREFIX = "/static/"
 """The files of the front end, which are public: scripts and styles are loaded without a token."""
@@ -68,7 +68,7 @@ class Guard:
         return None
 
     def _is_same_page(self, headers: Headers) -> bool:
-        """Whether no page, or one of this server, sends a request.
+        """Whether the request comes from no page, or from a page of this server.
 
         The page itself may be asked for from elsewhere: a file leads the browser to it.
         """

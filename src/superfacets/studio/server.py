@@ -91,7 +91,7 @@ def _server(
             on_start()
 
         async def shutdown(self, sockets: Any = None) -> None:
-            on_end()  # before requests are waited for
+            on_end()  # before the server waits for running requests
             await super().shutdown(sockets=sockets)
 
     return Server(config)

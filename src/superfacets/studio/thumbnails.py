@@ -49,7 +49,7 @@ class Thumbnails:
         return kept[1]
 
     def close(self) -> None:
-        """End the process that is drawing, and start no other: whoever waits gets a RenderError."""
+        """Kill the drawing process, and start no other. Threads that wait get a RenderError."""
         self._is_closed = True
         drawing = self._drawing
         if drawing is not None:
@@ -58,7 +58,7 @@ class Thumbnails:
     def _drawn(self, path: Path) -> bytes:
         with tempfile.TemporaryDirectory(prefix="superfacets-") as folder:
             target = Path(folder, "picture.png")
-            # Without -P, Python would import modules of the current folder, maybe one of downloads.
+            # Without -P, Python would import modules from the current folder: perhaps downloads.
             command = [sys.executable, "-P", "-m", __name__, str(path), str(target)]
             status, errors = self._run(command)
             if status or not target.exists():
@@ -67,13 +67,13 @@ class Thumbnails:
             return target.read_bytes()
 
     def _run(self, command: list[str]) -> tuple[int, str]:
-        """Run a command that `close` can end; its exit status, and what it wrote on stderr."""
+        """Run a command that `close` can kill; return its exit status and stderr."""
         with subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
             text=True,
         ) as process:  # fmt: skip
             self._drawing = process
-            if self._is_closed:  # after `close` has looked for a process
+            if self._is_closed:  # `close` ran before the process started
                 process.kill()
             try:
                 _, errors = process.communicate(timeout=SECONDS)

@@ -36,10 +36,10 @@ class Job(Protocol):
 
     @property
     def memory(self) -> int:
-        """Bytes that it will need, if they are many; 0 otherwise."""
+        """Estimated memory in bytes; 0 if it is small."""
 
     def run(self) -> Any:
-        """Do it."""
+        """Run the job."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Task(Protocol):
 
     @property
     def memory(self) -> int:
-        """Bytes that it will need, if they are many; 0 otherwise."""
+        """Estimated memory in bytes; 0 if it is small."""
 
     def prepare(self) -> Callable[[Piece], Record]:
         """Do what the pieces share; return what makes the record of each.
@@ -115,7 +115,7 @@ class _Recording:
 
     task: Task
     deadline: float | None = None
-    """`time.monotonic` after which it is not begun: all processes have the same clock."""
+    """Deadline for the start, by `time.monotonic`, which all processes share."""
 
     @property
     def memory(self) -> int:
@@ -159,7 +159,7 @@ def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
 
 
 def _record_death(task: Task, death: Killed) -> dict[Path, str]:
-    """Record why the remaining pieces of a worker that was killed were not done."""
+    """Record why the remaining pieces of a killed worker have no result."""
     lost: dict[Path, str] = {}
     for piece in task.pieces:
         if read_piece(piece) is None:

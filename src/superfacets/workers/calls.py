@@ -1,4 +1,4 @@
-"""Calls that worker processes make, and how these end, wherever the workers are."""
+"""Calls to worker processes, and their results: on this machine or elsewhere."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = [
 ]  # fmt: skip
 
 ALLOWED_KILLS = 3
-"""Workers that may end during a call before it is given up."""
+"""Number of workers that may die during a call before it is given up."""
 
 Call = tuple[Callable[..., Any], tuple[Any, ...]]
 """A function of a module, and its arguments: both are pickled."""
@@ -39,7 +39,7 @@ class Failed:
 
 @dataclass(frozen=True)
 class Killed:
-    """A call during which so many workers ended."""
+    """A call that was given up, as this many workers died during it."""
 
     n_workers: int
 
@@ -53,12 +53,12 @@ Ending = Done | Failed | Killed
 
 @dataclass(frozen=True)
 class Worker:
-    """A process of a team."""
+    """One worker process, as it is described to callers."""
 
     address: str
     n_threads: int
     memory: float
-    """Bytes that it may use; infinite if nothing limits it."""
+    """Memory limit in bytes; infinite if there is none."""
 
 
 class Team(ABC):
@@ -75,7 +75,7 @@ class Team(ABC):
 
     @abstractmethod
     def run(self, calls: Sequence[Call], width: int | None) -> Iterator[tuple[int, Ending]]:
-        """Yield the places of calls with their endings, as they end.
+        """Yield (index of the call, its ending) as calls end.
 
         A call is made again where its worker was killed. At most `width` are at work at a time.
 
@@ -87,13 +87,13 @@ class Team(ABC):
 
     @property
     def share(self) -> float:
-        """Bytes that every file may need if each thread of each worker has one."""
+        """Memory in bytes for one file, if every thread of every worker has one."""
         return min(worker.memory / worker.n_threads for worker in self.workers)
 
     def map(
         self, work: Callable[..., Any], store: Any, pieces: Sequence[tuple[Any, ...]]
     ) -> Iterator[tuple[int, Any]]:
-        """Yield the places of pieces with ``work(store, *piece)`` as they end, one per thread.
+        """Yield (index, ``work(store, *piece)``) as pieces end; each thread has one at a time.
 
         Raises
         ------
@@ -115,7 +115,7 @@ class Team(ABC):
 
 
 def run_piece(version: str, work: Callable[..., Any], store: Any, piece: tuple[Any, ...]) -> Any:
-    """Do the work of a `Team.map` here, if this process has the version of the caller."""
+    """Run the work of `Team.map`, if this process has the caller's version of the package."""
     check_version(version)
     return work(store, *piece)
 

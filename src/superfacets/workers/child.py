@@ -1,4 +1,4 @@
-"""The code that runs in a worker process of this machine; nothing here takes long to import."""
+"""Code of a worker process; imports stay fast."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from ..errors import reason_of
 __all__ = ["serve"]
 
 TICK = 0.1
-"""Seconds between looks at the memory of this process."""
+"""Seconds between checks of this process's memory."""
 
 
 def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
-    """Make the calls that come, until the other end of the connection is closed.
+    """Run calls until the other end closes the connection.
 
     The process ends then even amid a call: the team has closed it, or has ended itself.
 
@@ -37,9 +37,9 @@ def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
     memory : float
         Bytes. A process that uses more ends at once.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the team hears it
-    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # also for reading and writing
-    gc.freeze()  # or collections would look through, and so copy, all that was imported
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it
+    os.environ["SUPERFACETS_NUM_THREADS"] = str(n_threads)  # for all kernels, also those of readers
+    gc.freeze()  # garbage collection would touch, and so copy, all pages shared by fork
     calls: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, calls, memory), daemon=True).start()
     with contextlib.suppress(OSError):
@@ -50,7 +50,7 @@ def serve(connection: Connection, n_threads: int, memory: float) -> NoReturn:
 
 
 def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -> NoReturn:
-    """Take calls while others are at work, and end the process when it has to end."""
+    """Receive calls while another one runs, and end the process when asked to."""
     own = import_module("psutil").Process() if memory < math.inf else None
     with contextlib.suppress(EOFError, OSError):
         while own is None or own.memory_info().rss <= memory:
@@ -60,18 +60,18 @@ def _receive(connection: Connection, calls: SimpleQueue[bytes], memory: float) -
 
 
 def _ended(call: bytes) -> tuple[bool, bytes]:
-    """Make a call; return whether it returned, and its pickled result or error."""
+    """Run a call; return whether it succeeded, and its pickled result or error."""
     try:
         function, arguments = pickle.loads(call)
         return True, pickle.dumps(function(*arguments))
-    except BaseException as error:  # of any kind: it is raised where the call came from
+    except BaseException as error:  # any kind: it is raised in the parent
         return False, _pickled(error)
 
 
 def _pickled(error: BaseException) -> bytes:
-    """The error, or its text if it cannot be sent as it is, or would end the process there."""
+    """The error; or a RuntimeError with its text, if it cannot be pickled or is no Exception."""
     with contextlib.suppress(Exception):
         data = pickle.dumps(error)
-        if isinstance(pickle.loads(data), Exception):  # some need arguments that they do not keep
+        if isinstance(pickle.loads(data), Exception):  # raises if __init__ needs more arguments
             return data
     return pickle.dumps(RuntimeError(reason_of(error)))

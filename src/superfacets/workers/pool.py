@@ -21,47 +21,47 @@ from .start import own_settings, start_context
 __all__ = ["Admits", "Pool", "open_pool"]
 
 START_ATTEMPTS = 10
-"""In a row, of workers that end before they have begun: several may be killed while they start."""
+"""Consecutive workers that may die before their first call: several may be killed at start-up."""
 
 TICK = 1.0
-"""Seconds between looks for a Ctrl-C, which on Windows does not end a wait."""
+"""Seconds between checks for Ctrl-C, which does not interrupt a wait on Windows."""
 
 PAUSE = 0.1
-"""Seconds before a worker is started anew that ended at its start."""
+"""Pause in seconds before a worker that died at start-up is started again."""
 
 MEMORY_SHARE = 0.95
-"""Part of its share of the memory that a worker may use."""
+"""Fraction of its share of the memory that a worker may use."""
 
 DEPTH = 2
-"""Calls that a worker has: one at work, and the next, so that it never waits for one."""
+"""Queue length of a worker: the running call and the next, so that it never waits."""
 
 Admits = Callable[[int, Sequence[int]], bool]
-"""Whether the call at a place may begin beside the calls at other places."""
+"""Whether a call may run at the same time as the given others; arguments are indices."""
 
 
 class _Process:
-    """A worker, seen from here."""
+    """Handle of a worker process."""
 
     def __init__(self, n_threads: int, memory: float) -> None:
         context = start_context()
         self.connection, theirs = context.Pipe()
         self.places: deque[int] = deque()
-        """Places of the calls that it has, the one at work first."""
+        """Indices of its queued calls, the running one first."""
         self.has_begun = False
         arguments = (theirs, n_threads, memory)
         self._process = context.Process(target=serve, args=arguments, daemon=True)
-        # Where it cannot be started, the connection is found to be closed.
+        # If it cannot be started, the connection closes: noticed when it is read.
         with theirs, own_settings(), contextlib.suppress(OSError, EOFError):
             self._process.start()
 
     def give(self, place: int, call: Call) -> None:
-        """Let it make a call when it has made those that it has."""
+        """Queue a call."""
         self.places.append(place)
-        with contextlib.suppress(OSError):  # it has ended: seen when the connection is read
+        with contextlib.suppress(OSError):  # it has died: noticed when the connection is read
             self.connection.send_bytes(pickle.dumps(call))
 
     def end(self) -> None:
-        """End it, whatever it does, and return when it has ended."""
+        """Kill it, and wait until it has ended."""
         self.connection.close()
         if self._process.pid is not None:
             self._process.kill()
@@ -69,7 +69,7 @@ class _Process:
 
 
 class Pool(Team):
-    """Processes with equal shares of the memory, each of which makes one call at a time.
+    """A team of processes with equal shares of memory; each runs one call at a time.
 
     A process that ends, or uses more than its share, is replaced while there is work.
 
@@ -94,7 +94,7 @@ class Pool(Team):
     def run(
         self, calls: Sequence[Call], width: int | None = None, admits: Admits | None = None
     ) -> Iterator[tuple[int, Ending]]:
-        """As for `Team`: calls begin in their order, but that `admits` may let some wait."""
+        """As for `Team`. Calls start in order, except those that `admits` holds back."""
         waiting = deque(range(len(calls)))
         kills: Counter[int] = Counter()
         n_left = len(calls)
@@ -113,7 +113,7 @@ class Pool(Team):
                 process.end()
 
     def _start(self, n_processes: int) -> None:
-        """Start processes that are not there."""
+        """Start missing processes."""
         worker = self.workers[0]
         while len(self._processes) < n_processes:
             self._processes.append(_Process(worker.n_threads, MEMORY_SHARE * worker.memory))
@@ -121,11 +121,11 @@ class Pool(Team):
     def _hand_out(
         self, waiting: deque[int], calls: Sequence[Call], width: int | None, admits: Admits | None
     ) -> None:
-        """Give each worker a call, and a second one while there are many."""
+        """Queue a call for each worker, and a second one while many are left."""
         is_limited = width is not None or admits is not None
         for depth in range(1 if is_limited else DEPTH):
             for process in self._processes[:width]:
-                n_kept = depth * len(self._processes)  # for whoever is done first
+                n_kept = depth * len(self._processes)  # for the workers that finish first
                 if len(process.places) > depth or len(waiting) <= n_kept:
                     continue
                 at_work = [place for other in self._processes for place in other.places]
@@ -135,14 +135,14 @@ class Pool(Team):
                     process.give(place, calls[place])
 
     def _ready(self) -> list[_Process]:
-        """Workers that have sent something, or have ended."""
+        """Workers that have sent a result, or have died."""
         ready = wait([process.connection for process in self._processes], TICK)
         return [process for process in self._processes if process.connection in ready]
 
     def _take(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """The place of the call that has ended, and its ending; None if there is none."""
+        """(index, ending) of a call that has ended; None if the worker has died."""
         try:
             message = process.connection.recv()
         except (EOFError, OSError):
@@ -162,7 +162,7 @@ class Pool(Team):
     def _lost(
         self, process: _Process, waiting: deque[int], kills: Counter[int]
     ) -> tuple[int, Ending] | None:
-        """Take the calls of a worker that has ended back, and count that against the first."""
+        """Requeue the calls of a dead worker, and count its death against the running one."""
         self._processes.remove(process)
         process.end()
         waiting.extendleft(reversed(process.places))
@@ -178,15 +178,15 @@ class Pool(Team):
         return waiting.popleft(), Killed(kills[place])
 
     def _check_start(self) -> None:
-        """Raise a ConnectionError where workers end before they have begun, again and again."""
+        """Raise a ConnectionError if too many workers in a row die at start-up."""
         self._n_lost_at_start += 1
         if self._processes:
-            time.sleep(PAUSE)  # the others go on: there may be no room for more at the moment
+            time.sleep(PAUSE)  # others go on; memory may be short at the moment
         elif self._n_lost_at_start >= START_ATTEMPTS:
             raise ConnectionError("the workers cannot be started: each ended before it began")
 
     def close(self) -> None:
-        """End all processes."""
+        """Kill all processes."""
         while self._processes:
             self._processes.pop().end()
 

@@ -1,4 +1,4 @@
-"""How worker processes begin: without code of the user, deaf to Ctrl-C, and all imports done once.
+"""Start of worker processes: no user code, no Ctrl-C, imports done once.
 
 On Linux they are forked from the fork server of `multiprocessing`, which has imported what workers
 need. Nothing here takes long to import: the command starts the fork server before it imports what
@@ -24,7 +24,7 @@ _MODULES = [
     "superfacets.batches.jobs", "superfacets.io.readers.read", "superfacets.pipeline", "psutil",
     "superfacets.workers.child",
 ]  # fmt: skip
-"""What nearly every worker needs."""
+"""Modules that nearly every worker imports."""
 
 _ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
@@ -36,17 +36,17 @@ process with threads cannot be forked. With the last, no module is imported from
 
 
 HAS_SERVER = sys.platform == "linux"
-"""Elsewhere libraries of the system may not survive a fork."""
+"""On other systems, system libraries may not survive a fork."""
 
 
 def prepare() -> None:
-    """Start the fork server, where there is one and another core can run it."""
+    """Start the fork server early, if the system has one and another core is free."""
     if HAS_SERVER and len(os.sched_getaffinity(0)) > 1:
         start_context()
 
 
 def start_context() -> ForkServerContext | SpawnContext:
-    """The way in which processes start on this system; its helpers are at work."""
+    """The start method of this system; its helper processes are running."""
     import multiprocessing
 
     if not HAS_SERVER:
@@ -62,7 +62,7 @@ def start_context() -> ForkServerContext | SpawnContext:
 
 @contextlib.contextmanager
 def own_settings() -> Iterator[None]:
-    """Start processes with an environment of their own, and none that a Ctrl-C reaches.
+    """Start processes with another environment, and with Ctrl-C blocked.
 
     The terminal sends it to all processes; one that comes meanwhile is heard at the end. They do
     not import the script that is running now: it may have no ``if __name__ == "__main__":``.

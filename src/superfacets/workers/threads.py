@@ -1,4 +1,4 @@
-"""Threads of this process, each of which does a piece of work at a time."""
+"""Thread teams: map work over jobs, one job per thread at a time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Job = tuple[Any, ...]
 
 
 class ThreadTeam:
-    """Threads that have been started."""
+    """A team of running threads."""
 
     def __init__(self, n_threads: int) -> None:
         self._pool = ThreadPoolExecutor(n_threads)
@@ -22,7 +22,7 @@ class ThreadTeam:
         self._given: list[Future[Any]] = []
 
     def start(self) -> None:
-        """Start all of them: one that a Ctrl-C comes upon while it starts would be lost sight of.
+        """Start all threads now. A Ctrl-C during the start of a thread would lose track of it.
 
         A MemoryError if the system has no room for so many.
         """
@@ -33,7 +33,7 @@ class ThreadTeam:
         except RuntimeError:
             raise MemoryError(f"no room for {self._n_threads} threads") from None
         finally:
-            barrier.abort()  # those that wait for others
+            barrier.abort()  # releases threads that wait
 
     def map(
         self, work: Callable[..., Any], store: Any, jobs: Sequence[Job]
@@ -42,7 +42,7 @@ class ThreadTeam:
 
         No job is left waiting if one fails, or the user interrupts it.
         """
-        if len(jobs) == 1:  # as many visits of a tile are
+        if len(jobs) == 1:  # as in many visits of tiles
             yield from in_turn(work, store, jobs)
             return
         self._given = []
@@ -56,18 +56,18 @@ class ThreadTeam:
                 left.cancel()
 
     def end(self) -> None:
-        """Return when nothing is at work any more, whatever comes meanwhile: it may write."""
+        """Wait until no thread is running, despite interrupts: threads may be writing files."""
         despite_interrupts(self._wait)
 
     def _wait(self) -> None:
         self._pool.shutdown(wait=False, cancel_futures=True)
         wait([job for job in self._given if not job.cancelled()])
-        self._pool.shutdown()  # a Ctrl-C amid what Python does when a thread ends would be lost
+        self._pool.shutdown()  # joins: Python would lose a Ctrl-C at the end of a thread
 
 
 @contextlib.contextmanager
 def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
-    """Start threads; none of them is at work any more when the block ends."""
+    """Yield a team of threads; all are idle when the block ends."""
     threads = ThreadTeam(n_threads)
     try:
         threads.start()
@@ -77,13 +77,13 @@ def thread_team(n_threads: int) -> Iterator[ThreadTeam]:
 
 
 def in_turn(work: Callable[..., Any], store: Any, jobs: Sequence[Job]) -> Iterator[tuple[int, Any]]:
-    """Yield the same as `ThreadTeam.map`, one job after the other on this thread."""
+    """As `ThreadTeam.map`, in series on this thread."""
     for place, job in enumerate(jobs):
         yield place, work(store, *job)
 
 
 def despite_interrupts(work: Callable[[], object]) -> None:
-    """Call `work` until it ends without a Ctrl-C; then raise the last one, if there was any."""
+    """Call `work` until no Ctrl-C interrupts it; then raise the last KeyboardInterrupt."""
     interrupt: KeyboardInterrupt | None = None
     is_done = False
     while not is_done:

@@ -1,4 +1,4 @@
-"""Arrays in one block of bytes, as the front end reads them; for pages as text."""
+"""Encode arrays for the front end: one block of bytes, or text for pages."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Coding = Literal["plain", "planes", "difference", "newest"]
 _EFFORT = 6
 
 _ALIGNMENT = 4
-"""Offsets of arrays are multiples of it, so that plain ones are read in place."""
+"""Alignment of arrays in the block, so that plain arrays are read in place."""
 
 
 class Entry(TypedDict):
-    """Facts about an array that the front end needs to read it."""
+    """Entry of an array in the table of contents."""
 
     name: str
     dtype: str  # uint8, uint16, uint32, int32 or float32
@@ -58,7 +58,7 @@ class Arrays:
 
     @property
     def data(self) -> bytes:
-        """The block: all arrays after each other."""
+        """The block: all arrays, concatenated."""
         return b"".join(self._blocks)
 
     def text(self) -> str:
@@ -72,7 +72,7 @@ def _planes(array: npt.NDArray[Any], coding: Coding) -> bytes:
     columns = array.shape[1] if array.ndim == 2 and coding != "newest" else 1
     flat = np.ascontiguousarray(array.reshape(-1, columns).T)
     if coding == "difference" and flat.size:
-        flat = np.concatenate([flat[:, :1], np.diff(flat, axis=1)], axis=1)  # it wraps around
+        flat = np.concatenate([flat[:, :1], np.diff(flat, axis=1)], axis=1)  # integers wrap around
     if coding == "newest":
         flat = newest_codes(flat[0])
     size = flat.dtype.itemsize
@@ -80,7 +80,7 @@ def _planes(array: npt.NDArray[Any], coding: Coding) -> bytes:
 
 
 def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """How far each number is below the lowest that has not occurred before: 0 for that itself.
+    """Difference of each number to the lowest new number; 0 for the lowest new number itself.
 
     Codes are small where triangles that follow each other share corners.
     """
@@ -91,5 +91,5 @@ def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
 
 
 def little_endian(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """The array with its lowest bytes first, which is the array itself on most machines."""
+    """The array in little-endian order: no copy on most machines."""
     return array.astype(array.dtype.newbyteorder("<"), copy=False)

@@ -203,7 +203,7 @@ def _assembled(title: str, size: str, facts: dict[str, Any], payload: str) -> st
         folder.joinpath(name).read_text(encoding="utf-8")
         for name in ("page.html", "viewer.css", "viewer.js")
     )
-    title = title.encode("utf-8", "replace").decode("utf-8")  # names of files may be no UTF-8
+    title = title.encode("utf-8", "replace").decode("utf-8")  # file names may not be UTF-8
     parts = {
         "TITLE": html.escape(title),
         "SIZE": html.escape(size),

@@ -97,7 +97,7 @@ class Shape:
         return np.asarray(np.rint((self.points - low) / extent * STEPS), np.uint16)
 
     def parts(self, positions: npt.NDArray[Any]) -> dict[str, tuple[npt.NDArray[Any], Coding]]:
-        """Arrays that the front end draws, each with the coding in which it is small.
+        """Arrays that the front end draws, each in its most compact encoding.
 
         ``positions`` are those of `points`, in the caller's unit.
         """
@@ -140,7 +140,7 @@ class _Outline:
 
 
 def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
-    """Axes of the first view (right, up, toward the viewer at azimuth 0), angles and zoom."""
+    """First view: axes (right, up, toward the viewer at azimuth 0), angles and zoom."""
     up = guess_up(shape.scene) if camera.up == "auto" else camera.up
     right, toward, upward = view_axes(replace(View(azimuth=0, elevation=0), up=up))
     return {
@@ -210,7 +210,7 @@ def _cloud_shape(cloud: PointCloud) -> Shape:
 
 
 def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
-    """Directions in two bytes: their places on an octahedron that is folded flat; 0 for none."""
+    """Unit vectors in two bytes, by octahedral encoding; 0 for none."""
     sums = np.abs(directions).sum(axis=1, keepdims=True)
     folded = directions / np.where(sums > 0, sums, 1)
     x, y = folded[:, 0], folded[:, 1]
@@ -221,5 +221,5 @@ def _packed(directions: Floats) -> npt.NDArray[np.uint16]:
         np.where(is_below, (1 - np.abs(x)) * signs[:, 1], y),
     )
     low, high = (np.rint((part + 1) * 127).astype(np.uint16) for part in (x, y))
-    codes = np.maximum(low | (high << 8), 1)  # (0, 0, -1) has other codes than 0
+    codes = np.maximum(low | (high << 8), 1)  # (0, 0, -1) has other codes as well
     return np.where(sums[:, 0] > 0, codes, 0).astype(np.uint16)
