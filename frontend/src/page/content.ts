@@ -1,4 +1,4 @@
-// Labels of each level and of the ground truth, and values that cells can be colored by.
+// Labels of each level and of the ground truth, and features to color cells by.
 
 import type { Arrays, Entry, Numbers } from "../shared/arrays";
 import { NONE, type ShapeFacts } from "../shared/shape";
@@ -6,7 +6,7 @@ import { NONE, type ShapeFacts } from "../shared/shape";
 const NO_VALUE = 65535;
 
 interface LabelingFacts {
-  ids: number[] | null; // what regions were called; null: by their numbers
+  ids: number[] | null; // names of regions in the input; null: their numbers
   n_left_out: number;
   mean_area: number;
 }
@@ -19,7 +19,7 @@ interface Feature {
   n_missing: number;
 }
 
-/** What superfacets.pictures.page.document writes beside the arrays. */
+/** JSON that superfacets.pictures.page.document writes beside the arrays. */
 export interface Facts extends ShapeFacts {
   noun: string;
   n_cells: number;
@@ -68,7 +68,7 @@ export class Content {
     return this.arrays.level_0_labels!;
   }
 
-  /** The label of each cell. Levels whose regions are unions of the first's come as its parents. */
+  /** The label of each cell. Nested levels are stored as parents of the regions of the first level. */
   labelsOf({ name }: Labeling): Numbers {
     const given = this.arrays[`${name}_labels`];
     if (given) return given;
@@ -79,7 +79,7 @@ export class Content {
     return labels;
   }
 
-  /** The group of each cell, for values in 256 steps. */
+  /** The group of each cell: its value, quantized to 256 steps. */
   groupsOf(feature: Feature, values: Numbers): Numbers {
     const steps = Uint32Array.from(values, (value) => (value === NO_VALUE ? NONE : value >> 8));
     if (feature.of === "cell") return steps;

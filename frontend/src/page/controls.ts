@@ -9,7 +9,7 @@ const TURN = Math.PI / 24;
 export class Controls {
   private readonly canvas: HTMLCanvasElement;
   private readonly pressed = new Map<number, PointerEvent>();
-  private pointer: Place | null = null; // where the mouse is, until it has been looked at
+  private pointer: Place | null = null; // latest place of the mouse, until a frame has used it
 
   constructor(private readonly panel: Panel) {
     const { canvas, camera } = panel.drawing;

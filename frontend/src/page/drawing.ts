@@ -1,5 +1,5 @@
-// The picture of the page: a call that draws the surface, and one for borders. Nothing is sent for a
-// frame but a few numbers. Cells at pixels are drawn once for a view, when the pointer first asks.
+// Draws the page: one call for the surface, one for borders. A frame sends only a few uniforms. The
+// picture of cell numbers, for picking, is drawn once per view, when the pointer first needs it.
 
 import type { Numbers } from "../shared/arrays";
 import { Camera } from "../shared/camera";
@@ -11,16 +11,16 @@ import { Surface } from "../shared/surface";
 import { Samples } from "./samples";
 import { BORDER, INK, PICK, SHADE } from "./shaders";
 
-const SLOW_MS = 40; // between frames: a view that moves so slowly is drawn coarsely
-const COARSE = 0.5; // pixels of such a view, to one of the screen, along each side
-const REST_MS = 150; // without a change: the view is drawn finely again
+const SLOW_MS = 40; // frame time from which a moving view is drawn coarsely
+const COARSE = 0.5; // resolution of a coarse view, relative to the screen
+const REST_MS = 150; // pause after which the view is drawn finely again
 
 export type Rgb = readonly [number, number, number];
 
 interface Size {
   width: number;
   height: number;
-  ratio: number; // pixels to one of the page
+  ratio: number; // device pixels per CSS pixel
 }
 
 export class Drawing {
@@ -30,7 +30,7 @@ export class Drawing {
   marked = NONE;
   borders = true;
   readonly nEdges: number;
-  /** Width of borders in the page's pixels, where a length of 1 has so many. */
+  /** Width of borders in CSS pixels, given the pixels of a length of 1. */
   lineWidth: (pixels: number, height: number) => number = () => 1;
   isCoarse = false;
   frameMs: number | undefined;
@@ -64,7 +64,7 @@ export class Drawing {
     this.camera.show(shape.facts, shape.positions);
   }
 
-  /** Bytes of buffers and textures, without pictures. */
+  /** Bytes of buffers and textures, without framebuffers. */
   get gpuBytes(): number {
     const tables = [this.surface, this.groups, this.regions, this.colors, this.edges];
     return tables.reduce((sum, { bytes }) => sum + bytes, 0);
@@ -74,13 +74,13 @@ export class Drawing {
     return this.surface.nCorners;
   }
 
-  /** The region of each cell, between which borders lie. */
+  /** The region of each cell: borders lie between regions. */
   setRegions(labels: Numbers): void {
     this.stats.sentBytes += this.regions.fill("r32", labels);
     this.request();
   }
 
-  /** The group of each cell, the colors of groups (three bytes each), and the color of none. */
+  /** The group of each cell, the color of each group (three bytes), and the color of cells without. */
   setGroups(groups: Numbers, colors: Numbers, missing: Rgb): void {
     const texels = new Uint8Array((colors.length / 3) * 4).fill(255);
     for (let i = 0; i < colors.length / 3; i++) texels.set(colors.subarray(3 * i, 3 * i + 3), 4 * i);
@@ -107,13 +107,13 @@ export class Drawing {
     });
   }
 
-  /** How long fine frames take, on average; the first, which shaders are made for, does not count. */
+  /** Mean time of fine frames, without the first, which compiles shaders. */
   private noteFrame(ms: number): void {
     if (this.isCoarse) return;
     this.frameMs = this.frameMs === undefined ? 0 : (this.frameMs + ms) / 2;
   }
 
-  /** The view changes: draw it, coarsely as long as it moves if fine frames take long. */
+  /** Draw a changed view; coarsely while it moves, if fine frames are slow. */
   move(): void {
     this.isCoarse ||= (this.frameMs ?? 0) > SLOW_MS;
     clearTimeout(this.resting);
@@ -161,7 +161,7 @@ export class Drawing {
     this.gpu.drawNumbers(6 * this.nEdges);
   }
 
-  /** Draw which cell is at each pixel, unless it is known for this view. */
+  /** Draw the cell number at each pixel, unless it is known for this view. */
   private drawCells(size: Size): void {
     const view = [size.width, size.height, ...Object.values(this.camera.eye)].join();
     if (view === this.pickedView) return;
@@ -171,7 +171,7 @@ export class Drawing {
     this.pickedView = view;
   }
 
-  /** The cell at a place of the canvas; NONE where there is none. */
+  /** The cell at a place of the canvas, or NONE. */
   cellAt({ x, y }: Place): number {
     if (this.isCoarse) {
       this.isCoarse = false;

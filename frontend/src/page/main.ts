@@ -1,4 +1,4 @@
-// The viewer of a page that superfacets.view has written: one file, without a network.
+// Viewer of a page that superfacets.view has written: one file that works offline.
 
 import { decodeArrays } from "../shared/arrays";
 import { fromBase64 } from "../shared/base64";
@@ -22,7 +22,7 @@ async function open(): Promise<Panel> {
   const facts = JSON.parse(part("facts").textContent) as Facts;
   const element = part("payload");
   const buffer = await inflate(fromBase64(element.textContent.trim()));
-  element.remove(); // the text is as large as the mesh
+  element.remove(); // frees its text, which is as large as the mesh
   const panel = new Panel(facts, decodeArrays(buffer, 0, facts.arrays));
   new Controls(panel);
   return panel;

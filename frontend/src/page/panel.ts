@@ -34,7 +34,7 @@ export class Panel {
     const canvas = part<HTMLCanvasElement>("canvas");
     this.content = new Content(facts, arrays);
     this.drawing = new Drawing(canvas, shapeOf(facts, arrays), arrays.edges);
-    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // they are sent
+    for (const name of ["triangles", "edges", "normals"]) delete arrays[name]; // they are on the graphics card
     this.drawing.lineWidth = (pixels, height) => this.lineWidth(pixels, height);
     this.coloring = this.content.colorings[0];
     this.fillControls();
@@ -42,13 +42,13 @@ export class Panel {
     this.show();
   }
 
-  /** The labels whose borders are drawn, and that the pointer tells of; null where there are none. */
+  /** Labels whose borders are drawn and that the tip names; null if there are none. */
   private get labeling(): Labeling | null {
     if (this.coloring.kind === "truth") return this.content.truth;
     return this.content.levels[this.level] ?? this.content.truth;
   }
 
-  /** In the page's pixels: 2 % of the diameter of a region of mean size, and never broken into dots. */
+  /** CSS pixels: 2 % of the diameter of a mean region, but at least a solid line. */
   private lineWidth(pixels: number, height: number): number {
     const area = this.labeling?.mean_area ?? 0;
     const diameter = Math.sqrt((4 * area) / Math.PI) * pixels;
@@ -94,7 +94,7 @@ export class Panel {
     this.drawing.request();
   }
 
-  /** Draw the coloring and the level that are chosen, and say which. */
+  /** Draw the chosen coloring and level, and update the legend. */
   private show(): void {
     const { content, coloring, labeling, drawing } = this;
     const none = new Uint32Array(labeling ? 0 : this.facts.n_cells).fill(NONE);
@@ -149,7 +149,7 @@ export class Panel {
     return stops.join();
   }
 
-  /** Lines of text about a cell. */
+  /** Lines of the tip for a cell. */
   private factsOf(cell: number): string[] {
     const { labeling, content, coloring, facts } = this;
     const lines: string[] = [];
@@ -170,7 +170,7 @@ export class Panel {
     return lines;
   }
 
-  /** Show facts about a cell beside the pointer, and mark its region; NONE hides them. */
+  /** Show the tip for a cell, and highlight its region; NONE hides both. */
   tell(cell: number, place: Place = { x: 0, y: 0 }): string[] {
     const { tip, labeling, drawing } = this;
     const lines = cell === NONE ? [] : this.factsOf(cell);

@@ -1,4 +1,4 @@
-// A picture with several samples of each pixel.
+// A multisampled framebuffer.
 
 const SAMPLES = 4;
 
@@ -13,7 +13,7 @@ export class Samples {
     this.buffers = [gl.createRenderbuffer(), gl.createRenderbuffer()];
   }
 
-  /** Draw into it from now on. */
+  /** Make it the target of drawing. */
   begin(width: number, height: number): void {
     const { gl } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
@@ -28,7 +28,7 @@ export class Samples {
     });
   }
 
-  /** The mean of the samples of each pixel goes to the canvas. */
+  /** Resolve the samples to the canvas. */
   show(): void {
     const { gl, width, height } = this;
     gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.target);

@@ -1,4 +1,4 @@
-// GLSL of the page: each cell has the number of its group, each group a color.
+// GLSL of the page: a cell has a group, a group has a color.
 
 import { CODE, EYE, HEAD, LIGHT } from "../shared/shaders";
 
@@ -6,7 +6,7 @@ export const SHADE = `${HEAD}${LIGHT}
 uniform usampler2D groups;  // of each cell
 uniform sampler2D colors;  // of each group
 uniform usampler2D regions;  // of each cell
-uniform vec3 missing;  // color where there is no group
+uniform vec3 missing;  // color of cells without a group
 uniform uint marked;  // region under the pointer
 out vec4 color;
 void main() {
@@ -21,9 +21,9 @@ flat in uint cell;
 out vec4 found;
 void main() { found = codeOf(cell); }`;
 
-// A border is a rectangle on the screen; none where both sides are in one region.
+// Borders are rectangles on the screen; degenerate if both sides are in one region.
 export const BORDER = `${HEAD}${EYE}
-uniform usampler2D edges;  // two vertices, and the cells on either side
+uniform usampler2D edges;  // two vertices, two adjacent cells
 uniform usampler2D regions;
 uniform vec2 frame;  // pixels
 uniform float line_width;  // pixels

@@ -3,7 +3,7 @@
 const TYPES = {
   uint8: Uint8Array, uint16: Uint16Array, uint32: Uint32Array, int32: Int32Array, float32: Float32Array,
 };
-const WORDS = [Uint8Array, Uint8Array, Uint16Array, Uint16Array, Uint32Array]; // of so many bytes
+const WORDS = [Uint8Array, Uint8Array, Uint16Array, Uint16Array, Uint32Array]; // by number of bytes
 
 export type Numbers = InstanceType<(typeof TYPES)[keyof typeof TYPES]>;
 
@@ -37,7 +37,7 @@ export function decodeArrays(buffer: ArrayBuffer, start: number, entries: Entry[
   return arrays;
 }
 
-/** Columns come after each other, split into planes: all lowest bytes, then all second ones, ... */
+/** Columns are stored one after the other, each as byte planes: all lowest bytes first. */
 function joinPlanes(
   words: Uint8Array | Uint16Array | Uint32Array, bytes: Uint8Array, rows: number, isDifference: boolean,
 ): void {
@@ -57,7 +57,7 @@ function joinPlanes(
   }
 }
 
-/** 0 stands for the lowest number that has not occurred yet, k for the k-th below that. */
+/** Code 0 is the lowest new number, code k the number k below that. */
 function numbersOfCodes(words: Uint8Array | Uint16Array | Uint32Array): void {
   let next = 0;
   for (let i = 0; i < words.length; i++) {

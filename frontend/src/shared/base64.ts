@@ -1,4 +1,4 @@
-// Bytes as text.
+// Decodes base64.
 
 const CHUNK = 0x8000; // arguments of one call
 

@@ -1,24 +1,24 @@
-// The eye: it looks at a target from a distance, turned about the axes of the mesh.
+// Orbit camera: target, distance, azimuth and elevation about the axes of the mesh.
 
 import type { Positions, ShapeFacts } from "./shape";
 import { dot, lengthOf, minus, normalized, plus, type Vector } from "./vectors";
 
-const SLOPE = Math.tan((10 * Math.PI) / 180); // half the height of the picture at distance 1
+const SLOPE = Math.tan((10 * Math.PI) / 180); // half the picture's height at distance 1
 const MARGIN = 0.94; // share of the picture that a mesh may fill at first
 const NEAREST = 1e-3; // distance of the eye from its target, in sizes of the mesh
 const FARTHEST = 50;
-const LEAST_NEAR = 0.02; // of the near plane's distance to the target's: finer depths tell nothing
-const STEEP = 1.2; // elevation at most, in radians, after a flight
+const LEAST_NEAR = 0.02; // least distance of the near plane, relative to the target
+const STEEP = 1.2; // largest elevation after a flight, in radians
 const FLIGHT_MS = 300;
 
-/** Angles in degrees; zoom is 1 where all of the mesh is in the picture. */
+/** Angles in degrees; zoom 1 shows the whole mesh. */
 export interface View {
   azimuth: number;
   elevation: number;
   zoom: number;
 }
 
-/** Numbers that shaders need of a camera, by their names there. */
+/** Uniforms of a camera, by their names in shaders. */
 export interface Eye {
   turn: number[]; // matrix from the mesh to the eye, column by column
   target: Vector;
@@ -36,12 +36,12 @@ export class Camera {
   private elevation = 0;
   private facts: ShapeFacts | null = null;
   private positions: Positions | null = null;
-  private fitted = 0; // distance at zoom 1; 0: not known yet, as the picture may have no size yet
-  private flight = 0; // number of the latest one
+  private fitted = 0; // distance at zoom 1; 0: unknown until the picture has a size
+  private flight = 0; // number of the latest flight
 
   constructor(private readonly changed: () => void) {}
 
-  /** Look at a whole mesh, which is around the origin. */
+  /** Look at a whole mesh, centered at the origin. */
   show(facts: ShapeFacts, positions: Positions): void {
     this.facts = facts;
     this.positions = positions;
@@ -70,7 +70,7 @@ export class Camera {
     return this.fitted / this.zoom;
   }
 
-  /** Find the distance from which all positions are in the picture. */
+  /** Find the distance that fits all positions into the picture. */
   private fit({ values, low, step }: Positions): void {
     const directions = this.directions();
     const [right, up, toward] = directions.map((row) => row.map((value, k) => value * step[k]));
@@ -125,7 +125,7 @@ export class Camera {
     this.changed();
   }
 
-  /** Move the picture by shares of its height. */
+  /** Pan by fractions of the picture's height. */
   pan(x: number, y: number): void {
     this.flight++;
     const [right, up] = this.directions();
@@ -134,7 +134,7 @@ export class Camera {
     this.changed();
   }
 
-  /** Come nearer (factor > 1). The place at (x, y), in heights from the middle, stays where it is. */
+  /** Zoom in (factor > 1) around the fixed point (x, y), in heights from the middle. */
   zoomBy(factor: number, x = 0, y = 0): void {
     this.pan(-x, -y);
     this.setDistance(this.distance / factor);
@@ -146,7 +146,7 @@ export class Camera {
     this.zoom = (zoom * distance) / Math.max(NEAREST * size, Math.min(FARTHEST * size, wanted));
   }
 
-  /** How many pixels a length of 1 takes at distance 1, in a picture of this height. */
+  /** Pixels of a length of 1 at distance 1, in a picture of this height. */
   pixelsOf(height: number): number {
     return height / (2 * SLOPE);
   }
@@ -156,7 +156,7 @@ export class Camera {
     return lengthOf(minus(place, plus(this.target, this.directions()[2], this.distance)));
   }
 
-  /** Right and down in shares of the picture; null for a place outside of it. */
+  /** Position in the picture, right and down, 0 to 1; null if outside. */
   placeOf(place: Vector): [number, number] | null {
     const [right, up, toward] = this.directions();
     const from = minus(place, this.target);
@@ -166,7 +166,7 @@ export class Camera {
     return depth > 0 && x >= 0 && x <= 1 && y >= 0 && y <= 1 ? [x, y] : null;
   }
 
-  /** Fly in front of a place with a normal, to a distance at most if that is not nearer already. */
+  /** Fly in front of a place with a normal, at most `distance` away. */
   fly(place: Vector, normal: Vector, distance: number): void {
     const from = [this.azimuth, this.elevation, this.distance, ...this.target];
     const [azimuth, elevation] = this.anglesToward(normal);
@@ -188,7 +188,7 @@ export class Camera {
     move(start);
   }
 
-  /** Azimuth and elevation from which a surface with this normal is seen, not too steeply. */
+  /** Azimuth and elevation that face a surface with this normal, limited to STEEP. */
   private anglesToward(normal: Vector): [number, number] {
     if (lengthOf(normal) === 0) return [this.azimuth, this.elevation];
     const [right, up, front] = this.facts!.axes;

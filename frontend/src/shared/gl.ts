@@ -1,8 +1,8 @@
-// WebGL 2: programs, tables of numbers that shaders look up, pictures beside the canvas.
+// WebGL 2: programs, lookup tables as textures, framebuffers.
 
-export const WIDTH = 2048; // of tables: each WebGL 2 has room for it
+export const WIDTH = 2048; // width of tables: every WebGL 2 supports it
 
-/** A place that textures are bound to for all time. */
+/** A texture unit that keeps its texture. */
 export interface Lookup {
   readonly unit: number;
 }
@@ -11,19 +11,19 @@ export type Value = number | boolean | readonly number[] | Lookup;
 
 export type Values = Record<string, Value>;
 
-/** Anything that the graphics card holds, and loses. */
+/** A resource on the graphics card, which can be lost. */
 interface Held {
   make(): void;
 }
 
 export class Gpu {
   readonly gl: WebGL2RenderingContext;
-  readonly tellsFirst: boolean; // flat values of a triangle are those of its first vertex, else of its last
+  readonly tellsFirst: boolean; // flat varyings come from the first vertex of a triangle, else from the last
   private nUnits = 0;
   private noBuffers: WebGLVertexArrayObject | null = null;
   private readonly held: Held[] = [];
 
-  /** `isKept`: tables keep their numbers, so that `restore` can send them again. */
+  /** `isKept`: tables keep a copy, so that `restore` can upload it again. */
   constructor(canvas: HTMLCanvasElement, readonly isKept: boolean) {
     const gl = canvas.getContext("webgl2", { antialias: false, powerPreference: "high-performance" });
     if (!gl) throw new Error("this browser has no WebGL 2");
@@ -34,7 +34,7 @@ export class Gpu {
   private begin(): boolean {
     const { gl } = this;
     gl.enable(gl.DEPTH_TEST);
-    gl.disable(gl.DITHER); // pictures hold numbers
+    gl.disable(gl.DITHER); // pixels are numbers
     gl.clearColor(0, 0, 0, 0);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     this.noBuffers = gl.createVertexArray();
@@ -48,7 +48,7 @@ export class Gpu {
     thing.make();
   }
 
-  /** Make everything anew after the graphics card was lost. */
+  /** Create all resources again after the context was lost. */
   restore(): void {
     this.begin();
     for (const thing of this.held) thing.make();
@@ -58,7 +58,7 @@ export class Gpu {
     return this.nUnits++;
   }
 
-  /** A texture at a unit of its own, of which each texel is looked up alone. */
+  /** A texture without filtering, at its own unit. */
   texture(unit: number): WebGLTexture {
     const { gl } = this;
     const texture = gl.createTexture();
@@ -70,13 +70,13 @@ export class Gpu {
     return texture;
   }
 
-  /** Draw triangles whose vertices have nothing but their numbers. */
+  /** Draw triangles without attributes: shaders use gl_VertexID. */
   drawNumbers(count: number): void {
     this.gl.bindVertexArray(this.noBuffers);
     this.gl.drawArrays(this.gl.TRIANGLES, 0, count);
   }
 
-  /** Colors of the pixels in a rectangle, whose (x, y) is the lower left corner. */
+  /** Pixels of a rectangle; (x, y) is its lower left corner. */
   read(x: number, y: number, width: number, height: number): Uint8Array<ArrayBuffer> {
     const { gl } = this;
     const bytes = new Uint8Array(4 * width * height);
@@ -139,7 +139,7 @@ export class Program implements Held {
     return (setters[type] ?? lookUp) as (value: Value) => void;
   }
 
-  /** Draw with this program from now on. Values that it does not use are left out. */
+  /** Make this program current, and set the uniforms that it has. */
   use(values: Values): void {
     this.gpu.gl.useProgram(this.program);
     for (const [name, value] of Object.entries(values)) this.setters.get(name)?.(value);
@@ -150,14 +150,14 @@ type Texels = Uint8Array | Uint16Array | Uint32Array;
 
 export type Format = "r32" | "rgba8" | "rgba8ui" | "rgba16" | "rgba32";
 
-/** Numbers that shaders look up by an index: one or four each. */
+/** Lookup table for shaders: one or four numbers per index. */
 export class Table implements Lookup, Held {
   readonly unit: number;
   bytes = 0;
-  texels: Texels = new Uint8Array(0); // only where they are kept
+  texels: Texels = new Uint8Array(0); // empty unless tables are kept
   private format: Format = "r32";
-  private first = Infinity; // row of texels that wait to be sent
-  private last = -1; // and the last such row
+  private first = Infinity; // first changed row
+  private last = -1; // last changed row
 
   constructor(private readonly gpu: Gpu) {
     this.unit = gpu.nextUnit();
@@ -181,7 +181,7 @@ export class Table implements Lookup, Held {
     return layouts[this.format];
   }
 
-  /** Send numbers for all indices; returns how many bytes. Negative ones become large. */
+  /** Upload numbers for all indices; returns the bytes. Negative numbers wrap around. */
   fill(format: Format, values: ArrayLike<number>): number {
     this.format = format;
     const [, , , channels, Type] = this.layout;
@@ -206,14 +206,14 @@ export class Table implements Lookup, Held {
     this.last = -1;
   }
 
-  /** The texel of an index has changed: `send` takes it. */
+  /** Mark the texel of an index as changed, for `send`. */
   touch(index: number): void {
     const row = Math.floor(index / WIDTH);
     this.first = Math.min(this.first, row);
     this.last = Math.max(this.last, row);
   }
 
-  /** Send the rows that have changed, and those between. */
+  /** Upload all rows from the first to the last changed one. */
   send(): void {
     if (this.last < 0) return;
     const { gl } = this.gpu;
@@ -228,7 +228,7 @@ export class Table implements Lookup, Held {
   }
 }
 
-/** A picture beside the canvas, whose pixels shaders look up. */
+/** A framebuffer with a texture that shaders read. */
 export class Frame implements Held {
   readonly colors: Lookup[];
   readonly depth: Lookup;
@@ -265,7 +265,7 @@ export class Frame implements Held {
     Object.assign(this, { width, height });
   }
 
-  /** Draw into it, from nothing. */
+  /** Clear it, and make it the target of drawing. */
   begin(width: number, height: number): void {
     const { gl } = this.gpu;
     if (this.width !== width || this.height !== height) this.resize(width, height);
@@ -274,7 +274,7 @@ export class Frame implements Held {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
   }
 
-  /** Draw into it, or read from it. */
+  /** Make it the target of drawing and reading. */
   bind(): void {
     this.gpu.gl.bindFramebuffer(this.gpu.gl.FRAMEBUFFER, this.target);
   }

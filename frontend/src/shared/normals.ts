@@ -2,11 +2,11 @@
 
 import type { Positions } from "./shape";
 
-export const NO_NORMAL = 0; // of a vertex in a crease, where each triangle has its own
-const DOWNWARD = 0xfefe; // the other code of the direction that 0 would stand for
+export const NO_NORMAL = 0; // vertex in a crease: triangles have their own normals
+const DOWNWARD = 0xfefe; // second code of the direction whose first code is 0
 const SMOOTH = 0.9; // least cosine between the normals of a vertex and of its triangles
 
-/** Code of a direction: its place on an octahedron that is folded flat, in two bytes. */
+/** Octahedral encoding of a direction in two bytes. */
 function packDirection(x: number, y: number, z: number): number {
   const sum = Math.abs(x) + Math.abs(y) + Math.abs(z) || 1;
   let a = x / sum;
@@ -17,7 +17,7 @@ function packDirection(x: number, y: number, z: number): number {
   return Math.round((a + 1) * 127) | (Math.round((b + 1) * 127) << 8) || DOWNWARD;
 }
 
-/** Sum of the triangles' normals at each vertex, packed; `NO_NORMAL` where they differ much. */
+/** Packed mean normal of the triangles at each vertex; `NO_NORMAL` if they differ much. */
 export function vertexNormals(positions: Positions, triangles: Uint32Array): Uint16Array {
   const sums = new Float32Array(positions.values.length);
   const normal = new Float32Array(3);

@@ -1,9 +1,9 @@
-// Where the pointer is, and which cells are there.
+// Pointer positions, and the cells under them.
 
 import type { Camera } from "./camera";
 import type { Frame, Gpu } from "./gl";
 
-const LINE_PIXELS = 30; // of a wheel that counts lines
+const LINE_PIXELS = 30; // pixels per line, for wheels that count lines
 const BESIDE = 15; // pixels from the pointer to the tip
 const FREE = 4; // pixels from the tip to the edge of the canvas
 
@@ -18,7 +18,7 @@ export function placeOf(canvas: HTMLCanvasElement, event: MouseEvent): Place {
   return { x: event.clientX - left, y: event.clientY - top };
 }
 
-/** Zoom by the wheel; the place under the pointer stays there. */
+/** Zoom by the wheel around the place under the pointer. */
 export function zoomByWheel(canvas: HTMLCanvasElement, camera: Camera, event: WheelEvent): void {
   event.preventDefault();
   const { x, y } = placeOf(canvas, event);
@@ -28,14 +28,14 @@ export function zoomByWheel(canvas: HTMLCanvasElement, camera: Camera, event: Wh
   camera.zoomBy(Math.exp(-pixels * 0.0015), off[0], off[1]);
 }
 
-/** Put the tip beside a place, not over the edge of the canvas. */
+/** Place the tip beside a point, within the canvas. */
 export function putTip(tip: HTMLElement, canvas: HTMLCanvasElement, { x, y }: Place): void {
   const { left, top, right, bottom } = canvas.getBoundingClientRect();
   tip.style.left = `${Math.min(left + x + BESIDE, right - tip.offsetWidth - FREE)}px`;
   tip.style.top = `${Math.min(top + y + BESIDE, bottom - tip.offsetHeight - FREE)}px`;
 }
 
-/** Cells that a frame shows in a rectangle of its pixels, rows from below; NONE where there is none. */
+/** Cell at each pixel of a rectangle of a frame, or NONE; rows from below. */
 export function cellsIn(
   gpu: Gpu, frame: Frame, left: number, bottom: number, width: number, height: number,
 ): Uint32Array {

@@ -1,4 +1,4 @@
-// GLSL that the page and the studio share: where vertices are, the light on them, cells as colors.
+// GLSL of both viewers: positions of vertices, lighting, cell numbers as colors.
 
 import { WIDTH } from "./gl";
 import { NO_NORMAL } from "./normals";
@@ -15,7 +15,7 @@ ivec2 place(uint i) { return ivec2(int(i % ${WIDTH}u), int(i / ${WIDTH}u)); }
 
 export const EYE = `
 uniform usampler2D vertices;  // x, y, z; packed normal
-uniform bool has_floats;  // x, y, z are the bits of floats, not whole steps
+uniform bool has_floats;  // x, y, z are bits of floats, not steps
 uniform vec3 low;
 uniform vec3 step_;
 uniform mat3 turn;  // from the mesh to the eye
@@ -30,7 +30,7 @@ vec3 seen(uvec4 texel) {
 
 /** Vertex shader of the surface, or of points. */
 export const SURFACE = `${HEAD}${EYE}
-in uvec2 vertex;  // number; and the triangle that begins with it
+in uvec2 vertex;  // number; triangle whose first corner it is
 uniform usampler2D sources;  // cell of each triangle, where triangles are not the cells
 uniform bool has_sources;
 uniform bool is_cloud;
@@ -76,7 +76,7 @@ float light() {
 }
 `;
 
-/** A cell as the color of a pixel, which `cellsIn` reads. */
+/** Cell number as a color, for `cellsIn`. */
 export const CODE = `
 vec4 codeOf(uint cell) {
   uint number = cell + 1u;

@@ -1,4 +1,4 @@
-// Triangles or points to be drawn, and their positions.
+// Geometry to draw: triangles or points.
 
 import type { Arrays } from "./arrays";
 import type { View } from "./camera";
@@ -6,14 +6,14 @@ import type { Vector } from "./vectors";
 
 export const NONE = 0xffffffff; // no cell, no region, no value
 
-/** Three numbers for each point: steps from a corner, which are the coordinates if a step is 1. */
+/** Three numbers per point: coordinates in steps from the low corner of the box. */
 export interface Positions {
   values: Uint16Array | Float32Array;
   low: Vector;
   step: Vector;
 }
 
-/** Facts about a shape, as superfacets.pictures.page.shape writes them. */
+/** Description of a shape, written by superfacets.pictures.page.shape. */
 export interface ShapeFacts {
   low: Vector;
   step: Vector;

@@ -1,4 +1,4 @@
-// The surface, or points, as the graphics card has them.
+// Buffers and textures of the surface, or of points.
 
 import type { Eye } from "./camera";
 import { type Gpu, type Program, Table, type Values } from "./gl";
@@ -22,7 +22,7 @@ export class Surface {
     this.sources = new Table(gpu);
   }
 
-  /** Send a shape; called again after the graphics card was lost. */
+  /** Upload a shape; called again after the context was lost. */
   show({ facts, positions, triangles, sources, normals }: Shape): void {
     this.facts = facts;
     this.isCloud = triangles === null;
@@ -60,13 +60,13 @@ export class Surface {
     gl.bufferData(kind, values, gl.STATIC_DRAW);
   }
 
-  /** Values from which shaders compute positions. */
+  /** Uniforms from which shaders compute positions. */
   placing(eye: Eye): Values {
     const { facts, vertices, hasFloats } = this;
     return { ...eye, vertices, has_floats: hasFloats, low: facts.low, step_: facts.step };
   }
 
-  /** Draw all of it; `pixels` are those of a length of 1 at distance 1. */
+  /** Draw all; `pixels` is the size of a length of 1 at distance 1. */
   draw(program: Program, eye: Eye, pixels: number, others: Values): void {
     const { gl } = this.gpu;
     program.use({
@@ -84,8 +84,8 @@ export class Surface {
 }
 
 interface Corners {
-  vertices: Uint32Array; // number, and the triangle that begins with it
-  corners: Uint32Array; // places in `vertices`, three for a triangle
+  vertices: Uint32Array; // number; triangle whose first corner it is
+  corners: Uint32Array; // indices into `vertices`, three per triangle
 }
 
 function points(nVertices: number): Corners {
@@ -95,15 +95,15 @@ function points(nVertices: number): Corners {
 }
 
 /**
- * Corners of triangles such that each triangle begins with one that no other triangle begins with:
- * its number tells the cell. Corners are shared otherwise, so that a vertex is computed once for
- * several triangles. A vertex that begins more than one triangle comes several times.
+ * Reorders corners so that the first corner of each triangle is the first corner of no other: its
+ * number then tells the cell. Otherwise corners are shared, so that a vertex is computed once for
+ * several triangles. A vertex is duplicated where a triangle finds no free corner.
  */
 function sharedCorners(triangles: Uint32Array, nVertices: number): Corners {
   const n = triangles.length / 3;
   const corners = new Uint32Array(triangles.length);
-  const pieces = new Uint32Array(nVertices + n).fill(NONE); // triangle that each corner begins
-  const copies = new Uint32Array(n); // vertices of the corners from nVertices on
+  const pieces = new Uint32Array(nVertices + n).fill(NONE); // triangle whose first corner each vertex is
+  const copies = new Uint32Array(n); // originals of the duplicates, which are numbered from nVertices on
   let nCopies = 0;
   for (let i = 0; i < n; i++) {
     let first = 0;
@@ -125,7 +125,7 @@ function sharedCorners(triangles: Uint32Array, nVertices: number): Corners {
   return { vertices, corners };
 }
 
-/** Positions (or their bits) and normals, four numbers a vertex. */
+/** Texels of vertices: x, y, z (or bits of floats), packed normal. */
 function vertexTexels({ values }: Positions, normals: Uint16Array): Uint16Array | Uint32Array {
   const isFloat = values instanceof Float32Array;
   const numbers = isFloat ? new Uint32Array(values.buffer, values.byteOffset, values.length) : values;

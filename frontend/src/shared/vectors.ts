@@ -1,4 +1,4 @@
-// Vectors of three numbers.
+// 3-vectors.
 
 export type Vector = [x: number, y: number, z: number];
 

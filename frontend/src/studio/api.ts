@@ -1,6 +1,6 @@
 // Requests to the server.
 
-/** The server refused a request: its line of text, and the status. */
+/** The server refused a request: message and status. */
 export class ServerError extends Error {
   constructor(
     message: string,
@@ -59,7 +59,7 @@ export class Api {
     try {
       return await response.arrayBuffer();
     } catch {
-      throw new ServerGone(); // it stopped in the middle of its answer
+      throw new ServerGone(); // the connection broke within the answer
     }
   }
 

@@ -6,9 +6,9 @@ import { MARK_CURSOR } from "./celltable";
 import type { Desk } from "./desk";
 import type { Mesh } from "./mesh";
 
-const LEAST_COSINE = 0.25; // between the direction of an arrow key and of a neighbor
-const MARGIN = 0.1; // share of the picture at each edge from which the cursor is brought back
-const LEAST_FACING = 0.35; // cosine between the cell's normal and the direction to the eye
+const LEAST_COSINE = 0.25; // least cosine between an arrow key's direction and a neighbor's
+const MARGIN = 0.1; // margin of the picture that the cursor must not enter
+const LEAST_FACING = 0.35; // least cosine between the cell's normal and the direction to the eye
 const STAND_OFF = 60; // distance of the eye from a cell, in radii of the cell
 
 const capital = (word: string): string => word[0].toUpperCase() + word.slice(1);
@@ -71,7 +71,7 @@ export class CellCursor {
     desk.say(id ? `${this.name}: ${desk.className(id)}.` : `${this.name}: class removed.`);
   }
 
-  /** A cell in the region of the keyboard's cursor, or else the one nearest to the picture's middle. */
+  /** A cell in the region of the keyboard's cursor, or else the cell nearest to the center. */
   private start(): number {
     const { cursor, session, drawing } = this.desk;
     if (cursor >= 0) return this.middleCell(session.regions.cellsOf(cursor));
@@ -133,7 +133,7 @@ export class CellCursor {
     return lengthOf(normal) === 0 || dot(normal, toward) > LEAST_FACING;
   }
 
-  /** Fly near the cell. If the cell can be seen now, the direction of view stays. */
+  /** Fly near the cell. The direction of view stays if the cell is visible. */
   private fly(cell: number): void {
     const { mesh } = this;
     const middle = mesh.middleOf(cell)!;

@@ -1,4 +1,4 @@
-// Classes and marks of cells, for shaders.
+// Class and marks of each cell, as a texture.
 
 import { type Gpu, Table } from "../shared/gl";
 
@@ -7,7 +7,7 @@ export const MARK_BLUE = 2;
 export const MARK_HIDDEN = 4;
 export const MARK_CURSOR = 8; // the keyboard's, on one cell
 
-/** Per cell: its class in two bytes, and marks. */
+/** Per cell: class in two bytes, bits of marks. */
 export class CellTable {
   readonly table: Table;
   hasHidden = false;
@@ -17,14 +17,14 @@ export class CellTable {
     this.table = new Table(gpu);
   }
 
-  /** Begin anew: no cell has a class or a mark. */
+  /** Reset: no cell has a class or a mark. */
   reset(nCells: number): void {
     this.nCells = nCells;
     this.hasHidden = false;
     this.table.fill("rgba8ui", new Uint8Array(4 * nCells));
   }
 
-  /** Take the classes of some cells, or of all. */
+  /** Set the classes of the given cells, or of all. */
   setClasses(ids: Uint16Array, cells: Uint32Array | null): void {
     const { texels } = this.table;
     const set = (cell: number): void => {
@@ -44,7 +44,7 @@ export class CellTable {
     return (this.marksOf(cell) & MARK_HIDDEN) !== 0;
   }
 
-  /** Set or clear bits of some cells. */
+  /** Set or clear bits of the given cells. */
   mark(cells: Iterable<number>, bits: number, on: boolean): void {
     if (bits & MARK_HIDDEN && on) this.hasHidden = true;
     for (const cell of cells) {

@@ -1,10 +1,10 @@
-// Colors of regions, which differ between neighbors, and of classes.
+// Colors of regions, different for neighbors, and of classes.
 
 import type { Neighbors } from "./neighbors";
 
 export type Rgb = readonly [number, number, number];
 
-// Colors of new classes, in turn. Color-blind people can tell each from the ones beside it.
+// Colors of new classes, in turn; adjacent ones are distinct for color-blind people.
 const CLASS_COLORS = [
   "#e6550d", "#3182bd", "#31a354", "#8856a7", "#d6b300", "#c51b8a", "#1b9e9e", "#8c510a",
   "#636363", "#66a61e", "#e7298a", "#2b3fb0",

@@ -24,7 +24,7 @@ export class Desk {
   tolerance = 0.15; // of "similar"
   readonly selection = new Set<number>();
   private isPainted = false; // the last stroke painted the selection
-  private order: number[] = []; // of regions, for next and previous
+  private order: number[] = []; // order of regions for next and previous
 
   constructor(
     readonly session: Session,
@@ -99,7 +99,7 @@ export class Desk {
     this.events.emit("selection", this.selection);
   }
 
-  /** Forget the regions that keys have chosen. */
+  /** Clear the selection made by keys. */
   clearSelection(): void {
     this.cursor = -1;
     this.drawing.mark({ cursor: -1 });
@@ -137,7 +137,7 @@ export class Desk {
     this.say(`Region ${region}${where}: ${share.toPrecision(2)} % of the ${mesh.measure}, ${this.className(id)}.`);
   }
 
-  /** Fly to a region; false where all of it is inside the body. */
+  /** Fly to a region; false if it is hidden inside the body. */
   private fly(region: number): boolean {
     const { mesh, regions } = this.session;
     let [sum, normal]: [Vector, Vector] = [[0, 0, 0], [0, 0, 0]];
@@ -170,7 +170,7 @@ export class Desk {
     this.say(id ? `${what}: ${this.className(id)}.` : `${what}: class removed.`);
   }
 
-  /** Go to the largest region of which most has no class. */
+  /** Go to the largest region that is mostly unlabeled. */
   showLargestBare(): void {
     const { regions, classes } = this.session;
     let best = -1;

@@ -1,4 +1,4 @@
-// The picture on the canvas, in the two passes of shaders.ts.
+// Draws the canvas in two passes; see shaders.ts.
 
 import { Camera } from "../shared/camera";
 import { Frame, Gpu, Program, Table } from "../shared/gl";
@@ -11,10 +11,10 @@ import { parseColor, type Rgb } from "./colors";
 import type { Mesh } from "./mesh";
 import { CELLS, IMAGE, WHOLE } from "./shaders";
 
-const REFINE_MS = 160; // without a change, until the picture gets smooth
+const REFINE_MS = 160; // pause after which the picture is drawn antialiased
 const MAX_FINE_PIXELS = 9_000_000;
-// Views that take longer are not made smooth, which takes four times as long: without a graphics
-// card the user would have to wait.
+// Slower views are not antialiased, which takes four times as long: too slow without a graphics
+// card.
 const SLOW_MS = 80;
 const MAX_CLASSES = 65536;
 
@@ -26,11 +26,11 @@ export class Drawing {
   private readonly surface: Surface;
   private readonly cellsProgram: Program;
   private readonly imageProgram: Program;
-  private readonly regions: Table; // of cells
+  private readonly regions: Table; // region of each cell
   private readonly regionColors: Table; // alpha: selected
   private readonly classColors: Table;
-  private readonly frames: [Frame, Frame]; // of the first pass, by stride
-  private frame: Frame | null = null; // the latest
+  private readonly frames: [Frame, Frame]; // framebuffers of the first pass, by stride
+  private frame: Frame | null = null; // frame of the latest first pass
   private stride = 1; // pixels of the first pass per pixel of the canvas, along each side
   private mesh: Mesh | null = null;
   private theme: Record<string, number[]> = {};
@@ -40,7 +40,7 @@ export class Drawing {
   private isStale = false; // the first pass is out of date
   private scheduled = 0;
   private refining = 0;
-  private viewMs = 0; // time of the first pass for this mesh; 0: not measured yet
+  private viewMs = 0; // time of a first pass for this mesh; 0: not measured
 
   constructor(
     readonly canvas: HTMLCanvasElement,
@@ -54,7 +54,7 @@ export class Drawing {
     this.cellsProgram = new Program(gpu, SURFACE, CELLS);
     this.imageProgram = new Program(gpu, WHOLE, IMAGE);
     canvas.addEventListener("webglcontextlost", (event) => {
-      event.preventDefault(); // else it is never restored
+      event.preventDefault(); // or the context is never restored
       failed("The graphics card was lost.");
     });
     canvas.addEventListener("webglcontextrestored", () => this.restore());

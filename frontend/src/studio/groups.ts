@@ -4,7 +4,7 @@ export class Groups {
   private readonly starts: Uint32Array;
   private readonly members: Uint32Array;
 
-  /** `values`: the group of each index, below `count`; indices with a negative one are left out. */
+  /** `values`: the group of each index, below `count`; negative values are left out. */
   constructor(values: Int32Array | Uint32Array, count: number) {
     this.starts = new Uint32Array(count + 1);
     for (const value of values) if (value >= 0) this.starts[value + 1]++;

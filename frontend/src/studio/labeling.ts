@@ -1,4 +1,4 @@
-// Which region each cell is in, and which class it has.
+// Region and class of each cell.
 
 import { Groups } from "./groups";
 

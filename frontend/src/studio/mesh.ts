@@ -30,7 +30,7 @@ export class Mesh {
   readonly palette: Rgb[];
   readonly oneCell: string; // what a cell is called
   readonly cellName: string; // and several
-  private readonly firstTriangle: Int32Array | null; // of each cell; -1 where none is outside
+  private readonly firstTriangle: Int32Array | null; // of each cell; -1: none is visible from outside
 
   constructor(buffer: ArrayBuffer) {
     const { header, arrays } = readPacket<Header>(buffer);
@@ -66,14 +66,14 @@ export class Mesh {
     return [this.corner(a), this.corner(b), this.corner(c)];
   }
 
-  /** The middle of a cell as seen from outside; null where it cannot be seen. */
+  /** Center of a cell's visible side; null if it has none. */
   middleOf(cell: number): Vector | null {
     if (this.isCloud) return this.corner(cell);
     const corners = this.cornersOf(cell);
     return corners && scaled(plus(plus(corners[0], corners[1]), corners[2]), 1 / 3);
   }
 
-  /** The normal of a cell, as long as twice its triangle's area; zero where there is none. */
+  /** Normal of a cell, with twice the area of its triangle as length; zero if it has none. */
   normalOf(cell: number): Vector {
     const corners = this.cornersOf(cell);
     if (!corners) return [0, 0, 0];

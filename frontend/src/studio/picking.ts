@@ -39,7 +39,7 @@ export class Picker {
     return found.filter((other) => !drawing.cells.isHidden(other) && dot(mesh.normalOf(other), facing) >= 0);
   }
 
-  /** Where a cell is in the picture; null where it is not. */
+  /** Position of a cell in the picture; null if it is outside. */
   placeOf(cell: number): Place | null {
     const { camera, canvas } = this.drawing;
     const middle = this.mesh.middleOf(cell);
@@ -48,7 +48,7 @@ export class Picker {
   }
 }
 
-/** Places from one to another, at most so many pixels apart; the first is left out. */
+/** Places from one to another, at most `step` pixels apart, without the first. */
 export function placesBetween(from: Place, to: Place, step: number): Place[] {
   const count = Math.max(1, Math.ceil(Math.hypot(to.x - from.x, to.y - from.y) / step));
   return Array.from({ length: count }, (_, i) => ({

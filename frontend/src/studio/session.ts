@@ -75,7 +75,7 @@ export class Session {
     return this.saver?.count ?? 0;
   }
 
-  /** Nothing is under way: what is shown is what the server has. */
+  /** No request is pending: the page shows the state of the server. */
   get isIdle(): boolean {
     return !this.nSteps && !this.nWaiting && !this.wanted && !this.segmentation;
   }
@@ -87,7 +87,7 @@ export class Session {
   private alone<T>(work: () => Promise<T>): Promise<T> {
     this.nSteps++;
     const done = this.steps.then(async () => {
-      const { saver } = this; // the work may put another one there
+      const { saver } = this; // the work may replace it
       await saver?.flush();
       saver?.hold();
       try {

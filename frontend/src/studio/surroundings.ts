@@ -1,11 +1,11 @@
-// Which cells are near: neighbors of a cell, and cells within a distance of a place.
+// Neighbors of a cell, and cells within a distance of a place.
 
 import type { Vector } from "../shared/vectors";
 import { Groups } from "./groups";
 import type { Mesh } from "./mesh";
 
-const SLABS = 1024; // into which the mesh is cut across its longest side
-const NEAR = 8; // diameters of a point within which others are its neighbors
+const SLABS = 1024; // number of slabs across the longest side of the mesh
+const NEAR = 8; // distance of neighbors of a point, in diameters of points
 
 export class Surroundings {
   private readonly corners: Groups | null; // of triangles, at each vertex

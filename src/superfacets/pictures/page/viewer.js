@@ -7,7 +7,7 @@ const uint NONE = ${m}u;
 ivec2 place(uint i) { return ivec2(int(i % ${A}u), int(i / ${A}u)); }
 `,B=`
 uniform usampler2D vertices;  // x, y, z; packed normal
-uniform bool has_floats;  // x, y, z are the bits of floats, not whole steps
+uniform bool has_floats;  // x, y, z are bits of floats, not steps
 uniform vec3 low;
 uniform vec3 step_;
 uniform mat3 turn;  // from the mesh to the eye
@@ -19,7 +19,7 @@ vec3 seen(uvec4 texel) {
   return turn * (low + step_ * steps - target) - vec3(0.0, 0.0, distance_);
 }
 `,V=`${z}${B}
-in uvec2 vertex;  // number; and the triangle that begins with it
+in uvec2 vertex;  // number; triangle whose first corner it is
 uniform usampler2D sources;  // cell of each triangle, where triangles are not the cells
 uniform bool has_sources;
 uniform bool is_cloud;
@@ -69,7 +69,7 @@ vec4 codeOf(uint cell) {
 uniform usampler2D groups;  // of each cell
 uniform sampler2D colors;  // of each group
 uniform usampler2D regions;  // of each cell
-uniform vec3 missing;  // color where there is no group
+uniform vec3 missing;  // color of cells without a group
 uniform uint marked;  // region under the pointer
 out vec4 color;
 void main() {
@@ -81,7 +81,7 @@ void main() {
 flat in uint cell;
 out vec4 found;
 void main() { found = codeOf(cell); }`,ce=`${z}${B}
-uniform usampler2D edges;  // two vertices, and the cells on either side
+uniform usampler2D edges;  // two vertices, two adjacent cells
 uniform usampler2D regions;
 uniform vec2 frame;  // pixels
 uniform float line_width;  // pixels

@@ -8,7 +8,7 @@ const uint NONE = ${y}u;
 ivec2 place(uint i) { return ivec2(int(i % ${d}u), int(i / ${d}u)); }
 `,P=`${N}
 uniform usampler2D vertices;  // x, y, z; packed normal
-uniform bool has_floats;  // x, y, z are the bits of floats, not whole steps
+uniform bool has_floats;  // x, y, z are bits of floats, not steps
 uniform vec3 low;
 uniform vec3 step_;
 uniform mat3 turn;  // from the mesh to the eye
@@ -20,7 +20,7 @@ vec3 seen(uvec4 texel) {
   return turn * (low + step_ * steps - target) - vec3(0.0, 0.0, distance_);
 }
 
-in uvec2 vertex;  // number; and the triangle that begins with it
+in uvec2 vertex;  // number; triangle whose first corner it is
 uniform usampler2D sources;  // cell of each triangle, where triangles are not the cells
 uniform bool has_sources;
 uniform bool is_cloud;
