@@ -183,7 +183,6 @@ CELL_CLASSES = {
     "PointCloud",
     "FaceMesh",
     "AnyMesh",
-    "AnyCells",
 }
 CELL_ROOMS = ("mesh", "adapters", "cells.kinds")
 

@@ -31,7 +31,7 @@ from .clustering.loop import segment_cells
 from .clustering.plan import Plan, Start
 from .clustering.segmentation import Segmentation
 from .errors import IslandWarning, SliverWarning
-from .mesh.faces import AnyCells
+from .mesh.cells import Cells
 from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 from .regions.smooth import MAX_DISTANCE
@@ -80,7 +80,7 @@ class Prepared:
     labels are the same.
     """
 
-    source: AnyCells
+    source: Cells
     kind: Kind
     cells: Any
     graph: Any
@@ -89,9 +89,7 @@ class Prepared:
     """This and the three above as in `OrderedCells`."""
 
     @classmethod
-    def of(
-        cls, source: AnyCells, *, weld: bool, n_threads: int, is_sorted: bool = True
-    ) -> Prepared:
+    def of(cls, source: Cells, *, weld: bool, n_threads: int, is_sorted: bool = True) -> Prepared:
         """Find the graph of what `as_cells` returns: by far the longest work that is kept."""
         kind = kind_of(source)
         ordered = kind.sorted_graph(source, weld, n_threads) if is_sorted else None

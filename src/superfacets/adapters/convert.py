@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._types import Array
 from ..errors import MeshError
 from ..mesh.cells import Cells
-from ..mesh.faces import AnyCells, FaceMesh
+from ..mesh.faces import FaceMesh
 from ..mesh.point_cloud import PointCloud
 from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
@@ -87,7 +87,7 @@ MeshLike: TypeAlias = (
 a mesh of trimesh, PyVista, Open3D or meshio."""
 
 
-def as_cells(source: MeshLike | CloudLike) -> AnyCells:
+def as_cells(source: MeshLike | CloudLike) -> Cells:
     """Return `source` as one of the classes that `cells.kinds` knows, as `segment` takes it.
 
     Parameters
@@ -149,7 +149,7 @@ def as_tets(source: MeshLike) -> TetMesh:
     raise MeshError("the mesh has faces, not tetrahedra")
 
 
-def _cells_of_foreign(source: Any) -> AnyCells:
+def _cells_of_foreign(source: Any) -> Cells:
     """Cells of an object of another library."""
     if _is_grid_of_tets(source):
         return _tets_of_grid(source)

@@ -29,13 +29,13 @@ from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, SliverWarning
 from ..export.cells import FormatOptions
 from ..io.attributes import MeshAttributes
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from ..pipeline import segment
 from .features import features_of
 
 __all__ = ["FileOptions", "Load", "Outcome", "attributes_of_parts", "segment_file"]
 
-Load = Callable[[bool], tuple[AnyCells, MeshAttributes | None]]
+Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
 """Reads a file, with its attributes or without."""
 
 _NOT_OF_FILES = {"mesh", "features", "mask", "barriers", "progress", "on_stage"}
@@ -146,11 +146,11 @@ def _check_keywords(keywords: Mapping[str, Any]) -> None:
 class Outcome:
     """The data to write for one file."""
 
-    mesh: AnyCells
+    mesh: Cells
     attributes: MeshAttributes | None
     result: Segmentation
     listed: npt.NDArray[np.int64] | None = None  # labels of the file's faces, if it was subdivided
-    listed_mesh: AnyCells | None = None  # that of the file, then
+    listed_mesh: Cells | None = None  # that of the file, then
 
 
 def segment_file(
@@ -159,7 +159,7 @@ def segment_file(
     *,
     holds_attributes: bool,
     timings: dict[str, float],
-    constraints: Callable[[AnyCells], dict[str, npt.NDArray[Any]]] | None = None,
+    constraints: Callable[[Cells], dict[str, npt.NDArray[Any]]] | None = None,
     progress: Progress | None = None,
     on_stage: OnStage | None = None,
 ) -> Outcome:
@@ -201,7 +201,7 @@ def segment_file(
     return Outcome(mesh, attributes, result, parts.labels_back(result.labels), given)
 
 
-def _subdivided(source: AnyCells, options: FileOptions) -> Subdivision:
+def _subdivided(source: Cells, options: FileOptions) -> Subdivision:
     """Subdivide; without a given edge length, to suit the size of the regions."""
     mesh = as_mesh(source)
     get = options.keywords.get
@@ -212,7 +212,7 @@ def _subdivided(source: AnyCells, options: FileOptions) -> Subdivision:
 
 
 def _segmented(
-    mesh: AnyCells,
+    mesh: Cells,
     of_cells: Mapping[str, Any],
     options: FileOptions,
     progress: Progress | None,
@@ -228,7 +228,7 @@ def _segmented(
         return segment(mesh, progress=progress, on_stage=on_stage, **keywords, **of_cells)
 
 
-def _n_kept(mesh: AnyCells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
+def _n_kept(mesh: Cells, of_cells: Mapping[str, npt.NDArray[Any]]) -> int:
     """Number of cells that a mask leaves."""
     return int(of_cells["mask"].sum()) if "mask" in of_cells else mesh.n_cells
 

@@ -18,7 +18,7 @@ from ..io.atomic import StrPath
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending, open_regular, read_content
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from ..workers.calls import check_version
 from .files import FileOptions, segment_file
 
@@ -92,7 +92,7 @@ def _done(job: BatchJob, record: Record) -> Record:
     endings = [known_ending(file, OUTPUT_ENDINGS) for file in files]
     form = job.options.form(endings)
 
-    def load(keep: bool) -> tuple[AnyCells, MeshAttributes | None]:
+    def load(keep: bool) -> tuple[Cells, MeshAttributes | None]:
         try:
             content = read_content(path)
         except MeshError:  # an empty file

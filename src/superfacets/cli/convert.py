@@ -17,7 +17,7 @@ from ..export.cells import FormatOptions
 from ..export.regions import write_regions
 from ..export.write import ENDING_OF_FORMAT, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .background import run_in_background
 from .failures import print_note
 from .inputs import labels_beside, load_cells_and_attributes
@@ -100,7 +100,7 @@ def convert_command(
 class _Found:
     """What the files hold."""
 
-    cells: AnyCells
+    cells: Cells
     labels: npt.NDArray[np.int32] | None
     attributes: MeshAttributes | None
     are_named: bool  # labels, as a file of their own

@@ -17,7 +17,7 @@ from ..io.readers.labels import has_labels, read_labels
 from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.readers.recognize import recognized_ending
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .options import STANDARD_STREAM
 
 __all__ = [
@@ -47,7 +47,7 @@ def name_of(text: str) -> str:
     return "standard input" if text == STANDARD_STREAM else text
 
 
-def load_cells(text: str, format: str | None) -> AnyCells:
+def load_cells(text: str, format: str | None) -> Cells:
     """The mesh or the cloud of a file, or of standard input for ``-``.
 
     Its format is the one given, or that of the file's ending, or that of the content.
@@ -57,7 +57,7 @@ def load_cells(text: str, format: str | None) -> AnyCells:
 
 def load_cells_and_attributes(
     text: str, format: str | None, *, keep: bool = True
-) -> tuple[AnyCells, MeshAttributes | None]:
+) -> tuple[Cells, MeshAttributes | None]:
     """What `load_cells` returns, and the attributes of a PLY or a cloud if they are to be kept."""
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:

@@ -27,7 +27,7 @@ from ..io.atomic import atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
 from .background import run_in_background
@@ -128,7 +128,7 @@ def levels_command(
     source = _Source(input, labels, labels_named, mask, barriers, options.pop("format"))
     keeps = job.holds_attributes and not drop_attributes
 
-    def compute() -> tuple[AnyCells, MeshAttributes | None, Hierarchy]:
+    def compute() -> tuple[Cells, MeshAttributes | None, Hierarchy]:
         return _computed(source, counts, job.endings, keeps=keeps, **options)
 
     cells, attributes, nested = run_in_background(compute)
@@ -140,7 +140,7 @@ def levels_command(
         _report(job, cells, nested, as_json=as_json)
 
 
-def _report(job: Job, cells: AnyCells, nested: Hierarchy, *, as_json: bool) -> None:
+def _report(job: Job, cells: Cells, nested: Hierarchy, *, as_json: bool) -> None:
     """Print what was made and written: two lines, or an object."""
     is_to_stderr = job.stream is not None
     if as_json:
@@ -221,7 +221,7 @@ class _Source:
 def _computed(
     source: _Source, counts: tuple[int, ...], endings: set[str], *, keeps: bool,
     features: tuple[str, ...], islands: Islands, n_threads: int | None,
-) -> tuple[AnyCells, MeshAttributes | None, Hierarchy]:  # fmt: skip
+) -> tuple[Cells, MeshAttributes | None, Hierarchy]:  # fmt: skip
     """Read the files, and make the levels; an error before that if no output can hold them."""
     keeps_any = keeps or bool(features)
     cells, attributes = load_cells_and_attributes(source.input, source.format, keep=keeps_any)
@@ -242,9 +242,7 @@ def _computed(
     return cells, attributes if keeps else None, nested
 
 
-def _write(
-    plan: _Plan, cells: AnyCells, attributes: MeshAttributes | None, nested: Hierarchy
-) -> None:
+def _write(plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy) -> None:
     """Write all files, or none; names in them are made of those of the outputs as given."""
     writers = _writers(plan, cells, attributes, nested)
     with atomic_outputs(plan.paths) as temporaries:
@@ -257,7 +255,7 @@ def _write(
 
 
 def _writers(
-    plan: _Plan, cells: AnyCells, attributes: MeshAttributes | None, nested: Hierarchy
+    plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> Iterator[Callable[[IO[bytes]], None]]:
     """What writes each of the files."""
     for output, ending, _ in plan.files:

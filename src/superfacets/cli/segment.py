@@ -18,7 +18,7 @@ from ..cells.kinds import kind_of
 from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .background import run_in_background
 from .constraints import check_mask, constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
@@ -191,7 +191,7 @@ class _Run:
             on_stage=bar.on_stage,
         )
 
-    def _load(self, job: Job, *, keep: bool) -> tuple[AnyCells, MeshAttributes | None]:
+    def _load(self, job: Job, *, keep: bool) -> tuple[Cells, MeshAttributes | None]:
         """Read the input; an error if the outputs could not hold such cells."""
         cells, attributes = load_cells_and_attributes(job.input, self.format, keep=keep)
         check_fit(cells, None, job.endings, self.form)

@@ -16,7 +16,7 @@ from ..export.write import check_fit, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from ..io.readers.labels import read_labels
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from ..regions.nearest_labels import transfer
 from .background import run_in_background
 from .failures import print_note
@@ -78,7 +78,7 @@ def transfer_command(
 
     form = FormatOptions(ascii=ascii)
 
-    def compute() -> tuple[AnyCells, MeshAttributes | None, npt.NDArray[np.int32]]:
+    def compute() -> tuple[Cells, MeshAttributes | None, npt.NDArray[np.int32]]:
         cells = load_cells(str(source), format)
         given = read_labels(labels, cells.n_cells, name=labels_named)
         keeps = job.holds_attributes and not drop_attributes
@@ -99,7 +99,7 @@ def transfer_command(
         _report(job, goal, carried, as_json=as_json)
 
 
-def _notes(job: Job, goal: AnyCells, attributes: MeshAttributes | None, n_lost: int) -> list[str]:
+def _notes(job: Job, goal: Cells, attributes: MeshAttributes | None, n_lost: int) -> list[str]:
     """Notes on what the outputs lack."""
     notes = notes_on_vertices(n_lost, job.endings)
     if attributes is not None:
@@ -107,7 +107,7 @@ def _notes(job: Job, goal: AnyCells, attributes: MeshAttributes | None, n_lost: 
     return notes
 
 
-def _report(job: Job, goal: AnyCells, labels: npt.NDArray[np.int32], *, as_json: bool) -> None:
+def _report(job: Job, goal: Cells, labels: npt.NDArray[np.int32], *, as_json: bool) -> None:
     """Print a line per file written, and one for the run; or the facts as an object."""
     n_without = int(np.count_nonzero(labels < 0))
     n_labels = len(np.unique(labels[labels >= 0]))

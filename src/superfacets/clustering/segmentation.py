@@ -12,7 +12,7 @@ from .._types import Array, Ints
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_surface
 from ..cells.region_adjacency import RegionGraph, region_graph_of
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 
 __all__ = ["Level", "Segmentation", "StopReason"]
 
@@ -105,7 +105,7 @@ class Segmentation:
     n_islands: int = 0
     sliver_share: float | None = None
     levels: tuple[Level, ...] = field(default=(), repr=False)
-    cells: AnyCells | CellGraph | None = field(default=None, repr=False)
+    cells: Cells | CellGraph | None = field(default=None, repr=False)
 
     @property
     def n_segments(self) -> int:

@@ -15,7 +15,7 @@ from .._validate import refuse_mask
 from ..cells.kinds import Kind, kind_of
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .clouds import CLOUD_WRITERS
 from .glb import write_glb
 from .obj import write_obj
@@ -131,7 +131,7 @@ def _checked_class(value: object) -> str:
 class CellWriter:
     """Cells and what goes with them, to be written to files of any format."""
 
-    cells: AnyCells
+    cells: Cells
     labels: Ints | None
     given_colors: Any
     attributes: MeshAttributes | None
@@ -202,7 +202,7 @@ def _check_kind(kind: Kind, ending: str) -> None:
         raise MeshError(f"{kind.plural} are written as {listed}, not as {ending}")
 
 
-def _checked_colors(colors: Any, mesh: AnyCells) -> Bytes | None:
+def _checked_colors(colors: Any, mesh: Cells) -> Bytes | None:
     if colors is None:
         return None
     refuse_mask(colors, "colors")

@@ -17,7 +17,7 @@ from .._validate import ranked_labels
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.readers.labels import checked_labels
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .cells import FormatOptions
 from .pyg import GRAPH_OUTPUTS, write_arrays
 from .scannet import (
@@ -45,7 +45,7 @@ ID_OUTPUTS = (*VERTEX_OUTPUTS, ".sstk.json", ".aggregation.json")
 class IdWriter:
     """Labels of cells, to be written to files of any format that holds labels alone."""
 
-    cells: AnyCells
+    cells: Cells
     labels: Ints | None
     options: FormatOptions
 
@@ -132,7 +132,7 @@ def _write(
         write_rows(file, "%d\n", [labels])
 
 
-def _check_triangles(cells: AnyCells) -> None:
+def _check_triangles(cells: Cells) -> None:
     kind = kind_of(cells)
     if kind.name == "polygons":
         raise MeshError(

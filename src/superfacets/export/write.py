@@ -15,7 +15,7 @@ from ..io.atomic import StrPath, atomic_outputs, checked_targets
 from ..io.attributes import MeshAttributes
 from ..io.guards import known_ending
 from ..io.readers.labels import checked_labels
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
@@ -277,7 +277,7 @@ def check_outputs(paths: Sequence[StrPath]) -> None:
 
 
 def writer_of(
-    cells: AnyCells,
+    cells: Cells,
     labels: npt.NDArray[np.int32],
     ending: str,
     form: FormatOptions,
@@ -290,7 +290,7 @@ def writer_of(
 
 
 def check_fit(
-    cells: AnyCells,
+    cells: Cells,
     labels: npt.NDArray[np.int32] | None,
     endings: Iterable[str],
     form: FormatOptions,

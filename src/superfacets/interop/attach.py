@@ -12,7 +12,7 @@ from .._validate import checked_any_labels, checked_choice
 from ..adapters.convert import as_cells
 from ..adapters.results import NO_COLOR, Results, put_results
 from ..cells.kinds import kind_of
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from ..pictures.colors import face_colors
 from ..pictures.scene import checked_colors
 
@@ -103,7 +103,7 @@ def _labels_as_int32(labels: npt.ArrayLike, n_rows: int) -> Ints:
 
 
 def _checked_colors(
-    cells: AnyCells, labels: Ints, colors: bool | npt.ArrayLike, of_vertices: bool
+    cells: Cells, labels: Ints, colors: bool | npt.ArrayLike, of_vertices: bool
 ) -> Bytes | None:
     """Colors as given, or those that are made for regions of cells; None where none are wanted."""
     if colors is False:

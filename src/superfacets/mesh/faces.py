@@ -12,13 +12,11 @@ from .. import _core
 from .._types import Array, Bytes, Floats, Ints, Longs
 from .._validate import freeze
 from ..errors import MeshError
-from .cells import Cells
 from .polygon_mesh import PolygonMesh
 from .tet_mesh import TetMesh
 from .triangle_mesh import Mesh
 
 __all__ = [
-    "AnyCells",
     "AnyMesh",
     "Corners",
     "FaceMesh",
@@ -45,7 +43,6 @@ __all__ = [
 
 FaceMesh: TypeAlias = Mesh | PolygonMesh
 AnyMesh: TypeAlias = FaceMesh | TetMesh
-AnyCells: TypeAlias = Cells
 
 
 class VertexGraph(NamedTuple):

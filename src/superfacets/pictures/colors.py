@@ -15,7 +15,7 @@ from ..adapters.convert import MeshLike
 from ..adapters.results import NO_COLOR
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, kind_of
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .vision import color_distances, from_oklab, oklab
 
 __all__ = [
@@ -100,7 +100,7 @@ def colors_of_cells(colors: Bytes, labels: Ints) -> Bytes:
     return np.concatenate([colors, np.array([NO_COLOR], dtype=np.uint8)])[labels]
 
 
-def _colors_of(cells: AnyCells | CellGraph, labels: Ints) -> Bytes:
+def _colors_of(cells: Cells | CellGraph, labels: Ints) -> Bytes:
     """Color of each region of any kind of cells."""
     arcs, of_cells = kind_of(cells).border_arcs(cells, labels, checked_threads(None))
     n_regions = int(labels.max()) + 1

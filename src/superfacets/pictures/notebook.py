@@ -13,7 +13,7 @@ from .._types import Array, Ints
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import kind_of
 from ..errors import MissingExtraError, RenderError
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .colors import PALETTE
 from .needs import import_pillow
 from .rendering import render
@@ -46,7 +46,7 @@ class _Result(Protocol):
     @property
     def labels(self) -> Ints: ...
     @property
-    def cells(self) -> AnyCells | CellGraph | None: ...
+    def cells(self) -> Cells | CellGraph | None: ...
     @property
     def n_segments(self) -> int: ...
     @property
@@ -69,7 +69,7 @@ def png_of(result: _Result) -> bytes | None:
     return _drawn[result]
 
 
-def _draw(labels: Ints, cells: AnyCells | CellGraph | None) -> bytes | None:
+def _draw(labels: Ints, cells: Cells | CellGraph | None) -> bytes | None:
     if cells is None or isinstance(cells, CellGraph):
         return None
     if cells.n_cells > (MAX_DRAWN_POINTS if kind_of(cells).are_points else MAX_DRAWN):

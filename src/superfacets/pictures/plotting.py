@@ -19,7 +19,7 @@ from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.region_adjacency import region_graph
 from ..io.atomic import atomic_outputs
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .animation import MOVING_ENDINGS, check_video, gif_of, write_video
 from .annotations import SCALE_SHARE, TITLE_SHARE, scale_strip, title_strip
 from .camera import View, place_camera, turned_cameras
@@ -241,7 +241,7 @@ def _check_titles(titles: Sequence[str] | None, n: int) -> None:
 
 
 def _colors_by(
-    cells: AnyCells, series: Sequence[Any], color_by: Any, title: str | None
+    cells: Cells, series: Sequence[Any], color_by: Any, title: str | None
 ) -> tuple[list[Any], Scale]:
     """Colors of cells for each labeling, and what they stand for."""
     if isinstance(color_by, str) and title is None:
@@ -251,7 +251,7 @@ def _colors_by(
     return [scale.colors(row) for row in values], scale
 
 
-def _values_of(cells: AnyCells, labels: Any, color_by: Any, n_series: int) -> Floats:
+def _values_of(cells: Cells, labels: Any, color_by: Any, n_series: int) -> Floats:
     """A value for each cell; NaN where there is none, and where it is in no region."""
     n_cells = cells.n_cells
     if labels is None:
@@ -275,7 +275,7 @@ def _values_of(cells: AnyCells, labels: Any, color_by: Any, n_series: int) -> Fl
 class _Panels:
     """What is drawn side by side."""
 
-    cells: AnyCells
+    cells: Cells
     series: Sequence[Any]  # labels of each
     colors: Sequence[Any]  # of cells; None for those of regions
     clip: Clip | None

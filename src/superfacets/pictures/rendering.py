@@ -19,7 +19,7 @@ from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .borders import default_border_width
 from .camera import Camera, View, place_camera
 from .colors import face_colors
@@ -148,7 +148,7 @@ def checked_style(
 
 
 def scene_of(
-    cells: AnyCells, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None
+    cells: Cells, labels: npt.ArrayLike | None, colors: npt.ArrayLike | None, clip: Clip | None
 ) -> Scene:
     """What is drawn of cells of any kind."""
     kind = kind_of(cells)

@@ -16,7 +16,7 @@ from ..adapters.clouds import CloudLike
 from ..adapters.convert import MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..errors import MeshError
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 
 __all__ = ["Splitter", "Submesh", "split_regions", "submesh"]
 
@@ -36,7 +36,7 @@ class Submesh(NamedTuple):
         ``cells``.
     """
 
-    mesh: AnyCells
+    mesh: Cells
     cells: Ints
     vertices: Ints
 

@@ -23,7 +23,7 @@ from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, measures_of
 from ..cells.sums import weighted_majority
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .vertices import corner_groups
 
 __all__ = ["Pooling", "pool", "snap", "unpool"]
@@ -242,7 +242,7 @@ def _members_of(
     labels: Ints,
     n_regions: int,
     weights: Floats | None,
-    source: AnyCells | CellGraph | None,
+    source: Cells | CellGraph | None,
 ) -> _Members:
     """Cells, or corners of cells where there is one value per vertex."""
     rows: npt.NDArray[np.integer] | None = None
@@ -357,13 +357,13 @@ def _checked_values(values: npt.ArrayLike, how: str) -> Array:
     return array
 
 
-def _checked_source(cells: Any, measures: Any) -> AnyCells | CellGraph | None:
+def _checked_source(cells: Any, measures: Any) -> Cells | CellGraph | None:
     if cells is not None and measures is not None:
         raise ValueError("give cells or measures, not both: cells have measures of their own")
     return None if cells is None else as_known(cells)
 
 
-def _count(labels: npt.ArrayLike, source: AnyCells | CellGraph | None) -> int:
+def _count(labels: npt.ArrayLike, source: Cells | CellGraph | None) -> int:
     """The expected number of labels."""
     if source is None:
         return int(np.size(labels))
@@ -371,7 +371,7 @@ def _count(labels: npt.ArrayLike, source: AnyCells | CellGraph | None) -> int:
 
 
 def _weights_of(
-    source: AnyCells | CellGraph | None, measures: npt.ArrayLike | None, n_cells: int
+    source: Cells | CellGraph | None, measures: npt.ArrayLike | None, n_cells: int
 ) -> Floats | None:
     threads = checked_threads(None)
     if measures is not None:

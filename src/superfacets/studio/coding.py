@@ -15,6 +15,7 @@ from ..pictures.page.coding import Arrays, little_endian
 
 __all__ = [
     "MAGIC",
+    "CellNumbers",
     "base64_of",
     "bytes_from",
     "cells_from",
@@ -27,13 +28,13 @@ __all__ = [
 MAGIC = b"SFSTUDIO"
 """The first bytes of a binary answer with several arrays."""
 
-Cells = npt.NDArray[np.uint32]
+CellNumbers = npt.NDArray[np.uint32]
 
 _MAX_BYTES = 5
 """Of a difference below 2**32, 7 bits to a byte."""
 
 
-def pack_cells(cells: Cells) -> bytes:
+def pack_cells(cells: CellNumbers) -> bytes:
     """Ascending cells in few bytes: differences as varints, compressed.
 
     A byte or less for each cell of a region, as near cells mostly have near numbers; a few bytes in
@@ -53,7 +54,7 @@ def pack_cells(cells: Cells) -> bytes:
     return zlib.compress(data.tobytes(), level=1)
 
 
-def unpack_cells(packed: bytes, n_cells: int) -> Cells:
+def unpack_cells(packed: bytes, n_cells: int) -> CellNumbers:
     """Return what `pack_cells` was given; a ValueError if these are not cells below `n_cells`."""
     data = np.frombuffer(inflated(packed, _MAX_BYTES * n_cells), np.uint8)
     if not len(data):
@@ -89,7 +90,7 @@ def base64_of(array: npt.NDArray[Any] | bytes) -> str:
     return base64.b64encode(data).decode("ascii")
 
 
-def cells_from(text: object, n_cells: int) -> Cells:
+def cells_from(text: object, n_cells: int) -> CellNumbers:
     """Cells that a client sends as uint32 in base64, ascending and each once.
 
     Raises

@@ -14,10 +14,10 @@ import numpy.typing as npt
 
 from .._validate import checked_threads
 from ..cells.kinds import measures_of
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .changes import Change, Painted, Partition, State, last_stroke
 from .classes import ClassList, checked_class_list, default_classes, with_missing
-from .coding import base64_of
+from .coding import CellNumbers, base64_of
 from .imports import Imported
 from .journal import Journal
 from .parameters import default_parameters
@@ -28,8 +28,6 @@ from .source import Source
 from .splitting import split_cells
 
 __all__ = ["Document", "NothingError", "work_file_of"]
-
-Cells = npt.NDArray[np.uint32]
 
 
 class NothingError(LookupError):
@@ -112,7 +110,7 @@ class Document:
         return self.source.path
 
     @property
-    def cells(self) -> AnyCells:
+    def cells(self) -> Cells:
         """What is labeled."""
         return self.source.cells
 
@@ -157,7 +155,7 @@ class Document:
 
     # Operations. Each returns when it is on the disk.
 
-    def paint(self, cells: Cells, wanted: Any, stroke: str | None = None) -> Change | None:
+    def paint(self, cells: CellNumbers, wanted: Any, stroke: str | None = None) -> Change | None:
         """Give cells (ascending) a class, 0 for none, or one class each; None if nothing changes.
 
         Raises
@@ -193,7 +191,9 @@ class Document:
                 self._commit(change, line)
             return self._show(base)
 
-    def split(self, region: int, number: object, red: Cells, blue: Cells) -> Cells:
+    def split(
+        self, region: int, number: object, red: CellNumbers, blue: CellNumbers
+    ) -> CellNumbers:
         """Cut a region of this revision in two by strokes; return the cells of the new region.
 
         That is the one with the blue stroke. Its label is the next free one.
@@ -213,7 +213,7 @@ class Document:
             self._split_off(cells)
             return cells
 
-    def _split_off(self, cells: Cells) -> None:
+    def _split_off(self, cells: CellNumbers) -> None:
         """Make cells of one region a region of their own."""
         with self.lock:
             before = self.state.partition

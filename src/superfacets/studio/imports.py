@@ -18,7 +18,7 @@ from ..errors import MeshError
 from ..export.scannet import NO_CLASS
 from ..io.guards import known_ending
 from ..io.readers.labels import read_labels
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from ..regions.vertices import corner_groups
 from .classes import MAX_CLASS, ClassList, new_class
 
@@ -53,7 +53,7 @@ class Imported:
     class_list: ClassList
 
 
-def read_import(files: Mapping[str, bytes], cells: AnyCells, known: ClassList) -> Imported:
+def read_import(files: Mapping[str, bytes], cells: Cells, known: ClassList) -> Imported:
     """Read labels by the names of their files: one with labels, and one with groups if there is.
 
     Without groups the labels are the numbers of classes, and 0 or less is none, as in what the
@@ -103,7 +103,7 @@ def _told(error: Exception) -> str:
     return f"it has no {error}" if isinstance(error, KeyError) else str(error)
 
 
-def _labels_in(data: bytes, ending: str, cells: AnyCells) -> Ints:
+def _labels_in(data: bytes, ending: str, cells: Cells) -> Ints:
     """One label per cell."""
     n_cells = cells.n_cells
     if ending in LISTS:

@@ -20,7 +20,7 @@ from .._validate import checked_threads
 from ..cells.kinds import graph_and_surface
 from ..cells.surface import Surface
 from ..errors import SliverWarning
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from ..pipeline import Prepared, segment
 from ..regions.edit import read_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
@@ -92,7 +92,7 @@ class Segmenter:
     once. Regions of the last few parameters are kept, and so are the merges of each.
     """
 
-    source: AnyCells
+    source: Cells
     _kept: OrderedDict[tuple[Any, ...], Base] = field(default_factory=OrderedDict)
     _trees: OrderedDict[tuple[Any, ...], MergeTree] = field(default_factory=OrderedDict)
     _worker: ThreadPoolExecutor = field(

@@ -11,7 +11,7 @@ from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..io.guards import read_content
 from ..io.readers.read import cell_ending, parse_cells
-from ..mesh.faces import AnyCells
+from ..mesh.cells import Cells
 from .journal import Journal, JournalError
 
 __all__ = ["ChangedError", "Source"]
@@ -36,7 +36,7 @@ class Source:
     """
 
     path: Path
-    cells: AnyCells
+    cells: Cells
     size: int
     digest: str
     _seen: tuple[int, int] | None

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..cells.constraints import NO_GROUPS, Cut
 from ..cells.surface import Surface
+from .coding import CellNumbers
 
 __all__ = ["split_cells"]
 
@@ -31,11 +32,12 @@ CAPACITY = 1 << 30
 UNCUT = (1 << 31) - 1
 """The most that flows of 32 bits hold."""
 
-Cells = npt.NDArray[np.uint32]
 Floats = npt.NDArray[np.float64]
 
 
-def split_cells(surface: Surface, cells: Cells, red: Cells, blue: Cells) -> Cells:
+def split_cells(
+    surface: Surface, cells: CellNumbers, red: CellNumbers, blue: CellNumbers
+) -> CellNumbers:
     """Return the cells of a region that go with the blue stroke.
 
     The border between both sides is a minimum cut: its length counts, less in creases, and so does
@@ -48,7 +50,7 @@ def split_cells(surface: Surface, cells: Cells, red: Cells, blue: Cells) -> Cell
     cells : ndarray of uint32
         All cells of the region, ascending.
     red, blue : ndarray of uint32
-        Cells of the strokes, ascending. In what is no part of the region they count for nothing.
+        Cells of the strokes, ascending; those outside of the region have no effect.
 
     Raises
     ------
@@ -90,7 +92,7 @@ class _Part:
         return csr_array((values, (self.sources, self.targets)), shape=(self.n, self.n))
 
 
-def _places_in(cells: Cells, stroke: Cells) -> npt.NDArray[np.int64]:
+def _places_in(cells: CellNumbers, stroke: CellNumbers) -> npt.NDArray[np.int64]:
     """Where the cells of a stroke stand in the region, those that are in it."""
     places = np.searchsorted(cells, stroke)
     places = np.minimum(places, len(cells) - 1)
@@ -98,7 +100,7 @@ def _places_in(cells: Cells, stroke: Cells) -> npt.NDArray[np.int64]:
     return found
 
 
-def _part_of(surface: Surface, cells: Cells) -> _Part:
+def _part_of(surface: Surface, cells: CellNumbers) -> _Part:
     """Measure what is in a region; time and memory are those of the region."""
     starts = surface.offsets[cells]
     counts = surface.offsets[cells.astype(np.int64) + 1] - starts

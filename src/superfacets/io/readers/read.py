@@ -7,7 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...errors import MeshError
-from ...mesh.faces import AnyCells, AnyMesh
+from ...mesh.cells import Cells
+from ...mesh.faces import AnyMesh
 from ...mesh.point_cloud import PointCloud
 from ...mesh.polygon_mesh import PolygonMesh
 from ...mesh.tet_mesh import TetMesh
@@ -168,7 +169,7 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
         raise MeshError(f"{path}: {error}") from None
 
 
-def read_cells(path: str | os.PathLike[str]) -> AnyCells:
+def read_cells(path: str | os.PathLike[str]) -> Cells:
     """Return the mesh that a file holds or, where there are no faces, its points."""
     path = Path(path)
     ending = cell_ending(path)
@@ -258,7 +259,7 @@ def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
     return _mesh_of(_READERS[ending](data))
 
 
-def parse_cells(data: Content, ending: str, folder: Path | None) -> AnyCells:
+def parse_cells(data: Content, ending: str, folder: Path | None) -> Cells:
     """The mesh in a file's content, or the point cloud where there are no faces."""
     if holds_cloud(data, ending):
         return CLOUD_READERS[ending](data).cloud
@@ -267,7 +268,7 @@ def parse_cells(data: Content, ending: str, folder: Path | None) -> AnyCells:
 
 def parse_cells_and_attributes(
     data: Content, ending: str, folder: Path | None, *, keep: bool = True
-) -> tuple[AnyCells, MeshAttributes | None]:
+) -> tuple[Cells, MeshAttributes | None]:
     """As `parse_cells`, and the attributes of clouds, and of meshes where the format is PLY.
 
     No attributes if they are not to be kept.

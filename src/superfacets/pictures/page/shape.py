@@ -16,7 +16,8 @@ from ...cells.cell_graph import Arcs
 from ...cells.face_graph import FaceGraph, build_face_graph
 from ...cells.kinds import kind_of
 from ...cells.point_graph import PointGraph, find_point_graph
-from ...mesh.faces import AnyCells, FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
+from ...mesh.cells import Cells
+from ...mesh.faces import FaceMesh, cut_into_triangles, ends_of_sides, measure_faces
 from ...mesh.point_cloud import PointCloud
 from ..camera import View, view_axes
 from ..scene import Scene, hexagons_of
@@ -151,7 +152,7 @@ def view_facts(shape: Shape, camera: View) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def shape_of(cells: AnyCells) -> Shape:
+def shape_of(cells: Cells) -> Shape:
     """Return what is drawn of a mesh (the outside of tetrahedra) or of a cloud."""
     kind = kind_of(cells)
     outside = kind.outside(cells)
