@@ -47,7 +47,7 @@ ISLANDS: tuple[str, ...] = get_args(Islands)
 
 Clip = Literal["x", "-x", "y", "-y", "z", "-z"]
 CLIPS: tuple[str, ...] = get_args(Clip)
-"""Halves of a volume that pictures may show."""
+"""Halves of a volume that `render` can show."""
 
 Seeds: TypeAlias = Sequence[int] | npt.NDArray[np.integer[Any]]
 """Faces that are the first centers. Not `ArrayLike`, which would accept a misspelled name."""

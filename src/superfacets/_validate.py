@@ -64,7 +64,7 @@ def _is_mapped(array: Array) -> bool:
 
 
 def owned(array: Array, dtype: Any) -> Array:
-    """A copy of an array: nobody else can change it after it is checked."""
+    """A copy of an array, so that the caller cannot change it after the check."""
     return np.array(array, dtype=dtype, order="C")
 
 
@@ -201,7 +201,7 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
 
 
 def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]:
-    """The place of the first corner that is no vertex, and the box of the vertices used."""
+    """Index of the first invalid corner, or None, and the box of the used vertices."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
         first = int(np.argmin(np.isfinite(points).all(axis=1)))

@@ -27,7 +27,7 @@ NO_GROUPS = np.empty(0, np.int32)
 
 @dataclass(frozen=True)
 class ConstraintOptions:
-    """The mask and the barriers that `segment` is given."""
+    """The arguments `mask` and `barriers` of `segment`."""
 
     mask: Any = None  # None: all cells are kept
     barriers: Any = None  # None: there are none
@@ -39,7 +39,7 @@ class ConstraintOptions:
 
     @property
     def params(self) -> dict[str, Any]:
-        """As they are reported."""
+        """The parameters in the result of `segment`."""
         given = {"mask": self.mask, "barriers": self.barriers}
         return {name: "given" for name, value in given.items() if value is not None}
 

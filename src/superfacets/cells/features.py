@@ -1,4 +1,4 @@
-"""Stage 2: features of cells, and the price of arcs along which they differ."""
+"""Stage 2: features of cells, and the cost of arcs whose ends differ in them."""
 
 from __future__ import annotations
 

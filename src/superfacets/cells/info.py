@@ -1,4 +1,4 @@
-"""Facts about a mesh or a cloud that decide its uses."""
+"""Facts about a mesh or a cloud."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class CloudInfo:
     n_positions: int
     """Different positions of points."""
     n_components: int
-    """Sets of points that are connected by arcs between near ones; see `build_point_graph`."""
+    """Number of connected components of the graph; see `build_point_graph`."""
     n_isolated: int
     """Points that no arc leads to."""
     has_normals: bool
@@ -249,7 +249,7 @@ _FACTS: dict[str, Callable[[Any, bool], Any]] = {
     "tetrahedra": _tet_info,
     "points": _cloud_info,
 }
-"""By the name of the kind."""
+"""Functions by name of the kind."""
 
 
 def _count_positions(points: Floats) -> int:

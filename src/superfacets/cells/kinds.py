@@ -63,14 +63,14 @@ Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 
 
 class Outside(NamedTuple):
-    """The faces that are drawn of cells."""
+    """The faces that are drawn for cells."""
 
     mesh: FaceMesh
     sources: Ints | None  # the cell that each face belongs to; None: faces are the cells
 
 
 class OrderedCells(NamedTuple):
-    """The cells as stages 1 to 5 take them: as given, or in an order in which these are faster."""
+    """Cells in the order of stages 1 to 5: as given, or sorted for speed."""
 
     cells: Any  # of the class of the source
     graph: Any
@@ -89,11 +89,11 @@ class Kind:
     """
 
     name: ClassVar[str] = "cells"
-    """In the tables of other rooms."""
+    """Key of the kind in tables of other packages."""
     noun: ClassVar[str] = "cell"
-    """A cell in messages; with an s, in the names of counts."""
+    """Noun for a cell in messages; plus "s" in names of counts."""
     plural: ClassVar[str] = "cells"
-    """Cells in messages."""
+    """Noun for cells in messages."""
     dimension: ClassVar[int] = 2
     """2 if measures are areas, 3 if they are volumes."""
     has_faces: ClassVar[bool] = False
@@ -102,14 +102,14 @@ class Kind:
     """Whether each cell is a vertex."""
 
     def build_graph(self, cells: Any, weld: bool, n_threads: int) -> tuple[Any, Any]:
-        """Return which cells are neighbors, and other findings, which weights may use, or None.
+        """Return the graph of the cells, and findings for weights, or None.
 
         The graph has the members of `cell_graph.Arcs`.
         """
         return cells, None
 
     def sorted_graph(self, cells: Any, weld: bool, n_threads: int) -> OrderedCells | None:
-        """Return cells and graph in an order in which later stages are faster; None: as they are.
+        """Return cells and graph sorted for speed, or None to keep the order.
 
         Cells with corners are sorted along a space-filling curve where their order is bad.
         """
@@ -120,7 +120,7 @@ class Kind:
         ordered = self.with_corners(
             cells, found.vertices, found.corners, found.offsets, cells.bounds
         )
-        # They are welded now, if at all.
+        # Already welded, if `weld`.
         return OrderedCells(ordered, *self.build_graph(ordered, False, n_threads), found.order)
 
     def surface(self, cells: Any, graph: Any, n_threads: int) -> Surface:
@@ -128,19 +128,19 @@ class Kind:
         return Surface.of_graph(graph, n_threads)
 
     def bare_surface(self, surface: Surface, cells: Any, graph: Any, n_threads: int) -> Surface:
-        """Return the surface without arrays that the weights alone need, to make room."""
+        """Return the surface without arrays that only weights need, to free memory."""
         return surface
 
     def weights(
         self, surface: Surface, graph: Any, found: Any, radius: float, options: WeightOptions
     ) -> npt.ArrayLike:
-        """Return one weight per arc, as `segment` is asked for; the same both ways."""
+        """Return one weight per arc, the same in both directions."""
         return step_weights(surface, options, self.plural)
 
     def sliver_share(
         self, cells: Any, graph: Any, found: Any, radius: float, n_threads: int
     ) -> float:
-        """Return the share of the measure in cells that are long and thin beside the regions."""
+        """Return the share of the measure in slivers: cells long and thin compared with regions."""
         return 0.0
 
     def measures(self, cells: Any, n_threads: int) -> Floats:
@@ -161,11 +161,11 @@ class Kind:
         return _core.nearest_points(self.positions(cells), queries, max_distance, n_threads)
 
     def corners(self, cells: Any) -> Corners | None:
-        """Return which of the ``vertices`` of the cells each has; None if it has none."""
+        """Return the corners of the cells, indices of ``vertices``; None for kinds without."""
         return None
 
     def part(self, cells: Any, chosen: Ints) -> Any:
-        """Return some of the cells, ascending, as cells of the same kind, if they have no corners.
+        """Return chosen cells (ascending) as cells of the same kind, for kinds without corners.
 
         `with_corners` does this for kinds that have.
         """
@@ -179,15 +179,15 @@ class Kind:
         return mesh_like(cells, vertices, corners, offsets, bounds)
 
     def outside(self, cells: Any, keep: Bools | None = None) -> Outside | None:
-        """Return the faces that are drawn of the cells, or of those to keep; None for points."""
+        """Return the faces to draw for all cells, or for those to keep; None for points."""
         return None
 
     def cloud(self, cells: Any) -> PointCloud:
-        """Return the points that are drawn of the cells where these have no outside."""
+        """Return the points to draw for kinds without an outside."""
         return PointCloud(self.positions(cells))
 
     def border_arcs(self, cells: Any, labels: Ints, n_threads: int) -> tuple[ArcLists, Ints]:
-        """Return all arcs that cross from label to label, and perhaps others; and their labels."""
+        """Return the arcs of all cells at borders, perhaps of more cells, and their labels."""
         graph, _ = self.build_graph(cells, True, n_threads)
         return (graph.offsets, graph.neighbors), labels
 
@@ -241,7 +241,7 @@ class _Faces(Kind):
 
 
 class _Triangles(_Faces):
-    """Triangles, of which kernels can do more in one pass."""
+    """Triangles, with faster kernels than polygons."""
 
     name = "triangles"
 

@@ -26,7 +26,7 @@ from .weights import WeightOptions
 __all__ = ["SMOOTH_DISTANCE", "Embedding", "embed", "part_weights", "spectral_embedding"]
 
 SMOOTH_DISTANCE = 2.3
-"""In r: how far borders may move when they are smoothed by these weights. With 2 compactness is
+"""Largest move of borders in smoothing with these weights, in r. With 2 compactness is
 0.02 higher at the same undersegmentation error; with 3 it is 0.05 lower, at an error that is higher
 by 0.002."""
 
@@ -37,10 +37,10 @@ N_COARSE = 1_500
 """Approximate number of coarse cells that eigenvectors are computed on."""
 
 MOST_COARSE = 8 * N_COARSE
-"""Most coarse cells with eigenvectors: a mesh with more of them, like soup, has no parts."""
+"""Maximum number of coarse cells with eigenvectors. A mesh with more, like soup, has no parts."""
 
 MOST_CELLS = 16
-"""Most cells in a coarse cell, on each level."""
+"""Maximum number of cells in a coarse cell, on each level."""
 
 N_BASE = 12_000
 """Where this many groups of `LEAST_GROUP` cells can be made, groups take the place of cells: they
@@ -58,7 +58,7 @@ CREASE_STEEPNESS = 20.0
 """How much less a crease conducts: exp(-20 kappa), kappa = eta theta / pi."""
 
 LEAST_CONDUCTANCE = 1e-6
-"""Of arcs, as in the core: cells that are connected stay so."""
+"""Least length of arcs, as in the core: connected cells stay connected."""
 
 THICKNESS_STEEPNESS = 10.0
 """How much less arcs conduct where thickness changes: exp(-10 |log s_i - log s_j|)."""
@@ -111,7 +111,7 @@ class _Level(NamedTuple):
     conductances: Floats
     measures: Floats
     positions: Floats
-    coarse_of: Ints | None = None  # the coarse cell of each on the level above
+    coarse_of: Ints | None = None  # coarse cell, on this level, of each cell of the level above
 
 
 def spectral_embedding(
@@ -336,7 +336,7 @@ def _level_of(coarse: _core.CoarseGraph, crossed: Floats, n_threads: int) -> _Le
 
 
 def _per_step(crossed: Floats, steps: Floats) -> Floats:
-    """Conductances over these steps; the least where all cells between the two lie at one place."""
+    """Conductances of steps; the least where all cells in between are at one place."""
     return np.where(crossed > 0.0, crossed / steps, LEAST_CONDUCTANCE)
 
 

@@ -1,4 +1,4 @@
-"""Stage 0: cells of a mesh in an order in which near ones follow each other, where they do not."""
+"""Stage 0: sort the cells of a mesh along a space-filling curve, if their order is bad."""
 
 from __future__ import annotations
 
@@ -15,31 +15,32 @@ from ..mesh.faces import Corners
 __all__ = ["MIN_CELLS", "SortedCorners", "far_steps", "is_scattered", "sorted_corners"]
 
 MIN_CELLS = 1 << 17
-"""Fewer cells fit into the caches of most processors, where their order matters little."""
+"""Smallest number of cells that is sorted. Fewer fit into caches, where order matters little."""
 
 MOST_FAR = 1 / 3
-"""Of the steps from cell to cell, or from vertex to vertex. A million shuffled faces take 1.7 times
-the time of sorted ones, runs of two faces 1.4 times, shuffled vertices alone 1.3 times; sorting
-takes 0.15 of it. Files in the order of a scan or of a subdivision have a share below 0.3."""
+"""Largest share of far steps, of cells or of vertices, in a good order. A million shuffled faces
+take 1.7 times the time of sorted ones, runs of two faces 1.4 times, shuffled vertices alone 1.3
+times; sorting takes 0.15 of it. Files in the order of a scan or of a subdivision have a share
+below 0.3."""
 
 N_STEPS = 512
-"""That are looked at: the share has a standard error below 0.023."""
+"""Number of steps in the sample: the share has a standard error below 0.023."""
 
 GOLDEN = 0.6180339887498949
-"""Multiples of it, modulo 1, are spread evenly, and none of them falls in step with a pattern."""
+"""Golden ratio: its multiples, modulo 1, are spread evenly, and do not resonate with patterns."""
 
 
 class SortedCorners(NamedTuple):
-    """The vertices and the corners of cells, both along a space-filling curve."""
+    """Vertices and corners of cells, both sorted along a space-filling curve."""
 
     vertices: Floats  # welded
-    corners: Ints  # in a row
-    offsets: Longs  # of each cell's corners; empty where all cells have equally many
+    corners: Ints  # flat
+    offsets: Longs  # first corner of each cell; empty if all cells have the same number
     order: Ints  # (N,) numbers of the cells in the input
 
 
 def is_scattered(vertices: Floats, corners: Corners) -> bool:
-    """Whether cells or vertices that follow each other are far apart; not where there are few."""
+    """Whether consecutive cells or vertices are far apart; False for small meshes."""
     n_cells = corners.n_cells
     if n_cells < MIN_CELLS:
         return False
@@ -48,7 +49,7 @@ def is_scattered(vertices: Floats, corners: Corners) -> bool:
 
 
 def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: int) -> SortedCorners:
-    """Sort the cells of a mesh, and weld its vertices if asked for.
+    """Sort the cells of a mesh; `weld` its vertices first.
 
     The corners of a cell keep their order. Expected time O(V + C).
     """
@@ -60,7 +61,7 @@ def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: in
 
 
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
-    """Return the share of the steps from one of n elements to the next that lead far, 0 to 1.
+    """Return the share of far steps between consecutive elements, 0 to 1, from a sample.
 
     That is farther than a quarter of the median distance between elements at random.
     """

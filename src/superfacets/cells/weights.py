@@ -40,7 +40,7 @@ __all__ = [
 
 
 NO_NORMALS = np.empty((0, 3))
-"""Argument for the core: normals are not given, so it computes them."""
+"""Argument for the core: no normals given, the core computes them."""
 
 ALL_COUNT = np.empty(0, np.uint8)
 """Argument for the core: all arcs count."""
@@ -56,7 +56,7 @@ CellArrays = tuple[Floats, Floats, Floats]
 
 
 class EdgeFactors(NamedTuple):
-    """Costs of edges, as the kernels take them."""
+    """Costs of edges: arguments of kernels."""
 
     alpha: float
     eta_convex: float
@@ -305,7 +305,7 @@ def _crease_factors(radius: float, params: Mapping[str, float]) -> EdgeFactors:
 
 @dataclass(frozen=True, kw_only=True)
 class Weight:
-    """A formula for arc weights, as other modules see it."""
+    """A formula for arc weights, with its parameters and documentation."""
 
     about: str
     """For the documentation of `segment`."""
@@ -318,8 +318,8 @@ class Weight:
     has_parts: bool = False
     """Whether `parts.part_weights` adds a price for steps between parts."""
     has_other_unit: bool = False
-    """Whether a crease has another price than with ``"creases"``: the clean-up of regions then
-    computes prices of borders anew, and cells that meet at no angle cannot have these weights."""
+    """Whether the unit differs from that of ``"creases"``: then border costs are recomputed for the
+    clean-up, and cells without angles cannot have these weights."""
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
@@ -361,7 +361,7 @@ WEIGHTS: Mapping[WeightName, Weight] = {
         has_other_unit=True,
     ),
 }
-"""By the name that `segment` takes. Checks, documentation and the command read this table."""
+"""Formulas by the name that `segment` takes, for checks, documentation and the command."""
 
 
 @dataclass(frozen=True)
@@ -429,7 +429,7 @@ def arc_weights(
 
 
 def step_weights(surface: Surface, options: WeightOptions, plural: str) -> npt.ArrayLike:
-    """Return one weight per arc for cells that meet at no angle: given, or lengths of steps."""
+    """Return one weight per arc of cells without angles: given weights, or lengths of steps."""
     if options.given is not None:
         return options.given
     if options.has_other_unit:
