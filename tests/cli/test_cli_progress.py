@@ -15,7 +15,7 @@ from command_line import COMMAND
 
 from superfacets import segment
 from superfacets.cli.background import is_busy, run_in_background
-from superfacets.cli.progress import SHARES, Estimate, open_bar
+from superfacets.cli.progress import SHARES, Estimate, RunBar
 
 
 def test_a_terminal_shows_progress(run, sheet, monkeypatch):
@@ -81,7 +81,7 @@ def test_an_estimate_moves_by_time_within_a_stage_and_by_iterations_in_the_loop(
 
 
 def test_nothing_is_drawn_where_stderr_is_no_terminal(capsys):
-    with open_bar("a.ply") as bar:
+    with RunBar("a.ply") as bar:
         bar.on_stage("mesh")
         bar.draw()
     assert capsys.readouterr().err == ""

@@ -15,7 +15,7 @@ import shapes
 from command_line import COMMAND, files_in
 
 from superfacets import Mesh, PointCloud, read_mesh, sample_mesh, segment, write_mesh
-from superfacets.cli.tiled import TileBar
+from superfacets.cli.progress import TileBar
 from superfacets.tiles import segmenting
 
 

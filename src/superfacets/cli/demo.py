@@ -11,7 +11,7 @@ from ..export.write import write_outputs
 from ..io.atomic import writable_folder
 from ..pipeline import segment
 from .options import FOLDER
-from .progress import open_bar
+from .progress import RunBar
 from .report import summary_of
 
 __all__ = ["demo_command"]
@@ -36,7 +36,7 @@ def demo_command(output: Path) -> None:
     writable_folder(output)
     labeled, picture = output / "bear.superfacets.ply", output / "bear.superfacets.png"
     timings: dict[str, float] = {}
-    with open_bar("bear") as bar:
+    with RunBar("bear") as bar:
         with timed(timings, "mesh", bar.on_stage):
             surface = sample_mesh()
         result = segment(surface, progress=bar.on_iteration, on_stage=bar.on_stage)

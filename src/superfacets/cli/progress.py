@@ -1,4 +1,4 @@
-"""The progress of a run over all of its stages, and the bar that shows it."""
+"""Progress bars of the command, and the estimate of the share of a run that is done."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ import math
 import sys
 import time
 from collections.abc import Iterator
-from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 if TYPE_CHECKING:  # a bar for one file takes no batch
     from ..batches.runs import BatchProgress
 
-__all__ = ["SHARES", "Bar", "Estimate", "FileBar", "open_bar"]
+__all__ = ["SHARES", "Estimate", "FileBar", "RunBar", "TileBar"]
 
 SHARES = {
     "mesh": 0.06,
@@ -96,34 +95,48 @@ class Estimate:
 
 
 class Bar:
-    """A bar on stderr for one run. It draws nothing if it is not to be shown."""
+    """A progress bar on stderr; draws nothing if stderr is not a terminal, or if `is_quiet`."""
 
-    def __init__(self, name: str, is_shown: bool) -> None:
-        self._name = name
-        self._estimate = Estimate(time.perf_counter())
+    layout: ClassVar[str]
+    """Format of tqdm."""
+
+    def __init__(self, *, is_quiet: bool = False) -> None:
+        self._is_shown = not is_quiet and sys.stderr.isatty()
         self._bar: Any = None
-        if is_shown:
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def show(self, text: str, n_done: float, n_all: float) -> None:
+        """Draw the bar with this text and state."""
+        if not self._is_shown:
+            return
+        if self._bar is None:
             from tqdm import tqdm
 
             self._bar = tqdm(
-                total=100.0,
-                leave=False,
-                dynamic_ncols=True,
-                file=sys.stderr,
-                bar_format="{desc} {percentage:3.0f}% |{bar}| {elapsed}",
-            )
+                total=n_all, leave=False, dynamic_ncols=True, file=sys.stderr,
+                bar_format=self.layout,
+            )  # fmt: skip
+        self._bar.set_description_str(text, refresh=False)
+        self._bar.n, self._bar.total = n_done, n_all
+        self._bar.refresh()
 
-    def __enter__(self) -> Bar:
-        return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if self._bar is not None:
-            self._bar.close()
+class RunBar(Bar):
+    """The bar of a run in memory: the stage, and the estimated share of the time."""
+
+    layout = "{desc} {percentage:3.0f}% |{bar}| {elapsed}"
+
+    def __init__(self, name: str, *, is_quiet: bool = False) -> None:
+        super().__init__(is_quiet=is_quiet)
+        self._name = name
+        self._estimate = Estimate(time.perf_counter())
+        self.draw()
 
     def on_stage(self, stage: str) -> None:
         """Show that a stage begins."""
@@ -136,57 +149,53 @@ class Bar:
 
     def draw(self) -> None:
         """Show the current progress."""
-        if self._bar is None:
-            return
         stage = self._estimate.stage
-        self._bar.set_description_str(f"{self._name}: {NAMES.get(stage, stage)}", refresh=False)
-        self._bar.n = 100.0 * self._estimate.fraction(time.perf_counter())
-        self._bar.refresh()
+        share = 100.0 * self._estimate.fraction(time.perf_counter())
+        self.show(f"{self._name}: {NAMES.get(stage, stage)}", share, 100.0)
 
 
-def open_bar(name: str, *, is_quiet: bool = False) -> Bar:
-    """A bar for the run of that name, to be used in a `with`; shown where stderr is a terminal."""
-    return Bar(name, is_shown=not is_quiet and sys.stderr.isatty())
+class TileBar(Bar):
+    """The bar of a run in tiles: the stage, and the tiles that are done in it."""
+
+    layout = "{desc} {n_fmt}/{total_fmt} |{bar}| {elapsed}"
+
+    SECONDS = 0.1
+    """Least time between two drawings."""
+
+    def __init__(self, name: str, *, is_quiet: bool = False) -> None:
+        super().__init__(is_quiet=is_quiet)
+        self._name, self._stage, self._drawn = name, "mesh", 0.0
+
+    def on_stage(self, stage: str) -> None:
+        """Show that a stage begins."""
+        self._stage = stage
+        self.on_tile(0, 1)
+
+    def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
+        """Show the number of iterations on coarse cells."""
+        self.on_tile(n_iterations, n_iterations)
+
+    def on_tile(self, n_done: int, n_tiles: int) -> None:
+        """Show how many tiles, or other pieces of a pass, are done."""
+        now = time.monotonic()
+        if n_done >= n_tiles or now >= self._drawn + self.SECONDS:
+            self._drawn = now
+            self.show(f"{self._name}: {NAMES.get(self._stage, self._stage)}", n_done, n_tiles)
 
 
-class FileBar:
-    """A bar on stderr for a batch; shown where that is a terminal, from the first file on."""
+class FileBar(Bar):
+    """The bar of a batch: files that have ended, cells per second, and the time left."""
 
-    def __init__(self, *, is_quiet: bool) -> None:
-        self._is_shown = not is_quiet and sys.stderr.isatty()
-        self._bar: Any = None
-
-    def __enter__(self) -> FileBar:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if self._bar is not None:
-            self._bar.close()
+    layout = "{n_fmt}/{total_fmt} files |{bar}| {desc}"
 
     def draw(self, state: BatchProgress) -> None:
-        """Show how many files have ended, cells per second, and the time left."""
-        if not self._is_shown:
-            return
-        from tqdm import tqdm
+        """Show the state of a batch."""
+        if self._is_shown:
+            from tqdm import tqdm
 
-        if self._bar is None:
-            self._bar = tqdm(
-                total=state.n_files,
-                leave=False,
-                dynamic_ncols=True,
-                file=sys.stderr,
-                bar_format="{n_fmt}/{total_fmt} files |{bar}| {desc}",
-            )
-        pace = tqdm.format_sizeof(state.n_cells / state.seconds)
-        left = tqdm.format_interval(state.seconds_left)
-        self._bar.set_description_str(f"{pace} cells/s, {left} left", refresh=False)
-        self._bar.n = state.n_ended
-        self._bar.refresh()
+            pace = tqdm.format_sizeof(state.n_cells / state.seconds)
+            left = tqdm.format_interval(state.seconds_left)
+            self.show(f"{pace} cells/s, {left} left", state.n_ended, state.n_files)
 
     @contextlib.contextmanager
     def paused(self) -> Iterator[None]:

@@ -25,11 +25,10 @@ from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells_and_attributes, name_of
 from .options import format_option, labels_named_option, quiet_option
 from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
-from .progress import Bar, open_bar
+from .progress import RunBar, TileBar
 from .report import facts_of, notes_of, notes_on_result, summary_of
 from .segment_options import file_options, options_of, segment_options
 from .tiled import (
-    TileBar,
     TileOptions,
     names_by_tiles,
     noun_of_tiled,
@@ -143,7 +142,7 @@ class _Run:
             self._do_by_tiles(job, self.tiles)
             return
         timings: dict[str, float] = {}
-        with open_bar(name_of(job.input), is_quiet=self.is_quiet) as bar:
+        with RunBar(name_of(job.input), is_quiet=self.is_quiet) as bar:
             outcome = run_in_background(lambda: self._compute(job, bar, timings), tick=bar.draw)
             with timed(timings, "export", bar.on_stage):
                 n_lost = _write(job, outcome, self.form)
@@ -179,7 +178,7 @@ class _Run:
             name = Path(job.input).name
             self._print(job, summary_of(name, result, result.timings, names, noun))
 
-    def _compute(self, job: Job, bar: Bar, timings: dict[str, float]) -> Outcome:
+    def _compute(self, job: Job, bar: RunBar, timings: dict[str, float]) -> Outcome:
         """Read, subdivide and segment; write nothing."""
         return segment_file(
             lambda keep: self._load(job, keep=keep),

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import sys
-import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TypeVar
 
 import click
@@ -19,10 +16,9 @@ from ..clustering.segmentation import Segmentation
 from ..errors import IslandWarning, MeshError, SliverWarning
 from .options import COUNT, FOLDER, STANDARD_STREAM, Count
 from .outputs import names_of_results
-from .progress import NAMES
+from .progress import TileBar
 
 __all__ = [
-    "TileBar",
     "TileOptions",
     "names_by_tiles",
     "noun_of_tiled",
@@ -219,62 +215,3 @@ def _segmented(
         **tiles.keywords,
         **keywords,
     )
-
-
-class TileBar:
-    """A bar on stderr for a run in tiles: the stage, and the tiles that are done in it.
-
-    It draws nothing if it is not to be shown.
-    """
-
-    SECONDS = 0.1
-    """Between drawings."""
-
-    def __init__(self, name: str, *, is_quiet: bool) -> None:
-        self._name, self._stage, self._drawn = name, "mesh", 0.0
-        self._bar: Any = None
-        if not is_quiet and sys.stderr.isatty():
-            from tqdm import tqdm
-
-            self._bar = tqdm(
-                total=1,
-                leave=False,
-                dynamic_ncols=True,
-                file=sys.stderr,
-                bar_format="{desc} {n_fmt}/{total_fmt} |{bar}| {elapsed}",
-            )
-
-    def __enter__(self) -> TileBar:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if self._bar is not None:
-            self._bar.close()
-
-    def on_stage(self, stage: str) -> None:
-        """Show that a stage begins."""
-        self._stage = stage
-        self._draw(0, 1)
-
-    def on_iteration(self, n_iterations: int, _n_moved: int) -> None:
-        """Show that the loop on coarse cells goes on."""
-        self._draw(n_iterations, n_iterations)
-
-    def on_tile(self, n_done: int, n_tiles: int) -> None:
-        """Show how many tiles, or other pieces of a pass, are done."""
-        self._draw(n_done, n_tiles)
-
-    def _draw(self, n_done: int, n_all: int) -> None:
-        now = time.monotonic()
-        if self._bar is None or (n_done < n_all and now < self._drawn + self.SECONDS):
-            return
-        self._drawn = now
-        name = NAMES.get(self._stage, self._stage)
-        self._bar.set_description_str(f"{self._name}: {name}", refresh=False)
-        self._bar.n, self._bar.total = n_done, n_all
-        self._bar.refresh()
