@@ -89,3 +89,7 @@ assert usable_memory() == whole
 @pytest.mark.skipif("san.so" in os.environ.get("LD_PRELOAD", ""), reason="a sanitizer needs more")
 def test_a_limit_of_the_address_space_counts_for_a_process():
     subprocess.run([sys.executable, "-c", LIMITED], check=True, timeout=60)
+
+
+def test_free_memory_is_some_of_the_usable():
+    assert 2**20 < _memory.free_memory() <= usable_memory()

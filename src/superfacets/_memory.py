@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-__all__ = ["address_limit", "memory_of_process", "usable_memory"]
+__all__ = ["address_limit", "free_memory", "memory_of_process", "usable_memory"]
 
 _OWN_GROUPS = Path("/proc/self/cgroup")
 _GROUPS = Path("/sys/fs/cgroup")
@@ -20,6 +20,15 @@ _IF_UNKNOWN = 4 << 30
 def usable_memory() -> int:
     """Bytes that this process may share with others: of the machine, container or group."""
     return min([_machine_memory(), *_group_limits()])
+
+
+def free_memory() -> int:
+    """Bytes of `usable_memory` that nothing uses now; all of it if the system does not say."""
+    with contextlib.suppress(OSError, ValueError, StopIteration):
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        free = next(line for line in lines if line.startswith("MemAvailable"))
+        return min(usable_memory(), 1024 * int(free.split()[1]))
+    return usable_memory()
 
 
 def memory_of_process() -> int:

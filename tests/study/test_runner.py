@@ -183,10 +183,6 @@ def test_no_task_is_begun_after_the_deadline(tmp_path):
     assert runner.read_piece(*pieces) is None
 
 
-def test_tasks_plan_with_some_memory():
-    assert runner.free_memory() > 2**20
-
-
 def test_records_are_whole_or_none(tmp_path):
     path, key = tmp_path / "a" / "b.json", {"k": 5}
     record = {"metrics": {"x": 0.1 + 0.2}, "seconds": {"total": 1.25}}

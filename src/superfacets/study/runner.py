@@ -8,27 +8,24 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from .._memory import free_memory
 from ..errors import reason_of
 from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
 from .records import Key, Record, read_record, write_record
 
 __all__ = [
-    "Piece", "Task", "free_memory", "read_piece", "run_shown", "run_tasks",
+    "Piece", "Task", "memory_of_tasks", "read_piece", "run_shown", "run_tasks",
 ]  # fmt: skip
 
-# Share of the free memory that tasks plan with; the rest is for everything else.
 _MEMORY_SHARE = 0.8
-
-# Where the system does not tell.
-_MEMORY_UNKNOWN = 4 << 30
+"""Share of the free memory that tasks plan with; the rest is for everything else."""
 
 
 class Job(Protocol):
@@ -196,13 +193,6 @@ def _run(job: Job) -> Any:
     return job.run()
 
 
-def free_memory() -> int:
+def memory_of_tasks() -> int:
     """Bytes that tasks may use together."""
-    with contextlib.suppress(OSError, ValueError, StopIteration):
-        lines = Path("/proc/meminfo").read_text().splitlines()
-        free = next(line for line in lines if line.startswith("MemAvailable"))
-        return int(_MEMORY_SHARE * 1024 * int(free.split()[1]))
-    with contextlib.suppress(AttributeError, OSError, ValueError):
-        pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-        return int(_MEMORY_SHARE * pages)
-    return _MEMORY_UNKNOWN
+    return int(_MEMORY_SHARE * free_memory())

@@ -13,7 +13,7 @@ from ...errors import MeshError, MissingExtraError
 from ...io.atomic import atomic_outputs, remove_leftovers
 from ...io.locks import locked
 from ..princeton import Benchmark
-from ..runner import Piece, free_memory, read_piece, run_tasks
+from ..runner import Piece, memory_of_tasks, read_piece, run_tasks
 from ..sources import Source, find_models
 from ..table_writer import write_csv
 from .measure import Case, Task
@@ -82,7 +82,7 @@ def study(options: Options) -> Report:
         records = [piece.path for task in finer + main for piece in task.pieces]
         remove_leftovers([*files, *records], older_than=0.0)  # of starts that were killed
         todo = [task for task in map(_what_is_missing, finer + main) if task.pieces]
-        lost = run_tasks("tasks", todo, options.n_jobs, memory=free_memory())
+        lost = run_tasks("tasks", todo, options.n_jobs, memory=memory_of_tasks())
         rows, failures = _collect(main, lost)
         resolution, more_failures = _collect(finer, lost)
         if not rows:

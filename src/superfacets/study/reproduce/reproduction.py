@@ -13,7 +13,7 @@ from ...errors import MeshError, MissingExtraError
 from ...io.atomic import remove_leftovers
 from ...io.locks import locked
 from ...pictures.rendering import check_rendering
-from ..runner import Piece, free_memory, run_shown, run_tasks
+from ..runner import Piece, memory_of_tasks, run_shown, run_tasks
 from ..sources import Sources, find_meshes, find_models
 from .gallery import GALLERY
 from .measure import Task
@@ -119,7 +119,7 @@ def _measure(
     """Run the tasks that have no records yet; return, too, how many runs were done before."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
-    memory = free_memory()
+    memory = memory_of_tasks()
     lost = run_tasks(
         "runs",
         _tasks(before, pieces, pictured, memory),
@@ -161,7 +161,7 @@ def _draw_pictures(
         if picture.run in results.done
     ]
     wanted = [drawing for drawing in drawings if not is_drawn(drawing)]
-    ends = run_shown("pictures", wanted, options.n_jobs, memory=free_memory())
+    ends = run_shown("pictures", wanted, options.n_jobs, memory=memory_of_tasks())
     return tuple(f"{drawing.picture.name}: {end}" for drawing, end in ends if end is not None)
 
 
