@@ -80,7 +80,7 @@ def _run(folder: Path, output: Path, n_workers: int) -> float:
     """Run the command, and return the processor time of all of its processes."""
     before = _spent()
     command = ["-m", "superfacets", "batch", str(folder), "-o", str(output), "--to", "npy", "-q"]
-    command = [sys.executable, *command, "--workers", str(n_workers)]
+    command = [sys.executable, "-P", *command, "--workers", str(n_workers)]
     subprocess.run([sys.executable, "-I", "-S", "-c", _WHOLE, *command], check=True)
     return _spent() - before
 

@@ -58,4 +58,5 @@ def measure_command(mesh: str, file: Path, repeats: int) -> dict[str, Any]:
 
 
 def _run(arguments: list[str]) -> None:
-    subprocess.run([sys.executable, *arguments], check=True, capture_output=True)
+    # Without -P, Python would import modules from the current folder.
+    subprocess.run([sys.executable, "-P", *arguments], check=True, capture_output=True)
