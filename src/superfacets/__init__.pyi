@@ -2,9 +2,9 @@
 
 from . import metrics as metrics
 from . import reference as reference
-from .batches.runs import BatchProgress as BatchProgress
-from .batches.runs import BatchResult as BatchResult
-from .batches.runs import batch as batch
+from .batches.batching import BatchProgress as BatchProgress
+from .batches.batching import BatchResult as BatchResult
+from .batches.batching import batch as batch
 from .cells.cell_graph import ArcMeasures as ArcMeasures
 from .cells.cell_graph import CellGraph as CellGraph
 from .cells.face_graph import EdgeCounts as EdgeCounts

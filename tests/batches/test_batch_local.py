@@ -13,7 +13,7 @@ from local_workers import worker_processes
 
 import superfacets as sf
 from superfacets._memory import usable_memory
-from superfacets.batches import runs
+from superfacets.batches import batching
 from superfacets.batches.jobs import run_job
 from superfacets.workers import calls
 
@@ -74,7 +74,7 @@ def deadly_job(job):
 def test_a_file_that_kills_workers_is_recorded_and_the_others_are_done(
     scans, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(runs, "run_job", deadly_job)
+    monkeypatch.setattr(batching, "run_job", deadly_job)
     monkeypatch.setattr(calls, "ALLOWED_KILLS", 0)
     result = sf.batch(scans, tmp_path / "out", workers=2, **OPTIONS)
     assert (result.n_done, result.n_failed) == (2, 3)
@@ -91,14 +91,14 @@ def test_a_file_too_large_for_a_share_of_the_memory_is_done_alone(scans, tmp_pat
         return usable_memory() / 2 if path.endswith("one.ply") else 0
 
     asked = []
-    monkeypatch.setattr(runs, "memory_of", need)
-    pool = runs.open_pool
-    monkeypatch.setattr(runs, "open_pool", lambda *sizes: asked.append(sizes) or pool(*sizes))
+    monkeypatch.setattr(batching, "memory_of", need)
+    pool = batching.open_pool
+    monkeypatch.setattr(batching, "open_pool", lambda *sizes: asked.append(sizes) or pool(*sizes))
     seen = []
     result = sf.batch(scans, tmp_path / "out", workers=2, progress=seen.append, **OPTIONS)
     assert result.n_done == 4
     assert [state.record["name"] for state in seen[3:]] == ["a/one.ply", "b/one.ply"]
-    assert asked == [(2,), (1, runs.checked_threads(None))]
+    assert asked == [(2,), (1, batching.checked_threads(None))]
 
 
 def full_disk_job(job):
@@ -108,7 +108,7 @@ def full_disk_job(job):
 
 
 def test_a_full_disk_ends_the_batch_and_keeps_what_was_done(scans, alone, tmp_path, monkeypatch):
-    monkeypatch.setattr(runs, "run_job", full_disk_job)
+    monkeypatch.setattr(batching, "run_job", full_disk_job)
     with pytest.raises(OSError, match=r"No space left on device: 'x.npy'"):
         sf.batch(scans, tmp_path / "out", workers=1, **OPTIONS)
     done = list(records_of(tmp_path / "out"))

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from ..batches.runs import MANIFEST, BatchProgress, BatchResult, batch
+from ..batches.batching import MANIFEST, BatchProgress, BatchResult, batch
 from ..io.guards import counted
 from .failures import EXIT_DATA, print_error, print_note
 from .interrupts import soon_ended

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 if TYPE_CHECKING:  # a bar for one file takes no batch
-    from ..batches.runs import BatchProgress
+    from ..batches.batching import BatchProgress
 
 __all__ = ["SHARES", "Estimate", "FileBar", "RunBar", "TileBar"]
 

@@ -15,7 +15,7 @@ import shapes
 from batch_folders import lines_of, records_of, results_in
 
 import superfacets as sf
-from superfacets.batches import files, jobs, runs
+from superfacets.batches import batching, files, jobs
 from superfacets.io.locks import locked
 from superfacets.workers import calls
 
@@ -79,7 +79,7 @@ def forget_results(path):
 
 
 def set_version(patch, version):
-    patch.setattr(runs, "__version__", version)
+    patch.setattr(batching, "__version__", version)
     patch.setattr(calls, "__version__", version)
 
 
@@ -122,12 +122,12 @@ jobs.open_regular = lambda path: Endless()
 
 STUCK = """
 import ctypes, os, signal
-from superfacets.batches import runs
+from superfacets.batches import batching
 def wait(job):
     signal.siginterrupt(signal.SIGTERM, False)
     print("at work", flush=True)
     ctypes.CDLL(None).read(os.pipe()[0], bytes(1), 1)
-runs.run_job = wait
+batching.run_job = wait
 """
 
 
