@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from .._validate import checked_threads
+from .failures import print_note
 from .options import COUNT, EXISTING_FOLDER, FOLDER, Count, numbers
 
 __all__ = ["quality_command"]
@@ -58,5 +59,5 @@ def quality_command(
         )
     )
     for problem in report.problems:
-        click.echo(f"superfacets: note: {problem}", err=True)
+        print_note(problem)
     click.echo(report.tables)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .._validate import checked_threads
+from .failures import print_note
 from .options import COUNT, EXISTING_FOLDER, FOLDER, NOT_NEGATIVE, numbers
 
 if TYPE_CHECKING:
@@ -91,19 +92,15 @@ def _tell(report: Report) -> None:
     """Print problems on stderr and results on stdout."""
     results: Any = report.results
     for problem in results.plan.problems:
-        _note(problem)
+        print_note(problem)
     for line in results.reasons():
-        _note(f"failed: {line}")
+        print_note(f"failed: {line}")
     for line in report.picture_problems:
-        _note(f"not drawn: {line}")
+        print_note(f"not drawn: {line}")
     for line in results.not_started():
-        _note(f"not started within the budget: {line}")
+        print_note(f"not started within the budget: {line}")
     counts = (len(results.done), len(results.failed), len(results.missing))
     click.echo(
         "{} runs done, {} failed, {} not started".format(*counts)
         + f"; this start took {report.seconds:.1f} seconds\nwrote {report.page}"
     )
-
-
-def _note(text: str) -> None:
-    click.echo(f"superfacets: note: {text}", err=True)

@@ -115,9 +115,8 @@ def read_face_cells(
 
 def _means_of_pairs(graph: CellGraph) -> Floats:
     """Mean weight of each arc and the one that leads back."""
-    sources = np.repeat(np.arange(graph.n_cells), np.diff(graph.offsets))
-    there = np.lexsort((graph.neighbors, sources))
-    back = np.lexsort((sources, graph.neighbors))
+    there = np.lexsort((graph.neighbors, graph.sources))
+    back = np.lexsort((graph.sources, graph.neighbors))
     weights = np.empty(graph.n_arcs)
     weights[there] = 0.5 * (graph.weights[there] + graph.weights[back])
     return weights

@@ -141,9 +141,8 @@ def _partition(metis: Any, cells: FaceCells) -> npt.NDArray[np.int64]:
 
 def _cutting_costs(cells: FaceCells) -> Floats:
     """The cost, in edge length, of a cut between the two faces of an arc."""
-    face_of_arc = np.repeat(np.arange(cells.graph.n_cells), np.diff(cells.graph.offsets))
-    sides = cells.faces.sides.astype(np.int64)
-    ends = cells.mesh.vertices[ends_of_sides(cells.mesh, face_of_arc, sides)]
+    sides = ends_of_sides(cells.mesh, cells.graph.sources, cells.faces.sides)
+    ends = cells.mesh.vertices[sides]
     lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     weights = cells.graph.weights
     if not weights.any() or not lengths.any():  # none, where the squares of lengths underflow

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ...cells.face_graph import build_face_graph
 from ...cells.weights import superfacet_weights
+from ...mesh.faces import ends_of_sides
 from ...mesh.quarters import split_in_four
 from ...mesh.triangle_mesh import Mesh
 
@@ -86,11 +87,9 @@ def creases(mesh: Mesh) -> tuple[Creases, Creases]:
 
     is_concave = angles(0.0) >= SHARP
     is_convex = (angles(1.0) >= SHARP) & ~is_concave
-    sources = np.repeat(np.arange(faces.n_cells, dtype=np.int32), np.diff(faces.offsets))
-    corners = mesh.faces[sources]
-    arcs = np.arange(faces.n_arcs)
-    starts, ends = corners[arcs, faces.sides], corners[arcs, (faces.sides + 1) % 3]
-    lengths = np.linalg.norm(mesh.vertices[starts] - mesh.vertices[ends], axis=1)
+    sources = faces.sources
+    ends = mesh.vertices[ends_of_sides(mesh, sources, faces.sides)]
+    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
 
     def chosen(which: npt.NDArray[np.bool_]) -> Creases:
         return Creases(sources[which], faces.neighbors[which], lengths[which])

@@ -12,7 +12,7 @@ from ..sources import Source
 from .methods import METHODS
 from .runs import Run
 
-__all__ = ["GALLERY", "TABLE_METHODS", "Picture", "pictures_of", "table_runs", "view_of"]
+__all__ = ["GALLERY", "TABLE_METHODS", "Picture", "table_runs", "view_of"]
 
 TABLE_METHODS = ("default", "superfacets", "paper")
 """Methods in Table 1."""
@@ -44,13 +44,6 @@ class Picture:
         """The file's name, without ending."""
         alpha = "" if self.run.alpha is None else f"-alpha{self.run.alpha:g}"
         return f"fig{self.figure}-{self.run.source.name}-{self.run.method}{alpha}-k{self.run.k}"
-
-
-def pictures_of(
-    figure: str, models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
-) -> list[Picture]:
-    """Return the pictures of a figure, row by row."""
-    return GALLERY[figure](models, meshes, k)
 
 
 def view_of(mesh: FaceMesh) -> View:
@@ -125,4 +118,4 @@ GALLERY: Mapping[str, Callable[[tuple[Source, ...], tuple[Source, ...], int], li
         {"1": _large_meshes, "2": _three_alphas, "3": _cuts_and_ours, "8": _vsa_and_ours}
     )
 )
-"""Figures of pictures."""
+"""From the number of a figure to its pictures, row by row."""

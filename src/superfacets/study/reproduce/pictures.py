@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ...errors import reason_of
 from ...io.atomic import atomic_outputs
 from ...pictures.rendering import render
 from ..records import Key
@@ -57,7 +58,7 @@ class Drawing:
             )
             _write(picture_path(self.folder, self.picture), pixels, self.key)
         except Exception as error:  # it is named, and the others are drawn
-            return " ".join(f"{type(error).__name__}: {error}".split())
+            return reason_of(error)
         return None
 
 

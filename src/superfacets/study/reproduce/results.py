@@ -30,11 +30,9 @@ class Curve:
     def title(self) -> str:
         """Name for legends."""
         title = METHODS[self.method].title
-        return (
-            title
-            if self.alpha is None
-            else f"{title}, \N{GREEK SMALL LETTER ALPHA} = {self.alpha:g}"
-        )
+        if self.alpha is None:
+            return title
+        return f"{title}, \N{GREEK SMALL LETTER ALPHA} = {self.alpha:g}"
 
 
 @dataclass(frozen=True)
@@ -111,21 +109,19 @@ def collect(
     lost : mapping
         Why there are no records at some paths.
     """
-    results, missing = Results(plan), []
+    done: dict[Run, Record] = {}
+    failed: dict[Run, str] = {}
     for run in plan.runs:
         piece = pieces[run]
         record = read_piece(piece)
         if piece.path in lost:
-            results.failed[run] = lost[piece.path]
-        elif record is None:
-            missing.append(run)
-        elif "reason" in record:
-            results.failed[run] = record["reason"]
-        elif run in pictured and "labels" not in record:
-            missing.append(run)
-        else:
-            results.done[run] = record
-    return Results(plan, results.done, results.failed, tuple(missing))
+            failed[run] = lost[piece.path]
+        elif record is not None and "reason" in record:
+            failed[run] = record["reason"]
+        elif record is not None and (run not in pictured or "labels" in record):
+            done[run] = record
+    missing = (run for run in plan.runs if run not in done and run not in failed)
+    return Results(plan, done, failed, tuple(missing))
 
 
 @dataclass(frozen=True)
