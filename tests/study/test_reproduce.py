@@ -18,7 +18,6 @@ import shapes
 from superfacets import Mesh
 from superfacets.cli.main import main
 from superfacets.io.locks import locked
-from superfacets.study import runner
 from superfacets.study.reproduce import figures, measure, methods, pictures, plan, reproduction
 from superfacets.study.reproduce.gallery import GALLERY, view_of
 from superfacets.study.reproduce.measure import pack_labels, unpack_labels
@@ -27,6 +26,7 @@ from superfacets.study.reproduce.plan import Choice, make_plan
 from superfacets.study.reproduce.results import Curve, Results, collect, compare
 from superfacets.study.reproduce.runs import Run
 from superfacets.study.sources import Source, Sources, find_models, load
+from superfacets.study.tasks import _Recording, read_piece
 
 MODELS = {1: 10, 2: 12, 21: 11, 400: 13}  # number: squares along a side of the sheet
 FAST = ("--ks", "5,20", "--methods", "superfacets,stk02", "--figures", "6", "--jobs", "1")
@@ -510,8 +510,8 @@ def test_labels_survive_their_packing():
 
 def record_of(task):
     """Do a task here, and return the records of its pieces."""
-    assert runner._Recording(task).run() == {}
-    return [runner.read_piece(piece) for piece in task.pieces]
+    assert _Recording(task).run() == {}
+    return [read_piece(piece) for piece in task.pieces]
 
 
 def test_records_hold_what_they_were_made_with(benchmark, tmp_path):
@@ -597,7 +597,7 @@ def test_damaged_labels_are_made_again(benchmark, tmp_path):
     task = measure.Task((piece,), frozenset([run]), run.setting(5, 0))
     (record,) = record_of(task)
     changed(piece.path, record["labels"], "A" * len(record["labels"]))
-    assert runner.read_piece(piece) is None
+    assert read_piece(piece) is None
 
 
 def test_a_folder_in_the_place_of_a_record_fails_that_run_alone(run, benchmark, tmp_path):

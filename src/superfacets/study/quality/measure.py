@@ -14,9 +14,8 @@ import numpy.typing as npt
 from ... import __version__, metrics
 from ...cells.face_graph import build_face_graph
 from ...pipeline import segment
-from ..records import Record
-from ..runner import Piece
 from ..sources import Source, load_model
+from ..tasks import Piece, Record
 from .subjects import SCALES, Subject, creases
 from .variants import VARIANTS
 

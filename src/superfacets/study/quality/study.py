@@ -13,9 +13,9 @@ from ...errors import MeshError, MissingExtraError
 from ...io.atomic import atomic_outputs, remove_leftovers
 from ...io.locks import locked
 from ..princeton import Benchmark
-from ..runner import Piece, memory_of_tasks, read_piece, run_tasks
 from ..sources import Source, find_models
 from ..table_writer import write_csv
+from ..tasks import Piece, memory_of_tasks, read_piece, run_tasks
 from .measure import Case, Task
 from .subjects import SCALES
 from .tables import Row, render_quality

@@ -16,9 +16,8 @@ import numpy.typing as npt
 from ... import __version__
 from ...clustering.segmentation import Segmentation
 from ...metrics import evaluate
-from ..records import Record
-from ..runner import Piece
 from ..sources import load
+from ..tasks import Piece, Record
 from .methods import METHODS, Setting
 from .runs import Run
 

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from ...errors import reason_of
 from ...io.atomic import atomic_outputs
 from ...pictures.rendering import render
-from ..records import Key
 from ..sources import load
+from ..tasks import Key
 from .gallery import Picture, view_of
 from .measure import unpack_labels
 

@@ -13,8 +13,8 @@ from ...errors import MeshError, MissingExtraError
 from ...io.atomic import remove_leftovers
 from ...io.locks import locked
 from ...pictures.rendering import check_rendering
-from ..runner import Piece, memory_of_tasks, run_shown, run_tasks
 from ..sources import Sources, find_meshes, find_models
+from ..tasks import Piece, memory_of_tasks, run_shown, run_tasks
 from .gallery import GALLERY
 from .measure import Task
 from .methods import METHODS

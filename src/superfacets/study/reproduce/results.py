@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..records import Record
-from ..runner import Piece, read_piece
 from ..sources import Source
+from ..tasks import Piece, Record, read_piece
 from .methods import METHODS
 from .plan import CURVES, Plan
 from .runs import Run

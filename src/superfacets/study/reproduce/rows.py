@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..records import Record
 from ..sources import Source
 from ..table_writer import write_csv
+from ..tasks import Record
 from .results import Comparison, Curve, Results
 from .runs import Run
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ... import __version__
-from ..runner import Piece
 from ..sources import Source
+from ..tasks import Piece
 from .methods import METHODS, Setting
 
 __all__ = ["Run"]

@@ -7,22 +7,31 @@ record, be it of why it failed, so a second start does only what is missing or f
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import json
 import math
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 from .._memory import free_memory
 from ..errors import reason_of
+from ..io.atomic import atomic_outputs
 from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
-from .records import Key, Record, read_record, write_record
 
 __all__ = [
-    "Piece", "Task", "memory_of_tasks", "read_piece", "run_shown", "run_tasks",
+    "Key", "Piece", "Record", "Task", "memory_of_tasks", "read_piece", "read_record", "run_shown",
+    "run_tasks", "write_record",
 ]  # fmt: skip
+
+Key = Mapping[str, Any]
+"""All that a record depends on: one that was made from another key is stale."""
+
+Record = dict[str, Any]
+"""What was found out; or, where that failed, why: under "reason"."""
 
 _MEMORY_SHARE = 0.8
 """Share of the free memory that tasks plan with; the rest is for everything else."""
@@ -196,3 +205,42 @@ def _run(job: Job) -> Any:
 def memory_of_tasks() -> int:
     """Bytes that tasks may use together."""
     return int(_MEMORY_SHARE * free_memory())
+
+
+def write_record(path: Path, key: Key, record: Record) -> None:
+    """Write a record atomically: whenever the process ends, it is complete or absent.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite.
+    OSError
+        If it cannot be written: the folder is none, or another folder lies in the record's place.
+    """
+    whole = {"checksum": _checksum(key, record), "key": key, "record": record}
+    text = json.dumps(whole, indent=1, allow_nan=False)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_outputs([path]) as (partial,):
+        partial.write_text(text + "\n", encoding="utf-8")
+
+
+def read_record(path: Path, key: Key) -> Record | None:
+    """Return a record; None if there is none, it is damaged, or it was made from another key.
+
+    Damage is what the checksum does not agree with, be it a single digit.
+    """
+    try:
+        whole = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return None
+    if not isinstance(whole, dict) or whole.get("key") != key:
+        return None
+    record = whole.get("record")
+    if not isinstance(record, dict) or whole.get("checksum") != _checksum(key, record):
+        return None
+    return record
+
+
+def _checksum(key: Key, record: Record) -> str:
+    text = json.dumps([key, record], sort_keys=True)
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()

@@ -12,9 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from superfacets.study import runner
-from superfacets.study.records import read_record, write_record
-from superfacets.study.runner import Piece
+from superfacets.study.tasks import (
+    Piece,
+    read_piece,
+    read_record,
+    run_shown,
+    run_tasks,
+    write_record,
+)
 
 
 @dataclass(frozen=True)
@@ -57,13 +62,13 @@ class Nap:
 def test_a_worker_runs_no_code_of_the_current_folder(tmp_path, monkeypatch):
     (tmp_path / "multiprocessing.py").write_text("open('PWNED', 'w')")
     monkeypatch.chdir(tmp_path)
-    assert dict(runner.run_shown("test", [Square(2)], 1, memory=0)) == {Square(2): 4}
+    assert dict(run_shown("test", [Square(2)], 1, memory=0)) == {Square(2): 4}
     assert not (tmp_path / "PWNED").exists()
 
 
 def test_a_worker_that_dies_takes_only_its_job_along():
     jobs = [Square(2), Suicide(), Exit(), Square(3)]
-    ends = dict(runner.run_shown("test", jobs, 1, memory=0))
+    ends = dict(run_shown("test", jobs, 1, memory=0))
     assert (ends[Square(2)], ends[Square(3)]) == (4, 9)
     for deadly in (Suicide(), Exit()):
         assert "1 worker ended during this work (out of memory?)" in str(ends[deadly])
@@ -71,26 +76,26 @@ def test_a_worker_that_dies_takes_only_its_job_along():
 
 def test_an_error_of_a_job_is_raised():
     with pytest.raises(TypeError, match="unsupported operand"):
-        list(runner.run_shown("test", [Square("2")], 1, memory=0))
+        list(run_shown("test", [Square("2")], 1, memory=0))
 
 
 def test_a_job_too_large_for_memory_runs_alone():
     jobs = [Square(1, memory=60), Square(2, memory=60), Square(3, memory=500), Square(4)]
-    ends = runner.run_shown("test", jobs, 2, memory=100)
+    ends = run_shown("test", jobs, 2, memory=100)
     assert sorted(result for _, result in ends) == [1, 4, 9, 16]
 
 
 def test_workers_end_when_their_parent_is_killed(tmp_path):
     script = (
         "from pathlib import Path\n"
-        "from superfacets.study.runner import run_shown\n"
-        "from test_runner import Nap\n"
+        "from superfacets.study.tasks import run_shown\n"
+        "from test_tasks import Nap\n"
         "if __name__ == '__main__':\n"
         f"    list(run_shown('naps', [Nap(Path({str(tmp_path / 'pid')!r}))], 1, memory=0))\n"
     )
     (tmp_path / "parent.py").write_text(script)
     folders = [str(folder) for folder in Path(__file__).parents[:2]]
-    path = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
+    path = {**os.environ, "PYTHONPATH": os.pathsep.join([*folders, *sys.path])}
     parent = subprocess.Popen([sys.executable, tmp_path / "parent.py"], env=path)
     wait_until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text())
     worker = int((tmp_path / "pid").read_text())
@@ -137,13 +142,13 @@ def pieces_of(folder, *subjects):
 
 
 def run_all(*tasks):
-    return runner.run_tasks("test", tasks, 1, memory=0)
+    return run_tasks("test", tasks, 1, memory=0)
 
 
 def test_pieces_have_records_of_values_and_of_failures(tmp_path):
     pieces = pieces_of(tmp_path, 2, 0, 4)
     assert run_all(Divisions(pieces)) == {}
-    assert [runner.read_piece(piece) for piece in pieces] == [
+    assert [read_piece(piece) for piece in pieces] == [
         {"value": 0.5},
         {"reason": "ZeroDivisionError: division by zero"},
         {"value": 0.25},
@@ -153,17 +158,17 @@ def test_pieces_have_records_of_values_and_of_failures(tmp_path):
 def test_what_cannot_be_prepared_fails_all_pieces(tmp_path):
     pieces = pieces_of(tmp_path, 2, 4)
     assert run_all(Divisions(pieces, cannot="no\nmesh")) == {}
-    assert [runner.read_piece(piece) for piece in pieces] == 2 * [{"reason": "ValueError: no mesh"}]
+    assert [read_piece(piece) for piece in pieces] == 2 * [{"reason": "ValueError: no mesh"}]
 
 
 def test_the_death_of_a_worker_is_recorded_for_what_it_did_not_come_to(tmp_path):
     done, deadly, lost = pieces = pieces_of(tmp_path, 2, "death", 4)
     write_record(lost.path, lost.key, {"reason": "an earlier one"})
     assert run_all(Divisions(pieces), Divisions(pieces_of(tmp_path / "other", 8))) == {}
-    assert runner.read_piece(done) == {"value": 0.5}
+    assert read_piece(done) == {"value": 0.5}
     for piece in (deadly, lost):
-        assert "1 worker ended" in runner.read_piece(piece)["reason"]
-    assert runner.read_piece(*pieces_of(tmp_path / "other", 8)) == {"value": 0.125}
+        assert "1 worker ended" in read_piece(piece)["reason"]
+    assert read_piece(*pieces_of(tmp_path / "other", 8)) == {"value": 0.125}
 
 
 def test_a_record_that_cannot_be_written_is_told(tmp_path):
@@ -173,14 +178,14 @@ def test_a_record_that_cannot_be_written_is_told(tmp_path):
     lost = run_all(Divisions((blocked, done)), Divisions((dead,)))
     assert set(lost) == {blocked.path, dead.path}
     assert lost[blocked.path].startswith("no record can be written: IsADirectoryError: ")
-    assert [runner.read_piece(piece) for piece in pieces] == [None, None, {"value": 0.25}]
+    assert [read_piece(piece) for piece in pieces] == [None, None, {"value": 0.25}]
 
 
 def test_no_task_is_begun_after_the_deadline(tmp_path):
     pieces = pieces_of(tmp_path, 2)
     past = time.monotonic() - 1
-    assert runner.run_tasks("test", [Divisions(pieces)], 1, memory=0, deadline=past) == {}
-    assert runner.read_piece(*pieces) is None
+    assert run_tasks("test", [Divisions(pieces)], 1, memory=0, deadline=past) == {}
+    assert read_piece(*pieces) is None
 
 
 def test_records_are_whole_or_none(tmp_path):
