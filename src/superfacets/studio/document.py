@@ -31,11 +31,6 @@ __all__ = ["Document", "NothingError", "work_file_of"]
 
 Cells = npt.NDArray[np.uint32]
 
-OTHER_VERSION = (
-    "regions are not exactly those that the work was done with, as this is another version of"
-    " superfacets: splits of regions are gone, what is painted is not"
-)
-
 
 class NothingError(LookupError):
     """There is nothing to undo or redo."""
@@ -44,6 +39,12 @@ class NothingError(LookupError):
 def work_file_of(path: Path) -> Path:
     """The usual work file of an input, beside it."""
     return path.with_name(path.name + ".studio.jsonl")
+
+
+OTHER_VERSION = (
+    "regions are not exactly those that the work was done with, as this is another version of"
+    " superfacets: splits of regions are gone, what is painted is not"
+)
 
 
 @dataclass
