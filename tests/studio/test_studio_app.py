@@ -141,6 +141,7 @@ def test_regions_and_cells_are_painted_and_undone(client):
         ("split", {"red": "x", "blue": [1], "region": 0}, 400, "red must be a list of numbers"),
         ("split", {"red": [0], "blue": [1], "region": 0, "revision": 1}, 410, "revision 1 is gone"),
         ("similar", {"revision": "a"}, 410, "revision a is gone"),
+        ("similar", {"revision": "a" * 9999}, 410, f"revision {'a' * 197}... is gone"),
         ("classes", {"classes": 3}, 400, "classes must be a list"),
         ("segment", {"n_segments": 0}, 400, "n_segments must be at least 1"),
         ("segment", {"n_segments": 2.5}, 400, "n_segments must be an integer"),

@@ -125,11 +125,12 @@ def test_a_split_region_is_whole_again_after_an_undo(document):
     assert document.revision.number == number
 
 
-def test_regions_of_another_version_are_told_and_paint_stays(document, monkeypatch):
+@pytest.fixture
+def foreign(document, monkeypatch):
+    """A document with a split and a stroke, opened by a version that finds other regions."""
     region = document.revision.cells_of(2)
     document.split(2, document.revision.number, region[:1], region[-1:])
     document.paint(region, 1)
-    before = document.state.classes
     document.close()
     base_of = module.Segmenter.base
 
@@ -139,9 +140,36 @@ def test_regions_of_another_version_are_told_and_paint_stays(document, monkeypat
 
     monkeypatch.setattr(module.Segmenter, "base", other)
     again = Document.open(document.path)
-    assert any("another version of superfacets" in note for note in again.notes)
-    assert again.revision.n_regions == 20
-    assert np.array_equal(again.state.classes, before)
+    yield again
+    again.close()
+
+
+def test_regions_of_another_version_are_told_and_paint_stays(foreign):
+    assert sum("another version of superfacets" in note for note in foreign.notes) == 1
+    assert foreign.revision.n_regions == 20
+    painted = foreign.revision.cells_of(2)
+    assert np.array_equal(np.flatnonzero(foreign.state.classes == 1), painted)
+
+
+def test_work_of_another_version_can_be_undone_to_its_beginning(foreign):
+    for kind in ("segment", "paint", "split"):
+        assert foreign.undo()[-1].kind == kind
+        assert foreign.revision.n_regions == 20
+    with pytest.raises(NothingError):
+        foreign.undo()
+    assert not foreign.state.classes.any()
+    assert [foreign.redo()[-1].kind for _ in range(3)] == ["split", "paint", "segment"]
+    assert np.count_nonzero(foreign.state.classes) == len(foreign.revision.cells_of(2))
+
+
+def test_a_split_after_undo_is_of_the_regions_of_this_version(foreign):
+    foreign.undo()
+    region = foreign.revision.cells_of(3)
+    foreign.split(3, foreign.revision.number, region[:1], region[-1:])
+    assert foreign.revision.n_regions == 21
+    labels = foreign.revision.labels
+    again = reopened(foreign)
+    assert np.array_equal(again.revision.labels, labels)
     again.close()
 
 

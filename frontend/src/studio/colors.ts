@@ -21,6 +21,8 @@ export function parseColor(text: string): Rgb {
 }
 
 /** For each region the least used color of the palette that no neighbor has, if there is one. */
+// Greedy in the order of labels, so that a split, whose new region comes last, leaves nearly all colors
+// as they were. Python's region_colors tells colors apart better, but a split can change most of them.
 export function regionColors(neighbors: Neighbors, count: number, palette: Rgb[]): Rgb[] {
   const chosen = new Int8Array(count).fill(-1);
   const uses = new Uint32Array(palette.length);

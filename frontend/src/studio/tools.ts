@@ -24,18 +24,23 @@ export interface Tool {
   resize?(factor: number): void;
 }
 
-const STEP = 6; // pixels between the places of a stroke at which cells are looked up
+const STEP = 6; // pixels
 
-/** Paints regions that the pointer goes over. */
-export class RegionBrush implements Tool {
-  readonly name = "Paint regions";
-  readonly hint = "Drag paints · Shift removes · Ctrl-click takes a class · ? help";
+/** A stroke of one class; `touched` are the regions or cells that it has painted. */
+abstract class Brush {
+  protected id = 0;
+  protected stroke = "";
+  protected readonly touched = new Set<number>();
   private last: Place = { x: 0, y: 0 };
-  private id = 0;
-  private stroke = "";
-  private readonly touched = new Set<number>();
 
-  constructor(private readonly desk: Desk) {}
+  constructor(protected readonly desk: Desk) {}
+
+  /** Pixels between the places of a stroke at which cells are looked up. */
+  protected get step(): number {
+    return STEP;
+  }
+
+  protected abstract touch(place: Place): void;
 
   begin(place: Place, isOther: boolean): void {
     this.id = isOther ? 0 : this.desk.currentClass;
@@ -46,11 +51,17 @@ export class RegionBrush implements Tool {
   }
 
   move(place: Place): void {
-    for (const between of placesBetween(this.last, place, STEP)) this.touch(between);
+    for (const between of placesBetween(this.last, place, this.step)) this.touch(between);
     this.last = place;
   }
+}
 
-  private touch(place: Place): void {
+/** Paints regions that the pointer goes over. */
+export class RegionBrush extends Brush implements Tool {
+  readonly name = "Paint regions";
+  readonly hint = "Drag paints · Shift removes · Ctrl-click takes a class · ? help";
+
+  protected touch(place: Place): void {
     const { desk } = this;
     const cell = desk.picker.cellAt(place);
     const region = desk.regionOf(cell);
@@ -71,21 +82,19 @@ export class RegionBrush implements Tool {
 }
 
 /** Paints single cells within a circle. */
-export class CellBrush implements Tool {
+export class CellBrush extends Brush implements Tool {
   readonly name = "Brush single cells";
   readonly hint =
     "Drag paints · Shift removes · [ and ] change the radius · Arrows go from cell to cell, Enter paints · Esc leaves";
   radius = 16;
-  private last: Place = { x: 0, y: 0 };
-  private id = 0;
-  private stroke = "";
-  private readonly touched = new Set<number>();
 
   constructor(
-    private readonly desk: Desk,
+    desk: Desk,
     private readonly circle: SVGCircleElement,
     private readonly cursor: CellCursor,
-  ) {}
+  ) {
+    super(desk);
+  }
 
   enter(): void {
     this.circle.setAttribute("r", String(this.radius));
@@ -120,22 +129,11 @@ export class CellBrush implements Tool {
     this.desk.say(`Brush: ${Math.round(this.radius)} pixels.`);
   }
 
-  begin(place: Place, isOther: boolean): void {
-    this.id = isOther ? 0 : this.desk.currentClass;
-    this.last = place;
-    this.stroke = newStroke();
-    this.touched.clear();
-    this.touch(place);
+  protected override get step(): number {
+    return Math.max(STEP, this.radius / 2);
   }
 
-  move(place: Place): void {
-    for (const between of placesBetween(this.last, place, Math.max(STEP, this.radius / 2))) {
-      this.touch(between);
-    }
-    this.last = place;
-  }
-
-  private touch(place: Place): void {
+  protected touch(place: Place): void {
     const { desk } = this;
     const around = desk.picker.cellsAround(place, this.radius);
     const fresh = around.filter((cell) => !this.touched.has(cell));

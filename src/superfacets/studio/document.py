@@ -39,6 +39,12 @@ def work_file_of(path: Path) -> Path:
     return path.with_name(path.name + ".studio.jsonl")
 
 
+OTHER_VERSION = (
+    "regions are not exactly those that the work was done with, as this is another version of"
+    " superfacets: splits of regions are gone, what is painted is not"
+)
+
+
 @dataclass
 class Document:
     """A mesh with the state of its labeling.
@@ -60,7 +66,8 @@ class Document:
 
     def __post_init__(self) -> None:
         self.notes += self.journal.notes
-        self._adopt(self.base)
+        self._show(self.base)
+        self._adopt_base()
 
     @classmethod
     def open(
@@ -216,6 +223,7 @@ class Document:
     def _split_off(self, cells: CellNumbers) -> None:
         """Make cells of one region a region of their own."""
         with self.lock:
+            self._adopt_base()
             before = self.state.partition
             after = before.with_split(cells, self.base.digest)
             packed = base64_of(after.splits[-1].cells)
@@ -282,7 +290,7 @@ class Document:
             del source[len(source) - len(changes) :]
             target.extend(changes)
             if changes[-1].kind in ("segment", "split"):
-                self._adopt(self.segmenter.base(self.state.partition.parameters))
+                self._show(self.segmenter.base(self.state.partition.parameters))
             return changes
 
     def _commit(self, change: Change, line: dict[str, Any]) -> None:
@@ -308,28 +316,27 @@ class Document:
             raise
         self.replay.seq += 1
 
-    def _adopt(self, base: Base) -> None:
-        """Show the regions of the state, of which this is the base.
+    def _is_foreign(self) -> bool:
+        """Whether the state's partition was made from other labels than those of the base."""
+        return self.state.partition.digest not in ("", self.base.digest)
 
-        Regions of another version or machine may differ: then splits, which are of the others,
-        count no more, and what is painted stays as it is.
+    def _adopt_base(self) -> None:
+        """Replace a partition of another version by the base, as a step that can be undone.
+
+        Undo does not call this: a step of its own would lie on top of the steps still to be undone.
         """
-        partition = self.state.partition
-        if partition.digest not in ("", base.digest):
-            self.notes.append(
-                "regions are not exactly those that the work was done with, as this is another"
-                " version of superfacets: splits of regions are gone, what is painted is not"
-            )
-            self.set_base(partition.parameters, base)
-            return
-        self._show(base)
+        if self._is_foreign():
+            self.set_base(self.state.partition.parameters, self.base)
 
     def _show(self, base: Base) -> Revision:
-        """Make labels of the base and the splits since."""
+        """Show labels of the base and of splits since; splits of another version do not count."""
         self.base = base
         labels, n_regions = base.labels, base.n_regions
         partition = self.state.partition
-        if partition.splits:
+        if self._is_foreign():
+            if OTHER_VERSION not in self.notes:
+                self.notes.append(OTHER_VERSION)
+        elif partition.splits:
             labels = labels.copy()
             for split in partition.splits:
                 labels[split.unpacked(self.n_cells)] = n_regions

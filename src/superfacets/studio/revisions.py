@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..cells.surface import Surface
+from ..io.guards import shortened
 from .changes import Partition
 
 __all__ = ["GoneError", "Revision", "Revisions"]
@@ -99,6 +100,7 @@ class Revisions:
         with self._lock:
             revision = self._kept.get(number) if isinstance(number, int) else None
             if revision is None:
-                raise GoneError(f"revision {number} is gone: ask for the state, and its labels")
+                name = shortened(str(number))  # a request may hold anything
+                raise GoneError(f"revision {name} is gone: ask for the state, and its labels")
             self._kept.move_to_end(revision.number)
             return revision
