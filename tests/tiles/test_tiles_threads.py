@@ -88,30 +88,31 @@ def test_an_error_leaves_no_piece_waiting(tmp_path):
 
 @pytest.mark.parametrize("n_times", [1, 2])
 def test_ctrl_c_waits_for_what_is_at_work(tmp_path, monkeypatch, n_times):
-    slow, interrupts = Slow(), []
-    end = threads.ThreadTeam.end
+    slow, has_begun, is_ending = Slow(), threading.Event(), threading.Event()
+    wait = threads.ThreadTeam._wait
 
-    def end_with_another(team):
-        if n_times == 2:
-            timer = threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT))
-            timer.start()
-            interrupts.append(timer)
-        end(team)
+    def wait_and_tell(team):
+        is_ending.set()
+        wait(team)
 
     def work(scratch, piece, seconds):
         if piece == 0:
+            has_begun.wait(60)
             os.kill(os.getpid(), signal.SIGINT)
+        else:
+            has_begun.set()
+            is_ending.wait(60)
+            if n_times == 2:
+                os.kill(os.getpid(), signal.SIGINT)
         slow(scratch, piece + 2, seconds)
 
-    monkeypatch.setattr(threads.ThreadTeam, "end", end_with_another)
+    monkeypatch.setattr(threads.ThreadTeam, "_wait", wait_and_tell)
     with (
         pytest.raises(KeyboardInterrupt),
         scratch_folder(tmp_path) as scratch,
         open_run(1, None, tmp_path, 2) as run,
     ):
-        run_all(run, work, scratch, 100, 0.5)
-    for timer in interrupts:
-        timer.join()
+        run_all(run, work, scratch, 100, 0.2)
     assert slow.n_begun == slow.n_done < 10
     assert not list(tmp_path.iterdir())
 
