@@ -14,7 +14,7 @@ _GROUPS = Path("/sys/fs/cgroup")
 """Folders where Linux lists the control groups of a process, and their limits."""
 
 _IF_UNKNOWN = 4 << 30
-"""Bytes, where the machine does not say."""
+"""Assumed memory in bytes if the system does not tell."""
 
 
 def usable_memory() -> int:
@@ -23,7 +23,7 @@ def usable_memory() -> int:
 
 
 def free_memory() -> int:
-    """Bytes of `usable_memory` that nothing uses now; all of it if the system does not say."""
+    """Free memory of the machine in bytes, at most `usable_memory`, which it is if unknown."""
     with contextlib.suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = next(line for line in lines if line.startswith("MemAvailable"))

@@ -353,7 +353,8 @@ auto roots_of(TurnedSets& sets, Place begin, Place end) {
   return std::tuple(std::move(roots), std::move(turned));
 }
 
-// A query for the nearest cell takes about one microsecond; so does each cell in the tree.
+// Minimum number of cells and queries per thread. Each takes about a microsecond: a cell to put it
+// into the search tree, a query to search.
 constexpr std::int64_t kMinSearched = 1 << 10;
 
 void bind_surfaces(nb::module_& module) {

@@ -19,7 +19,7 @@ constexpr std::size_t kTogether = 32;
 // Prefetch distance, in vertices and cells, for random reads of the input.
 constexpr std::int64_t kAhead = 32;
 
-// The vertices that represent themselves, along the curve.
+// The welded vertices, sorted along the curve.
 Buffer<Vertex> curve_order(std::span<const Point> vertices, std::span<const Vertex> representative,
                            ThreadTeam& team) {
   const std::vector<Vertex> apart = representatives_of(representative);
@@ -34,7 +34,7 @@ Buffer<Vertex> curve_order(std::span<const Point> vertices, std::span<const Vert
 
 struct SortedVertices {
   Buffer<Point> positions;  // by place along the curve
-  Buffer<Place> place_of;   // (V,) of the representative of each vertex
+  Buffer<Place> place_of;   // (V,) place of each vertex after welding
 };
 
 SortedVertices sort_vertices(std::span<const Point> vertices,
@@ -77,7 +77,7 @@ Buffer<Cell> order_by_lowest(const CornerLists& cells, std::size_t n_vertices, T
   return order_of_codes(codes.span(), team);
 }
 
-// Offsets of the lists of cells in this order; nothing if cells have one size.
+// Offsets of the corners of cells in this order; empty if the input has none.
 Buffer<std::int64_t> sorted_offsets(const CornerLists& cells, std::span<const Cell> order) {
   if (cells.offsets.empty()) return {};
   Buffer<std::int64_t> offsets(cells.offsets.size());

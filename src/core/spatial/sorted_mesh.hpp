@@ -9,9 +9,10 @@ namespace superfacets {
 
 // The corners of all cells of a mesh, one cell after the other.
 struct CornerLists {
-  std::span<const Vertex> corners;        // (C,)
-  std::span<const std::int64_t> offsets;  // (N + 1,) into corners; empty if cells have one size
-  std::int64_t size = 0;                  // number of corners of every cell, if it is the same
+  std::span<const Vertex> corners;  // (C,)
+  std::span<const std::int64_t>
+      offsets;            // (N + 1,) into corners; empty if all cells have `size` corners
+  std::int64_t size = 0;  // number of corners of every cell, without offsets
 
   Cell n_cells() const {
     return static_cast<Cell>(offsets.empty() ? std::ssize(corners) / size
@@ -26,9 +27,9 @@ struct CornerLists {
 };
 
 struct SortedMesh {
-  Buffer<Point> vertices;        // those that represent themselves
+  Buffer<Point> vertices;        // welded
   Buffer<Vertex> corners;        // (C,) by the new numbers of their representatives
-  Buffer<std::int64_t> offsets;  // (N + 1,); empty if cells have one size
+  Buffer<std::int64_t> offsets;  // (N + 1,); empty if the input has none
   Buffer<Cell> order;            // (N,) numbers of the cells in the input
 };
 

@@ -1,4 +1,4 @@
-"""A batch from end to end: what is to be done, doing it, and telling what came of it."""
+"""`batch`: find the files of a batch, segment them, and report the results."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 
 MEMORY_SHARE = 0.8
-"""Of a worker's memory, what files are planned with: the rest is for what the estimate misses."""
+"""Fraction of a worker's memory that files are planned with; the estimate may be too low."""
 
 START_CELLS = 2_000
-"""Cells that take as long as what each file takes besides."""
+"""Fixed time per file, as the number of cells that take as long."""
 
 
 @dataclass(frozen=True)
@@ -43,21 +43,21 @@ class BatchResult:
     Parameters
     ----------
     records : tuple of dict
-        What `manifest.jsonl` says of each input, in the order of the inputs: ``name``, ``input``,
-        ``version``, ``params``, ``sha256``, and either ``cells``, ``regions``, ``seconds`` and
-        ``outputs`` or, if it failed, ``error``.
+        The record of each input in `manifest.jsonl`, in the order of the inputs: ``name``,
+        ``input``, ``version``, ``params``, ``sha256``, and either ``cells``, ``regions``,
+        ``seconds`` and ``outputs`` or, if it failed, ``error``.
     n_done : int
         Files that were segmented by this call.
     n_kept : int
-        Files that had been before, and were left alone.
+        Files that had valid results, and were skipped.
     n_failed : int
-        Files that failed, in this call or, if they were not tried again, before.
+        Files that failed in this call, or before if they were not tried again.
     n_cells : int
         Cells of the files that were segmented by this call.
     seconds : float
         Wall time.
     notes : tuple of str
-        A line of text for each damaged line of `manifest.jsonl`, which was ignored.
+        A message for each damaged line of `manifest.jsonl`; such lines are ignored.
     """
 
     records: tuple[Record, ...]
@@ -71,22 +71,22 @@ class BatchResult:
 
 @dataclass(frozen=True)
 class BatchProgress:
-    """How far a batch is, each time that a file ends.
+    """Progress of a batch, reported each time that a file ends.
 
     Parameters
     ----------
     record : dict
-        Of the file, as in `BatchResult`.
+        Record of the file, as in `BatchResult`.
     n_ended : int
-        Files that have ended, the failed ones among them.
+        Files that have ended, including failed ones.
     n_files : int
         Files that this call has to do.
     n_cells : int
         Cells of the files that were segmented.
     seconds : float
-        Since work began.
+        Wall time since work began.
     seconds_left : float
-        An estimate, by the sizes of the files.
+        Estimated time left, by the sizes of the files.
     """
 
     record: Record
@@ -117,8 +117,9 @@ def batch(
 ) -> BatchResult:
     """Segment many files, on all cores or on a cluster, and write their labels into a folder.
 
-    A file that fails does not stop the others. A second call does again what is missing and what
-    has changed: the file or a result (by their hashes), the parameters, the version of the package.
+    A file that fails does not stop the others. A second call segments only files without a valid
+    result: if it is missing or damaged, or if the file (by its hash), the parameters or the version
+    of the package have changed.
 
     Parameters
     ----------
@@ -127,24 +128,24 @@ def batch(
         ``.txt`` and ``.npy``; patterns such as ``"scans/**/*.ply"``; or ``"@list.txt"``, a file
         with a path per line, relative to its own folder.
     output_folder : path-like
-        Is made. It gets ``manifest.jsonl`` with a record per file, and ``NAME.superfacets.ply`` for
-        each, in folders that mirror those of the inputs.
+        Made if missing. It gets ``manifest.jsonl`` with a record per file, and
+        ``NAME.superfacets.ply`` for each, in folders that mirror those of the inputs.
     formats : sequence of str, optional
-        What is written: ``"ply"``, ``"npy"`` and so on, as the endings of `write_mesh` and
+        Formats of the results: ``"ply"``, ``"npy"`` and so on, as the endings of `write_mesh` and
         `write_labels`. By default PLY, or VTU of tetrahedra.
     scheduler : str, optional
         Address of a Dask scheduler, such as ``"tcp://10.0.0.1:8786"``; its workers have to see all
         files under the same paths, and to have the same version of the package. By default worker
         processes are started on this machine, where there is more than one file to do.
     workers : int, optional
-        Number of those. By default one per core. Each works on one file at a time, on one thread
-        if ``n_threads`` does not say otherwise.
+        Number of worker processes on this machine, by default one per core. Each works on one file
+        at a time, on one thread if ``n_threads`` does not say otherwise.
     retry_failed : bool, default False
-        Whether files that failed are tried again though nothing has changed.
+        Whether failed files are tried again even if nothing has changed.
     progress : callable, optional
         Called with a `BatchProgress` each time that a file ends.
     features : sequence of str, optional
-        Names of what borders follow besides creases: ``"color"``, ``"normals"``, ``"height"``, or
+        Features that borders follow besides creases: ``"color"``, ``"normals"``, ``"height"``, or
         properties of the cells or vertices in the files.
     subdivide : bool, default False
         Bisect edges longer than a quarter of a region's radius first; label files have a label for
@@ -158,7 +159,7 @@ def batch(
     label_name, vertex_labels
         As for `write_mesh`.
     **options
-        As for `segment`, but for what is of one mesh: arrays, `progress` and `on_stage`.
+        As for `segment`, except arrays, `progress` and `on_stage`, which are for one mesh.
 
     Returns
     -------
@@ -232,7 +233,7 @@ def batch(
 def _plan(
     inputs: StrPath | Iterable[StrPath], folder: Path, formats: Sequence[str], options: FileOptions
 ) -> list[BatchJob]:
-    """The jobs for all files, done or not; an error if they do not go together."""
+    """Return a job per file, done or not; an error if results of two files would have one name."""
     for name in formats:
         if name not in ENDING_OF_FORMAT or formats.count(name) > 1:
             known = ", ".join(ENDING_OF_FORMAT)
@@ -255,7 +256,7 @@ def _plan(
 
 @contextlib.contextmanager
 def _tidied(jobs: Sequence[BatchJob]) -> Iterator[None]:
-    """Remove what killed processes have left behind, before and after; nobody else writes here."""
+    """Remove temporary files of killed processes before and after the block."""
     files = [path for job in jobs for path in job.files]
     remove_leftovers(files, older_than=0.0)
     try:
@@ -321,7 +322,7 @@ OpenTeam = Callable[[], contextlib.AbstractContextManager[Team]]
 def _do_in_teams(
     jobs: Sequence[BatchJob], open_many: OpenTeam, open_one: OpenTeam
 ) -> Iterator[tuple[BatchJob, Record]]:
-    """Do what fits side by side, the largest first; then the others, and what killed workers."""
+    """Run jobs that fit into a worker's memory, largest first; then, one by one, all others."""
     needs = {job.name: memory_of(job.path) for job in jobs}
     with open_many() as team:
         room = MEMORY_SHARE * team.share
@@ -366,7 +367,7 @@ def _failed(job: BatchJob, error: str) -> Record:
 
 
 class _Tally:
-    """Counts of what has ended, and how much is left by the sizes of files."""
+    """Counts of ended jobs, and the work left, estimated from the sizes of files."""
 
     def __init__(self, jobs: Sequence[BatchJob]) -> None:
         self.n_done = self.n_cells = 0

@@ -19,10 +19,10 @@ from .surface import Surface
 __all__ = ["ANY_GROUP", "NO_GROUPS", "ConstraintOptions", "Cut", "in_order"]
 
 ANY_GROUP = -1
-"""Group of cells that no barrier concerns."""
+"""Group of cells that may share a region with any cell."""
 
 NO_GROUPS = np.empty(0, np.int32)
-"""Stands for groups where any cells may share a region."""
+"""Empty array: no barriers, all cells may share regions."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ photographs, smoothed a little, 200 regions find 70 % of the edges at 5, and 71 
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """The features that `segment` is given, and how much they count."""
+    """The arguments of `segment` for features: the features and their weight."""
 
     given: Any = None  # None: no features
     weight: float = 0.0

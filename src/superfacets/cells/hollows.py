@@ -14,7 +14,7 @@ HOLLOW = 0.15
 out."""
 
 MOST_EVENED = 0.25
-"""Share of the cost that goes from smooth concave to smooth convex edges of fully hollow shapes."""
+"""Share of the cost of smooth concave edges that smooth convex ones take over in hollow shapes."""
 
 STEPS = 1 << 16
 """Shares are rounded to multiples of 1 / `STEPS`, so that the last bits of a sum change nothing."""

@@ -1,6 +1,6 @@
-"""The plan of a run, made once the graph is known: the cells kept, the size of regions, the start.
+"""The plan of a run, made once the graph is known: kept cells, size of regions, initial centers.
 
-A run starts with a way to place seeds, or with the centers of a segmentation or of labels.
+The initial centers come from a seeding method, a segmentation, labels, or an array.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ ArcLengths: TypeAlias = tuple[Longs, Ints, Singles]
 
 @dataclass(frozen=True)
 class Plan:
-    """The cells to segment, the size of regions, and the start."""
+    """The cells to segment, the size of their regions, and the initial centers."""
 
     cut: Cut | None  # cells and arcs that are kept; None: all
     size: RegionSize
     asked: SizeOptions  # the size as asked for, with the seeds in `init`
-    init: Init | Seeds  # a way to place seeds, or kept cells
+    init: Init | Seeds  # a seeding method, or the initial centers among kept cells
 
     @classmethod
     def of(

@@ -24,7 +24,7 @@ def write_vtp(
     attributes: MeshAttributes | None = None,
     label_name: str = "label",
 ) -> None:
-    """Write checked arrays; ``label`` and ``colors`` are cell data."""
+    """Write checked arrays; labels (named `label_name`) and ``colors`` are cell data."""
     of_faces: dict[str, npt.NDArray[Any]] = dict(attributes.face if attributes else {})
     if labels is not None:
         of_faces[label_name] = labels

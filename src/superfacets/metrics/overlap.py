@@ -135,7 +135,7 @@ def undersegmentation_error(
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The cells that the labels are of; or an overlap that was prepared, alone.
+        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, 0 and up.
     tolerance : float, default 0.05
@@ -167,7 +167,7 @@ def achievable_accuracy(mesh: Labeled, labels: Labels = None, truth: Labels = No
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The cells that the labels are of; or an overlap that was prepared, alone.
+        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, 0 and up.
 
@@ -204,7 +204,7 @@ def hamming_distance(mesh: Labeled, labels: Labels = None, truth: Labels = None)
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The cells that the labels are of; or an overlap that was prepared, alone.
+        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, 0 and up.
 
@@ -233,7 +233,7 @@ def rand_index(mesh: Labeled, labels: Labels = None, truth: Labels = None) -> fl
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The cells that the labels are of; or an overlap that was prepared, alone.
+        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, 0 and up.
 
@@ -274,7 +274,7 @@ def consistency_error(mesh: Labeled, labels: Labels = None, truth: Labels = None
     Parameters
     ----------
     mesh : Mesh, mesh-like or CellGraph; or Overlap
-        The cells that the labels are of; or an overlap that was prepared, alone.
+        The labeled cells; or an `Overlap`, then without `labels` and `truth`.
     labels, truth : array_like of integers, shape (F,)
         Region and true segment of each face, 0 and up.
 

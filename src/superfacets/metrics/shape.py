@@ -129,7 +129,7 @@ def explained_variation_of(surface: Surface, labels: Ints, n_regions: int) -> fl
 
 
 def _squares_over(vectors: Floats, areas: Floats) -> float:
-    """Sum of squared lengths over areas, where areas are > 0."""
+    """Sum over all rows of |vector|^2 / area; rows without area are left out."""
     squared = np.einsum("ij,ij->i", vectors, vectors)
     has_area = areas > 0
     return float((squared[has_area] / areas[has_area]).sum())

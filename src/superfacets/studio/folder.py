@@ -122,7 +122,7 @@ class Files:
         with self._lock:
             documents = list(self._open.values())
             self._open.clear()
-        for document in documents:  # its user may hold its lock and wait for ours
+        for document in documents:  # not under our lock: a user of one may wait for it
             document.close()
 
     def _opened(self, number: int) -> Document:

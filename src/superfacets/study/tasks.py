@@ -1,7 +1,7 @@
 """Long studies: tasks in worker processes, a record for each piece, and starts that resume.
 
-A task is what pieces of work share, a mesh that is loaded once for example. Each piece leaves a
-record, be it of why it failed, so a second start does only what is missing or failed.
+A task groups pieces of work that share something, such as a mesh that is loaded once. Each piece
+writes a record, also if it fails, so a second start runs only missing and failed pieces.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ __all__ = [
 ]  # fmt: skip
 
 Key = Mapping[str, Any]
-"""All that a record depends on: one that was made from another key is stale."""
+"""Everything that a record depends on. A record with another key is stale."""
 
 Record = dict[str, Any]
-"""What was found out; or, where that failed, why: under "reason"."""
+"""The results of a piece; or, if it failed, the cause under "reason"."""
 
 _MEMORY_SHARE = 0.8
 """Share of the free memory that tasks plan with; the rest is for everything else."""
@@ -53,7 +53,7 @@ class Piece:
     """A unit of work, and its record."""
 
     subject: Any
-    """What it is about: for the task to know."""
+    """The input of the piece; only the task interprets it."""
     path: Path
     key: Key
 
@@ -63,16 +63,16 @@ class Task(Protocol):
 
     @property
     def pieces(self) -> tuple[Piece, ...]:
-        """What is to be done."""
+        """The pieces of work."""
 
     @property
     def memory(self) -> int:
         """Estimated memory in bytes; 0 if it is small."""
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Do what the pieces share; return what makes the record of each.
+        """Do the work that all pieces share; return the function that makes the record of a piece.
 
-        An exception of either is the reason why a piece failed, or all of them.
+        An exception of `prepare` fails all pieces; an exception of the function fails one.
         """
 
 
@@ -101,7 +101,7 @@ def run_tasks(
     Returns
     -------
     dict
-        Why pieces have no record, by the path of that: it could not be written.
+        By path, why a record could not be written.
     """
     lost: dict[Path, str] = {}
     jobs = [_Recording(task, deadline) for task in tasks]
@@ -111,13 +111,13 @@ def run_tasks(
 
 
 def read_piece(piece: Piece) -> Record | None:
-    """Return the record of a piece, if there is one that is whole and not stale."""
+    """Return the record of a piece; None if it is missing, damaged or stale."""
     return read_record(piece.path, piece.key)
 
 
 @dataclass(frozen=True)
 class _Recording:
-    """A task as a job: its result says which records could not be written, and why."""
+    """A task as a job. Its result maps paths of records that could not be written to the causes."""
 
     task: Task
     deadline: float | None = None
@@ -135,7 +135,7 @@ class _Recording:
             _forget_failure(piece)
         try:
             make = self.task.prepare()
-        except Exception as error:  # of any method: it is named, and other tasks go on
+        except Exception as error:  # of any kind: it is recorded, and other tasks go on
             for piece in self.task.pieces:
                 lost |= _record_failure(piece, reason_of(error))
             return lost
@@ -156,7 +156,7 @@ def _forget_failure(piece: Piece) -> None:
 
 
 def _record_failure(piece: Piece, reason: str) -> dict[Path, str]:
-    """Write that a piece failed, and why; return that where it cannot be written either."""
+    """Record why a piece failed; return the cause by path if that cannot be written."""
     try:
         write_record(piece.path, piece.key, {"reason": reason})
     except OSError as error:
@@ -215,7 +215,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
     ValueError
         If a number is not finite.
     OSError
-        If it cannot be written: the folder is none, or another folder lies in the record's place.
+        If it cannot be written.
     """
     whole = {"checksum": _checksum(key, record), "key": key, "record": record}
     text = json.dumps(whole, indent=1, allow_nan=False)
@@ -227,7 +227,7 @@ def write_record(path: Path, key: Key, record: Record) -> None:
 def read_record(path: Path, key: Key) -> Record | None:
     """Return a record; None if there is none, it is damaged, or it was made from another key.
 
-    Damage is what the checksum does not agree with, be it a single digit.
+    A checksum detects any damage.
     """
     try:
         whole = json.loads(path.read_text(encoding="utf-8"))

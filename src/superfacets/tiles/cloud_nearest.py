@@ -17,7 +17,7 @@ __all__ = ["find_neighbors"]
 
 
 def find_neighbors(cloud: SortedCloud, tile_cells: int, run: Run, n_threads: int) -> None:
-    """Write the nearest neighbors of the points of all tiles, with the result of `segment`.
+    """Write the nearest neighbors of all points, tile by tile: the neighbors found by `segment`.
 
     Per tile: ``near`` (n, 6) int32, places of the nearest points, nearest first, -1 where there is
     none or it is too far away; ``areas`` (n,) float64; and, if the cloud has no normals,
@@ -117,7 +117,7 @@ def _write_directions(
 
 
 def _areas_around(squared: Floats) -> Floats:
-    """The area around each point from its squared distances: the bits of the core's `area_around`.
+    """The area around each point from squared distances, bit for bit as `area_around` of the core.
 
     Distances ascend in each row, and are infinite where there is no neighbor.
     """
@@ -171,7 +171,7 @@ def _is_in_reach(own: Part, members: list[Longs], reach: Floats, boxes: Floats) 
 
 
 def _cut_off(store: TileStore, tile: int) -> None:
-    """Drop neighbors that are too far away for the areas of both ends; write areas without them."""
+    """Drop neighbors too far away for the areas of both ends; write the areas of the rest."""
     found, squared = (store.read(tile, name).copy() for name in ("found", "squared"))
     areas = store.read(tile, "all_areas")
     others = np.zeros(found.shape)

@@ -19,7 +19,7 @@ OF_PAIRS = ("pair_costs", "pair_numbers", "pair_is_opposite")
 
 
 def turn_normals(store: TileStore) -> None:
-    """Turn the directions in ``estimated`` so that neighbors agree, with the result of `segment`.
+    """Turn the directions in ``estimated`` so that neighbors agree, as `segment` turns them.
 
     The result is a minimum spanning tree over one order of all pairs of neighbors: first pairs with
     similar normals, tile by tile; then all others by cost. The tree is held in this process, 5

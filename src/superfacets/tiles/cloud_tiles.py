@@ -60,7 +60,7 @@ def make_cloud_tiles(
 
 
 def _pairs(store: TileStore, tile: int) -> tuple[Ints, Ints]:
-    """Pairs of places: points of a tile, and their nearest, or of copies the lowest point."""
+    """Pairs of places: each point of a tile with its nearest ones; a copy with the lowest point."""
     near, lowest = store.read(tile, "near"), store.read(tile, "lowest")
     rows, columns = np.nonzero(near >= 0)
     copies = np.flatnonzero(lowest != NOT_COPIED)

@@ -65,11 +65,12 @@ def _read_chunk(chunks: Chunks, chunk: int) -> Part:
 def make_mesh_tiles(
     pieces: Pieces, scratch: Scratch, tile_cells: int, *, welds: bool, run: Run, n_threads: int
 ) -> TileStore:
-    """Sort the faces of a mesh along the curve, as `segment` does, and write them tile by tile.
+    """Sort the faces of a mesh along the space-filling curve, and write them tile by tile.
 
     This is an external merge sort. At most about `tile_cells` faces, or as many vertices, are in
-    memory at a time. The input is read three times: to weld vertices, for the box of all centroids,
-    and to write each chunk of faces as a run sorted by code (twice if chunks fit into the cache).
+    memory at a time. The input is read three times: to weld vertices, to find the box of all
+    centroids, and to write each chunk of faces as a run sorted by code. Chunks that fit into the
+    cache are not read for the third time.
     Counts of codes tell where each tile begins in each run; then each tile is merged. All passes
     but the counting run on all workers, with `n_threads` threads of the core each.
 

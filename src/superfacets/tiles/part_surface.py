@@ -48,7 +48,7 @@ def with_neighbors(part: Part, places: Ints, ranks: Ints, *, sorts: bool) -> tup
 
 
 def surface_of(store: TileStore, part: Part, n_threads: int) -> Surface:
-    """The surface of cells with ``neighbors``. Angles between faces are not valid."""
+    """The surface of cells with ``neighbors``; it has no angles between faces."""
     arcs = part.lists["arcs"]
     offsets, neighbors = arcs.offsets, arcs.entries["neighbors"]
     diagonal = box_diagonal(store.bounds)

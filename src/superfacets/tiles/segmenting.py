@@ -86,11 +86,12 @@ def segment_tiled(
     on_stage: OnStage | None = None,
     on_tile: OnDone | None = None,
 ) -> Segmentation:
-    """Segment a mesh or point cloud that need not fit into memory; labels are those of `segment`.
+    """Segment a mesh or point cloud larger than memory, with the labels of `segment`.
 
     The faces (or points) are sorted along a space-filling curve on disk, and cut into tiles. Coarse
     cells are made tile by tile; the loop runs on their graph in memory; the faces are labeled tile
-    by tile; borders are straightened with only the faces around them in memory.
+    by tile; borders are straightened with only the faces around them in memory. Where `segment`
+    sorts a mesh first, because its faces are in random order, ties may go another way.
 
     Parameters
     ----------
@@ -108,8 +109,8 @@ def segment_tiled(
         Folder for temporary arrays, about 250 bytes per face or 400 per point; by default that of
         temporary files. All of it is removed at the end.
     cache : int, optional
-        Bytes of these arrays that stay in memory instead; by default an eighth of the memory that
-        this process may use. Not with several workers, which cannot see them.
+        Size in bytes of a cache in memory, which keeps temporary arrays from the disk; by default
+        an eighth of the memory that this process may use. Only with one worker.
     out : path, optional
         A ``.npy`` file for all labels. If the source is a folder, `out` may be a folder, too (made
         if missing): it gets a ``.npy`` per file (``a.npy`` for ``a.ply``); all of them, or none if
@@ -150,10 +151,11 @@ def segment_tiled(
 
     Notes
     -----
-    Memory: `cache`, about 500 bytes per face of a tile for each thread, 10 bytes per face of the
-    mesh for the graph of coarse cells, 4 for the labels (8 for labels of points), and the faces
-    around borders. The graph of all faces is in memory, 150 bytes a face, if regions have less than
-    about a hundred faces, or if the loop runs on all faces (``tol=0``, ``max_num_iter`` 0 or 1).
+    Memory use is the sum of `cache`, about 500 bytes per face of a tile for each thread, 10 bytes
+    per face of the mesh for the graph of coarse cells, 4 for the labels (8 for labels of points),
+    and the faces around borders. The graph of all faces is in memory, 150 bytes a face, if regions
+    have less than about a hundred faces, or if the loop runs on all faces (``tol=0``,
+    ``max_num_iter`` 0 or 1).
 
     Expansions do not halt (`radius_factor` of `segment`), and seeds are the farthest from each
     other by path length (``init="geodesic"``).
@@ -215,7 +217,7 @@ class Place:
 
     @property
     def is_remote(self) -> bool:
-        """Whether other processes process tiles."""
+        """Whether worker processes do the work."""
         return self.workers > 1 or self.scheduler is not None
 
     def tiles_at_once(self, loop: LoopOptions) -> int:

@@ -87,9 +87,9 @@ class TileStore:
         return np.asarray((places >= self.starts[tile]) & (places < self.starts[tile + 1]))
 
     def rows_of(self, tile: int, places: Ints) -> tuple[Ints, Ints]:
-        """Rows of places in the tile followed by its ghosts; and the ghosts. -1 stays -1.
+        """Return the row of each place in the list (cells of the tile, ghosts), and the ghosts.
 
-        Ghosts are the places that are in other tiles, ascending.
+        Ghosts are the places in other tiles, ascending. Places of -1 have row -1.
         """
         is_ghost = (places >= 0) & ~self.is_in(tile, places)
         ghosts = np.unique(places[is_ghost])

@@ -110,7 +110,7 @@ class TiledCoarseGraph:
 
 
 def _columns(rows: list[tuple[Any, ...]]) -> list[list[Array]]:
-    """Columns of rows of arrays."""
+    """Transpose rows of arrays into columns."""
     return [list(column) for column in zip(*rows, strict=True)]
 
 

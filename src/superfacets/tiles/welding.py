@@ -127,7 +127,7 @@ def _weld_bucket(scratch: Scratch, bucket: int, size: int, n_blocks: int, n_thre
 
 
 def _list_block(scratch: Scratch, block: int, n_vertices: int, size: int, n_buckets: int) -> None:
-    """Write the lowest vertex at the position of each vertex of a block."""
+    """Write the representative of each vertex of a block: the lowest vertex at its position."""
     begin = block * size
     lowest = np.arange(begin, min(begin + size, n_vertices), dtype=np.int64)
     for bucket in range(n_buckets):

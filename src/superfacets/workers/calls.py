@@ -53,7 +53,7 @@ Ending = Done | Failed | Killed
 
 @dataclass(frozen=True)
 class Worker:
-    """One worker process, as it is described to callers."""
+    """Description of a worker process."""
 
     address: str
     n_threads: int

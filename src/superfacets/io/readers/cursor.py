@@ -44,7 +44,7 @@ class Cursor:
         return lines, np.cumsum(lines.counts, dtype=np.int64)
 
     def any_line(self) -> bytes:
-        """Content of the next line, perhaps blank; or of the rest of the file if no line ends."""
+        """The next line, perhaps blank, stripped. The last one need not end in a newline."""
         newline = self.data.find(b"\n", self.place)
         end = newline if newline >= 0 else len(self.data)
         line, self.place = self.data[self.place : end], min(end + 1, len(self.data))

@@ -102,7 +102,7 @@ class _MshReader:
         return True
 
     def _tagged(self, n: int, width: int, what: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
-        """Rows of a tag and `n` doubles: (tags, doubles)."""
+        """The next `n` rows of a tag and `width` doubles: (tags, doubles)."""
         if not self._cursor.byte_order:
             rows = self._cursor.numbers((1 + width) * n, "f8", what).reshape(-1, 1 + width)
             return as_integers(rows[:, 0], f"tags of {what}"), np.ascontiguousarray(rows[:, 1:])

@@ -35,7 +35,7 @@ def read_vtp(data: Content) -> Arrays:
 
 
 def read_vtp_labels(data: Content, name: str = "label") -> npt.NDArray[Any]:
-    """The cell data of this name, by default ``label``, of the polygons."""
+    """The cell data of the polygons with this name, by default ``label``."""
     labels = _labels(data, name)
     if labels is None:
         raise MeshError(f"the VTP file has no cell data {name}")

@@ -1,4 +1,4 @@
-"""Encode arrays for the front end: one block of bytes, or text for pages."""
+"""Encode arrays for the front end, as one block of bytes; for pages, the block as base64 text."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _planes(array: npt.NDArray[Any], coding: Coding) -> bytes:
 
 
 def newest_codes(numbers: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
-    """Difference of each number to the lowest new number; 0 for the lowest new number itself.
+    """High-watermark encoding: the lowest number not yet used, minus each number.
 
     Codes are small where triangles that follow each other share corners.
     """
