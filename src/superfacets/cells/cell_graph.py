@@ -27,7 +27,12 @@ from .._validate import (
 )
 
 __all__ = [
-    "ArcList", "ArcMeasures", "Arcs", "CellGraph", "box_diagonal", "checked_graph",
+    "ArcMeasures",
+    "Arcs",
+    "CellGraph",
+    "CsrArcs",
+    "box_diagonal",
+    "checked_graph",
     "checked_weights",
 ]  # fmt: skip
 
@@ -88,7 +93,7 @@ class ArcMeasures:
         return checked
 
 
-class ArcList:
+class CsrArcs:
     """Arcs between cells in CSR form, and the box around the cells."""
 
     offsets: Longs  # (N + 1,)
@@ -121,7 +126,7 @@ class ArcList:
         return np.repeat(np.arange(self.n_cells, dtype=np.int32), np.diff(self.offsets))
 
 
-class Arcs(ArcList):
+class Arcs(CsrArcs):
     """The common part of the graphs of all kinds: cells, and arcs between them."""
 
     positions: Floats  # (N, 3)

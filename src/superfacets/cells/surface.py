@@ -12,7 +12,7 @@ from .._types import Floats, Ints, Longs
 from .._validate import checked_threads
 from ..adapters.convert import MeshLike, as_mesh
 from ..mesh.faces import FaceMesh, FoundArcs, signed_volume, surface_of_faces
-from .cell_graph import ArcList, ArcMeasures, CellGraph
+from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph
 
 __all__ = ["Surface", "arc_measures", "enclosed", "face_surface", "is_inside_out", "is_negative"]
@@ -22,7 +22,7 @@ VOLUME_NOISE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Surface(ArcList):
+class Surface(CsrArcs):
     """Checked cells, the arcs between them, and the object that kernels of stages 5 to 7 take."""
 
     handle: _core.Surface  # gives lengths of borders, and the arcs around a corner
