@@ -561,7 +561,7 @@ def _in_input_order(result: Segmentation, order: Ints) -> Segmentation:
 def sliver_advice(radius: float) -> str:
     """Advice on how to avoid slivers, for regions of this radius."""
     max_edge = EDGE_PER_RADIUS * radius
-    return f"segment superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh instead"
+    return f"subdivide first, mesh = superfacets.subdivide(mesh, max_edge={max_edge:.3g}).mesh"
 
 
 def warn_of_islands(result: Segmentation, stacklevel: int = 4) -> None:

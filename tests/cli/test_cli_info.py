@@ -27,8 +27,8 @@ def test_info_says_where_regions_would_become_stripes(run, tmp_path):
     assert status == 0
     assert "slivers              37% of the area, for 150 regions\n" in out
     assert err == (
-        f"superfacets: note: {path}: 37% of the area is in faces that are long and thin beside the"
-        " regions, which become stripes: try segment --subdivide\n"
+        f"superfacets: note: {path}: 37% of the area is in faces that are long and thin compared"
+        " with the regions, so regions will be stripes: try segment --subdivide\n"
     )
     assert json.loads(run("info", path, "--json")[1])["sliver_share"] > 0.3
 

@@ -106,8 +106,8 @@ def test_slivers_are_a_note_of_one_line(run, block):
     status, _, err = run("segment", block, "-n", 100)
     assert status == 0
     assert err == (
-        "superfacets: note: 37% of the area is in faces that are long and thin beside the regions,"
-        " which become stripes: try --subdivide\n"
+        "superfacets: note: 37% of the area is in faces that are long and thin compared with the"
+        " regions, so regions will be stripes: try --subdivide\n"
     )
 
 

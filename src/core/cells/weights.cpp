@@ -207,7 +207,7 @@ struct Weigh {
   SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const WeightOptions& options,
                                             double up, const NetTurn& net_turn, Numbers* weights,
                                             Numbers* turns, std::size_t n) const {
-    const WeightOptions hoisted = options;  // nothing that is written can change it
+    const WeightOptions hoisted = options;  // local copy: stores cannot alias it
     const NetTurn rounding = net_turn;
     for (std::size_t i = 0; i < n; ++i) {
       const ArcData data = block.get(i);

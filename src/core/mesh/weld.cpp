@@ -55,7 +55,7 @@ class PositionTable {
     team.fill(table_.span(), kEmptySlot);
   }
 
-  // Returns the slot of the vertex's position, which holds no higher vertex from now on.
+  // Returns the hash slot of this position and lowers its vertex to the minimum.
   Slot insert(Vertex vertex, Slot home, bool& is_shared) {
     for (Slot slot = home;; slot = next(slot)) {
       const std::atomic_ref<Vertex> owner(table_[slot]);

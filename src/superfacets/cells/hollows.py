@@ -1,4 +1,4 @@
-"""How hollow a shape is: how much of its surface turns inward, and how much outward."""
+"""Hollow shapes, such as cups and rings: their surface turns inward about as much as outward."""
 
 from __future__ import annotations
 
@@ -10,17 +10,16 @@ SOLID = 0.3
 """Roundness y from which a shape is solid. Convex bodies have 1 at most, long rods 3/4."""
 
 HOLLOW = 0.15
-"""Roundness up to which a shape is fully hollow, like thin walls: their insides and outsides cancel
-out."""
+"""Roundness up to which a shape is fully hollow. Insides and outsides of thin walls cancel out."""
 
 MOST_EVENED = 0.25
 """Share of the cost of smooth concave edges that smooth convex ones take over in hollow shapes."""
 
 STEPS = 1 << 16
-"""Shares are rounded to multiples of 1 / `STEPS`, so that the last bits of a sum change nothing."""
+"""Shares are rounded to multiples of 1 / `STEPS`, so that they do not depend on rounding errors."""
 
 TURN_BITS = 31
-"""The core counts turns in units of about the diagonal over 2 to this power."""
+"""The core sums turns in units of about the diagonal / 2**`TURN_BITS`."""
 
 
 def evened_share(turn: int, volume: float, area: float, diagonal: float) -> float:

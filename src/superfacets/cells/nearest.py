@@ -46,12 +46,12 @@ def nearest_faces(
     Parameters
     ----------
     mesh : Mesh, PolygonMesh or mesh-like
-        As for `segment`. Faces without an area are as good as others. Of a polygon, the triangles
-        of ``PolygonMesh.triangulate()`` count.
+        As for `segment`. Faces without an area count, too. A polygon is represented by the
+        triangles of ``PolygonMesh.triangulate()``.
     points : array_like, shape (M, 3), or PointCloud or cloud-like
         Positions, finite; there may be none.
     max_distance : float, optional
-        Faces that are farther are not found, >= 0, in the unit of the mesh.
+        Faces beyond this distance are not found, >= 0, in the unit of the mesh.
     n_threads : int, optional
         As for `segment`. The result does not depend on it.
 
@@ -70,8 +70,7 @@ def nearest_faces(
 
     Notes
     -----
-    A tree of boxes: O(F log F) for the tree and O(log F) for a point near the surface. Points are
-    taken in an order in which neighbors follow each other.
+    O(F log F) to build a tree of boxes, and O(log F) for a point near the surface.
 
     Examples
     --------

@@ -1,6 +1,7 @@
 """Stage 2: weights that keep regions within the parts of a shape.
 
-Parts lie apart in the slowest vibrations of a shape: eigenvectors on coarse cells, brought to all.
+Parts are far apart in the spectral embedding: the smallest eigenvectors of the Laplacian, computed
+on coarse cells and interpolated to all cells.
 """
 
 from __future__ import annotations
@@ -26,85 +27,89 @@ from .weights import WeightOptions
 __all__ = ["SMOOTH_DISTANCE", "Embedding", "embed", "part_weights", "spectral_embedding"]
 
 SMOOTH_DISTANCE = 2.3
-"""Largest move of borders in smoothing with these weights, in r. With 2 compactness is
-0.02 higher at the same undersegmentation error; with 3 it is 0.05 lower, at an error that is higher
-by 0.002."""
+"""Largest distance by which smoothing moves borders with these weights, in r. With 2, compactness
+is 0.02 higher at the same undersegmentation error; with 3, it is 0.05 lower and the error 0.002
+higher."""
 
 THICKNESS_POWER = 0.125
-"""Arcs are longer by (s_i s_j / s_mean^2)^(1/8): thin parts get smaller regions."""
+"""Arc lengths are multiplied by (s_i s_j / s_mean^2)^(1/8): thin parts get smaller regions."""
 
 N_COARSE = 1_500
 """Approximate number of coarse cells that eigenvectors are computed on."""
 
 MOST_COARSE = 8 * N_COARSE
-"""Maximum number of coarse cells with eigenvectors. A mesh with more, like soup, has no parts."""
+"""Maximum number of coarse cells for which eigenvectors are computed. Only meshes in thousands of
+components, like soup, have more, and these have no parts."""
 
 MOST_CELLS = 16
 """Maximum number of cells in a coarse cell, on each level."""
 
 N_BASE = 12_000
-"""Where this many groups of `LEAST_GROUP` cells can be made, groups take the place of cells: they
-are as many as the faces of meshes that are fine enough, and all that follows is on them."""
+"""Smallest number of groups. Meshes with at least `N_BASE` * `LEAST_GROUP` cells are embedded by
+groups of cells in place of cells: 12,000 are enough to tell parts apart."""
 
 LEAST_GROUP = 8
-"""Cells in a group. With groups of 4 the error is 0.008 higher on five models of 50,000 faces."""
+"""Smallest number of cells in a group. With groups of 4, the undersegmentation error of five models
+of 50,000 faces is 0.008 higher than without groups."""
 
 GROUP_STEP = 0.5
-"""How much distances between groups count. All of a distance is crossed on the border of two
-groups, where borders of regions then come to lie: with 1, compactness is 0.1 higher on meshes of
+"""Factor of distances between groups. Paths cross the whole distance in one arc, at the border of
+two groups, and borders of regions gather there: with 1, compactness is 0.1 higher on meshes of
 200,000 faces."""
 
 CREASE_STEEPNESS = 20.0
-"""How much less a crease conducts: exp(-20 kappa), kappa = eta theta / pi."""
+"""Conductances across creases are multiplied by exp(-20 kappa), kappa = eta theta / pi."""
 
 LEAST_CONDUCTANCE = 1e-6
-"""Least length of arcs, as in the core: connected cells stay connected."""
+"""Smallest conductance, as in the core, so that connected cells stay connected."""
 
 THICKNESS_STEEPNESS = 10.0
-"""How much less arcs conduct where thickness changes: exp(-10 |log s_i - log s_j|)."""
+"""The conductance is multiplied by exp(-10 |log s_i - log s_j|), thickness s."""
 
 SMOOTHING = 0.3
-"""Length over which thickness is smoothed, in radii."""
+"""Length over which thickness is smoothed, in r."""
 
 N_RAYS = 12
 """Rays from the center of each coarse cell. After smoothing, 12 are as good as 30."""
 
 N_VECTORS = 8
-"""12 are worse on the benchmark models, 4 unstable."""
+"""Number of eigenvectors. 12 are worse on the benchmark models, 4 are unstable."""
 
 N_COMPARED = 15
-"""The eigenvalue that tells which ones are negligible: the 16th, counted with that of constants."""
+"""Number of eigenvalues that are computed, without those of constant vectors. The last of them is
+the scale for `LEAST_VALUE`."""
 
 LEAST_VALUE = 1e-3
-"""Of that eigenvalue: what is less belongs to pieces that hardly hang together with the rest. It
-counts as this much, or else the others would count for nothing."""
+"""Lower bound of eigenvalues, as a fraction of the last one computed. Smaller eigenvalues belong to
+pieces that are barely connected with the rest; as vectors are scaled by the inverse root of their
+eigenvalues, these pieces would hide all other parts."""
 
 EQUAL = 1e-3
-"""Relative difference up to which eigenvalues count as equal, so that all or none of their vectors
-are taken: any one of them has no meaning."""
+"""Relative difference up to which eigenvalues count as equal. Their vectors are taken all or none,
+because a single one of them is arbitrary."""
 
 NO_GROUPS = np.empty(0, np.int32)
 
 
 class Embedding(NamedTuple):
-    """Numbers of groups of cells, in which the parts of a shape lie apart."""
+    """Coordinates of groups of cells, in which the parts of a shape are far apart."""
 
     vectors: Singles
     """psi, (G, Q): Q may be 0."""
     logs: Floats | None
-    """Logarithm of the thickness of each group, (G,), NaN where it has none; None if none has."""
+    """Logarithm of the thickness of each group, (G,), NaN if unknown; None if all are unknown."""
     measures: Floats
-    """Of the groups, (G,)."""
+    """Area of each group, (G,)."""
     group_of: Ints
-    """The group of each cell, (N,); of length 0 where each cell is one by itself."""
+    """The group of each cell, (N,); empty if every cell is a group of its own."""
     unit: float
-    """How many units of length a step has for each unit of distance between its ends."""
+    """Ratio of the sum of all steps to the sum of distances between the vectors of their ends."""
     graph: _core.OrderedGraph
-    """All cells, ordered, with arcs that count neither."""
+    """All cells, ordered; arc lengths are those without parts and thickness."""
 
 
 class _Level(NamedTuple):
-    """Cells of one size, and how well the arcs between them conduct."""
+    """Cells of one size, and the conductances of the arcs between them."""
 
     arcs: ArcLists
     steps: Floats
@@ -121,25 +126,26 @@ def spectral_embedding(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> Floats:
-    r"""Return coordinates of each face in which the parts of a shape lie apart.
+    r"""Return coordinates of each face in which the parts of a shape are far apart.
 
-    They are the slowest vibrations of the surface: eigenvectors :math:`L \phi = \lambda A \phi`,
-    with areas A and the Laplacian L of the face graph. Its arcs conduct
+    They are the smallest eigenvectors :math:`L \phi = \lambda A \phi`, with areas A and the
+    Laplacian L of the face graph, whose arcs have the conductances
 
     .. math:: c_{ij} = \frac{\sqrt{A_i + A_j}}{g} \exp(-20 \kappa - 10 |\log s_i - \log s_j|)
 
-    (at least 1e-6), less across concave creases, kappa = theta / pi, and where the thickness s (see
-    `shape_diameter`) changes. So fingers, which hang at the hand by a narrow passage, get
-    coordinates of their own. Vector q is scaled by :math:`(\lambda_q / \lambda_1)^{-1/2}`.
+    (at least 1e-6), with the step g between centroids. Conductances are low across concave creases,
+    kappa = theta / pi, and where the thickness s changes (see `shape_diameter`). Fingers, which are
+    joined to the hand by a narrow passage, get coordinates of their own. Vector q is scaled by
+    :math:`(\lambda_q / \lambda_1)^{-1/2}`.
 
-    Eigenvectors are those of a graph of about 1,500 coarse cells, around which values are then
-    relaxed on the faces. Vectors that are constant on each component are left out; eigenvalues of
-    less than a thousandth of the 15th count as that much.
+    Eigenvectors are computed on about 1,500 coarse cells, interpolated to the faces, and relaxed
+    there. Vectors that are constant on each component are left out. Eigenvalues below a thousandth
+    of the 15th are raised to it.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, PointCloud, TetMesh or mesh-like
-        As for `segment`. Without an inside, as of points and of single sheets, the thickness is the
+        As for `segment`. Points, tetrahedra and single sheets have no thickness: it counts as the
         same everywhere. Each component has vectors of its own.
     n_vectors : int, default 8
         How many, 1 to 15.
@@ -149,11 +155,11 @@ def spectral_embedding(
     Returns
     -------
     ndarray of float64, shape (N, n_vectors)
-        In no unit that matters. Of each vector, the entry of largest size among coarse cells is
-        positive. Where eigenvalues are equal, as on symmetric shapes, their vectors are some
-        basis: distances between faces have a meaning, single coordinates do not. Columns are 0
-        where there are not so many vectors: on meshes of fewer faces, and in soup of thousands of
-        components. Some 2 microseconds a face.
+        Only ratios of distances matter, not the unit. The coordinate of largest size in each column
+        is positive. Where eigenvalues are equal, as on symmetric shapes, the basis is arbitrary:
+        distances between faces have a meaning, single coordinates do not. Columns are 0 where there
+        are fewer vectors: on meshes of few faces, and in soup of thousands of components. Takes
+        about 2 microseconds per face.
 
     Raises
     ------
@@ -200,10 +206,10 @@ def part_weights(
 ) -> tuple[Floats, _core.PlacedCells | None]:
     """Return crease weights with a price for steps between parts, and the cells in order.
 
-    The price is gamma times the distance between the cells in the spectral embedding, in a unit in
-    which the distances of all arcs have the same sum as their steps. The new weight then grows with
-    the thickness. With a radius of 0 (no cell has an area) weights stay as they are, and cells are
-    not ordered.
+    The price is gamma times the distance between the cells in the spectral embedding, scaled so
+    that distances and steps have the same sum over all arcs. The sum of weight and price is then
+    multiplied by a power of the thickness. With a radius of 0 (no cell has an area) weights stay as
+    they are, and None is returned for the ordered cells.
     """
     weights = checked_weights(given, surface.n_arcs, surface.n_threads)
     if radius == 0.0:
@@ -243,10 +249,7 @@ def embed(
     options: WeightOptions,
     n_vectors: int = N_VECTORS,
 ) -> Embedding:
-    """Return the embedding of cells with the weights of arcs, of which creases are a part.
-
-    The weights are for regions of this radius, by these options.
-    """
+    """Return the embedding of cells, given crease weights for regions of this radius."""
     n_threads, price = surface.n_threads, options.crease_price(radius)
     lengths, quantum = _core.quantize_weights(weights, n_threads)
     placed = _core.PlacedCells(graph.positions, graph.measures, n_threads)
@@ -288,7 +291,7 @@ def _level_of_cells(graph: Any, surface: Surface, weights: Floats, crease_unit: 
 
 
 def _groups(ordered: _core.OrderedGraph, n_threads: int) -> _core.CoarseGraph | None:
-    """Groups of cells that take their place, if there are enough."""
+    """Groups of cells that are embedded in place of cells; None for small meshes and soup."""
     size = min(MOST_CELLS, ordered.n_cells // N_BASE)
     if size < LEAST_GROUP:
         return None
@@ -297,7 +300,7 @@ def _groups(ordered: _core.OrderedGraph, n_threads: int) -> _core.CoarseGraph | 
 
 
 def _unit(level: _Level, vectors: Singles, n_threads: int) -> float:
-    """The sum of all steps over that of the distances between their ends; 0 if that is 0."""
+    """See `Embedding.unit`; 0 if all distances are 0."""
     none, table = np.zeros(len(level.steps)), vectors.astype(np.float64)
     distances = _core.add_feature_steps(*level.arcs, none, table, 1.0, n_threads)
     total = _core.sum_of(distances, n_threads)
@@ -305,7 +308,7 @@ def _unit(level: _Level, vectors: Singles, n_threads: int) -> float:
 
 
 def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> tuple[list[_Level], Ints]:
-    """Return levels of ever fewer cells, and the first level's cell in the middle of each last."""
+    """Return coarser and coarser levels, and the central first-level cell of each coarsest cell."""
     centers = np.arange(len(level.measures), dtype=np.int32)
     levels: list[_Level] = []
     coarse: list[_core.CoarseGraph] = []  # keeps what larger ones are made of
@@ -322,13 +325,13 @@ def _coarser(level: _Level, graph: _core.OrderedGraph, n_threads: int) -> tuple[
 
 
 def _cell_size(ratio: float) -> int:
-    """Cells of a coarse cell, alike on all levels that are left to the ratio, > 1."""
+    """Cells per coarse cell: the same on all levels, which together reduce cells by the ratio."""
     n_levels: int = math.ceil(math.log(ratio) / math.log(MOST_CELLS))
     return round(math.pow(ratio, 1 / n_levels))
 
 
 def _level_of(coarse: _core.CoarseGraph, crossed: Floats, n_threads: int) -> _Level:
-    """Coarse cells, given the sum of conductance times step over what lies between any two."""
+    """A level of coarse cells; `crossed` as returned by `_crossed`."""
     offsets, neighbors, _ = coarse.arcs()
     positions, measures = coarse.cells()
     steps = coarse.steps(n_threads)
@@ -336,7 +339,7 @@ def _level_of(coarse: _core.CoarseGraph, crossed: Floats, n_threads: int) -> _Le
 
 
 def _per_step(crossed: Floats, steps: Floats) -> Floats:
-    """Conductances of steps; the least where all cells in between are at one place."""
+    """Conductances of steps; the smallest where a step has no length."""
     return np.where(crossed > 0.0, crossed / steps, LEAST_CONDUCTANCE)
 
 
@@ -374,7 +377,7 @@ def _hindered(levels: list[_Level], logs: Floats, n_threads: int) -> list[_Level
 
 
 def _crossed(level: _Level, arcs: ArcLists) -> Floats:
-    """Conductance times step, summed over what lies between the coarse cells of a level."""
+    """Sum of conductance times step over the fine arcs between each two coarse cells, per arc."""
     assert level.coarse_of is not None
     return _core.sum_between(*level.arcs, level.conductances, level.steps, level.coarse_of, *arcs)
 
@@ -397,7 +400,7 @@ def _eigenvectors(level: _Level, n_vectors: int) -> Floats:
 
 
 def _end_of_group(values: Floats, n_vectors: int) -> int:
-    """How many vectors to take: about n_vectors, and of equal values all."""
+    """Number of vectors to take: n_vectors, or more so that equal values are not split."""
     wanted = min(n_vectors, len(values))
 
     def is_end(last: int) -> bool:
@@ -416,7 +419,7 @@ def _prolonged(levels: list[_Level], values: Floats, n_threads: int) -> Singles:
 
 
 def _relaxed(rows: Singles, coarse_of: Ints, level: _Level, n_threads: int) -> Singles:
-    """Copy rows of coarse cells to the cells that these have, and relax them there."""
+    """Copy the row of each coarse cell to its cells, and relax the copies."""
     n_sweeps = math.ceil(2.0 * math.sqrt(len(coarse_of) / len(rows))) + 2
     copied = np.take(rows, coarse_of, axis=0)
     relaxed = _core.relax(*level.arcs, level.conductances, copied, n_sweeps, n_threads)

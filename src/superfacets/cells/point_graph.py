@@ -35,20 +35,20 @@ N_AROUND = 12
 """Nearest neighbors that a normal is estimated from."""
 
 CUTOFF = 4.0
-"""Longest arc, in square roots of the smaller area at its ends. Of points spread at random, one in
-ten thousand of the six nearest neighbors is farther than 3.3."""
+"""Longest arc, in square roots of the smaller area at its ends. Among points spread at random, one
+in ten thousand of the six nearest neighbors is farther than 3.3."""
 
 
 @dataclass(frozen=True, eq=False)
 class PointGraph(Arcs):
-    """Points as cells, with arcs between near ones, as our own kernel makes them: not checked."""
+    """Points as cells, with arcs between near points; made by a kernel, so not checked."""
 
     positions: Floats  # (N, 3)
     measures: Floats  # (N,) area around each point
     normals: Floats  # (N, 3)
     offsets: Longs  # (N + 1,)
     neighbors: Ints  # (M,) ascending for each point
-    order: Ints  # (N,) all cells along a curve through near ones
+    order: Ints  # (N,) all cells along a space-filling curve
     bounds: Floats  # (2, 3)
     points: Ints | None = None  # (N,) index of each cell in the cloud; None: 0 to N - 1
 
@@ -77,10 +77,10 @@ def find_point_graph(
 
 
 def find_sorted_graph(cloud: PointCloud, n_threads: int) -> PointGraph:
-    """Return the graph of a cloud with cells sorted along a curve through near ones.
+    """Return the graph of a cloud with cells sorted along a space-filling curve.
 
-    All later stages are then two to three times as fast as on points in any order. A MeshError if
-    all points lie at one place.
+    Later stages are two to three times as fast as on points in random order. A MeshError if all
+    points lie at one place.
     """
     check_spread(cloud.bounds)
     has_normals = cloud.normals is not None
@@ -146,11 +146,11 @@ def build_point_graph(
     CellGraph
         ``measures`` is the area around each point, from the squared distances of the neighbors that
         it is joined to: :math:`2 \pi \overline{d^2} / (n + 1)`, which is unbiased where points are
-        spread at random. A point that no arc leads to has none. ``weights`` are in units of the
-        diagonal. ``arc_measures`` holds for each arc the length of the border that it crosses,
-        :math:`\pi a / \sum d` as the mean of both points, so that the arcs across a line add up to
-        its length; and the angle between the normals, positive where points lie above each other's
-        tangent planes. Normals are those of the cloud or, if it has none, of `estimate_normals`.
+        spread at random; 0 for a point without arcs. ``weights`` are in units of the diagonal.
+        ``arc_measures`` holds for each arc the length of the border that it crosses, the mean of
+        :math:`\pi a / \sum d` at both points, so that the arcs across a line add up to its length;
+        and the angle between the normals, positive where points lie above each other's tangent
+        planes. Normals are given by the cloud or, if it has none, by `estimate_normals`.
 
     Raises
     ------
@@ -205,11 +205,11 @@ def estimate_normals(
 ) -> Floats:
     """Return a normal for each point: the direction in which its neighbors vary least.
 
-    Normals of neighbors are turned to agree, along a minimum spanning tree of each component of
+    Normals of neighbors are flipped to agree, along a minimum spanning tree of each component of
     the neighbor graph (Hoppe et al. 1992). Without a viewpoint, all normals of a component then
-    point outwards: they enclose a positive volume, seen from its center. That is right for solids.
-    Of an open surface it is the side that bulges out; where that is the wrong one, as for a room
-    seen from within, give the place that it was seen from.
+    point outwards, so that the volume that they enclose is positive. That is right for solids. On
+    an open surface they point to the side that bulges out. If that is wrong, as for a room scanned
+    from within, give the viewpoint of the scan.
 
     Parameters
     ----------
@@ -218,8 +218,8 @@ def estimate_normals(
     n_neighbors : int, default 12
         Nearest neighbors that a normal is estimated from. More of them smooth noise, and edges.
     viewpoint : array_like, shape (3,), optional
-        A place from which all points were seen: most normals of each component, by area, are
-        turned towards it. For ground seen from above, a place far up.
+        A place from which all points were seen: the normals of each component are flipped so that
+        most, by area, face it. For terrain, a place far above.
     n_threads : int, optional
         As for `segment`.
 

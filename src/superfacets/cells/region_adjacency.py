@@ -1,6 +1,6 @@
-"""Stage 5: the region graph. What regions are in space, and what lies between those that touch.
+"""Stage 5: the region graph: measures of regions, and of the borders between neighbors.
 
-It needs cells and labels alone; the result of the clustering offers it.
+It is in this folder because it needs cells and labels only, and `Segmentation` offers it.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ __all__ = ["RegionGraph", "region_graph", "region_graph_of"]
 
 
 _ROUNDING = 1e-14
-"""Of the largest variance of a region, up to which another one is rounding error, as of a plane."""
+"""Fraction of the largest variance of a region up to which others are rounding errors."""
 
 _NO_NORMAL = 1e-12
-"""Of the area of a region, up to which its area vectors cancel out: those of a closed surface."""
+"""Area vectors whose sum is at most this fraction of the area cancel out: the surface is closed."""
 
 
 @dataclass(frozen=True, eq=False)
 class RegionGraph:
-    """K regions, and the E arcs between those that touch, as arrays; made by `region_graph`.
+    """K regions, and the E arcs between neighbors, as arrays; made by `region_graph`.
 
     Lengths, areas and volumes are in the unit of the positions. Regions of tetrahedra have volumes
     where those of faces and points have areas, and surfaces where those have lengths of borders.
@@ -53,23 +53,23 @@ class RegionGraph:
         normals, those of `estimate_normals`. NaN where there is none: of tetrahedra, of a graph of
         one's own, of faces without area, and of a closed surface, whose normals cancel out.
     deviations : ndarray of float64, shape (K, 3)
-        Standard deviations of a region along its three principal axes, largest first. Exact for
-        triangles, polygons and tetrahedra, as if points were everywhere on them: how they are cut
-        does not matter. Points, and cells of a graph, are where they are.
+        Standard deviations of a region along its three principal axes, largest first. Triangles,
+        polygons and tetrahedra are integrated exactly, so the result does not depend on how a
+        region is meshed. Points and cells of a graph count at their positions.
     bounds : ndarray of float64, shape (K, 2, 3)
         Low and high corner of the box around the vertices of the cells.
     perimeters : ndarray of float64, shape (K,)
         Length of the border, also along the boundary of an open mesh. In a volume, the surface.
     open_lengths : ndarray of float64, shape (K,)
-        What of the perimeter is boundary of an open mesh (side of one tetrahedron alone). Points
-        have none.
+        Length of the perimeter that is boundary of an open mesh; in a volume, area of triangles of
+        one tetrahedron. 0 for points.
     cell_counts : ndarray of int64, shape (K,)
         Number of cells of each region, >= 1.
     centers : ndarray of int32, shape (K,)
         The cell that stands for each region: as given, or the one nearest to the centroid, the
         lowest among equals.
     edge_index : ndarray of int32, shape (2, E)
-        The two regions of each arc, the lower one first. Each pair that touches is there once,
+        The two regions of each arc, the lower one first. Each pair of neighbors is listed once,
         sorted; `to_pyg` gives both directions.
     border_lengths : ndarray of float64, shape (E,)
         Length of the common border. In a volume, its area.
@@ -107,7 +107,7 @@ class RegionGraph:
     ARC_VALUES: ClassVar[tuple[str, ...]] = (
         "border_length", "mean_angle", "max_angle", "concavity", "edge_count",
     )  # fmt: skip
-    """Names of what there is of an arc: the columns of ``edge_attr``, and choices of `to_scipy`."""
+    """Names of the measures of arcs: the columns of ``edge_attr``, and choices of `to_scipy`."""
 
     REGION_FEATURES: ClassVar[tuple[str, ...]] = (
         "measure", "perimeter", "compactness", "linearity", "planarity", "sphericity", "curvature",
@@ -122,7 +122,7 @@ class RegionGraph:
 
     @property
     def n_arcs(self) -> int:
-        """Number of pairs of regions that touch, E."""
+        """Number of pairs of neighbors, E."""
         return len(self.border_lengths)
 
     @property
@@ -136,8 +136,8 @@ class RegionGraph:
     def linearity(self) -> Floats:
         """(s0 - s1) / s0 of the deviations s, shape (K,): 1 for a line; NaN for a point.
 
-        With `planarity` and `sphericity` it adds up to 1. Superpoint networks take standard
-        deviations too, not variances.
+        `linearity`, `planarity` and `sphericity` add up to 1. As in superpoint networks, they are
+        ratios of standard deviations, not of variances.
         """
         first, second, _ = self.deviations.T
         return _ratio(first - second, first)
@@ -171,7 +171,7 @@ class RegionGraph:
 
     @property
     def neighbor_counts(self) -> Longs:
-        """Number of regions that each touches, shape (K,)."""
+        """Number of neighbors of each region, shape (K,)."""
         return np.bincount(self.edge_index.ravel(), minlength=self.n_regions)
 
     @property
@@ -180,7 +180,7 @@ class RegionGraph:
         return self.open_lengths > 0
 
     def neighbors(self, region: int) -> Ints:
-        """Regions that touch this one, 0 to K - 1, ascending."""
+        """Neighbors of a region, 0 to K - 1, ascending."""
         if not 0 <= region < self.n_regions:
             raise IndexError(f"there is no region {region}: there are {self.n_regions}")
         offsets, targets, _ = self._both_ways
@@ -236,10 +236,10 @@ class RegionGraph:
         return pandas.DataFrame(self.table()).set_index("region")
 
     def to_networkx(self) -> Any:
-        """Return a ``networkx.Graph`` of regions, with what is known of them and of their borders.
+        """Return a ``networkx.Graph`` of regions, with measures of regions and of borders.
 
-        Nodes are 0..K-1 with the columns of `table`, edges have `ARC_VALUES`; all are numbers of
-        Python.
+        Nodes are 0..K-1 with the columns of `table`, edges have `ARC_VALUES`; all are Python
+        numbers.
 
         Raises
         ------
@@ -260,8 +260,7 @@ class RegionGraph:
         Parameters
         ----------
         value : str, default "border_length"
-            What the entry of two regions that touch is: one of `ARC_VALUES`. It is stored where it
-            is 0, too.
+            The entry for two neighbors: one of `ARC_VALUES`. Zeros are stored, too.
 
         Raises
         ------
@@ -279,8 +278,8 @@ class RegionGraph:
     def to_pyg(self) -> dict[str, Array]:
         """Return the arrays that a graph of PyTorch Geometric is made of.
 
-        ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` is
-        one, and ``np.savez(path, **graph.to_pyg())`` keeps them.
+        ``Data(**{name: torch.from_numpy(array) for name, array in graph.to_pyg().items()})`` makes
+        the graph, and ``np.savez(path, **graph.to_pyg())`` writes a file.
 
         Returns
         -------
@@ -315,7 +314,7 @@ def region_graph(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> RegionGraph:
-    """Return which regions touch, what lies between them, and what each is in space.
+    """Return the graph of regions: measures of each, and of the borders between neighbors.
 
     ``segmentation.regions`` is the graph of a result of `segment`.
 
@@ -344,9 +343,9 @@ def region_graph(
 
     Notes
     -----
-    Time O(N + M), and O(B log B) for B arcs across borders. Border along cells in no region counts
-    for the perimeter, and is no arc. At an edge where three faces or more meet, the edge counts
-    once for each pair of regions there, with the mean of the angles between their faces.
+    Time O(N + M), and O(B log B) for B arcs across borders. A border with cells in no region counts
+    for the perimeter but has no arc. An edge of three faces or more counts once for each pair of
+    regions there, with the mean of the angles between their faces.
 
     Examples
     --------
@@ -369,7 +368,7 @@ def region_graph(
 def region_graph_of(
     surface: Surface, labels: Ints, n_regions: int, centers: Ints | None = None
 ) -> RegionGraph:
-    """Return the region graph of checked labels and centers, for a surface that is there."""
+    """Return the region graph of checked labels and centers."""
     handle, n_threads = surface.handle, surface.n_threads
     measures, centroids, squares, products, normal_sums, lows, highs, open_lengths, nearest = (
         _core.measure_regions(handle, labels, n_regions, n_threads)
@@ -433,7 +432,7 @@ def _by_axis(name: str, vectors: Floats) -> dict[str, Array]:
 
 
 def _rows(columns: dict[str, Array]) -> list[dict[str, Any]]:
-    """One dict of Python's numbers per row."""
+    """One dict of Python numbers per row."""
     values = zip(*(column.tolist() for column in columns.values()), strict=True)
     return [dict(zip(columns, row, strict=True)) for row in values]
 

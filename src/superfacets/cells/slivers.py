@@ -16,39 +16,36 @@ __all__ = [
 ]  # fmt: skip
 
 MIN_LENGTH = 2.0
-"""Radii: the diameter of a region. A longer face reaches across the whole of it."""
+"""Length above which a face is long, in r: it reaches across a whole region."""
 
 MAX_HEIGHT = 0.5
-"""Radii, above the longest side. A face that is thicker is not thin beside a region, only large:
-the mesh is coarse for so many regions, but they need not be stripes. With `MIN_LENGTH`, slivers are
-four times as long as high."""
+"""Height above the longest side up to which a face is thin, in r. A thicker face is only large: the
+mesh is coarse for so many regions, but they need not be stripes. With `MIN_LENGTH`, slivers are at
+least four times as long as high."""
 
 MAX_SHARE = 0.1
-"""Share of the area in such faces above which `segment` warns.
+"""Share of the area in slivers above which `segment` warns.
 
-Chosen on 189 cases: the 95 models of the Princeton benchmark with 150 regions (14 of them with 50
-and 500 too), and with 50 to 500 regions 12 CAD parts (blocks and plates with holes, flanges, a
-pipe, a shaft, gears) and 15 other meshes. Subdivided at r / 4, the compactness falls by a factor of
-1.2 or more in 31 of them. 26 of these have a share above 0.1, the CAD parts 0.158 at least; of the
-other five the largest factor is 1.4. Seven of the 158 cases that gain less have a share above 0.1
-too, and gain 1.09 to 1.18. (The share in faces longer than 3 radii and thinner than one passes over
-seven of the 31, with factors up to 1.6, and is above 0.1 for four of the 158. Faces of 1.5 radii
-and more would warn of meshes that gain 1.05.)"""
+Chosen on 189 cases: 95 models of the Princeton benchmark with 150 regions (14 of them also with 50
+and 500), and 12 CAD parts and 15 other meshes with 50 to 500 regions. Subdivision at r / 4 lowers
+the compactness by a factor of 1.2 or more in 31 cases. The warning finds 26 of these, all CAD parts
+among them; the largest factor that it misses is 1.4. It also names seven of the other 158 cases,
+which gain 1.09 to 1.18."""
 
 EDGE_PER_RADIUS = 0.25
-"""Longest edge that is advised, in radii.
+"""Longest edge that is advised, in r.
 
-On 11 CAD parts with 150 regions the median compactness is 10.7; subdivided at r it is 8.1, at r / 2
-7.5, at r / 4 6.6. Every halving makes three times the faces: some 100,000 of 1,000 at r / 4."""
+The median compactness of 11 CAD parts with 150 regions is 10.7, and after subdivision at r, r / 2
+and r / 4 it is 8.1, 7.5 and 6.6. Each halving triples the number of faces: 1,000 become about
+100,000 at r / 4."""
 
 
 def sliver_share(
     mesh: FaceMesh, faces: FaceGraph, longest: Floats | None, radius: float, n_threads: int
 ) -> float:
-    """Return the share of the area in faces longer than 2 radii and thinner than half of one.
+    """Return the share of the area in faces longer than 2 r and thinner than r / 2, 0 to 1.
 
-    0 to 1; 0 where the faces have no area. `longest` is that of `FaceShapes`, for
-    triangles: time is O(F) in blocks of faces with so long a side.
+    0 if no face has an area. With ``FaceShapes.longest``, blocks without long sides are skipped.
     """
     total = _core.sum_of(faces.measures, n_threads)
     if total <= 0.0:
@@ -80,6 +77,6 @@ def sliver_note(share: float, advice: str) -> str | None:
     if share <= MAX_SHARE:
         return None
     return (
-        f"{share:.0%} of the area is in faces that are long and thin beside the regions, which"
-        f" become stripes: {advice}"
+        f"{share:.0%} of the area is in faces that are long and thin compared with the regions, so"
+        f" regions will be stripes: {advice}"
     )

@@ -18,9 +18,9 @@ MIN_CELLS = 1 << 17
 """Smallest number of cells that is sorted. Fewer fit into caches, where order matters little."""
 
 MOST_FAR = 1 / 3
-"""Largest share of far steps, of cells or of vertices, in a good order. A million shuffled faces
-take 1.7 times the time of sorted ones, runs of two faces 1.4 times, shuffled vertices alone 1.3
-times; sorting takes 0.15 of it. Files in the order of a scan or of a subdivision have a share
+"""Largest share of far steps, between cells or vertices, in a good order. Compared with a million
+sorted faces, shuffled ones take 1.7 times as long, shuffled pairs of faces 1.4 times, shuffled
+vertices alone 1.3 times; sorting adds 0.15. In files from scanners and subdivision the share is
 below 0.3."""
 
 N_STEPS = 512
@@ -63,7 +63,7 @@ def sorted_corners(vertices: Floats, corners: Corners, weld: bool, n_threads: in
 def far_steps(positions_of: Callable[[Longs], Floats], n: int) -> float:
     """Return the share of far steps between consecutive elements, 0 to 1, from a sample.
 
-    That is farther than a quarter of the median distance between elements at random.
+    A step is far if it is longer than a quarter of the median distance of two random elements.
     """
     firsts = (np.arange(N_STEPS) * GOLDEN % 1.0 * (n - 1)).astype(np.int64)
     here = positions_of(firsts)

@@ -30,7 +30,7 @@ MAX_FACES = 10_000_000
 """Default limit of the number of new faces, which take about 600 MB."""
 
 MAX_GROWTH = 4
-"""For larger meshes the limit is this many times their number of faces."""
+"""Default limit for larger meshes, as a multiple of their number of faces."""
 
 RESOLUTION = 1e-12
 """Shortest `max_edge`, as a fraction of the largest coordinate: 4,500 steps of float64. Midpoints
@@ -49,10 +49,10 @@ class Subdivision:
     sources : ndarray of int32, shape (F,)
         The old face that each new face is a part of; never decreasing.
     depths : ndarray of uint8, shape (F,)
-        How often that face was halved: a new face has ``2.0**-depth`` of the area of its old one.
-        Of a polygon, which is cut into triangles first: how often the triangle was halved.
+        Number of times the old face was halved: a new face has ``2.0**-depth`` of its area.
+        Polygons are cut into triangles first, and the depth counts from the triangle.
     cut_areas : ndarray of float64, shape (F,), optional
-        Area of the triangle that each new face is a part of, where the old mesh has polygons.
+        Area of the triangle that each new face is a part of, if the old mesh has polygons.
     """
 
     mesh: Mesh

@@ -18,7 +18,7 @@ from .face_graph import FaceGraph
 __all__ = ["Surface", "arc_measures", "enclosed", "face_surface", "is_inside_out", "is_negative"]
 
 VOLUME_NOISE = 1e-12
-"""Part of the cubed diagonal below which a volume is rounding error: a double sheet has none."""
+"""Fraction of the cubed diagonal below which a volume is a rounding error, as of a double sheet."""
 
 
 @dataclass(frozen=True, eq=False)

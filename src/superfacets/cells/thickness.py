@@ -1,4 +1,4 @@
-"""How thick a body is below its surface: the shape diameter function, by rays."""
+"""The shape diameter function: the thickness of a body below its surface, measured by rays."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ N_RAYS = 30
 """Rays of a face, as in the paper."""
 
 MOST_RAYS = 10_000
-"""They take some ten milliseconds a face: more must be a mistake."""
+"""Largest number of rays per face. They take about ten milliseconds; more must be a mistake."""
 
 LEAST_DISTANCE = 1e-6
-"""Of the diagonal: hits that are nearer are of the same surface, or of its other side where a sheet
-is closed upon itself, which has no thickness."""
+"""Hits nearer than this fraction of the diagonal do not count: they are on the face itself, or on
+the back of a sheet that is closed upon itself and has no thickness."""
 
 
 def shape_diameter(
@@ -40,18 +40,18 @@ def shape_diameter(
 ) -> Floats:
     r"""Return how thick the body is below each face: small at a finger, large at the palm.
 
-    Rays lead from the centroid of a face into the body, in a cone of half-angle 60 degrees about
-    the inward normal. Those count that leave the body where they meet its surface first: through a
-    face whose normal points along with them. Of their lengths, those within one standard deviation
-    of the median are averaged, with a weight of 1 / (angle + 0.2). The logarithm is then smoothed
-    along the surface: :math:`(A + t^2 L)\,x = A \log s`, with areas A and the Laplacian L of the
-    face graph, whose arcs conduct :math:`\sqrt{A_i + A_j} / g`.
+    Rays start at the centroid of a face and point into the body, in a cone of half-angle 60 degrees
+    about the inward normal. A ray counts if it leaves the body at its first hit: the normal of the
+    face that it hits points along the ray. Lengths within one standard deviation of the median are
+    averaged, with weights 1 / (angle + 0.2). The logarithm is then smoothed along the surface:
+    :math:`(A + t^2 L)\,x = A \log s`, with areas A and the Laplacian L of the face graph, whose
+    arcs have the conductance :math:`\sqrt{A_i + A_j} / g`, step g between centroids.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, or mesh-like
-        As for `segment`. Whether it is closed does not matter: a face is inside of something if at
-        least a quarter of its rays leave. The normals of a closed mesh may all point inwards.
+        As for `segment`. It may be open: a face has a thickness if at least a quarter of its rays
+        count. The normals of a closed mesh may all point inwards.
     smoothing : float, default 0.01
         The length t, as a fraction of the diagonal of the bounding box, >= 0. With 0 nothing is
         smoothed.
@@ -65,10 +65,9 @@ def shape_diameter(
     Returns
     -------
     ndarray of float64, shape (N,)
-        In the unit of the vertices, > 0. A face that is inside of nothing takes what its neighbors
-        have; it is NaN without smoothing, and where no face of its component has a thickness: that
-        is so for single sheets, for much of triangle soup and for all cells of point clouds and of
-        tetrahedra. About a microsecond for each ray.
+        In the unit of the vertices, > 0. Smoothing fills in faces without a thickness from their
+        neighbors. NaN without smoothing, and if no face of the component has a thickness: single
+        sheets, most of triangle soup, points and tetrahedra. Takes about a microsecond per ray.
 
     Raises
     ------
@@ -120,7 +119,7 @@ def rays_from(
     n_rays: int,
     n_threads: int,
 ) -> Floats:
-    """Return the thickness below some of the faces; NaN where there is no inside."""
+    """Return the thickness below the given faces; NaN where there is none."""
     triangles, _ = cut_into_triangles(mesh)
     outward = area_vectors(mesh, n_threads)[faces]
     sizes = np.sqrt(np.einsum("ij,ij->i", outward, outward))
@@ -140,25 +139,24 @@ def rays_from(
 
 def rays_from_patches(
     patches: tuple[Floats, Floats],
-    some: npt.NDArray[np.integer[Any]],
+    chosen: npt.NDArray[np.integer[Any]],
     n_rays: int,
     unit: float,
     is_turned: bool,
     n_threads: int,
 ) -> Floats:
-    """Return the thickness below some of the patches that a surface consists of.
+    """Return the thickness below some patches, given the middles and area vectors of all, (P, 3).
 
-    They are given by their middles and area vectors, (P, 3) each. A square of twice its area stands
-    for each, so that there are no gaps between them: where patches are small beside the body, rays
-    are about as long as between all faces.
+    Each patch is replaced by a square of twice its area, so that no gaps are left between them. If
+    patches are small compared with the body, lengths of rays are about those between all faces.
     """
     middles, area_vectors = patches
     sizes = np.sqrt(np.einsum("ij,ij->i", area_vectors, area_vectors))
     normals = area_vectors / np.where(sizes > 0, sizes, 1.0)[:, np.newaxis]
-    inward = normals[some] if is_turned else -normals[some]
+    inward = normals[chosen] if is_turned else -normals[chosen]
     vertices, triangles = _squares(middles, normals, np.sqrt(2.0 * sizes))
     return _core.ray_thickness(
-        vertices, triangles, np.ascontiguousarray(middles[some]), inward, n_rays,
+        vertices, triangles, np.ascontiguousarray(middles[chosen]), inward, n_rays,
         LEAST_DISTANCE * unit, is_turned, n_threads,
     )  # fmt: skip
 
@@ -187,9 +185,9 @@ def smoothed(
     length: float,
     n_threads: int,
 ) -> Floats:
-    """Return the logarithms of thickness, smoothed over a length; NaN where components have none.
+    """Return logarithms of the thickness, smoothed over a length; NaN if a component has none.
 
-    The result depends on no thread, and on no C library.
+    The same for any number of threads, and for any C library.
     """
     is_known = np.isfinite(thickness)
     logs = _core.logarithms(np.where(is_known, thickness, 1.0))

@@ -171,21 +171,21 @@ def crease_weights(
     not change. With r, a path that turns by theta in total costs the same on fine and on coarse
     meshes. The rest is as for `superfacet_weights`.
 
-    Convex edges cost nothing by default, but for ridges, as machine parts have them and rounded
-    limbs do not: a ridge is a convex edge that bends by 40 degrees or more, while each other edge
-    of its two faces bends by less than 0.3 of that. Other sharp edges do not count against a ridge,
-    as at the corner of a box, if they bend by 40 degrees or more, convex or concave, and neither of
-    the two by less than 0.7 of the other; but a triangle may have one of them at most. And a ridge
-    goes on: at both of its ends it meets another such edge, or the border of an open mesh.
+    Convex edges cost nothing by default, except for ridges: the sharp edges of machine parts, which
+    rounded limbs do not have. A ridge is a convex edge that bends by 40 degrees or more, while each
+    other edge of its two faces bends by less than 0.3 of that. At the corner of a box, a second
+    sharp edge of a face is allowed: convex or concave, at least 40 degrees, with neither of the two
+    angles below 0.7 of the other, and at most one per triangle. A ridge must also continue: at both
+    ends it meets another such edge or the boundary of an open mesh.
 
-    Smooth edges, of less than 40 degrees, count otherwise on a hollow shape, a cup or a ring, whose
-    surface turns inward about as much as outward: with concave edges alone, its inside would be one
-    crease and its outside none. With the volume V that a closed mesh encloses, its area A and its
-    total mean curvature M (half the sum over edges of length times angle, negative where they are
-    concave, without ridges that count), :math:`y = 3 V M / A^2` is 1 for a ball and less for any
-    other convex body, 3/4 for a long rod, below 0.2 for cups, and near 0 or less for rings. Smooth
-    convex edges then count s = min(2 - y / 0.15, 1) / 4, and smooth concave ones 1 - s; nothing
-    changes from y = 0.3 on. A mesh that is open, or whose faces are inconsistently oriented, is not
+    Smooth edges, of less than 40 degrees, have other costs on a hollow shape, such as a cup or a
+    ring, whose surface turns inward about as much as outward: if only concave edges had a cost, the
+    inside would be one crease and the outside would have none. Let V be the volume that a closed
+    mesh encloses, A its area and M its total mean curvature: half the sum of length times angle
+    over all edges but ridges, negative for concave edges. :math:`y = 3 V M / A^2` is 1 for a ball,
+    less for any other convex body, 3/4 for a long rod, below 0.2 for cups, and about 0 or less for
+    rings. Below y = 0.3, smooth convex edges cost the fraction s = min(2 - y / 0.15, 1) / 4 and
+    smooth concave edges the fraction 1 - s. Open and inconsistently oriented meshes do not count as
     hollow.
 
     Parameters
@@ -203,7 +203,7 @@ def crease_weights(
         Weight of ridges relative to concave edges, >= 0, where that is more than `eta_convex`. 0
         turns it off.
     hollows : bool, default True
-        Whether smooth edges count otherwise where the shape is hollow.
+        Whether smooth edges have other costs on hollow shapes.
 
     Returns
     -------
@@ -318,8 +318,8 @@ class Weight:
     has_parts: bool = False
     """Whether `parts.part_weights` adds a price for steps between parts."""
     has_other_unit: bool = False
-    """Whether the unit differs from that of ``"creases"``: then border costs are recomputed for the
-    clean-up, and cells without angles cannot have these weights."""
+    """Whether the unit differs from the unit of ``"creases"``: border costs are then recomputed for
+    the clean-up, and cells without angles cannot have these weights."""
 
 
 WEIGHTS: Mapping[WeightName, Weight] = {
@@ -332,11 +332,10 @@ WEIGHTS: Mapping[WeightName, Weight] = {
     ),
     "parts": Weight(
         about="in addition, a step from one part of the shape to another, as from a finger to the"
-        " palm, costs its distance in the `spectral_embedding`, which counts 2.4 times as much as"
-        " the way along the surface. Steps are longer where the body is thick, by the fourth root"
-        " of the thickness (`shape_diameter`), so that thin parts get smaller regions. Cells"
-        " without a thickness, as points, count as of mean thickness. With `mask` or `barriers`,"
-        " parts are those of the whole mesh",
+        " palm, costs 2.4 times its distance in the `spectral_embedding`. Steps are also longer by"
+        " the fourth root of the thickness of the body (`shape_diameter`), so that thin parts get"
+        " smaller regions. Cells without a thickness, such as points, have the mean thickness. With"
+        " `mask` or `barriers`, parts are those of the whole mesh",
         defaults={"alpha": 25.0, "eta_convex": 0.0, "ridges": 0.35, "gamma": 2.4},
         compute=lambda surface, cells, radius, params: weights_of(
             surface, cells, _crease_factors(radius, params)
@@ -442,7 +441,7 @@ def step_weights(surface: Surface, options: WeightOptions, plural: str) -> npt.A
 
 
 def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> Floats:
-    """Return the default `crease_weights`, for the clean-up of regions; hollows do not count."""
+    """Return the default `crease_weights` without hollows, for the clean-up of regions."""
     factors = _crease_factors(radius, WEIGHTS["creases"].defaults)
     if ridges is not None:
         factors = factors._replace(ridges=ridges)
@@ -450,7 +449,7 @@ def creases_of(surface: Surface, radius: float, ridges: float | None = None) -> 
 
 
 def weights_of(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Weights by eq. 1 to 3. Ridges do not count between points, which have no edges."""
+    """Weights by eq. 1 to 3; points have no edges and so no ridges."""
     if isinstance(surface.handle, _core.PointSurface):
         numbers = (*factors[:3], surface.diagonal)
         return _core.point_weights(surface.handle, *numbers, surface.n_threads)
@@ -477,9 +476,9 @@ def weights_and_turn(
 ) -> tuple[Floats, int]:
     """Return the weights of arcs between faces, and the turn that `evened_share` takes.
 
-    `evened` is the share that smooth convex edges count; smooth concave ones count 1 - `evened`.
-    The turn is summed over the arcs from faces that are `counted`, shape (N,), or over all with
-    `ALL_COUNT`; it is 0 where `counted` is None.
+    Smooth convex edges cost the fraction `evened`, smooth concave edges 1 - `evened`. The turn is
+    summed over the arcs that leave faces with `counted`, shape (N,), or over all with `ALL_COUNT`;
+    it is 0 if `counted` is None.
     """
     handle = surface.handle
     is_counted = ALL_COUNT if counted is None else counted
@@ -491,7 +490,7 @@ def weights_and_turn(
 
 
 def _evened_weights(surface: Surface, cells: CellArrays, factors: EdgeFactors) -> Floats:
-    """Return `weights_of`, with smooth edges evened where a shape is hollow."""
+    """Return `weights_of`, with the costs of smooth edges evened on hollow shapes."""
     if not surface.volume or not factors.alpha:
         return weights_of(surface, cells, factors)
     weights, turn = weights_and_turn(surface, cells, factors, 0.0, ALL_COUNT)

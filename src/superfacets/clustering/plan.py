@@ -132,7 +132,7 @@ def _places_of(cells: Ints, order: Ints) -> Ints:
 
 
 def _are_all_different(given: Array) -> bool:
-    """Whether each of 0..N-1 occurs once: then each cell is a center."""
+    """Whether this is a permutation of 0..N-1: then each cell is a center."""
     return bool(np.array_equal(np.sort(given), np.arange(len(given))))
 
 

@@ -1,4 +1,4 @@
-"""Stage 5: regions in one piece each."""
+"""Stage 5: connect regions of several pieces."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def connect_regions(
 
 
 def _largest_pieces(region_of_piece: Ints, areas: Floats, n_regions: int) -> Ints:
-    """The largest piece of each region, the first of equals."""
+    """The largest piece of each region, the lowest of equals."""
     order = np.lexsort((-np.arange(len(areas)), areas))
     largest = np.empty(n_regions, np.int32)
     largest[region_of_piece[order]] = order  # the last one written is the largest

@@ -1,4 +1,4 @@
-"""Stage 5: regions that are not too small."""
+"""Stage 5: merge small regions with their neighbors."""
 
 from __future__ import annotations
 

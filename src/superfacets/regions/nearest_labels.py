@@ -20,7 +20,7 @@ from ..mesh.samples import sample_faces
 __all__ = ["transfer"]
 
 _ROUNDING = 8 * np.finfo(np.float64).eps
-"""Of the largest coordinate: how far centroids may lie beside the faces that they are of."""
+"""Rounding error of centroids, as a fraction of the largest coordinate."""
 
 
 def transfer(
@@ -31,22 +31,22 @@ def transfer(
     max_distance: float | None = None,
     n_threads: int | None = None,
 ) -> Ints:
-    """Return labels for points, or for the cells of another mesh, by what is nearest.
+    """Return labels for points, or for the cells of another mesh, from the nearest cells.
 
     Parameters
     ----------
     mesh : Mesh, PolygonMesh, TetMesh, PointCloud, CellGraph or mesh-like
-        Where the labels are, as for `segment`. What counts is the distance to the nearest point of
-        a face (not to its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the
+        The cells with labels, as for `segment`. Distances are measured to the nearest point of a
+        face (not to its centroid), to a point of a cloud, to a tetrahedron (0 inside), or to the
         position of a cell of a graph.
     labels : array_like of int, shape (N,)
         One per face, point or tetrahedron, of any meaning, 0 and up; -1 where there is none.
     target : array_like, shape (M, 3), or mesh or cloud like `mesh`
         Points, finite (there may be none); or another mesh of the same object, coarser or finer.
-        Points, tetrahedra (at their centroids) and the cells of a graph get the label of what is
-        nearest. A face gets the label that most of its area has: each of its triangles is sampled
-        at the centroids of up to 64 equal parts, more where it is large beside the faces of
-        `mesh`, and at its centroid where it is as small as those.
+        Points, tetrahedra (at their centroids) and the cells of a graph get the label of the
+        nearest cell. A face gets the label of most of its area: each of its triangles is sampled at
+        the centroids of 1 to 64 equal parts, the more the larger it is compared with the faces of
+        `mesh`.
     max_distance : float, optional
         Beyond this distance (but for rounding errors) there is no label, >= 0, in the unit of the
         meshes, which have to lie in the same place.
@@ -56,8 +56,8 @@ def transfer(
     Returns
     -------
     ndarray of int32, shape (M,)
-        One label per point or cell of the target; -1 beyond `max_distance` and where the nearest
-        has none. Of equally near cells the lowest counts, of labels with equal area the lowest.
+        One label per point or cell of the target; -1 beyond `max_distance`, and if the nearest cell
+        has none. Ties go to the lowest cell, and to the lowest label.
 
     Raises
     ------

@@ -33,8 +33,8 @@ def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> Ints:
     ndarray of int32, shape (V,)
         For each vertex, the label with the largest sum of the areas (volumes of tetrahedra) of its
         cells; the lowest of equals, also where all areas are 0. Cells labeled -1 do not count. -1
-        where no labeled cell has the vertex. Vertices are those of the mesh: two at one position
-        are two, and a polygon that passes through a vertex twice counts twice.
+        if no labeled cell has the vertex. Vertices are not welded, and a polygon that passes
+        through a vertex twice counts twice.
 
     Raises
     ------
@@ -70,11 +70,11 @@ def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> Ints:
 
 
 def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
-    """Return an id for each vertex: its label, by `vertex_labels`, but all regions have a vertex.
+    """Return an id for each vertex: its `vertex_labels`, changed so that every region has a vertex.
 
-    A region that has most of the area around no vertex gets the first of its corners of which the
-    region has others; none, if there is no such corner. A vertex that no cell has gets an id of its
-    own, behind the labels. Labels are 0 and up, gaps allowed.
+    A region without a vertex takes its first corner from a region that has several vertices; if
+    there is no such corner, it stays without. Each vertex that no cell uses gets an id of its own,
+    above all labels. Labels are 0 and up, gaps allowed.
     """
     if kind_of(cells).are_points:
         return labels.astype(np.int64)
@@ -88,7 +88,7 @@ def vertex_ids(cells: Any, labels: npt.NDArray[np.integer[Any]]) -> Longs:
 
 
 def _give_vertices(of_vertices: Ints, cells: Any, labels: Ints, n: int) -> None:
-    """Give a vertex to each of the n regions that has none, where another has one to spare."""
+    """Give a vertex to each of the n regions without one, from regions with several."""
     counts = np.bincount(of_vertices[of_vertices >= 0], minlength=n)
     lost = np.flatnonzero(counts == 0)
     if not len(lost):
