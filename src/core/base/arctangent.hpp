@@ -37,9 +37,9 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   using namespace arctangent_parts;
   const bool is_left = x < 0.0;
   const double width = std::abs(x);
-  // The angle of (width, y) is one of 0, pi / 4 and pi / 2 and atan(q) with |q| <= 1/2: from the
-  // nearer axis, or from the diagonal. Subtracting is then exact (Sterbenz). Selections between a
-  // number and 0 are single instructions, and adding 0 is exact.
+  // The angle of (width, y) is 0, pi / 4 or pi / 2 plus atan(q) with |q| <= 1/2: it is measured
+  // from the nearer axis, or from the diagonal. The subtraction is then exact (Sterbenz).
+  // Selections between a number and 0 are single instructions, and adding 0 is exact.
   const bool is_flat = y + y <= width;
   const bool is_steep = y > width + width;
   const double top = (is_steep ? 0.0 : y) - (is_flat ? 0.0 : width);
@@ -49,22 +49,22 @@ SUPERFACETS_ALWAYS_INLINE double arctangent(double y, double x) {
   const double q = is_left ? -ratio : ratio;
   const double n = is_left ? 4.0 - eighths : eighths;
   const double z = q * q;
-  // Even and odd powers apart: half as many steps that wait for each other.
+  // Even and odd powers apart: this halves the chain of dependent operations.
   const double zz = z * z;
   double even = kSeries[12];
   double odd = kSeries[11];
   for (int i = 10; i >= 0; i -= 2) even = even * zz + kSeries[i];
   for (int i = 9; i >= 1; i -= 2) odd = odd * zz + kSeries[i];
   const double series = even + z * odd;
-  // turn + q in two parts, the second of which is what rounding takes from the first.
+  // turn + q in two parts; the second is the rounding error of the first.
   const double turn = n * kEighthTurn;
   const double sum = turn + q;
   const double lost = (turn - sum) + q;
   return sum + (q * (z * series) + (lost + n * kEighthTurnRest));
 }
 
-// angles[i] = arctangent(y[i], x[i]), the same bits with every instruction set. `with` must be one
-// that this processor has. Some 2 ns an element with AVX2, 6 ns with SSE2.
+// angles[i] = arctangent(y[i], x[i]), the same bits with every instruction set. This processor must
+// support `with`. About 2 ns per element with AVX2, 6 ns with SSE2.
 void arctangents(std::span<const double> y, std::span<const double> x, std::span<double> angles,
                  InstructionSet with = best_instruction_set());
 

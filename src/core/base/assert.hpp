@@ -1,5 +1,5 @@
-// Assertions: what a kernel demands of whoever calls it, and of itself. Tests and sanitizers run a
-// core that has them (CMake option SUPERFACETS_ASSERT); in wheels they cost nothing.
+// Assertions: preconditions and invariants of kernels. Tests and sanitizers run a core that has
+// them (CMake option SUPERFACETS_ASSERT); in wheels they cost nothing.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ inline constexpr bool kHasAssertions = true;
 inline constexpr bool kHasAssertions = false;
 #endif
 
-// An assertion is a fault of ours, which no caller can handle: the process ends.
+// A failed assertion is a bug in the core, which no caller can handle: the process ends.
 [[noreturn]] inline void fail_assertion(const char* file, int line, const char* condition) {
   std::fprintf(stderr, "superfacets: %s:%d: assertion failed: %s\n", file, line, condition);
   std::fflush(stderr);
@@ -31,8 +31,8 @@ bool all_below(const Indices& indices, std::int64_t n) {
 
 }  // namespace superfacets
 
-// A condition is compiled in every build, so that it stays valid, and evaluated only where there
-// are assertions.
+// The condition is compiled in every build, so that it stays valid, and evaluated only in builds
+// with assertions.
 #define SUPERFACETS_ASSERT(...)                    \
   (!::superfacets::kHasAssertions || (__VA_ARGS__) \
        ? static_cast<void>(0)                      \

@@ -10,7 +10,7 @@ namespace superfacets {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The smallest box around what was included.
+// The smallest box around the points included so far.
 struct Box {
   Point low{kInfinity, kInfinity, kInfinity};
   Point high{-kInfinity, -kInfinity, -kInfinity};
@@ -23,8 +23,8 @@ struct Box {
   }
   void include(Point p) { include({p, p}); }
 
-  // A lower bound of the squared distance from a point to anything in the box. It is one in
-  // floating point too: rounding is monotone, and the terms are added in the order of squared_norm.
+  // A lower bound of the squared distance from a point to anything in the box. It holds in floating
+  // point, too: rounding is monotone, and the terms are added in the order of squared_norm.
   double squared_distance(Point p) const {
     auto gap = [](double from, double to, double value) {
       return std::max({from - value, 0.0, value - to});

@@ -62,8 +62,8 @@ class Buffer {
     return std::max<std::size_t>(size, 1) * sizeof(T);
   }
 
-  // Large arrays are not left to malloc: freed memory that it cannot return to the system because
-  // of a small allocation behind it is a sixth of the peak on a million faces.
+  // Large arrays do not use malloc: it cannot return freed memory to the system while a small
+  // allocation lies behind it, which costs a sixth of the peak on a million faces.
   static T* allocate(std::size_t size) {
     const std::size_t n_bytes = bytes(size);
     void* data =

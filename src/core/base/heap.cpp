@@ -17,8 +17,8 @@ namespace superfacets {
 #if defined(__GLIBC__)
 namespace {
 
-// The largest that glibc takes, and what its own rules come to in a process that has used arrays of
-// that size.
+// The largest thresholds that glibc accepts; its own rules arrive there in a process that has used
+// arrays of that size.
 constexpr int kLargestFromHeap = 32 << 20;
 constexpr int kUsuallyKept = 2 * kLargestFromHeap;
 

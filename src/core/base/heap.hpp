@@ -1,16 +1,16 @@
-// Memory that the C library hands out, as to numpy for its arrays.
+// Memory of the C library's allocator, which numpy uses for its arrays.
 #pragma once
 
 #include <cstddef>
 
 namespace superfacets {
 
-// While one lives, glibc keeps up to so many bytes of what is freed for what is allocated next, and
-// takes arrays of up to 32 MB from there. Otherwise it gives back each large array when it is
-// freed, and the kernel fills new pages with zeros for the next one. Nothing elsewhere. It is a
-// setting of the whole process: where two overlap, the end of the first ends it for both. Later,
-// glibc's own rules do not change it any more. Where the environment says what glibc is to do, this
-// does nothing.
+// While an object lives, glibc keeps up to this many freed bytes for later allocations, and serves
+// arrays of up to 32 MB from them. Without it, glibc returns each large array to the kernel, which
+// fills new pages with zeros for the next one. No effect with other C libraries. The setting is
+// global to the process: when two objects overlap, the end of the first ends it for both. glibc
+// does not adapt its thresholds any more afterwards. Settings in the environment take precedence:
+// nothing is done then.
 class HeapScope {
  public:
   explicit HeapScope(std::size_t n_kept);

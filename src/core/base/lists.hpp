@@ -9,7 +9,7 @@
 
 namespace superfacets {
 
-// Some of the lists: offsets of these in a row, and where their entries are.
+// Some of the lists: their offsets in the result, and the entries to copy.
 struct ChosenLists {
   Buffer<std::int64_t> offsets;
   Buffer<std::int64_t> entries;

@@ -19,7 +19,8 @@ inline double logarithm(double x) {
     mantissa += mantissa;
     --exponent;
   }
-  // log m = 2 atanh(q) = 2 (q + q^3 / 3 + ...), with |q| < 0.172: what is left out is below 2^-58.
+  // log m = 2 atanh(q) = 2 (q + q^3 / 3 + ...), with |q| < 0.172: the truncated terms are below
+  // 2^-58.
   const double q = (mantissa - 1.0) / (mantissa + 1.0);
   const double z = q * q;
   double series = 0.0;

@@ -20,8 +20,8 @@ namespace {
 constexpr std::size_t kPage = 1 << 16;      // whole pages of every system
 constexpr std::size_t kHugePage = 1 << 21;  // of most systems
 
-// Kept of what was returned: what a mesh of some hundred thousand faces takes, and this part of
-// what is in use. More would add to the peak of memory, which others ask for too.
+// Memory that is kept when it is returned: the amount that a mesh of some hundred thousand faces
+// needs, plus this fraction of the memory in use. More would raise the peak.
 constexpr std::size_t kAlwaysKept = 32 << 20;
 constexpr std::size_t kKeptPart = 8;
 
@@ -32,12 +32,12 @@ constexpr std::size_t rounded_up(std::size_t n, std::size_t unit) {
 void* map_memory(std::size_t n_bytes) {
   void* data = ::mmap(nullptr, n_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (data == MAP_FAILED) throw std::bad_alloc();
-  ::madvise(data, n_bytes, MADV_HUGEPAGE);  // only advice: where it is refused, pages are small
+  ::madvise(data, n_bytes, MADV_HUGEPAGE);  // a hint: if it is refused, pages are small
   return data;
 }
 
-// Ranges of whole pages that nobody uses, none next to another. Any part of one can be used, and
-// any part can go back to the system.
+// Ranges of unused whole pages; no two are adjacent. Any part of a range can be used, and any part
+// can be returned to the system.
 class Pool {
  public:
   void* take(std::size_t n_bytes) {
@@ -54,7 +54,7 @@ class Pool {
   }
 
  private:
-  using Ranges = std::map<std::byte*, std::size_t>;  // where each begins, and its size
+  using Ranges = std::map<std::byte*, std::size_t>;  // start and size of each
 
   // The smallest range that is large enough.
   Ranges::iterator best_fit(std::size_t n_bytes) {
@@ -66,8 +66,8 @@ class Pool {
     return best;
   }
 
-  // Takes the end of a range: what was mapped is taken from its end, so that memory that was used
-  // before is taken before memory that was not.
+  // Takes the end of a range. New mappings are used from their end, so memory that was used before
+  // is reused before untouched memory.
   void* cut(Ranges::iterator range, std::size_t n_bytes) {
     range->second -= n_bytes;
     n_free_ -= n_bytes;
@@ -123,7 +123,7 @@ class Pool {
 
   Ranges ranges_;
   std::size_t n_free_ = 0;
-  std::size_t n_used_ = 0;  // about: some is returned past the pool
+  std::size_t n_used_ = 0;  // approximate: some memory is returned past the pool
 };
 
 std::mutex pool_mutex;
@@ -136,8 +136,8 @@ Pool& pool() {
 
 }  // namespace
 
-// Nobody waits for the lock: who does not get it asks the system. In a process that was forked
-// while another thread held it, nobody ever gets it again.
+// Never waits for the lock: a thread that does not get it asks the system. In a process forked
+// while another thread held the lock, it is never released.
 void* take_memory(std::size_t n_bytes) {
   const std::size_t n_taken = rounded_up(n_bytes, kPage);
   const std::unique_lock lock(pool_mutex, std::try_to_lock);
@@ -153,7 +153,7 @@ void return_memory(void* memory, std::size_t n_bytes) noexcept {
   }
   try {
     pool().give(memory, n_returned);
-  } catch (const std::bad_alloc&) {  // there is no memory for the record of a range
+  } catch (const std::bad_alloc&) {  // no memory to record a range
     ::munmap(memory, n_returned);
   }
 }

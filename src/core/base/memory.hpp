@@ -1,5 +1,5 @@
-// Memory for large arrays. Much of it is used again: the kernel fills new pages with zeros, which
-// takes longer than many a stage.
+// Memory for large arrays, much of it reused: the kernel fills new pages with zeros, which takes
+// longer than many stages.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@ namespace superfacets {
 // Memory of this size or more comes from here.
 inline constexpr std::size_t kLargeMemory = 1 << 16;  // bytes
 
-// Uninitialized memory that begins on a page, from what was returned before or from the system, in
-// huge pages where it has them. Throws std::bad_alloc. On any thread, and after a fork.
+// Uninitialized memory that begins on a page, recycled or from the system, in huge pages where
+// supported. Throws std::bad_alloc. May be called on any thread, and after a fork.
 void* take_memory(std::size_t n_bytes);
 
-// Returns memory from take_memory, of the same size. A little of what is returned is kept for what
-// comes next, the rest goes back to the system.
+// Returns memory from take_memory, of the same size. A small part is kept for later calls, the rest
+// is returned to the system.
 void return_memory(void* memory, std::size_t n_bytes) noexcept;
 
 }  // namespace superfacets

@@ -3,8 +3,8 @@
 
 namespace superfacets {
 
-// Prefetches the cache line of an address. Always inlined: compilers regard a function that does
-// nothing else as one without effect, and drop calls to it.
+// Prefetches the cache line of an address. Always inlined: compilers consider a function that only
+// prefetches to have no effect, and drop calls to it.
 #if defined(__GNUC__)
 [[gnu::always_inline]] inline void prefetch(const void* address) {
   __builtin_prefetch(address);

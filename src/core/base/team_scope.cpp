@@ -18,7 +18,7 @@ long process_id() {
 #endif
 }
 
-// What a thread keeps.
+// State of a thread.
 struct Kept {
   int n_scopes = 0;
   std::unique_ptr<ThreadTeam> team;
@@ -27,8 +27,7 @@ struct Kept {
 
 thread_local Kept kept;
 
-// The team that this thread keeps, if it is of use; a process that was forked has no threads to
-// end.
+// The team that this thread keeps. In a forked process it is of no use, and has no threads to end.
 std::unique_ptr<ThreadTeam> take_kept(int n_threads) {
   if (kept.team != nullptr && kept.process != process_id()) {
     const ThreadTeam* const lost = kept.team.release();

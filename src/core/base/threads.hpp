@@ -35,7 +35,7 @@ class ThreadTeam {
       try {
         helpers_.emplace_back([this, helper] { serve(helper); });
       } catch (const std::exception&) {
-        break;  // no more threads, or no more memory, to be had
+        break;  // no more threads or memory available
       }
     }
     n_active_ = static_cast<int>(helpers_.size());
@@ -44,10 +44,10 @@ class ThreadTeam {
   ThreadTeam& operator=(const ThreadTeam&) = delete;
   ~ThreadTeam() { start_helpers(kClosing); }
 
-  // Threads that take part in loops.
+  // Number of threads that take part in loops.
   int size() const { return n_active_ + 1; }
   int most() const { return static_cast<int>(helpers_.size()) + 1; }
-  // Leaves all but n_threads, most() at most, out of the loops that follow.
+  // Limits later loops to n_threads, at most most().
   void resize(int n_threads) {
     SUPERFACETS_ASSERT(n_threads >= 1 && n_threads <= most() && n_busy_ == 0);
     n_active_ = n_threads - 1;
@@ -92,7 +92,7 @@ class ThreadTeam {
     });
   }
 
-  // Fills an array, of which each thread then has touched a part first.
+  // Fills an array. Each thread touches its part first, so pages are near it.
   template <typename T>
   void fill(std::span<T> values, T value) {
     for_each_block(static_cast<std::int64_t>(values.size()),
@@ -111,7 +111,7 @@ class ThreadTeam {
   // Elements per task: about ten microseconds of simple work.
   static constexpr std::int64_t kBlock = 1 << 14;
 
-  static constexpr std::uint32_t kGeneration = 1 << 13;  // above this, the number of the loop
+  static constexpr std::uint32_t kGeneration = 1 << 13;  // bits from here up: number of the loop
   static constexpr std::uint32_t kClosing = kGeneration - 1;
 
   // How often a helper polls before it sleeps. Loops follow each other within microseconds, and
@@ -128,12 +128,12 @@ class ThreadTeam {
     return seen;
   }
 
-  // One number says that there is a loop, and for how many helpers: those that are left out look at
-  // nothing else, so that the next loop can be prepared at any time.
+  // One number announces a loop and the number of helpers that take part. Helpers that do not take
+  // part read nothing else, so the next loop can be prepared at any time.
   //
-  // notify_all looks for sleepers before it wakes them. The store must be seen before that look,
-  // which no weaker order than seq_cst promises: a helper that falls asleep in between would never
-  // be woken.
+  // notify_all checks for sleepers before it wakes them. The store must be visible before that
+  // check, which needs seq_cst: with a weaker order, a helper that falls asleep in between would
+  // never wake.
   void start_helpers(std::uint32_t n_active) {
     const std::uint32_t last = generation_.load(std::memory_order_relaxed);
     generation_.store(((last / kGeneration + 1) * kGeneration) | n_active,

@@ -11,8 +11,8 @@ namespace superfacets {
 
 using Vertex = std::int32_t;
 using Face = std::int32_t;
-using Cell = std::int32_t;         // what the clusterer sees of a face
-using Place = std::int32_t;        // of a cell, in an order that keeps neighbors together
+using Cell = std::int32_t;         // a face, point or tetrahedron, as the clusterer sees it
+using Place = std::int32_t;        // position of a cell in the spatial order
 using Label = std::int32_t;        // 0..K-1
 using PathLength = std::uint64_t;  // sum of arc lengths, in whole units
 

@@ -1,17 +1,18 @@
-// Loops over many numbers, compiled several times: for the oldest processors, and for newer ones.
+// Loops over many numbers, compiled several times: for the baseline instruction set, and for newer
+// ones.
 #pragma once
 
 #include <cstdint>
 
-// Inlined even where the caller is compiled for other instructions than the rest.
+// Inlined even into a caller that is compiled for other instructions.
 #if defined(__GNUC__)
 #define SUPERFACETS_ALWAYS_INLINE [[gnu::always_inline]] inline
 #else
 #define SUPERFACETS_ALWAYS_INLINE inline
 #endif
 
-// Versions are chosen by hand: the loader does so (by ifunc) with the GNU C library alone, not with
-// musl, and before a sanitizer is ready.
+// Versions are selected by our own code: selection by the loader (ifunc) works with the GNU C
+// library only, not with musl, and runs before a sanitizer is ready.
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__linux__)
 #define SUPERFACETS_HAS_VERSIONS 1
 #else
@@ -20,10 +21,10 @@
 
 namespace superfacets {
 
-// What a loop may be compiled for. Later ones include the earlier.
+// Instruction sets that a loop may be compiled for; later ones include earlier ones.
 enum class InstructionSet : std::uint8_t { kBaseline, kAvx2, kAvx512 };
 
-// The last one that this processor has, of those compiled.
+// The last compiled one that this processor supports.
 InstructionSet best_instruction_set();
 
 #if SUPERFACETS_HAS_VERSIONS

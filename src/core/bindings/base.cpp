@@ -1,4 +1,4 @@
-// Bindings of the base layer: rows of lists, and for tests features of the build, and arithmetic
+// Bindings of the base layer: rows of lists and, for tests, features of the build and arithmetic
 // whose errors are measured.
 #include <optional>
 

@@ -182,7 +182,8 @@ Buffer<double> weights_of_points(const PointSurface& surface, double alpha, doub
   return weights;
 }
 
-// A ray takes as long as a hundred faces of the tree, and counts as many for the number of threads.
+// A ray visits about a hundred tree nodes, and counts as a hundred elements for the number of
+// threads.
 auto thickness(Points vertices, Triangles faces, Points starts, Points axes, int n_rays,
                double least_distance, bool inside_out, int n_threads) {
   const RayOptions options{n_rays, least_distance, inside_out};

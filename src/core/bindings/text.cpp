@@ -12,7 +12,7 @@
 namespace superfacets {
 namespace {
 
-// Text takes longer per byte than other elements, so threads are started for less of it.
+// Text takes longer per byte than other elements, so threads are started from smaller sizes on.
 constexpr std::int64_t kBytesPerThread = 1 << 16;
 constexpr std::int64_t kLinesPerThread = 1 << 12;
 

@@ -1,4 +1,4 @@
-// The arcs between cells, in CSR form, and the one way to loop over them.
+// The arcs between cells in CSR form, and the only way to loop over them.
 #pragma once
 
 #include <algorithm>

@@ -9,11 +9,11 @@
 namespace superfacets {
 namespace {
 
-// What keeps a fit to neighbors on a line from failing, as a fraction of their spread: it lets the
-// surface be flat in the direction that nothing is known of.
+// Regularization of a fit to neighbors on a line, as a fraction of their spread: the surface counts
+// as flat in the unknown direction.
 constexpr double kStiffness = 1e-9;
 
-// Two directions along the surface, at right angles.
+// Two orthogonal directions in the tangent plane.
 struct Tangents {
   Point u;
   Point v;
@@ -39,7 +39,7 @@ struct Flat {
             entry(&Point::y, &Point::y), entry(&Point::y, &Point::z), entry(&Point::z, &Point::z)};
   }
 
-  // The same without its negative eigenvalues.
+  // The same with negative eigenvalues set to 0.
   Flat positive_part() const {
     const double mean = 0.5 * (uu + vv);
     const double half = 0.5 * (uu - vv);
@@ -53,8 +53,9 @@ struct Flat {
   }
 };
 
-// The matrix S that least squares fit to S dx = -dn, over the steps dx to neighbors and the changes
-// dn of the normal on the way, both along the surface: the normal equations by Cramer's rule.
+// The matrix S that fits S dx = -dn best (least squares), over the steps dx to neighbors and the
+// changes dn of the normal, both projected to the tangent plane: the normal equations by Cramer's
+// rule.
 Flat fit(std::span<const Point> positions, std::span<const Point> normals,
          std::span<const Cell> neighbors, Cell point, const Tangents& t) {
   double xx = 0.0, xy = 0.0, yy = 0.0;
@@ -89,7 +90,7 @@ Flat fit(std::span<const Point> positions, std::span<const Point> normals,
           (p * (middle * c - b * q) - q * q * c + a * q * q) / determinant};
 }
 
-// The mean curvature tensor of a point and its neighbors, in the tangents of the point.
+// The mean shape operator of a point and its neighbors, in the tangents of the point.
 Flat averaged(std::span<const Bend> bends, std::span<const Cell> neighbors, Cell point,
               const Tangents& t) {
   std::array<double, 6> sum{};

@@ -34,7 +34,7 @@ class DisjointSets {
   Components number() && {
     Cell n_sets = 0;
     for (std::size_t cell = 0; cell < parents_.size(); ++cell) {
-      // Parents are lower than their children, so theirs are numbers already.
+      // Parents are lower than their children, so their entries are numbers already.
       const auto parent = static_cast<std::size_t>(parents_[cell]);
       parents_[cell] = parent == cell ? n_sets++ : parents_[parent];
     }
@@ -54,10 +54,10 @@ class DisjointSets {
 };
 
 // Two cells are in one component if they have the same label and a chain of arcs between cells of
-// that label joins them, whichever way each arc leads (weakly connected); with the same label
-// everywhere these are the components of the graph. Labels may be any numbers.
-// for_each_neighbor(cell, take) calls take(neighbor) for each arc that leaves a cell. Time
-// O((N + M) log N) at worst, O(N + M) in practice; memory: the result.
+// that label joins them, in whichever direction each arc leads (weakly connected). If all labels
+// are equal, these are the components of the graph. Labels are any integers.
+// for_each_neighbor(cell, take) calls take(neighbor) for each arc that leaves a cell. Time O((N +
+// M) log N) at worst, O(N + M) in practice; memory: the result.
 template <typename ForEachNeighbor>
 Components components_of(std::span<const Label> labels, const ForEachNeighbor& for_each_neighbor) {
   DisjointSets sets(labels.size());
@@ -71,7 +71,7 @@ Components components_of(std::span<const Label> labels, const ForEachNeighbor& f
 
 Components find_components(const Arcs& arcs, std::span<const Label> labels);
 
-// Labels, and the component of each cell, are by place; the order is that of the lowest cells.
+// Labels and components are indexed by place; components are numbered by lowest cells.
 Components find_components(const OrderedGraph& graph, std::span<const Label> labels);
 
 }  // namespace superfacets

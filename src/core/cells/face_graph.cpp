@@ -18,7 +18,8 @@ namespace {
 constexpr std::size_t kAhead = 16;
 
 // Vertices are split into parts of at least 2^kMinPartBits, so that the edges of a part are matched
-// within a near cache, and into no more parts than a core can write to efficiently at once.
+// within the second-level cache. The number of parts is limited because a core writes to only so
+// many streams efficiently.
 constexpr int kMinPartBits = 12;
 constexpr std::int64_t kMaxParts = 1024;
 
@@ -45,7 +46,7 @@ class WeldedCorners {
   }
 
  private:
-  // Whether each vertex has the lowest of its position, which stands for itself.
+  // Whether each vertex is its own representative.
   static bool are_representatives(std::span<const Vertex> representative) {
     for (std::size_t v = 0; v < representative.size(); ++v) {
       const Vertex lowest = representative[v];
@@ -67,7 +68,7 @@ class WeldedCorners {
   }
 
   std::span<const Triangle> faces_;
-  std::span<const Vertex> representative_;  // empty: each vertex stands for itself
+  std::span<const Vertex> representative_;  // empty: each vertex represents itself
 };
 
 // Calls visit(side, from, to) for the sides of a face that join two different vertices.
@@ -81,8 +82,8 @@ void for_each_side(const WeldedCorners& corners, Face face, const Visit& visit) 
   }
 }
 
-// Faces grouped by the parts that hold the lower vertices of their sides: two parts at most, since
-// the highest vertex of a face is never the lower one, and usually one.
+// Faces grouped by the parts of the lower vertices of their sides. A face is in two parts at most,
+// since its highest vertex is never a lower one, and usually in one.
 struct Files {
   int part_bits;                     // a vertex shifted right by this is its part
   std::vector<std::int64_t> starts;  // (parts + 1,) part p is faces[starts[p] .. starts[p+1]-1]
@@ -110,8 +111,7 @@ void for_each_filing(const WeldedCorners& corners, std::int64_t begin, std::int6
   }
 }
 
-// Replaces counts[block][part] by their prefix sums, the write cursor of that block of faces in
-// that part, and returns where the parts start.
+// Turns counts[block][part] into write cursors by prefix sums, and returns the starts of the parts.
 std::vector<std::int64_t> place_blocks(std::vector<std::vector<std::int64_t>>& counts,
                                        std::int64_t n_parts) {
   std::vector<std::int64_t> starts(n_parts + 1);
@@ -151,16 +151,16 @@ Files file_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTe
   return files;
 }
 
-// How a side of a face is linked to what lies across it.
+// The kind of link from a side of a face to the other faces on its edge.
 enum class Link : std::uint8_t {
   kNone,     // a boundary, or no edge at all
-  kOpposed,  // one other face, which runs through the edge the other way
-  kAlike,    // one other face, which runs through the edge the same way
+  kOpposed,  // one other face, with the opposite direction along the edge
+  kAlike,    // one other face, with the same direction along the edge
   kRing,     // two other faces or more
 };
 
-// The faces on each edge as a ring, in ascending order: next[3 * face + side] is the face that
-// follows around the edge. For an edge of one face only the link is set, to kNone.
+// The faces on each edge as a ring, in ascending order: next[3 * face + side] is the next face
+// around the edge. For an edge of one face, only the link is set, to kNone.
 struct Rings {
   Buffer<Face> next;
   Buffer<Link> links;
@@ -199,8 +199,7 @@ class Side {
   std::uint64_t bits_ = 0;
 };
 
-// The sides whose lower vertex is in a part, by that vertex; those of a vertex are in the order of
-// faces and sides.
+// The sides whose lower vertex is in a part, grouped by that vertex, then by face and side.
 class SidesOfPart {
  public:
   void sort(const WeldedCorners& corners, std::span<const Face> faces, int part_bits,
@@ -233,7 +232,8 @@ class SidesOfPart {
   std::span<const Side> sides(std::size_t vertex) const {
     return sides_.span().subspan(starts_[vertex], starts_[vertex + 1] - starts_[vertex]);
   }
-  // The higher vertices of those sides; kReadable numbers may be read wherever this begins.
+  // The higher vertices of those sides, padded so that kReadable numbers can be read from any
+  // start.
   const Vertex* highs(std::size_t vertex) const { return highs_.data() + starts_[vertex]; }
   static constexpr std::size_t kReadable = 16;
 
@@ -250,11 +250,12 @@ class SidesOfPart {
   Buffer<Side> sides_;
 };
 
-// For each of n <= kMost sides with one lower vertex, how many have the same higher vertex, and the
-// sum of the indices of those. No branches and no sorting: all are compared with all, many at once.
+// For n <= kMost sides with one lower vertex: the number of sides with the same higher vertex, and
+// the sum of their indices. Compares all pairs with vector instructions, without branches or
+// sorting.
 template <std::size_t kMost>
 struct Matches {
-  // Reads kMost numbers, of which those behind the first n do not matter.
+  // Reads kMost numbers; those past the first n are ignored.
   Matches(const Vertex* highs, std::size_t n) {
     for (std::size_t j = 0; j < n; ++j) {
       const Vertex high = highs[j];
@@ -308,14 +309,14 @@ class Linker {
   static constexpr std::size_t kFew = 8;
   static constexpr std::size_t kMany = SidesOfPart::kReadable;
 
-  // Links the sides with one lower vertex if there are no more than kMost, of different faces, and
-  // at most two on an edge. Returns whether they are linked.
+  // Links the sides with one lower vertex if there are no more than kMost, of different faces, with
+  // at most two on an edge. Returns whether it did.
   template <std::size_t kMost>
   bool link_pairs(std::span<const Side> sides, const Vertex* highs) {
     const std::size_t n = sides.size();
     if (n > kMost) return false;
     const Matches<kMost> matches(highs, n);
-    std::array<Side, kMost> others;  // itself where a side is alone on its edge
+    std::array<Side, kMost> others;  // itself if a side is alone on its edge
     bool is_simple = true;
     for (std::size_t i = 0; i < n; ++i) {
       const bool is_paired = matches.counts[i] == 2;
@@ -343,7 +344,7 @@ class Linker {
 
   static Link pair_link(bool is_alike) { return is_alike ? Link::kAlike : Link::kOpposed; }
 
-  // Links any sides with one lower vertex, sorted by the higher one.
+  // Links any number of sides with one lower vertex, sorted by the higher one.
   void link_edges(std::span<const Side> sides, const Vertex* highs) {
     constexpr int kPlaceBits = 33;  // enough for three sides of 2^31 faces
     order_.resize(sides.size());
@@ -385,7 +386,7 @@ class Linker {
   SidesOfPart sides_;
   std::vector<std::uint64_t> order_;  // of a vertex: higher vertex and index, 31 and 33 bits
   std::vector<Side> edge_;
-  Tally tally_;  // of all parts
+  Tally tally_;  // summed over all parts
 };
 
 Tally link_faces(const WeldedCorners& corners, std::int64_t n_vertices, ThreadTeam& team,
@@ -444,7 +445,7 @@ class ArcReader {
     }
   }
 
-  // The first side that joins the two vertices, which is the one kept if there are two.
+  // The first side that joins the two vertices, which is kept if there are two.
   int side_along(Face face, Vertex a, Vertex b) const {
     for (int side = 0; side < 2; ++side) {
       const Vertex from = corners_(face, side);
@@ -514,7 +515,7 @@ void collect_arcs(const ArcReader& reader, std::int64_t n_faces, ThreadTeam& tea
       kBlock);
 }
 
-// Where each side of each face has one arc, the ring of a side is its list of arcs.
+// If each side has at most one arc, the ring of a side is its list of arcs.
 void take_rings(Rings&& rings, std::int64_t n_faces, ThreadTeam& team, FaceGraph& graph) {
   graph.offsets = Buffer<std::int64_t>(n_faces + 1);
   graph.offsets[n_faces] = 3 * n_faces;

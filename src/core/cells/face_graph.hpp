@@ -8,7 +8,7 @@
 namespace superfacets {
 
 // The largest number of arcs that is built. More than 2^24 arcs (half a gigabyte) are accepted only
-// on meshes with as many faces, and not because of one edge with five thousand faces.
+// on meshes with as many faces, not because of a few edges with thousands of faces.
 inline constexpr std::int64_t kArcsAlwaysAllowed = std::int64_t{1} << 24;
 inline constexpr std::int64_t kArcsPerFaceAllowed = 16;
 
@@ -20,29 +20,28 @@ struct EdgeCounts {
   std::int64_t inconsistent = 0;  // two faces that traverse the edge in the same direction
 };
 
-// Throws std::length_error where that is too many for a mesh of so many faces, of which this many
-// at most share an edge.
+// Throws std::length_error if there are too many arcs for a mesh of this many faces, of which at
+// most `most_on_edge` share an edge.
 void check_number_of_arcs(std::uint64_t n_arcs, std::int64_t most_on_edge, std::int64_t n_faces);
 
 struct FaceGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
   Buffer<Face> neighbors;          // (M,) the face an arc leads to
   Buffer<std::uint8_t> sides;      // (M,) the side 0, 1, 2 of the face that the arc leaves by
-  Buffer<std::uint8_t> same_turn;  // (M,) 1 where both faces run through the edge alike
+  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces have the same direction along the edge
   EdgeCounts counts;
 };
 
 // Builds one arc per shared edge and direction. Side s of a face joins its corners s and s + 1;
 // corners are compared by representative[vertex] (see weld_vertices). All pairs of faces around a
 // non-manifold edge are neighbors; a boundary edge has no arc; a side whose two ends are one vertex
-// is no edge; a face is never its own neighbor; a face that runs through one edge twice is there by
-// the first of the two sides; faces that share two edges have two arcs. The arcs of a face are
-// sorted by side, then by neighbor. At most 2^31 - 1 faces and vertices; sides and arcs are counted
-// in 64 bits.
+// is no edge; a face is never its own neighbor; of two sides of a face on one edge, the first
+// counts; faces that share two edges have two arcs. The arcs of a face are sorted by side, then by
+// neighbor. At most 2^31 - 1 faces and vertices; sides and arcs are counted in 64 bits.
 //
-// Time O(F + V + M), and O(n log n) at a vertex with n edges; memory beside the result, at its
-// largest, about 36 bytes per face. Throws std::length_error where there are too many arcs (see
-// above), before memory is taken for any.
+// Time O(F + V + M), and O(n log n) at a vertex with n edges; memory beside the result: at most
+// about 36 bytes per face. Throws std::length_error before it allocates arcs, if there are too many
+// (see above).
 FaceGraph build_face_graph(std::span<const Triangle> faces, std::span<const Vertex> representative,
                            ThreadTeam& team);
 

@@ -1,4 +1,4 @@
-// Stage 2: what arcs cost more where the features of cells differ.
+// Stage 2: the cost of arcs between cells with different features.
 #pragma once
 
 #include "base/threads.hpp"

@@ -6,7 +6,7 @@
 
 namespace superfacets {
 
-// The arrays given for the cells of a graph. An empty array stands for the default beside it.
+// The arrays given for the cells of a graph. An empty array stands for the default in its comment.
 struct GivenMeasures {
   std::span<const Point> positions;        // (N,)
   std::span<const double> measures;        // (N,)
@@ -17,7 +17,7 @@ struct GivenMeasures {
   std::span<const double> open_lengths;    // (N,) or 0
 };
 
-// There are no corners: the order of cells around a corner is not known.
+// Corners are unknown: a graph does not order the cells around a corner.
 class GraphSurface : public Surface {
  public:
   GraphSurface(const Arcs& arcs, const GivenMeasures& given) : Surface(arcs), given_(given) {
@@ -44,7 +44,7 @@ class GraphSurface : public Surface {
   }
 
  private:
-  // Whether arrays agree, and arcs are sorted by side.
+  // Whether sizes of arrays agree, and arcs are sorted by side.
   bool is_valid() const {
     const auto n = static_cast<std::size_t>(n_cells());
     const std::size_t n_arcs = arcs().targets.size();

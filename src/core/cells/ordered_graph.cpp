@@ -15,8 +15,8 @@
 namespace superfacets {
 namespace {
 
-// Prefetch distances, in places, for cells: they are anywhere in the input. Their arcs are asked
-// for when where these begin is known.
+// Prefetch distances, in places: cells are at random positions in the input. The arcs of a cell are
+// prefetched when their offsets have arrived.
 constexpr std::int64_t kAhead = 32;
 constexpr std::int64_t kFarAhead = 64;
 
@@ -33,7 +33,7 @@ bool fits_rows(const WeightedArcs& input, ThreadTeam& team) {
   return fits;
 }
 
-// Whether lengths are what quantize_weights makes: sums of paths rest on it.
+// Whether lengths are results of quantize_weights, so that sums of paths are exact.
 bool are_quantized(std::span<const float> lengths) {
   const auto is_whole = [](float length) { return length >= 1.0F && length == std::floor(length); };
   return std::all_of(lengths.begin(), lengths.end(), is_whole) &&
@@ -143,7 +143,7 @@ void OrderedGraph::prefetch_arcs(const WeightedArcs& input, std::int64_t place) 
   if (place + kFarAhead >= n_cells()) return;
   prefetch(&input.arcs.offsets[cells[place + kFarAhead]]);
   const std::int64_t first = input.arcs.offsets[cells[place + kAhead]];
-  prefetch(input.arcs.targets.data() + first);  // there may be none: not by index
+  prefetch(input.arcs.targets.data() + first);  // by address, not by index: there may be no arc
   prefetch(input.lengths.data() + first);
 }
 

@@ -1,4 +1,4 @@
-// A cell graph laid out for the cache; what stages 3 and 4 work on.
+// A cell graph laid out for the cache: the input of stages 3 and 4.
 #pragma once
 
 #include <limits>
@@ -23,26 +23,25 @@ struct Arc {
 // Arcs of the input.
 struct WeightedArcs {
   Arcs arcs;
-  std::span<const float> lengths;  // (M,) whole units >= 1, from quantize_weights
-  bool is_known_symmetric =
-      false;  // each arc has one back of the same length: need not be looked at
+  std::span<const float> lengths;   // (M,) whole units >= 1, from quantize_weights
+  bool is_known_symmetric = false;  // each arc has a reverse arc of the same length: not checked
 };
 
 // Cells sorted along a space-filling curve, so that neighbors are mostly on the same few pages of
 // memory, whatever their order in the input. All arrays are indexed by place, the position on the
-// curve. This is made before the graph, so that the positions and measures of the input can be
-// freed before arcs are copied.
+// curve. Made before the graph, so that the positions and measures of the input can be freed before
+// arcs are copied.
 struct PlacedCells {
   PlacedCells() = default;  // of no cells
   PlacedCells(std::span<const Point> positions, std::span<const double> measures, ThreadTeam& team);
 
-  // Of cells that are sorted already, or nearly: the place of each cell is its number.
+  // For cells that are sorted already, or nearly: the place of each cell is its number.
   PlacedCells(Buffer<Point> positions, Buffer<double> measures, ThreadTeam& team);
 
   Cell n_cells() const { return static_cast<Cell>(cells.size()); }
 
   Box bounds;                // of the positions
-  double total_measure = 0;  // summed in blocks of cells, whatever the number of threads
+  double total_measure = 0;  // summed in fixed blocks, the same for any number of threads
   Buffer<Cell> cells;        // (N,) the cell at each place
   Buffer<Place> place_of;    // (N,) by cell: its place
   Buffer<Point> positions;   // (N,)
@@ -56,11 +55,11 @@ class OrderedGraph : public PlacedCells {
   OrderedGraph() = default;  // of no cells
   OrderedGraph(PlacedCells&& cells, const WeightedArcs& input, ThreadTeam& team);
 
-  // Of arcs between places, in lists sorted by target, each with one back of the same length.
+  // From arcs between places, in lists sorted by target; each has a reverse arc of the same length.
   OrderedGraph(PlacedCells&& cells, Buffer<std::int64_t> offsets, Buffer<Arc> arcs);
 
-  // The arcs that leave a place: rows of kRow where no cell has more, filled up with arcs to the
-  // place itself, which never improve a path.
+  // The arcs that leave a place. If no cell has more than kRow arcs, they are rows of kRow, padded
+  // with arcs to the place itself, which never improve a path.
   static constexpr int kRow = 3;
   bool has_rows() const { return offsets.size() == 0; }
   std::span<const Arc> arcs_of(Place place) const {
@@ -72,7 +71,7 @@ class OrderedGraph : public PlacedCells {
   std::vector<Place> places_of(std::span<const Cell> some_cells) const;
   std::vector<Cell> cells_at(std::span<const Place> places) const;
 
-  Buffer<std::int64_t> offsets;  // (N + 1,) into arcs; empty where there are rows
+  Buffer<std::int64_t> offsets;  // (N + 1,) into arcs; empty if arcs are in rows
   Buffer<Arc> arcs;
   std::int64_t n_arcs = 0;    // without padding
   bool is_symmetric = false;  // each arc has one back of the same length
@@ -103,11 +102,11 @@ class NearestPlace {
     if (is_nearer(place, squared)) set(place, squared);
   }
 
-  // Offers all places that may be nearer and for which `is_wanted` holds. Visits at most n_visits
-  // nodes of the tree; returns false if that was not enough.
+  // Offers all places that may be nearer and fulfill `is_wanted`. Visits at most n_visits nodes of
+  // the tree; returns false if more would be needed.
   template <typename IsWanted>
   bool search(const IsWanted& is_wanted, std::int64_t n_visits) {
-    // A box just as far away may still hold a lower cell.
+    // A box at exactly this distance may still hold a lower cell.
     const auto may_hold = [&](std::size_t level, std::size_t index) {
       return graph_->tree.level(level)[index].squared_distance(target_) <= squared_ &&
              --n_visits >= 0;

@@ -18,16 +18,16 @@ namespace {
 
 constexpr std::int64_t kPlacesPerTask = 1 << 12;
 
-// What is found of the points at different positions, by place along the curve.
+// Neighbors, areas and normals of the points at different positions, by place along the curve.
 struct Found {
-  Buffer<Place> rows;     // (P * n_neighbors,) nearest neighbors; kNoPlace where dropped
+  Buffer<Place> rows;     // (P * n_neighbors,) nearest neighbors; kNoPlace if dropped
   Buffer<double> areas;   // (P,)
   Buffer<Point> normals;  // (P,) or empty
 };
 
-// The mean area per point from squared distances of the nearest neighbors, in rising order. With
-// points on a plane at random the k-th is k / (pi density) on average, and their mean is
-// (n + 1) / 2 times 1 / (pi density).
+// The mean area per point from squared distances of the nearest neighbors, in ascending order. For
+// random points on a plane, the k-th has a mean of k / (pi density), so their average is (n + 1) /
+// 2 times 1 / (pi density).
 double area_around(double sum_of_squares, std::size_t n) {
   if (n == 0) return 0.0;
   const auto count = static_cast<double>(n);
@@ -90,9 +90,9 @@ void cut_off(const NeighborSearch& search, const PointGraphOptions& options, Fou
   found.areas = std::move(areas);
 }
 
-// Points at the position of a lower one; their places follow those of all others.
+// Duplicates: points at the position of a lower one. Their places follow those of all others.
 struct Copies {
-  std::vector<Cell> points;   // in rising order
+  std::vector<Cell> points;   // ascending
   std::vector<Place> places;  // of the lowest points at their positions
 };
 
@@ -111,7 +111,7 @@ Copies find_copies(const NeighborSearch& search, std::span<const Vertex> represe
   return copies;
 }
 
-// Values of the places, and those of copies behind them.
+// Values by place, followed by the values of duplicates.
 template <typename T>
 Buffer<T> with_copies(Buffer<T> values, std::span<const T> of_copies) {
   if (of_copies.empty()) return values;
@@ -121,7 +121,7 @@ Buffer<T> with_copies(Buffer<T> values, std::span<const T> of_copies) {
   return all;
 }
 
-// The same, where copies have the value of the place that they are at.
+// The same, where duplicates have the value of their representative.
 template <typename T>
 Buffer<T> with_same(Buffer<T> values, const Copies& copies) {
   std::vector<T> same;
@@ -139,7 +139,7 @@ Buffer<double> shared_areas(Buffer<double> areas, const Copies& copies) {
   return with_same(std::move(areas), copies);
 }
 
-// Makes the arcs of the graph from the rows of nearest neighbors, with one back for each.
+// Makes the arcs of the graph from the rows of nearest neighbors, with reverse arcs.
 class ArcBuilder {
  public:
   ArcBuilder(const NeighborRows& rows, std::span<const Place> places_of_copies, ThreadTeam& team)
@@ -149,7 +149,7 @@ class ArcBuilder {
     const auto n_places = n_apart() + std::ssize(places_of_copies_);
     graph.offsets = Buffer<std::int64_t>(n_places + 1);
     team_.fill(graph.offsets.span(), std::int64_t{0});
-    // Each pass meets the arcs in any order: they are counted, and then sorted.
+    // Passes meet arcs in any order, so arcs are counted, written and then sorted.
     for_each_pair([&](Place a, Place b) {
       add_one(graph.offsets[a + 1]);
       add_one(graph.offsets[b + 1]);
@@ -175,7 +175,7 @@ class ArcBuilder {
   }
 
   std::int64_t add_one(std::int64_t& number) const {
-    if (team_.size() == 1) return number++;  // a third of the time
+    if (team_.size() == 1) return number++;  // takes a third of the time of an atomic
     return std::atomic_ref(number).fetch_add(1, std::memory_order_relaxed);
   }
 

@@ -11,12 +11,12 @@
 
 namespace superfacets {
 
-// A cloud and the arcs of its graph, which lead both ways. There are no corners: the order of
-// neighbors around a point is not known.
+// A cloud and the arcs of its graph, in both directions. Corners are unknown: the neighbors around
+// a point are not ordered.
 class PointSurface final : public Surface {
  public:
-  // Normals are of length 1, or zero where a point has none; empty where none are wanted. The
-  // order holds all points, near ones after each other.
+  // Normals are of length 1, zero where undefined, or empty if not needed. `order` holds all points
+  // in a spatial order.
   PointSurface(std::span<const Point> positions, std::span<const double> areas,
                std::span<const Point> normals, std::span<const Cell> order, const Arcs& arcs)
       : Surface(arcs), positions_(positions), areas_(areas), normals_(normals), order_(order) {
@@ -47,9 +47,9 @@ class PointSurface final : public Surface {
     return norm(positions_[arcs().targets[arc]] - positions_[from]);
   }
 
-  // pi a / (sum of the lengths of its arcs), the mean of both points, where a is the area around a
-  // point: with it, the borders of the arcs that cross a line add up to the length of the line, on
-  // average over its directions (Cauchy and Crofton).
+  // The mean of pi a / (sum of arc lengths) at both points, with the area a around a point: the
+  // borders of the arcs that cross a line then add up to the length of the line, averaged over its
+  // directions (Cauchy and Crofton).
   double border_length(Cell from, std::int64_t arc) const override;
 
   double angle(Cell from, std::int64_t arc) const override;
@@ -59,8 +59,8 @@ class PointSurface final : public Surface {
   double open_length(Cell) const override { return 0.0; }
 
  private:
-  // Total border length per crowded point. Each of its arcs needs it, and a point with a million
-  // duplicates has a million arcs: so it is computed once.
+  // Total border length per crowded point. Cached, because each arc of a point needs it, and a
+  // point with a million duplicates has a million arcs.
   static constexpr std::size_t kMostInARow = 32;
   double border_per_arc(Cell point) const {
     const bool is_crowded = arcs().neighbors(point).size() > kMostInARow;
@@ -75,9 +75,9 @@ class PointSurface final : public Surface {
   std::unordered_map<Cell, double> border_of_crowded_;  // points with more than kMostInARow arcs
 };
 
-// Weights by eq. 1-3 (weights.hpp), where the distance of the points is eq. 1, and the turn of the
-// surface on the way, by its curvature at that end where it is less, is theta in eq. 2. Symmetric
-// in the two points, bit for bit.
+// Weights by eq. 1-3 (weights.hpp). The distance of the points is eq. 1; theta in eq. 2 is the turn
+// of the surface by its curvature, at the end where that is smaller. Symmetric in the two points,
+// bit for bit.
 void point_weights(const PointSurface& surface, const WeightOptions& options, ThreadTeam& team,
                    std::span<double> weights);
 

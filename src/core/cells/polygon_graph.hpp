@@ -8,21 +8,21 @@
 
 namespace superfacets {
 
-// As FaceGraph, with room for the sides of polygons.
+// Like FaceGraph, with wider side numbers.
 struct PolygonGraph {
   Buffer<std::int64_t> offsets;    // (F + 1,) arcs of face i: offsets[i] .. offsets[i+1]-1
   Buffer<Face> neighbors;          // (M,) the face an arc leads to
   Buffer<std::int32_t> sides;      // (M,) the side of the face that the arc leaves by
-  Buffer<std::uint8_t> same_turn;  // (M,) 1 where both faces run through the edge alike
+  Buffer<std::uint8_t> same_turn;  // (M,) 1 if both faces have the same direction along the edge
   EdgeCounts counts;
 };
 
-// Builds one arc per shared edge and direction, by the rules of build_face_graph: the same arcs for
-// triangles. Side s of a face joins its corners s and s + 1, the last one the last and the first.
+// Builds one arc per shared edge and direction, by the rules of build_face_graph, with the same
+// arcs for triangles. Side s of a face joins its corners s and s + 1; the last side joins the last
+// and the first.
 //
 // Time O(C + V + M), and O(n log n) at a vertex with n edges; memory beside the result about 30
-// bytes per corner. Throws std::length_error where there are too many arcs, before memory is taken
-// for any.
+// bytes per corner. Throws std::length_error before it allocates arcs, if there are too many.
 PolygonGraph build_polygon_graph(const Polygons& faces, std::span<const Vertex> representative,
                                  ThreadTeam& team);
 

@@ -24,9 +24,10 @@ PolygonSurface::PolygonSurface(std::span<const Point> vertices, const Polygons& 
   sort_large_faces();
 }
 
-// The second moment is that of the fan of triangles (0, i, i + 1), as areas and centroids are: of
-// each, a twelfth of the sum over its corners and over the sum of these. What folds back counts as
-// negative. Without a normal there is no fan, and the face is where its centroid is.
+// The second moment of the fan of triangles (0, i, i + 1), as for areas and centroids: of each
+// triangle, a twelfth of the sum over its corners and over the sum of these. Flipped triangles
+// count as negative. Without a normal there is no fan, and the face counts as a point at its
+// centroid.
 CellShape PolygonSurface::shape(Cell face) const {
   const Point& center = centroids_[face];
   CellShape shape{center, areas_[face], areas_[face] * normals_[face], {}, {}};
@@ -45,7 +46,7 @@ CellShape PolygonSurface::shape(Cell face) const {
   return shape;
 }
 
-// Whether arrays agree, and hold what they should.
+// Whether sizes of arrays agree, and indices are in range.
 bool PolygonSurface::is_valid() const {
   const std::size_t n_arcs = arcs().targets.size();
   if (!arcs().are_valid() || !faces_.are_valid() || faces_.n_faces() != n_cells()) return false;

@@ -13,9 +13,9 @@
 
 namespace superfacets {
 
-// A polygon mesh and the arcs of its graph; see build_polygon_graph for sides. The same numbers for
-// triangles as TriangleSurface gives. Memory of its own: 56 bytes per face, for centroids, areas
-// and normals, which take a walk around the polygon.
+// A polygon mesh and the arcs of its graph; see build_polygon_graph for sides. For triangles, the
+// same results as TriangleSurface. Stores 56 bytes per face: centroids, areas and normals, which
+// need a loop around the polygon.
 class PolygonSurface final : public Surface {
  public:
   // inside_out: normals point inwards, so concave and convex swap.
@@ -35,7 +35,8 @@ class PolygonSurface final : public Surface {
   int side(Cell, std::int64_t arc) const override { return sides_[arc]; }
   double open_length(Cell face) const override;
 
-  // Corners are vertices. Where faces meet at vertices of one position, either stands for both.
+  // Corners are vertices. If faces meet at several vertices of one position, each represents the
+  // corner.
   bool has_corners() const override { return true; }
   int n_sides(Cell face) const override { return faces_.n_sides(face); }
   Corner corner_between(Cell face, int first_side, int second_side) const override;

@@ -1,5 +1,5 @@
-// Ridges: convex edges on which a surface bends at once, as on machine parts. On a rounded limb it
-// bends a little at each of many edges.
+// Ridges: convex edges on which a surface bends at once, as on machine parts. Rounded limbs bend a
+// little at each of many edges.
 #pragma once
 
 #include <algorithm>
@@ -12,17 +12,17 @@
 
 namespace superfacets {
 
-// A little more than the cosine of kSharpAngle: an edge whose normals have more is not sharp.
+// A little more than the cosine of kSharpAngle: normals with a larger cosine have no sharp edge.
 inline constexpr double kSharpCosine = 0.7661;
 
-// An edge that bends by less than this share of a ridge is flat beside it.
+// An edge that bends by less than this fraction of a ridge counts as flat beside it.
 inline constexpr double kFlatShare = 0.3;
 
-// Of two edges that are alike, the duller bends by at least this share of the sharper.
+// Of two similar edges, the duller bends by at least this fraction of the sharper.
 inline constexpr double kAlikeShare = 0.7;
 
-// Compare the angle `bend` of an edge with the angle `turn` of another: whether it is much flatter,
-// and whether it is about as sharp, as edges that meet at the corner of a box are.
+// Compare the angle `bend` of an edge with the angle `turn` of another: much flatter, or about as
+// sharp, as edges at the corner of a box are.
 inline bool is_flat(double bend, double turn) {
   return bend < kFlatShare * turn;
 }
@@ -54,7 +54,7 @@ class CrowdedFaces {
       return {first, last};
     }
 
-    // The angles from the first one that fails a condition. All later ones must fail it, too.
+    // The angles from the first one that fails a condition; all later ones must fail it, too.
     template <typename Holds>
     std::int64_t n_after(const Holds& holds) const {
       return bends.end() - std::partition_point(bends.begin(), bends.end(), holds);
@@ -69,7 +69,7 @@ class CrowdedFaces {
     }
   };
 
-  CrowdedFaces() = default;  // empty, where ridges are not asked for
+  CrowdedFaces() = default;  // empty, if ridges are not used
 
   // Indexes a surface with these arcs; bend(face, arc, to) is the angle at an arc.
   template <typename Bend>
@@ -99,7 +99,7 @@ class CrowdedFaces {
   std::vector<Crowd> crowds_;
 };
 
-// Index of the faces with many arcs, if options ask for ridges; else empty.
+// Index of the faces with many arcs, if options use ridges; else empty.
 template <typename Bends>
 CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOptions& options) {
   if (!options.has_ridges()) return {};
@@ -107,11 +107,11 @@ CrowdedFaces crowded_faces(const Arcs& arcs, const Bends& bends, const WeightOpt
 }
 
 // Finds the ridges of a surface of faces: convex edges that bend by kSharpAngle or more between two
-// faces that are flat beside them, and that go on: at each of their ends they meet another such
-// edge, or the border of the surface. Two faces that share several edges have none.
+// faces that are flat otherwise, and that continue: at both ends they meet another such edge, or
+// the boundary of the surface. Two faces that share several edges have no ridge.
 //
-// Bends are two functions: bends.angle(face, arc, to) is the angle at an arc, concave or convex, 0
-// to pi; bends.is_convex(face, arc, to).
+// Bends provide two functions: bends.angle(face, arc, to) is the angle at an arc, concave or
+// convex, 0 to pi; bends.is_convex(face, arc, to).
 template <typename AnySurface, typename Bends>
 class Ridges {
  public:
@@ -128,7 +128,7 @@ class Ridges {
   }
 
  private:
-  static constexpr int kLongestFan = 64;  // faces around a corner that are looked at
+  static constexpr int kLongestFan = 64;  // most faces visited around a corner
 
   // The arc from one face to another, or -1 if there is none, or more than one.
   std::int64_t arc_between(Face from, Face to) const {
@@ -151,9 +151,9 @@ class Ridges {
            is_flat_beside(from, to, turn) && is_flat_beside(to, from, turn);
   }
 
-  // Whether all further edges of a face are flat beside one that bends by `turn`, but for those
-  // that are sharp alike, as at the corner of a box. A triangle must have a flat one then, so that
-  // not all edges of a coarse ball are ridges; a polygon is flat inside.
+  // Whether all other edges of a face are flat beside one that bends by `turn`, except for
+  // similarly sharp edges, as at the corner of a box. A triangle must have a flat edge then, or all
+  // edges of a coarse ball would be ridges; a polygon is flat inside.
   bool is_flat_beside(Face face, Face other, double turn) const {
     if (const CrowdedFaces::Crowd* crowd = crowded_.find(surface_.arcs(), face)) {
       return is_flat_in_crowd(*crowd, face, other, turn);
@@ -195,8 +195,8 @@ class Ridges {
     return leads_to_another(corner, from, to) || leads_to_another(corner, to, from);
   }
 
-  // Whether a walk around a corner, to `here` after `before`, crosses another such edge or comes to
-  // a border, or to an edge of more than two faces.
+  // Whether a walk around a corner, to `here` after `before`, crosses another such edge, or reaches
+  // the boundary or a non-manifold edge.
   bool leads_to_another(Corner corner, Face before, Face here) const {
     const Face start = before;
     for (int n_steps = 0; n_steps < kLongestFan && here != start; ++n_steps) {

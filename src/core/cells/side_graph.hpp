@@ -1,4 +1,4 @@
-// Which cells have a side in common, for cells whose sides are given by the vertices on them.
+// The graph of cells that share a side, for cells whose sides are sets of vertices.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace superfacets {
 
-// The vertices on a side but for the lowest, as one number.
+// The vertices of a side except the lowest, packed into one number.
 using SideKey = std::uint64_t;
 
 // One side of one cell, listed at the lowest of its vertices.
@@ -22,19 +22,19 @@ struct ListedSide {
   SideKey key;
   Cell cell;
   std::int32_t side;
-  bool ascending;  // the direction in which the cell names its vertices
+  bool ascending;  // the direction of the side in the cell
 };
 
-// The sides of all cells by their lowest vertex, and there by key, cell and side.
+// The sides of all cells, grouped by their lowest vertex, and sorted by key, cell and side.
 struct SideList {
   Buffer<std::int64_t> starts;  // (V + 1,)
   Buffer<ListedSide> sides;
 };
 
-// The cells on each side of each cell, as a part of the sorted list.
+// The cells on each side of each cell, as ranges of the sorted list.
 struct SharedSides {
-  Buffer<std::int64_t> firsts;  // by place of a side: the first of the list
-  Buffer<std::int32_t> sizes;   // number of cells; 0 where a side is none
+  Buffer<std::int64_t> firsts;  // by place of a side: the start of its range
+  Buffer<std::int32_t> sizes;   // number of cells; 0 if it is not a side
 };
 
 // Counts sides by the number of cells on them.
@@ -63,10 +63,10 @@ struct SideTally {
   }
 };
 
-// Sides are those of
-//   Cells::n_cells() and Cells::n_vertices();
-//   Cells::first_place(cell): where its sides begin among those of all; for n_cells too, the end;
-//   Cells::for_each_side(cell, visit): calls visit(side, lowest vertex, key, ascending).
+// Cells must provide
+// Cells::n_cells() and Cells::n_vertices();
+// Cells::first_place(cell): the index of its first side among all sides; for n_cells, the total;
+// Cells::for_each_side(cell, visit): calls visit(side, lowest vertex, key, ascending).
 template <typename Cells>
 SideList list_sides(const Cells& cells, ThreadTeam& team) {
   Buffer<std::int64_t> ends(cells.n_vertices() + 1);  // counts, then write cursors, then ends
@@ -89,7 +89,7 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
   }
   list.sides = Buffer<ListedSide>(total);
   for_all([&](std::int64_t place, const ListedSide& side) { list.sides[place] = side; });
-  // Threads write in any order; sorting makes it one.
+  // Threads write in any order; sorting makes the result unique.
   team.for_each_block(cells.n_vertices(), [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t vertex = begin; vertex < end; ++vertex) {
       std::sort(list.sides.data() + list.starts[vertex],
@@ -102,8 +102,8 @@ SideList list_sides(const Cells& cells, ThreadTeam& team) {
   return list;
 }
 
-// Finds the cells on each side at one vertex, given the sorted sides there. Of the sides by which a
-// cell is on one place more than once, only the first is kept.
+// Finds the cells on each side at one vertex, given the sorted sides there. If a cell has several
+// sides with the same vertices, only the first is kept.
 template <typename Cells>
 void share_sides_at(const Cells& cells, SideList& list, Vertex vertex, SharedSides& shared,
                     SideTally& tally) {
@@ -163,9 +163,9 @@ void write_arcs(const Cells& cells, const SideList& list, const SharedSides& sha
   SUPERFACETS_ASSERT(arc == graph.offsets[cell + 1]);
 }
 
-// Builds one arc per shared side and direction, sorted by side, then by neighbor; all pairs of
-// cells on a side are neighbors, and no cell is its own. Throws std::length_error where there are
-// too many arcs (see check_number_of_arcs), before memory is taken for any.
+// Builds one arc per shared side and direction, sorted by side, then by neighbor. All pairs of
+// cells on a side are neighbors, and no cell is its own. Throws std::length_error before it
+// allocates arcs, if there are too many (see check_number_of_arcs).
 template <typename Cells>
 PolygonGraph build_side_graph(const Cells& cells, ThreadTeam& team) {
   const std::int64_t n_cells = cells.n_cells();

@@ -1,4 +1,4 @@
-// Some of the cells of a surface, with some of the arcs between them.
+// Part of the cells of a surface, with part of the arcs between them.
 #pragma once
 
 #include <algorithm>
@@ -10,18 +10,17 @@
 
 namespace superfacets {
 
-// Which cells and arcs of the whole are kept, both ascending.
+// The kept cells and arcs of the whole, both ascending.
 struct KeptParts {
   std::span<const Cell> cells;         // (n_cells,) of the whole
-  std::span<const std::int64_t> arcs;  // (n_arcs,) of the whole, as they follow in the part
+  std::span<const std::int64_t> arcs;  // (n_arcs,) of the whole, in the order of the part
 };
 
-// All measures are those of the whole. An arc that was left out crosses nothing any more: its side
-// counts as open, and no walk around a corner leads across it.
+// Measures are those of the whole. The side of a dropped arc counts as open, and no walk around a
+// corner crosses it.
 class SubSurface final : public Surface {
  public:
-  // `arcs` lead from and to kept cells, numbered anew; every kept cell has those arcs that are
-  // kept.
+  // `arcs` join kept cells by their new numbers; every kept cell has all of its kept arcs.
   SubSurface(const Surface& whole, const Arcs& arcs, const KeptParts& kept)
       : Surface(arcs), whole_(whole), kept_(kept), new_cells_(whole.n_cells(), kNoCell) {
     SUPERFACETS_ASSERT(arcs.are_valid() && std::cmp_equal(kept.cells.size(), arcs.n_cells()));
@@ -47,7 +46,7 @@ class SubSurface final : public Surface {
     return whole_.side(kept_.cells[from], kept_.arcs[arc]);
   }
 
-  // That of the whole, and the borders of sides of which no arc is left.
+  // The open length in the whole, plus the borders of sides without kept arcs.
   double open_length(Cell cell) const override {
     const Cell old = kept_.cells[cell];
     double length = whole_.open_length(old);
@@ -85,7 +84,7 @@ class SubSurface final : public Surface {
 
   const Surface& whole_;
   const KeptParts kept_;
-  std::vector<Cell> new_cells_;  // by cell of the whole; kNoCell where it is left out
+  std::vector<Cell> new_cells_;  // by cell of the whole; kNoCell if it is dropped
 };
 
 }  // namespace superfacets

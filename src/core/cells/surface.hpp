@@ -1,4 +1,4 @@
-// The interface of cells for stages 5 to 7: their arcs, and measures of the borders these cross.
+// The interface of cells for stages 5 to 7: arcs, and measures of the borders that they cross.
 #pragma once
 
 #include <utility>
@@ -9,19 +9,19 @@
 
 namespace superfacets {
 
-// A point where borders of cells meet; the builder chooses the numbering. On a mesh: a vertex.
+// A point where borders of cells meet, numbered by the builder. On a mesh: a vertex.
 using Corner = std::int64_t;
 
 inline constexpr Corner kNoCorner = -1;
 inline constexpr Cell kNoCell = -1;
 
-// What an arc crosses.
+// Measures of the border that an arc crosses.
 struct CrossedBorder {
   double border_length;
   double step_length;
 };
 
-// The weighted mean of p p^T over something, where p runs from some origin: a symmetric matrix.
+// The weighted mean of p p^T over a shape, with p relative to some origin: a symmetric matrix.
 struct SecondMoment {
   Point squares{0.0, 0.0, 0.0};   // xx, yy, zz
   Point products{0.0, 0.0, 0.0};  // xy, xz, yz
@@ -35,18 +35,18 @@ struct SecondMoment {
   }
 };
 
-// What a cell is in space.
+// Position, extent and orientation of a cell.
 struct CellShape {
   Point position;
   double measure;
   Point area_vector{0.0, 0.0, 0.0};  // area times unit normal; zero where there is no normal
-  SecondMoment spread;               // of its points about the position; 0 if all are there
+  SecondMoment spread;               // of its points about the position; 0 for a point
   Box box;                           // around its vertices
 };
 
-// Each kind of cell implements this. Measures are computed on request, because few arcs are near a
-// border between regions, and arrays for all arcs would be larger than the rest. Lengths are in the
-// unit of the positions.
+// Implemented by each kind of cell. Measures are computed on request: few arcs are near a border
+// between regions, and arrays for all arcs would take more memory than everything else. Lengths are
+// in the unit of the positions.
 class Surface {
  public:
   explicit Surface(const Arcs& arcs) : arcs_(arcs) {}
@@ -60,7 +60,7 @@ class Surface {
   virtual Point position(Cell cell) const = 0;
   virtual double measure(Cell cell) const = 0;
 
-  // All that is known of a cell in space. Of a kind without vertices: a point.
+  // All measures of a cell. A kind without vertices returns a point.
   virtual CellShape shape(Cell cell) const {
     const Point at = position(cell);
     return {at, measure(cell), {}, {}, {at, at}};
@@ -72,7 +72,7 @@ class Surface {
   // Length of the border that an arc crosses: an edge, between faces.
   virtual double border_length(Cell from, std::int64_t arc) const = 0;
 
-  // Both lengths for some of the arcs of a cell, those from `arc` on.
+  // Both lengths for several consecutive arcs of a cell, from `arc` on.
   virtual void write_crossed(Cell from, std::int64_t arc, std::span<CrossedBorder> crossed) const {
     for (CrossedBorder& border : crossed) {
       border = {border_length(from, arc), step_length(from, arc)};
@@ -80,44 +80,44 @@ class Surface {
     }
   }
 
-  // The angle that the surface turns by from cell to cell, -pi to pi: 0 where it is flat, positive
-  // where the border is concave; 0 where a cell has no normal.
+  // The angle between the cells of an arc, -pi to pi: 0 where the surface is flat, positive where
+  // it is concave; 0 if a cell has no normal.
   virtual double angle(Cell from, std::int64_t arc) const = 0;
 
-  // The side that an arc leaves its cell by, 0 or more. The arcs of a cell are sorted by it; where
+  // The side that an arc leaves its cell by, >= 0. The arcs of a cell are sorted by side; if
   // several cells meet at one border, the arcs to all of them leave by the same side.
   virtual int side(Cell from, std::int64_t arc) const = 0;
 
   // Length of the border of a cell that no arc crosses: the boundary of an open mesh.
   virtual double open_length(Cell cell) const = 0;
 
-  // Fetches what the functions of this class read of a cell, with arcs from `arc` on, to the cache.
+  // Prefetches the data of a cell that functions of this class read, with arcs from `arc` on.
   virtual void prefetch_cell(Cell, std::int64_t /*arc*/) const {}
 
-  // Whether some arc may lead to a cell from which no arc leads back.
+  // Whether some arc may have no reverse arc.
   virtual bool may_have_one_way_arcs() const { return false; }
 
-  // Whether corners are known; the functions below may be called only then.
+  // Whether corners are known; otherwise the functions below must not be called.
   virtual bool has_corners() const { return false; }
   virtual int n_sides(Cell) const { return 0; }
 
-  // The corner between two sides of a cell, or kNoCorner where they do not meet.
+  // The corner between two sides of a cell, or kNoCorner if they do not meet.
   virtual Corner corner_between(Cell, int /*first_side*/, int /*second_side*/) const {
     return kNoCorner;
   }
 
-  // The cell that follows around a corner after `before` and `here`; kNoCell where there is none,
-  // or more than one.
+  // The next cell around a corner after `before` and `here`; kNoCell if there is none, or more than
+  // one.
   virtual Cell next_around(Corner, Cell /*before*/, Cell /*here*/) const { return kNoCell; }
 
-  // Whether a walk around a corner, to `here` after `before`, comes to a goal by cells of the label
-  // of `here` other than `before`. It is given up where the next cell is ambiguous.
+  // Whether a walk around a corner, to `here` after `before`, reaches a goal through cells with the
+  // label of `here` other than `before`. It stops where the next cell is ambiguous.
   virtual bool leads_around(Corner corner, Cell before, Cell here, Cell goal,
                             std::span<const Label> labels) const {
     return walk_around(*this, corner, before, here, goal, labels);
   }
 
-  // Whether the arcs of each cell are sorted by side. Walks all: for assertions.
+  // Whether the arcs of each cell are sorted by side. Visits all arcs: for assertions.
   bool are_sides_sorted() const {
     for (Cell cell = 0; cell < n_cells(); ++cell) {
       int last = 0;
@@ -130,7 +130,7 @@ class Surface {
   }
 
  protected:
-  // leads_around for one kind of cells, of which the compiler knows next_around.
+  // leads_around for a kind of cells whose next_around is known at compile time.
   template <typename AnySurface>
   static bool walk_around(const AnySurface& surface, Corner corner, Cell before, Cell here,
                           Cell goal, std::span<const Label> labels) {

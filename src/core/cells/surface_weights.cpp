@@ -10,7 +10,7 @@
 namespace superfacets {
 namespace {
 
-// What ridges are found by.
+// Angles and convexity of edges, for Ridges.
 struct SurfaceBends {
   const Surface& surface;
 
@@ -20,7 +20,7 @@ struct SurfaceBends {
   bool is_convex(Cell cell, std::int64_t arc, Cell) const { return surface.angle(cell, arc) < 0.0; }
 };
 
-// Computes weights, and the net turn of the arcs that it has seen.
+// Computes weights, and sums the net turn of their arcs.
 class SurfaceWeigher {
  public:
   SurfaceWeigher(const Surface& surface, const WeightOptions& options, const NetTurn* net_turn,
@@ -52,7 +52,7 @@ class SurfaceWeigher {
  private:
   const Surface& surface_;
   const WeightOptions& options_;
-  const NetTurn* net_turn_;  // null: not wanted
+  const NetTurn* net_turn_;  // null: not needed
   const SurfaceBends bends_;
   const Ridges<Surface, SurfaceBends> ridges_;
   std::int64_t turn_ = 0;
@@ -64,7 +64,7 @@ std::int64_t surface_weights(const Surface& surface, const WeightOptions& option
                              const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights) {
   SUPERFACETS_ASSERT(std::ssize(weights) == surface.arcs().n_arcs() && options.diagonal > 0.0);
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), SurfaceBends{surface}, options);
-  std::atomic<std::int64_t> net = 0;  // of whole numbers: the same in any order
+  std::atomic<std::int64_t> net = 0;  // of integers: exact in any order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     SurfaceWeigher weigher(surface, options, net_turn, crowded);
     for (auto cell = static_cast<Cell>(begin); cell < end; ++cell) {

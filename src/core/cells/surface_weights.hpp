@@ -8,14 +8,14 @@
 namespace superfacets {
 
 // weights[a] = (step + alpha eta b theta / pi) / d, with the length of the step and of the border b
-// of an arc and the angle theta (see Surface); eta is 1 where it is positive. For faces that is
-// superfacet_weights of weights.hpp, the same bits. Where options give a crease_length, that stands
-// for b. Options may let ridges count more than other convex edges. Returns the net turn of what is
-// counted, in units; 0 if it is not wanted.
+// of an arc and the angle theta (see Surface); eta is 1 if theta is positive. For faces, the same
+// bits as superfacet_weights of weights.hpp. crease_length replaces b if given. Ridges may cost
+// more than other convex edges. Returns the net turn of the counted arcs, in units; 0 if it is not
+// needed.
 std::int64_t surface_weights(const Surface& surface, const WeightOptions& options,
                              const NetTurn* net_turn, ThreadTeam& team, std::span<double> weights);
 
-// As stk02_weights of triangles.
+// Like stk02_weights of triangles.
 void stk02_weights(const PolygonSurface& surface, double alpha, ThreadTeam& team,
                    std::span<double> weights);
 

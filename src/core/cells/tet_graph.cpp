@@ -30,13 +30,13 @@ struct TetSides {
       std::sort(v.begin(), v.end());
       if (v[0] == v[1] || v[1] == v[2]) continue;
       const SideKey key = static_cast<SideKey>(v[1]) << 32 | static_cast<SideKey>(v[2]);
-      visit(side, v[0], key, side % 2 == 0);  // directions mean nothing in a volume
+      visit(side, v[0], key, side % 2 == 0);  // directions have no meaning in a volume
     }
   }
 };
 
-// The triangle of a side, its vertices sorted: the same from both of its tetrahedra. Vertices at
-// one position may differ, so they are sorted by position.
+// The triangle of a side, its vertices sorted by position, because vertices at one position may
+// differ: the same from both of its tetrahedra.
 Triangle side_of(std::span<const Point> vertices, const Tet& tet, int side) {
   Triangle triangle{};
   for (int i = 0; i < 3; ++i) triangle.corners[i] = tet.corners[kSides[side][i]];

@@ -1,4 +1,4 @@
-// Stage 1 for tetrahedra: which of them share a triangle, and the measures of their arcs.
+// Stage 1 for tetrahedra: the graph of those that share a triangle, and measures of its arcs.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -9,14 +9,15 @@ namespace superfacets {
 
 struct TetMeasures {
   Buffer<Point> centroids;      // (N,)
-  Buffer<double> volumes;       // (N,) >= 0, whichever way a tetrahedron is turned
+  Buffer<double> volumes;       // (N,) >= 0 for either orientation
   Buffer<double> border_areas;  // (M,) of the triangle that an arc crosses
-  Buffer<double> step_lengths;  // (M,) from centroid to centroid over that of the triangle
+  Buffer<double> step_lengths;  // (M,) from centroid to centroid over the centroid of the triangle
   Buffer<double> open_areas;    // (N,) of the triangles that no arc crosses
 };
 
 // Builds one arc per shared triangle and direction, by the rules of build_polygon_graph. Side s of
-// a tetrahedron is the triangle of the corners other than s; one that names a vertex twice is none.
+// a tetrahedron is the triangle of the corners other than s; a triangle that names a vertex twice
+// is no side.
 PolygonGraph build_tet_graph(std::span<const Tet> tets, std::span<const Vertex> representative,
                              ThreadTeam& team);
 

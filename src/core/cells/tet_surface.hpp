@@ -1,4 +1,4 @@
-// Tetrahedra as cells: the measures of arcs are given, and the vertices are known.
+// Tetrahedra as cells: measures of arcs are given, vertices are known.
 #pragma once
 
 #include "cells/graph_surface.hpp"
@@ -6,7 +6,7 @@
 
 namespace superfacets {
 
-// Arcs lead both ways, and there are no corners.
+// Arcs have reverse arcs, and corners are unknown.
 class TetSurface final : public GraphSurface {
  public:
   TetSurface(std::span<const Point> vertices, std::span<const Tet> tets, const Arcs& arcs,

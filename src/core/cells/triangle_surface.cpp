@@ -52,7 +52,7 @@ CellShape TriangleSurface::shape(Cell face) const {
   return shape;
 }
 
-// Whether arrays agree, and hold what they should.
+// Whether sizes of arrays agree, and indices are in range.
 bool TriangleSurface::is_valid() const {
   const std::size_t n_arcs = arcs().targets.size();
   const bool has_turns = same_turn_.empty() || same_turn_.size() == n_arcs;

@@ -22,9 +22,9 @@ inline double way_over(const Edge& edge, const Point& from, const Point& to) {
   return norm(from - middle) + norm(middle - to);
 }
 
-// How the surface turns between two faces. Each number is symmetric in the two, bit for bit.
+// The angle between two faces. Each number is symmetric in the two, bit for bit.
 struct Fold {
-  double sine;    // |n_i x n_j|, 0 where a normal is missing
+  double sine;    // |n_i x n_j|, 0 if a normal is missing
   double cosine;  // n_i . n_j
   double rise;    // > 0 if each centroid lies above the plane of the other face, summed over both
 
@@ -34,7 +34,7 @@ struct Fold {
   double signed_angle(bool inside_out) const;
 };
 
-// Of faces with these unit normals; `step` leads from centroid to centroid.
+// For faces with these unit normals; `step` leads from centroid to centroid.
 inline Fold fold_of(const Point& normal_from, const Point& normal_to, const Point& step) {
   return {norm(cross(normal_from, normal_to)), dot(normal_from, normal_to),
           dot(normal_from - normal_to, step)};
@@ -44,15 +44,16 @@ inline bool is_same_place(const Point& p, const Point& q) {
   return p.x == q.x && p.y == q.y && p.z == q.z;
 }
 
-// If two neighbors traverse their edge in the same direction, one normal is flipped, the same for
-// both arcs of the pair: that of the smaller face, or of the higher index if areas are equal.
+// If two neighbors have the same direction along their edge, one normal is flipped, the same for
+// both arcs of the pair: the normal of the smaller face, or of the higher index if areas are equal.
 bool turns_second(Face first, Face second, double first_area, double second_area);
 
-// A mesh and the arcs of its face graph; see build_face_graph for sides. Memory: none of its own.
+// A mesh and the arcs of its face graph; see build_face_graph for sides. Stores no arrays of its
+// own.
 class TriangleSurface final : public Surface {
  public:
-  // same_turn may be empty, where no two faces run through an edge alike. inside_out: normals point
-  // inwards, so concave and convex swap.
+  // same_turn is empty if all faces are consistently oriented. inside_out: normals point inwards,
+  // so concave and convex swap.
   TriangleSurface(std::span<const Point> vertices, std::span<const Triangle> faces,
                   const Arcs& arcs, std::span<const std::uint8_t> sides,
                   std::span<const std::uint8_t> same_turn, bool inside_out)
@@ -72,7 +73,7 @@ class TriangleSurface final : public Surface {
   // The edge that an arc crosses.
   Edge edge(Face from, std::int64_t arc) const { return edge_of_side(from, sides_[arc]); }
 
-  // Whether both faces run through the edge of an arc in the same direction.
+  // Whether both faces have the same direction along the edge of an arc.
   bool same_turn(std::int64_t arc) const { return !same_turn_.empty() && same_turn_[arc] != 0; }
 
   Point position(Cell face) const override { return centroid(vertices_, faces_[face]); }
@@ -90,7 +91,8 @@ class TriangleSurface final : public Surface {
     prefetch(sides_.data() + arc);  // the face may have no arc
   }
 
-  // Corners are vertices. Where faces meet at vertices of one position, either stands for both.
+  // Corners are vertices. If faces meet at several vertices of one position, each represents the
+  // corner.
   bool has_corners() const override { return true; }
   int n_sides(Cell) const override { return 3; }
   Corner corner_between(Cell face, int first_side, int second_side) const override;

@@ -11,8 +11,8 @@
 namespace superfacets {
 namespace {
 
-// Pairs of normals with at least this |cosine| are joined first, in the order of their places,
-// which is fast, because most pairs are such and near in memory. cos(10 degrees).
+// Pairs of normals with at least this |cosine| are joined first, in the order of their places. That
+// is fast, because most pairs are similar and near in memory. cos(10 degrees).
 constexpr double kSameDirection = 0.985;
 
 // Calls take(row, near, cosine) for neighbors, row by row.

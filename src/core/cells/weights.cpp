@@ -19,18 +19,18 @@
 namespace superfacets {
 namespace {
 
-// For faces with more arcs than this, as around an edge of many faces, searching the reverse arc
-// would cost more than computing the weight twice.
+// If a face has more arcs than this, as at an edge of many faces, searching the reverse arc costs
+// more than computing the weight twice.
 constexpr std::int64_t kFewArcs = 8;
 
-// Faces per block: their data and that of their neighbors fit into the nearest cache.
+// Faces per block: their data and that of their neighbors fit into the first-level cache.
 constexpr std::int64_t kFacesPerList = 64;
 
-// Arcs whose weights are computed at once: all of a list on most meshes.
+// Arcs whose weights are computed together: on most meshes, all arcs of a list.
 constexpr std::size_t kArcsPerBlock = 128;
 
 Buffer<Point> unit_normals(const TriangleSurface& surface, ThreadTeam& team) {
-  Buffer<Point> normals(surface.n_cells());  // zero where a face has none
+  Buffer<Point> normals(surface.n_cells());  // zero if a face has none
   team.for_each_index(surface.n_cells(), [&](std::int64_t face) {
     normals[face] = unit_normal(surface.vertices(), surface.faces()[face]);
   });
@@ -46,12 +46,12 @@ struct Geometry {
   const Arcs& arcs() const { return surface.arcs(); }
 };
 
-// What the rise of a fold is multiplied by, to be positive where the fold is concave.
+// Sign of the rise of a concave fold.
 double up_of(const Geometry& geometry) {
   return geometry.surface.is_inside_out() ? -1.0 : 1.0;
 }
 
-// What the weight of an arc depends on. The formulas are symmetric in the two faces, bit for bit.
+// Input of the weight of an arc. The formulas are symmetric in the two faces, bit for bit.
 struct ArcData {
   Edge edge;
   Point from;  // centroids
@@ -74,10 +74,10 @@ SUPERFACETS_ALWAYS_INLINE ArcData arc_data(const Geometry& geometry, Face from, 
   return data;
 }
 
-// How the surface bends on an arc.
+// Angle and direction of the fold on an arc.
 struct ArcTurn {
   double theta;
-  double rise;  // positive where it is concave: a bool would keep loops from using vectors
+  double rise;  // positive where it is concave; a bool would prevent vectorization
 };
 
 SUPERFACETS_ALWAYS_INLINE ArcTurn arc_turn(const ArcData& data, double up) {
@@ -105,7 +105,7 @@ SUPERFACETS_ALWAYS_INLINE double turn_of(const ArcData& data, const ArcTurn& tur
   return (turned.rise > 0.0 ? -turned.theta : turned.theta) * data.edge.length();
 }
 
-// What ridges are found by.
+// Angles and convexity of edges, for Ridges.
 struct FaceBends {
   const Geometry& geometry;
 
@@ -122,12 +122,12 @@ struct FaceBends {
   }
 };
 
-// The only arc from one face to another; -1 if there are several, or too many arcs to search. No
-// branches, because the position in the list is hard to predict.
+// The only arc from one face to another; -1 if there are several, or too many arcs to search.
+// Without branches, because the position in the list is hard to predict.
 SUPERFACETS_ALWAYS_INLINE std::int64_t only_arc(const Arcs& arcs, Face from, Face to) {
   const auto neighbors = arcs.neighbors(from);
   const std::int64_t first = arcs.offsets[from];
-  if (neighbors.size() == 3) {  // nearly all
+  if (neighbors.size() == 3) {  // nearly all faces
     const auto is_second = static_cast<std::int64_t>(neighbors[1] == to);
     const auto is_third = static_cast<std::int64_t>(neighbors[2] == to);
     const std::int64_t n_found =
@@ -151,8 +151,8 @@ struct RisingArc {
   std::int64_t arc;
 };
 
-// Lists the arcs from a range of faces to higher ones, and prefetches the data of those: neighbors
-// are anywhere in memory, and waiting for it would take longer than the arithmetic.
+// Lists the arcs from a range of faces to higher ones, and prefetches the data of the latter:
+// neighbors may be anywhere in memory, and a cache miss takes longer than the arithmetic.
 void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t end,
                       std::vector<RisingArc>& rising) {
   const Arcs& arcs = geometry.arcs();
@@ -172,7 +172,7 @@ void list_rising_arcs(const Geometry& geometry, std::int64_t begin, std::int64_t
     prefetch(&geometry.faces.centroids[step.to]);
     prefetch(&geometry.normals[step.to]);
   }
-  // Where a list is empty, maybe behind the last arc: asked for by address, not by index.
+  // By address, not by index: an empty list may begin past the last arc.
   for (const RisingArc& step : rising) prefetch(arcs.targets.data() + arcs.offsets[step.to]);
 }
 
@@ -201,7 +201,7 @@ struct Block {
   }
 };
 
-// Computes the weights of the first n arcs of a block, and their turns where they are wanted.
+// Computes the weights of the first n arcs of a block, and their turns if needed.
 template <bool kHasLength, bool kHasTurns>
 struct Weigh {
   SUPERFACETS_ALWAYS_INLINE void operator()(const Block& block, const WeightOptions& options,
@@ -218,14 +218,13 @@ struct Weigh {
   }
 };
 
-// Whether an arc and one back are the only ones between two faces; `back` is that one, or -1.
+// Whether an arc and its reverse are the only arcs between two faces; `back` is the reverse, or -1.
 bool is_pair(const Arcs& arcs, const RisingArc& step, std::int64_t& back) {
   back = only_arc(arcs, step.to, step.from);
   return back >= 0 && only_arc(arcs, step.from, step.to) == step.arc;
 }
 
-// Computes the weights of arcs to higher faces, and of their reverse arcs if there is one arc each
-// way.
+// Computes the weights of arcs to higher faces, and of their reverse arcs if these are unique.
 class Weigher {
  public:
   Weigher(const Geometry& geometry, const WeightOptions& options, const NetTurn* net_turn,
@@ -238,10 +237,10 @@ class Weigher {
         net_turn_(net_turn),
         weights_(weights) {}
 
-  // The net turn of what has been weighed.
+  // The net turn of all arcs processed so far.
   std::int64_t turn() const { return turn_; }
 
-  // Of the arcs from a range of faces. Returns the number of weights.
+  // Processes the arcs from a range of faces. Returns the number of weights.
   std::int64_t weigh_range(std::int64_t begin, std::int64_t end) {
     std::int64_t n_weighed = 0;
     for (std::int64_t first = begin; first < end; first += kFacesPerList) {
@@ -289,7 +288,7 @@ class Weigher {
   }
 
   void add_turns(std::span<const RisingArc> rising) {
-    double sum = 0.0;  // of whole numbers, exact
+    double sum = 0.0;  // of integers: exact
     for (std::size_t i = 0; i < rising.size(); ++i) {
       sum += net_turn_->counts(rising[i].from) ? turns_[i] : 0.0;
     }
@@ -303,7 +302,7 @@ class Weigher {
       cosines_[i] = dot(block_.normal_from.get(i), block_.normal_to.get(i));
     }
     for (std::size_t i = 0; i < rising.size(); ++i) {
-      if (cosines_[i] > kSharpCosine) continue;  // most
+      if (cosines_[i] > kSharpCosine) continue;  // most arcs
       const ArcData data = block_.get(i);
       if (up * dot(data.normal_from - data.normal_to, data.to - data.from) > 0.0) continue;
       if (!ridges_.crosses(rising[i].from, rising[i].arc)) continue;
@@ -317,7 +316,7 @@ class Weigher {
   const WeightOptions of_ridges_;
   const FaceBends bends_;
   const Ridges<TriangleSurface, FaceBends> ridges_;
-  const NetTurn* const net_turn_;  // null: not wanted
+  const NetTurn* const net_turn_;  // null: not needed
   const NetTurn rounding_ = net_turn_ == nullptr ? NetTurn() : *net_turn_;
   const std::span<double> weights_;
   const InstructionSet with_ = best_instruction_set();
@@ -329,8 +328,8 @@ class Weigher {
   std::int64_t turn_ = 0;
 };
 
-// Computes the weights that a Weigher leaves: of arcs to lower faces that are not unique, or have
-// no reverse arc.
+// Computes the weights that a Weigher skips: of arcs to lower faces that are not unique, or have no
+// reverse arc.
 void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
                       const CrowdedFaces& crowded, std::int64_t begin, std::int64_t end,
                       std::span<double> weights) {
@@ -349,10 +348,10 @@ void weigh_other_arcs(const Geometry& geometry, const WeightOptions& options,
   }
 }
 
-// Rounds 0 <= x < 2^52 to a whole number, halves to even, as std::nearbyint does; but that is a
-// call for each number where the oldest processors of a kind are compiled for.
+// Rounds 0 <= x < 2^52 to an integer, ties to even, like std::nearbyint, which the baseline
+// instruction set implements by a function call per number.
 double round_to_whole(double x) {
-  constexpr double kNoFraction = 0x1p52;  // numbers from here on have no bits for a fraction
+  constexpr double kNoFraction = 0x1p52;  // larger numbers have no fraction bits
   return (x + kNoFraction) - kNoFraction;
 }
 
@@ -370,7 +369,7 @@ std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasur
   const Geometry geometry{surface, faces, is_given ? faces.normals : normals.span()};
   const CrowdedFaces crowded = crowded_faces(surface.arcs(), FaceBends{geometry}, options);
   std::atomic<std::int64_t> n_weighed = 0;
-  std::atomic<std::int64_t> net = 0;  // of whole numbers: the same in any order
+  std::atomic<std::int64_t> net = 0;  // of integers: exact in any order
   team.for_each_block(surface.n_cells(), [&](std::int64_t begin, std::int64_t end) {
     Weigher weigher(geometry, options, net_turn, crowded, weights);
     n_weighed += weigher.weigh_range(begin, end);
@@ -404,8 +403,8 @@ double quantize_weights(std::span<const double> weights, ThreadTeam& team,
 }
 
 double unit_of_lengths(double total_weight) {
-  // A power of two: rounding then only cuts the last bits of a weight, and a sum that differs in
-  // its last bits, because arcs come in another order, gives the same unit.
+  // A power of two: rounding then only cuts the last bits of a weight. Sums in another order of
+  // arcs, which may differ in the last bits, give the same unit.
   return total_weight > 0.0 ? std::ldexp(1.0, std::ilogb(total_weight) + 1 - kTotalBits) : 1.0;
 }
 

@@ -13,32 +13,32 @@
 
 namespace superfacets {
 
-// The sum of all weights is less than 2 to this power, in units, and so is any path: it fits into
-// 64 bits, and a double holds it exactly. On meshes of millions of faces a mean arc still has 2^23
-// units, and a typical arc has enough of them even if a few arcs are 2^20 times as long.
+// The sum of all weights, and so the length of any path, is less than 2 to this power in units: it
+// fits into 64 bits, and is exact in a double. On meshes of millions of faces a mean arc still has
+// 2^23 units, which is precise enough even if a few arcs are 2^20 times as long.
 inline constexpr int kTotalBits = 48;
 
-// What a sharp edge bends by at least: 40 degrees, so that both edges of a chamfer of 45 count.
+// Smallest angle of a sharp edge: 40 degrees, so that both edges of a chamfer of 45 are sharp.
 // Edges of rounded limbs bend by less on all but coarse meshes.
 inline constexpr double kSharpAngle = std::numbers::pi * 2.0 / 9.0;
 
 struct WeightOptions {
   double alpha = 200.0;        // weight of the angular term, >= 0
-  double eta_convex = 0.2;     // what a convex edge counts, against 1 for a concave one
-  double crease_length = 0.0;  // what stands for |e| in eq. 2; 0: the length of each edge itself
+  double eta_convex = 0.2;     // eta of convex edges; concave ones have 1
+  double crease_length = 0.0;  // replaces |e| in eq. 2; 0: the length of each edge
   double diagonal = 1.0;       // d, of the bounding box of the vertices that faces use
-  double ridges = 0.0;         // what a ridge (ridges.hpp) counts, if that is more than eta_convex
-  double evened = 0.0;         // what smooth concave edges count less, and smooth convex ones count
+  double ridges = 0.0;         // eta of ridges (ridges.hpp), if larger than eta_convex
+  double evened = 0.0;  // decrease of eta for smooth concave edges, and eta of smooth convex edges
 
-  // What an edge counts that bends by theta, but for ridges; it is concave where rise > 0. Smooth
-  // ones bend by less than kSharpAngle.
+  // eta of an edge that bends by theta and is not a ridge; concave if rise > 0. Smooth edges bend
+  // by less than kSharpAngle.
   SUPERFACETS_ALWAYS_INLINE double eta(double rise, double theta) const {
     const double of_concave = theta < kSharpAngle ? 1.0 - evened : 1.0;
     const double of_convex = theta < kSharpAngle ? std::max(eta_convex, evened) : eta_convex;
     return rise > 0.0 ? of_concave : of_convex;
   }
 
-  // Whether ridges count more than other convex edges.
+  // Whether ridges cost more than other convex edges.
   bool has_ridges() const { return alpha > 0.0 && ridges > eta_convex; }
 
   // The options for ridges.
@@ -49,10 +49,10 @@ struct WeightOptions {
   }
 };
 
-// How much a surface turns outward, in net: the sum over edges of theta times their length,
-// negative where they are concave, without the ridges that options count. That is twice the total
-// mean curvature of what is left. An edge is counted with its lower face. Each term is rounded to a
-// whole number of units, so that sums over parts add up to that over all, in any order.
+// Net outward turn of a surface: the sum over edges of theta times length, negative for concave
+// edges, without ridges. That is twice the total mean curvature. An edge is counted with its lower
+// face. Each term is rounded to a whole number of units, so that sums over parts add up exactly, in
+// any order.
 class NetTurn {
  public:
   NetTurn() = default;
@@ -61,31 +61,31 @@ class NetTurn {
     SUPERFACETS_ASSERT(diagonal > 0.0);
   }
 
-  // A whole number of units. An edge folds back at most, and is no longer than the diagonal: the
-  // sum over 2^19 of them is exact in a double, that over 2^29 fits into 64 bits.
+  // Rounds to a whole number of units. An edge turns by at most pi, and is not longer than the
+  // diagonal: sums of 2^19 terms are exact in a double, sums of 2^29 terms fit into 64 bits.
   SUPERFACETS_ALWAYS_INLINE double rounded(double turn) const {
-    constexpr double kNoFraction = 0x1.8p52;  // no call, as in round_weights, and of either sign
+    constexpr double kNoFraction = 0x1.8p52;  // as in round_weights, for either sign
     return (turn * units_ + kNoFraction) - kNoFraction;
   }
-  // Whether the edges between a face and higher ones are among those that are summed up.
+  // Whether edges between a face and higher faces are counted.
   bool counts(Cell face) const { return is_counted_.empty() || is_counted_[face] != 0; }
 
  private:
   static constexpr int kTurnBits = 31;
 
-  double units_ = 1.0;                        // in one unit of length
-  std::span<const std::uint8_t> is_counted_;  // (N,), or empty: all
+  double units_ = 1.0;                        // units per unit of length
+  std::span<const std::uint8_t> is_counted_;  // (N,), or empty: all are counted
 };
 
-// Centroids, areas and unit normals of faces, computed once because each arc needs them. Normals
-// may be empty: they are then computed, which takes 24 bytes a face.
+// Centroids, areas and unit normals of faces, computed once because each arc needs them. If normals
+// are empty, they are computed, which takes 24 bytes per face.
 struct FaceMeasures {
   std::span<const Point> centroids;
   std::span<const double> areas;
   std::span<const Point> normals;
 };
 
-// The weight of an arc by eq. 6; normals are zero where there are none.
+// The weight of an arc by eq. 6; normals are zero if undefined.
 inline double stk02_weight(double geodesic, const Point& normal_from, const Point& normal_to,
                            double alpha) {
   const double cosine = dot(normal_from, normal_to);
@@ -95,10 +95,10 @@ inline double stk02_weight(double geodesic, const Point& normal_from, const Poin
   return (1.0 - alpha) * geodesic + alpha * angular;
 }
 
-// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0, where
-// options may put another length in the place of |e|. theta is in [0, pi] and 0 where a face has no
-// normal. The two arcs of a pair get the same bits. Options may let ridges count more than other
-// convex edges. Returns the net turn of what is counted, in units; 0 if it is not wanted.
+// weights[a] = (|c_i - m| + |m - c_j| + alpha eta |e| theta / pi) / d, finite and >= 0;
+// crease_length replaces |e| if given. theta is in [0, pi], and 0 if a face has no normal. The two
+// arcs of a pair get the same bits. Ridges may cost more than other convex edges. Returns the net
+// turn of the counted arcs, in units; 0 if it is not needed.
 std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasures& faces,
                                 const WeightOptions& options, const NetTurn* net_turn,
                                 ThreadTeam& team, std::span<double> weights);
@@ -109,13 +109,13 @@ std::int64_t superfacet_weights(const TriangleSurface& surface, const FaceMeasur
 void stk02_weights(const TriangleSurface& surface, std::span<const Point> centroids, double alpha,
                    ThreadTeam& team, std::span<double> weights);
 
-// Rounds finite weights >= 0 to whole numbers >= 1 of a unit, which is returned: the power of two
-// that is 2^47 to 2^48 times smaller than the sum of the weights (1 if all are 0). The same bits on
-// any number of threads.
+// Rounds finite weights >= 0 to integers >= 1 in a unit, which is returned: the power of two that
+// is 2^47 to 2^48 times smaller than the sum of the weights (1 if all are 0). The same bits for any
+// number of threads.
 double quantize_weights(std::span<const double> weights, ThreadTeam& team,
                         std::span<float> lengths);
 
-// The unit for weights of this sum, and the rounding to a unit that is known.
+// The unit for weights with this sum, and the rounding to a given unit.
 double unit_of_lengths(double total_weight);
 void round_weights(std::span<const double> weights, double unit, ThreadTeam& team,
                    std::span<float> lengths);

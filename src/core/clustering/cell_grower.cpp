@@ -41,7 +41,7 @@ void CellGrower::start(Place center) {
   centers_.push_back(center);
 }
 
-// Label correction, one arc farther in each round: cells are a few arcs wide.
+// Label correction, one arc further in each round: cells are a few arcs wide.
 void CellGrower::expand_waiting() {
   std::size_t n_expanded = 0;
   while (!waiting_.empty()) {

@@ -18,28 +18,29 @@ class CellGrower {
   // Centers are `spacing` places apart.
   CellGrower(const OrderedGraph& graph, Place spacing) : graph_(graph), spacing_(spacing) {}
 
-  // Divides a range. A place that no path leads to becomes a center, the first of them again and
-  // again until all places are reached.
+  // Divides a range. Places without a path from a center are reached by repeatedly making the first
+  // of them a center.
   void divide(Place begin, Place end);
 
-  // Of the range divided last: its centers; for each place the number of its center, and the length
-  // of the path from there.
+  // The centers of the last range and, for each place, the number of its center and the length of
+  // the path from there.
   std::span<const Place> centers() const { return centers_; }
   std::size_t cell(Place place) const { return paths_[place - begin_] & kCellMask; }
   PathLength length(Place place) const { return paths_[place - begin_] >> kRangeBits; }
 
  private:
-  // A length and the number of a center in one integer, so that the lower of two is the better one.
+  // A path length and a center number packed into one integer, so that integers compare like
+  // (length, center).
   using PackedPath = std::uint64_t;
   static_assert(kTotalBits + 1 + kRangeBits < 64);
   static constexpr PackedPath kCellMask = (PackedPath{1} << kRangeBits) - 1;
   static constexpr PackedPath kNoPath = ~PackedPath{0};
 
-  // If more places than this are expanded, per place of the range, the search goes on by Dijkstra's
-  // algorithm. On meshes one to two are.
+  // Number of expanded places, per place of the range, at which the search switches to Dijkstra's
+  // algorithm. On meshes it is one to two.
   static constexpr std::size_t kMaxExpanded = 4;
 
-  // The index of a place in the range; that of an entry which nothing improves if it is elsewhere.
+  // The index of a place in the range, or of an entry that nothing improves if it is outside.
   std::size_t index_of(Place place) const {
     return std::min(static_cast<std::size_t>(static_cast<std::uint32_t>(place - begin_)), size_);
   }
@@ -55,9 +56,9 @@ class CellGrower {
   Place begin_ = 0;
   std::size_t size_ = 0;  // of the range
   std::vector<Place> centers_;
-  std::vector<PackedPath> paths_;            // by index, with an entry for all other places
+  std::vector<PackedPath> paths_;            // by index, plus one entry for all places outside
   std::vector<std::uint8_t> is_waiting_;     // by index
-  std::vector<std::size_t> waiting_, next_;  // indices with an improved path, not expanded yet
+  std::vector<std::size_t> waiting_, next_;  // indices with an improved path, not yet expanded
   RadixHeap heap_;
 };
 

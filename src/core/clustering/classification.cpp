@@ -18,8 +18,8 @@ Classification::Classification(const OrderedGraph& graph, double reach, Islands 
 void Classification::classify(std::span<const Place> centers) {
   SUPERFACETS_ASSERT(!centers.empty() && all_below(centers, graph_.n_cells()));
   centers_.assign(centers.begin(), centers.end());
-  // If arcs lead one way, or are longer one way, the path from the new center to the old one does
-  // not bound how much longer paths become.
+  // If arcs have no reverse arc of the same length, the path from the new center to the old one
+  // does not bound by how much paths become longer.
   if (started_.empty() || centers.size() < started_.size() || !graph_.is_symmetric) {
     start_all();
   } else {
@@ -36,7 +36,7 @@ void Classification::classify(std::span<const Place> centers) {
   SUPERFACETS_ASSERT(is_complete());
 }
 
-// Whether each place has a label, where islands are kept, and each center its own.
+// Whether each place has a label, if islands are kept, and each center its own.
 bool Classification::is_complete() const {
   for (Place place = 0; place < graph_.n_cells(); ++place) {
     const Label label = path(place).label;
@@ -57,9 +57,8 @@ void Classification::start_all() {
 }
 
 // When a center moves, the paths of its region are lengthened by the detour from the new center to
-// the old one, so they remain valid upper bounds and none has to be forgotten. Paths from the new
-// center then replace them where they are shorter: nearly everywhere in its own region, and hardly
-// beyond.
+// the old one, so they remain valid upper bounds and none has to be forgotten. Shorter paths from
+// the new center then replace them: nearly everywhere in its own region, and hardly anywhere else.
 void Classification::start_moved() {
   std::vector<PathLength> detours(started_.size(), 0);
   for (std::size_t label = 0; label < started_.size(); ++label) {

@@ -10,9 +10,9 @@
 
 namespace superfacets {
 
-// The classification of all places by centers. Classifying again by other centers costs time in
-// proportion to what changes. Memory: 12 bytes per cell; with halted expansions 4 more, and 8 for
-// each of up to four threads.
+// The classification of all places by centers. Classifying again takes time in proportion to the
+// number of changes. Memory: 12 bytes per cell; with halted expansions 4 more, and 8 for each of up
+// to four threads.
 class Classification {
  public:
   // With an infinite `reach` the classification is exact: each place gets the nearest center, the
@@ -24,7 +24,7 @@ class Classification {
   // Classifies by these centers.
   void classify(std::span<const Place> centers);
 
-  // The centers of the last call, followed by those made of unreached cells.
+  // The centers of the last call, followed by unreached cells that became centers.
   std::span<const Place> centers() const { return centers_; }
 
   // The label of a place, which is the index of its center in `centers`, and the path from there.
@@ -37,7 +37,7 @@ class Classification {
   template <typename Take>
   void take_changes(const Take& take) {
     team_.for_each(exact_.n_chunks(), [&](std::int64_t chunk, int) {
-      // It is not known which corrections are new, so all places are passed on.
+      // It is unknown which corrections are new, so all places are passed on.
       if (!halted_ && !exact_.has_changed(chunk)) return;
       const auto [begin, end] = exact_.places(chunk);
       take(begin, end);

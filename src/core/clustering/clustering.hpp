@@ -1,4 +1,4 @@
-// Stage 4: regions around centers, and where their centers should be.
+// Stage 4: regions around centers, and updates of the centers.
 #pragma once
 
 #include <vector>
@@ -21,14 +21,14 @@ class Clustering {
   // Replaces the centers by as many others, in the same order, and classifies again.
   void classify(std::span<const Cell> centers);
 
-  // The centers of the last call, followed by those made of unreached cells.
+  // The centers of the last call, followed by unreached cells that became centers.
   std::vector<Cell> centers() const;
 
   // For each region the cell nearest to its mean; see update_centers.
   std::vector<Cell> update();
 
-  // The centers with those moved that are needed elsewhere; see relocate_centers. Expansions must
-  // not be halted.
+  // The centers, after some have moved to where they are needed more; see relocate_centers.
+  // Expansions must not be halted.
   std::vector<Cell> relocate(std::int64_t n_moves);
 
   Buffer<Label> labels();        // (N,) index of each cell's center in `centers`, or kNoLabel

@@ -64,7 +64,7 @@ class RangeMembers {
   std::vector<Place> places_;
 };
 
-// Leaves of parallel arcs the shortest, sorted by target.
+// Keeps the shortest of parallel arcs, sorted by target.
 inline void remove_parallel(std::vector<Arc>& arcs) {
   std::sort(arcs.begin(), arcs.end(), [](const Arc& a, const Arc& b) {
     return std::tie(a.to, a.length) < std::tie(b.to, b.length);
@@ -74,8 +74,8 @@ inline void remove_parallel(std::vector<Arc>& arcs) {
   arcs.erase(end, arcs.end());
 }
 
-// The arcs of n_cells coarse cells from `first` on, which the places begin to end - 1 are in.
-// coarse_of(place) is the coarse cell of a place of this range, or next to it, and lengths are
+// The arcs of the n_cells coarse cells from `first` on, which consist of the places begin to end -
+// 1. coarse_of(place) is the coarse cell of a place in this range or adjacent to it; lengths are
 // those of the paths from its center.
 template <typename CoarseOf>
 RangeArcs connect_range(const OrderedGraph& fine, std::pair<Place, Place> range,
@@ -94,7 +94,7 @@ RangeArcs connect_range(const OrderedGraph& fine, std::pair<Place, Place> range,
     for (const Place place : members.of(cell)) {
       if (place + 64 < fine.n_cells()) prefetch(fine.arcs_of(place + 64).data());
       for (const Arc& arc : fine.arcs_of(place)) {
-        // The sum of the two paths comes first: the result is the same in both directions.
+        // The two paths are added first, so that the sum is the same in both directions.
         leaving.push_back({coarse_of(arc.to), (lengths[place] + lengths[arc.to]) + arc.length});
         if (leaving.back().to == from) leaving.pop_back();
       }

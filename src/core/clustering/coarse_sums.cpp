@@ -38,7 +38,7 @@ Buffer<double> crossing_conductances(const CoarseGraph& coarse, std::span<const 
   SUPERFACETS_ASSERT(std::cmp_equal(areas.size(), fine.n_cells()));
   Buffer<double> sums(coarse.graph().n_arcs);
   team.fill(sums.span(), 0.0);
-  // Both sums of a pair are added to where the lower coarse cell is: on one thread.
+  // Both sums of a pair are updated at the lower coarse cell, so that one thread does it.
   team.for_each(coarse.n_ranges(), [&](std::int64_t range, int) {
     const auto [begin, end] = coarse.places(range);
     for (Place place = begin; place < end; ++place) {

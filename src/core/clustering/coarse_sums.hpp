@@ -1,4 +1,4 @@
-// What coarse cells take over from the surface below them, summed over their cells.
+// Sums over the fine cells of coarse cells: conductances, steps and area vectors.
 #pragma once
 
 #include <algorithm>
@@ -10,23 +10,25 @@
 namespace superfacets {
 
 struct CrossingOptions {
-  double unit = 1.0;  // of the lengths of fine arcs, in that of the positions
+  double unit = 1.0;  // length of a unit of fine arc lengths, in the unit of the positions
   double crease_unit = 1.0;
   double steepness = 20.0;
 };
 
-// Of arcs between coarse cells: the sum of conductance times step over all fine arcs that lead from
-// one to the other, by the formula of CreaseConductance but for the step: that is the straight way,
-// which is at hand. Where fine cells are small beside regions, the difference adds less than a
-// thousandth to kappa. `areas` are by fine cell. Symmetric, bit for bit.
+// For arcs between coarse cells: the sum of conductance times step over all fine arcs from one to
+// the other. As in CreaseConductance, but with the distance of the centroids as the step, which
+// needs no mesh. If fine cells are small compared with regions, that changes kappa by less than a
+// thousandth. `areas` are by fine cell. Symmetric, bit for bit.
 Buffer<double> crossing_conductances(const CoarseGraph& coarse, std::span<const double> areas,
                                      const CrossingOptions& options, ThreadTeam& team);
 
-// How far the middles of coarse cells at the ends of each arc are apart. Cells on both sides of a
-// rim may have one middle: at least a share of their width, and never 0.
+// The distance between the centers of gravity of the coarse cells at the ends of each arc. Cells on
+// both sides of a rim may share one: the distance is at least a fraction of their width, and never
+// 0.
 Buffer<double> coarse_steps(const CoarseGraph& coarse, ThreadTeam& team);
 
-// The sum of vector_of(cell) over the fine cells in each coarse cell, called from any thread.
+// The sum of vector_of(cell) over the fine cells in each coarse cell; vector_of is called on any
+// thread.
 template <typename VectorOf>
 Buffer<Point> coarse_sums(const CoarseGraph& coarse, const VectorOf& vector_of, ThreadTeam& team) {
   const OrderedGraph& fine = coarse.fine();

@@ -18,7 +18,7 @@ std::pair<Place, Place> places_of_range(std::int64_t range, Place n_own) {
   return {begin, std::min(begin + (1 << CellGrower::kRangeBits), n_own)};
 }
 
-// The parts in a row, with cells counted from the first of the tile.
+// Concatenates the parts, with cells counted from the first of the tile.
 TileCells joined(std::span<const RangeCells> parts, Buffer<Cell> of, Buffer<float> lengths) {
   TileCells cells;
   for (const RangeCells& part : parts) {

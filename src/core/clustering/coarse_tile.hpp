@@ -20,7 +20,8 @@ struct TileCells {
 };
 
 // Divides a tile, a graph of consecutive cells of the curve followed by its rim (see
-// improve_paths), as CoarseGraph divides all of them: its cells are whole ranges of places.
+// improve_paths), in the same way as CoarseGraph divides all cells: a tile consists of whole ranges
+// of places.
 TileCells divide_tile(const OrderedGraph& tile, Place n_own, Place cell_size, ThreadTeam& team);
 
 struct TileArcs {
@@ -28,13 +29,13 @@ struct TileArcs {
   std::vector<Arc> arcs;              // sorted by target
 };
 
-// The arcs of the coarse cells of a tile. For its own places and those of its rim, `coarse` holds
-// the number of the coarse cell among all, lengths those of the paths from its center.
+// The arcs of the coarse cells of a tile. For its own places and its rim, `coarse` holds the coarse
+// cell by its number among all, and lengths those of the paths from its center.
 TileArcs connect_tile(const OrderedGraph& tile, Place n_own, std::span<const Cell> coarse,
                       std::span<const float> lengths, ThreadTeam& team);
 
-// For each region its cell nearest to a point of its own, the lowest among equals, and the squared
-// distance; kNoCell and infinity where none of these cells is in it.
+// For each region its cell nearest to the given target, the lowest among equals, and the squared
+// distance; kNoCell and infinity if no cell of the tile is in the region.
 struct NearestOfRegions {
   std::vector<double> squared_distances;
   std::vector<Cell> cells;

@@ -11,14 +11,14 @@
 
 namespace superfacets {
 
-// The cells of a graph (fine), grouped into coarse cells: connected, around a center each. A coarse
+// The cells of a graph (fine), grouped into coarse cells: connected, each around a center. A coarse
 // cell has the sum of their measures and the mean of their positions. An arc between two coarse
-// cells is as long as the shortest way from center to center that crosses their border once. Every
-// component of the fine graph, however small, has a coarse cell at least.
+// cells is as long as the shortest path from center to center that crosses their border once. Every
+// component of the fine graph, however small, has at least one coarse cell.
 class CoarseGraph {
  public:
-  // Coarse cells of about `cell_size` cells. The fine graph must be symmetric, and must exist as
-  // long as this one. Memory: 2 bytes per fine cell beside the graph, 6 while it is made.
+  // Coarse cells of about `cell_size` cells. The fine graph must be symmetric, and must outlive
+  // this one. Memory: 2 bytes per fine cell beside the graph, 6 during construction.
   CoarseGraph(const OrderedGraph& fine, Place cell_size, ThreadTeam& team);
 
   const OrderedGraph& graph() const { return graph_; }
@@ -39,12 +39,12 @@ class CoarseGraph {
   // The coarse cell of each fine cell, by cell.
   Buffer<Cell> coarse_cells(ThreadTeam& team) const;
 
-  // The fine cell in the middle of each coarse cell.
+  // The fine cell at the center of each coarse cell.
   std::vector<Cell> centers() const { return fine_.cells_at(centers_); }
 
   // Centers among fine cells for regions of coarse cells: for each region the fine cell nearest to
-  // its mean, the lowest among equals. `labels` are by coarse cell, kNoLabel where there is none;
-  // `centers` holds a coarse cell of each region.
+  // its mean, the lowest among equals. `labels` are by coarse cell, kNoLabel for cells in no
+  // region; `centers` holds a coarse cell of each region.
   std::vector<Cell> refine(std::span<const Label> labels, std::span<const Cell> centers,
                            ThreadTeam& team) const;
 
@@ -64,11 +64,11 @@ class CoarseGraph {
   std::vector<Cell> first_cells_;  // by range: its first coarse cell
   Buffer<LocalCell> local_;        // (N,) the coarse cell of each fine place
   std::vector<Place> centers_;     // (C,) fine places
-  OrderedGraph graph_;             // places are cells: they are made in the order of the curve
+  OrderedGraph graph_;  // places are cells, because coarse cells are made in the order of the curve
 };
 
 // The measure-weighted mean of the positions of each region of coarse cells, summed in their order;
-// cells with kNoLabel are in none.
+// cells with kNoLabel are in no region.
 std::vector<Point> region_means(const OrderedGraph& coarse, std::span<const Label> labels,
                                 std::int64_t n_regions);
 

@@ -77,8 +77,8 @@ void FarthestPoints::find_changing(std::size_t level, std::size_t index, Point c
   for (auto child = begin; child < end; ++child) find_changing(level - 1, child, center, changing);
 }
 
-// If a box is at least as far from the new center as the farthest of its cells is from the earlier
-// ones, no distance in it can change.
+// If a box is at least as far from the new center as its farthest cell is from the earlier ones, no
+// distance in it can change.
 bool FarthestPoints::can_change(std::size_t level, std::size_t index, Point center) const {
   return summaries_[level][index].farthest_squared >
          graph_.tree.level(level)[index].squared_distance(center);

@@ -23,7 +23,7 @@ class FarthestPoints {
   // Places a center: its cell is never the farthest again.
   void place(Place center);
 
-  // The cell farthest from all centers, the lowest among equals. At least one must be left.
+  // The cell farthest from all centers, the lowest among equals. Some cell must be left.
   Place farthest() const;
 
  private:

@@ -10,11 +10,11 @@ namespace {
 
 constexpr double kLowerScale = 0x1p31;
 
-// Sums of all cells are less than this.
+// Upper bound of the sum over all cells.
 constexpr double kLargest = 0x1p62;
 
-// Totals below this have no finite scale. Areas and extents that small are refused, except for
-// extents of centroids that nearly coincide, where the choice among them does not matter.
+// Totals below this have no finite scale. Areas and extents this small are refused, except for
+// extents of nearly coincident centroids, where any choice of center will do.
 constexpr double kSmallestTotal = 0x1p-900;
 
 // The power of two that scales numbers of sum `total` so that their sum is below 2^62. The error of

@@ -39,8 +39,8 @@ class FixedPoint {
   }
   FixedSum of(const Point& position, double measure) const;
 
-  // Whether the share of a region in the total measure is too small (2^-40 or less) for a mean of
-  // double precision. Only then must its cells be summed in another way.
+  // Whether the fraction of a region in the total measure is too small (2^-40 or less) for a mean
+  // of double precision. Its cells must then be summed in another way.
   static bool is_too_small(const FixedSum& sum) { return sum.upper[3] < (std::int64_t{1} << 20); }
 
   Point mean(const FixedSum& sum) const;

@@ -27,11 +27,11 @@ struct Candidate {
   }
 };
 
-// A tree of boxes of the labeled cells alone. A search in the tree of all cells would visit
+// A tree of boxes of the labeled cells only. A search in the tree of all cells would visit
 // everything between an island and the nearest labeled cell, possibly thousands of other islands.
 class LabeledCells {
  public:
-  // Labels are by place, groups by cell, or there are none.
+  // Labels are by place, groups by cell; groups may be empty.
   LabeledCells(const OrderedGraph& graph, std::span<const Label> labels,
                std::span<const Label> groups, ThreadTeam& team) {
     for (Place place = 0; place < graph.n_cells(); ++place) {
@@ -47,7 +47,7 @@ class LabeledCells {
     if (!groups_.empty()) find_ranges();
   }
 
-  // Updates the best candidate found from other cells of the same island, which is of a group.
+  // Improves the best candidate found from other cells of the same island, which has this group.
   void search(Point target, Place place, Label group, Candidate& best) const {
     // The nearest cell along the curve is usually near in space; boxes farther away are skipped.
     const auto next = std::lower_bound(places_.begin(), places_.end(), place) - places_.begin();
@@ -113,10 +113,10 @@ class LabeledCells {
   std::vector<Point> positions_;
   std::vector<Cell> cells_;
   std::vector<Label> labels_;
-  std::vector<Label> groups_;  // empty where there are none
+  std::vector<Label> groups_;  // empty: no groups
   BoxTree tree_;
-  std::vector<std::vector<Cell>> lowest_;   // of each node, as in the tree
-  std::vector<std::vector<Range>> ranges_;  // the same, where there are groups
+  std::vector<std::vector<Cell>> lowest_;   // lowest cell of each group in each node of the tree
+  std::vector<std::vector<Range>> ranges_;  // groups in each node of the tree
 };
 
 // The cells without a label, grouped by island.
@@ -140,7 +140,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
     for (std::int64_t i = begin; i < end;) {
       const Cell piece = pieces.of[places[i]];
       const Label group = groups.empty() ? kAnyGroup : groups[graph.cells[places[i]]];
-      Candidate best;  // from the cells of the island in this block
+      Candidate best;  // over the cells of the island in this block
       for (; i < end && pieces.of[places[i]] == piece; ++i) {
         labeled.search(graph.positions[places[i]], places[i], group, best);
       }
@@ -152,7 +152,7 @@ std::vector<Candidate> nearest_of(const OrderedGraph& graph, const LabeledCells&
   return nearest;
 }
 
-// Makes regions of the islands that may join none.
+// Makes regions of the islands that may join no region.
 void name_islands(const OrderedGraph& graph, const Components& pieces, JoinedIslands& joined) {
   Label next = *std::max_element(joined.labels.begin(), joined.labels.end()) + 1;
   std::vector<Label> names(pieces.n_components, kNoLabel);

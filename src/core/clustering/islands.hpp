@@ -10,7 +10,7 @@
 
 namespace superfacets {
 
-// How they are labeled.
+// How unreached cells are labeled.
 enum class Islands : std::uint8_t {
   kKeep,     // they become regions of their own
   kNearest,  // they get no label in the loop, and join the nearest region after it
@@ -22,16 +22,16 @@ struct JoinedIslands {
   std::vector<Cell> new_centers;  // the lowest cell of each island that became one
 };
 
-// In the place of a group: that of a cell which may be joined with any.
+// Group of a cell that may share a region with any other.
 inline constexpr Label kAnyGroup = -1;
 
 // Labels each island, a connected piece of cells with kNoLabel, like the labeled cell nearest
 // (Euclidean) to any cell of the island, the lowest among equals. Labels are indexed by cell; at
 // least one must not be kNoLabel. Time O(N log N) in practice.
 //
-// With groups of cells, the same for all cells of an island, an island joins none but cells of its
-// own group, unless that is kAnyGroup. Where there are none, it becomes a region: K and up, in the
-// order of their lowest cells. Without groups (empty) an island joins any.
+// With groups (equal for all cells of an island), an island joins only cells of its own group, or
+// any if that is kAnyGroup. If there are none, it becomes a region: K and up, in the order of their
+// lowest cells. Without groups (empty), an island joins any cell.
 JoinedIslands join_islands(const OrderedGraph& graph, std::span<const Label> labels,
                            std::span<const Label> groups, ThreadTeam& team);
 

@@ -8,11 +8,11 @@
 namespace superfacets {
 
 // Finds for each region the place nearest to its target among the places with its label; the lowest
-// cell among equals. `regions` are ascending. `places` holds any place of each region on entry (a
-// near one saves time), and the nearest on return. label_of(place) is called from any thread.
-// Time O(N + R log N): a search in the box tree stops when it has visited many more nodes than a
-// region's share, as happens where the target is far away or many cells are equally near. One pass
-// over all places then finishes these regions.
+// cell among equals. `regions` are ascending. `places` holds any place of each region on entry (the
+// nearer, the faster), and the nearest on return. label_of(place) is called on any thread. Time O(N
+// + R log N): a search in the box tree stops after many more nodes than a region's share, as when
+// the target is far away or many cells are equally near. One pass over all places then finishes
+// these regions.
 template <typename LabelOf>
 void find_nearest_members(const OrderedGraph& graph, std::span<const Label> regions,
                           std::span<const Point> targets, const LabelOf& label_of,

@@ -11,16 +11,16 @@
 namespace superfacets {
 namespace {
 
-// The share of a region's distortion that a second center is expected to take away.
+// Fraction of a region's distortion that a second center is expected to remove.
 constexpr double kGain = 0.5;
 
 struct Need {
-  double removal_cost = 0.0;  // infinite where a place has no other center
+  double removal_cost = 0.0;  // infinite if some place has no other center
   double distortion = 0.0;
   Place farthest = 0;
 };
 
-// Of a region of these places.
+// For a region of these places.
 Need need_of(const OrderedGraph& graph, std::span<const Path> nearest,
              std::span<const Path> seconds, std::span<const Place> region) {
   Need need;
@@ -53,7 +53,7 @@ std::vector<Label> sorted_labels(std::size_t n_regions, const Key& key) {
   return labels;
 }
 
-// What a region takes part in during one relocation.
+// The role of a region in one relocation.
 enum class Role : std::uint8_t { kNone, kStays, kLeaves, kReceives };
 
 }  // namespace

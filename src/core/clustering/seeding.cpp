@@ -18,7 +18,7 @@
 namespace superfacets {
 namespace {
 
-// The places that regions have reached so far, and the expansion of one more region.
+// The places reached by regions so far, and the expansion of the next region.
 class Flood {
  public:
   Flood(const OrderedGraph& graph, double reach)
@@ -29,8 +29,8 @@ class Flood {
 
   bool is_reached(Place place) const { return is_reached_[place]; }
 
-  // The set of places reached does not depend on their order, so a stack suffices where the
-  // classification needs Dijkstra's algorithm.
+  // The set of reached places does not depend on the order of expansion, so a stack suffices here,
+  // while the classification needs Dijkstra's algorithm.
   void expand(Place seed, Label label) {
     reach_place(seed, label);
     while (!stack_.empty()) {
@@ -55,7 +55,7 @@ class Flood {
   const double squared_reach_;
   std::vector<bool> is_reached_;   // (N,) by any region
   std::vector<Label> visited_by_;  // (N,) the last region that visited the place
-  std::vector<Place> stack_;       // places of the current region to be expanded
+  std::vector<Place> stack_;       // places of the current region, not yet expanded
 };
 
 Components find_components_of(const OrderedGraph& graph, ThreadTeam& team) {
@@ -78,14 +78,14 @@ std::vector<Size> sizes_of(const OrderedGraph& graph, const Components& componen
   return sizes;
 }
 
-// The measure that a component must have in order not to be an island: half of a region's.
+// Smallest measure of a component that is no island: half of a region's.
 double least_measure(const OrderedGraph& graph, Cell n_seeds) {
   double total = 0.0;
   for (const Place place : graph.place_of) total += graph.measures[place];
   return 0.5 * total / n_seeds;
 }
 
-// The components of a graph, and which of them are large enough for seeds of their own.
+// The components of a graph, and which of them are large enough for seeds.
 class SeededComponents {
  public:
   SeededComponents(const OrderedGraph& graph, Place first, Cell n_seeds, ThreadTeam& team)
@@ -168,7 +168,7 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   }
   Classification from_starts(graph, kInfinity, Islands::kNearest, team);
   from_starts.classify(starts);
-  // Keys are copied: a lookup in each comparison would miss the cache.
+  // Keys are copied: lookups during comparisons would miss the cache.
   std::vector<std::tuple<Cell, PathLength, Cell, Place>> keys(graph.n_cells());
   for (Place place = 0; place < graph.n_cells(); ++place) {
     keys[place] = {ranks[components.component(place)], from_starts.path(place).length,
@@ -181,8 +181,8 @@ std::vector<Place> visiting_order(const OrderedGraph& graph, const SeededCompone
   return order;
 }
 
-// Seeds where arcs lead one way: the lowest cell that no seed reaches, until all cells of large
-// components are reached.
+// Seeds where arcs have no reverse arcs: the lowest cell that no seed reaches, until all cells of
+// large components are reached.
 void place_unreached(const OrderedGraph& graph, const SeededComponents& components, Cell n_seeds,
                      LongestPaths& paths, std::vector<Place>& seeds) {
   if (graph.is_symmetric) return;
@@ -194,7 +194,7 @@ void place_unreached(const OrderedGraph& graph, const SeededComponents& componen
   }
 }
 
-// A cube of the grid: its indices along the axes, as doubles that hold integers, which do not
+// A cube of the grid: its indices along the axes. Doubles hold these integers exactly and do not
 // overflow.
 struct Cube {
   double x, y, z;

@@ -10,20 +10,20 @@ namespace superfacets {
 
 // A component is large enough for seeds if it has at least half of the measure expected of a
 // region, or if all larger components together have fewer than n_seeds cells. At most the n_seeds
-// largest are; among equals that of `first` precedes, then that with the lowest cell. The others
-// are islands. (For components the direction of arcs does not matter.)
+// largest get seeds; among equals the component of `first` precedes, then the one with the lowest
+// cell. The others are islands. (Components ignore the direction of arcs.)
 
 // The cell nearest to the measure-weighted mean of all positions, lowest index among equals.
 Cell central_cell(const OrderedGraph& graph, ThreadTeam& team);
 
 // The number of cells in components with at least half of the measure expected of a region. The
-// others are islands, as long as these have enough cells for n_seeds seeds.
+// other components are islands, if this number is at least n_seeds.
 std::int64_t n_cells_of_large_components(const OrderedGraph& graph, Cell n_seeds, ThreadTeam& team);
 
-// `first`, then again and again the cell farthest (Euclidean) from all cells chosen so far, lowest
+// `first`, then again and again the cell farthest (Euclidean) from all chosen cells, the lowest
 // index among equals, until there are n_seeds <= N of them. Time O(N log N + k log N) in practice:
-// a tree of bounding boxes skips groups of cells to which a new center cannot be nearer. Memory: 9
-// bytes per cell.
+// a tree of bounding boxes skips groups of cells that are nearer to earlier seeds. Memory: 9 bytes
+// per cell.
 //
 // If islands are not kept, they get no seeds, and the other components begin with the same cells as
 // in geodesic_seeds.
@@ -38,17 +38,18 @@ std::vector<Cell> farthest_seeds(const OrderedGraph& graph, Cell first, Cell n_s
 // Cells of large components that no seed reaches, because of the direction of arcs, count as
 // farthest: the lowest of them is next.
 //
-// Time: each seed expands to the cells that it becomes the nearest to; on meshes that takes about
-// log k passes in total. Memory: 12 bytes per cell; 16 more if there are several components.
+// Time: each seed expands to the cells that it is nearest to; on meshes that takes about log k
+// passes in total. Memory: 12 bytes per cell; 16 more if there are several components.
 std::vector<Cell> geodesic_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds,
                                  ThreadTeam& team);
 
-// Visits cells in the order of their path length from `first` (lowest index among equals); a
+// Visits cells in the order of their path length from `first` (lowest index among equals). A
 // visited cell that no region has reached starts a region, which expands through cells within
-// `reach` of its position and labels the cells around these without expanding them. The component
-// of `first` is flooded first, then the others in the order of their lowest cells, each from that
-// cell. If islands are not kept, those (with n_seeds regions expected) are left out. Cells without
-// a path from the start, because of the direction of arcs, are visited last in their component.
+// `reach` of its position and labels the cells adjacent to these without expanding them. The
+// component of `first` is flooded first, then the others in the order of their lowest cells, each
+// from that cell. If islands are not kept, islands (for n_seeds expected regions) are left out.
+// Cells without a path from the start, because of the direction of arcs, are visited last in their
+// component.
 std::vector<Cell> flood_seeds(const OrderedGraph& graph, Cell first, Cell n_seeds, double reach,
                               Islands islands, ThreadTeam& team);
 

@@ -32,8 +32,8 @@ void RegionMeans::resize(std::size_t n_regions) {
   nearest_.resize(n_regions, 0);
 }
 
-// Neighbors on the curve mostly change in the same way: their contributions are summed first and
-// applied once.
+// Neighbors on the curve mostly change in the same way: the sum of their contributions is applied
+// once.
 void RegionMeans::collect(Change& change, Label label, const FixedSum& sum, std::int64_t sign) {
   if (label != change.label) {
     apply(change, sign);

@@ -19,12 +19,12 @@ std::vector<Place> update_centers(const OrderedGraph& graph, std::span<const Lab
                                   Label n_regions, ThreadTeam& team);
 
 // The same, incrementally, for labels of which few change between calls: only cells with a new
-// label are added and subtracted, and the nearest place is searched only in regions that changed.
-// Regions of nearly no measure are summed again each time, which takes a pass over all cells.
-// Memory: 4 bytes per cell.
+// label are added and subtracted, and only regions that changed search their nearest place. Regions
+// of nearly zero measure are summed again each time, which takes a pass over all cells. Memory: 4
+// bytes per cell.
 class RegionMeans {
  public:
-  // No cell has a label.
+  // At first, no cell has a label.
   RegionMeans(const OrderedGraph& graph, ThreadTeam& team);
 
   void resize(std::size_t n_regions);
@@ -45,7 +45,7 @@ class RegionMeans {
     apply(gained, 1);
   }
 
-  // The places nearest to the means. `members` holds one place, any, of each region.
+  // The places nearest to the means. `members` holds any place of each region.
   const std::vector<Place>& nearest(std::span<const Place> members);
 
  private:

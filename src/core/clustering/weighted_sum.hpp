@@ -5,7 +5,7 @@
 
 namespace superfacets {
 
-// Cells are to be added in an order that does not depend on the number of threads.
+// Cells must be added in an order that does not depend on the number of threads.
 struct WeightedSum {
   Point weighted{0.0, 0.0, 0.0};  // of measure times position
   Point plain{0.0, 0.0, 0.0};     // of positions

@@ -16,7 +16,7 @@ bool is_finite(const Point& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-// Marks corners in is_used, one byte per vertex; false where one is no vertex.
+// Marks corners in is_used, one byte per vertex; false if a corner is no vertex.
 bool mark_used(std::span<const Vertex> corners, std::span<std::uint8_t> is_used, ThreadTeam& team) {
   std::atomic<bool> is_in_range = true;
   const auto n_corners = static_cast<std::int64_t>(corners.size());

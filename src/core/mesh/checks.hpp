@@ -1,4 +1,4 @@
-// Stage 0: whether arrays are a mesh.
+// Stage 0: checks whether arrays form a mesh.
 #pragma once
 
 #include "base/threads.hpp"
@@ -9,7 +9,7 @@ namespace superfacets {
 struct MeshFindings {
   bool is_finite = true;    // all coordinates, of vertices that faces use or not
   bool is_in_range = true;  // all corners are vertices
-  // Of the vertices that faces use. Means something only where the mesh is finite and in range.
+  // Bounding box of the vertices that faces use. Valid only if the mesh is finite and in range.
   Point low{};
   Point high{};
 };
@@ -29,10 +29,10 @@ void narrow_indices(std::span<const std::int32_t> indices, ThreadTeam& team,
 
 struct NumberFindings {
   bool is_valid = true;  // all are finite and >= 0
-  double largest = 0.0;  // means something only where all are valid
+  double largest = 0.0;  // valid only if all are valid
 };
 
-// Looks for numbers that are no areas or weights.
+// Checks numbers that are areas or weights.
 NumberFindings check_numbers(std::span<const double> numbers, ThreadTeam& team);
 
 }  // namespace superfacets

@@ -12,11 +12,11 @@
 namespace superfacets {
 namespace {
 
-// The cross product of two edges of length L carries rounding errors up to about 4 eps L^2; below
-// twice that its direction means nothing, and the face counts as one without a normal.
+// The cross product of two edges of length L has rounding errors up to about 4 eps L^2. Below twice
+// that, its direction is arbitrary, and the face has no normal.
 constexpr double kNormalNoise = 8.0 * std::numeric_limits<double>::epsilon();
 
-// Faces per block of measuring: what is known of them fits into the nearest cache.
+// Faces per block of measuring: their data fits into the first-level cache.
 constexpr std::size_t kFacesAtOnce = 64;
 
 using Numbers = std::array<double, kFacesAtOnce>;

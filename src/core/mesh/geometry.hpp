@@ -37,8 +37,8 @@ void measure_faces(std::span<const Point> vertices, std::span<const Triangle> fa
                    ThreadTeam& team, const FaceShapes& shapes);
 
 // Area of the faces whose longest side is longer than min_length, and whose height above it is less
-// than max_height. The same bits on any number of threads. `longest` is what measure_faces fills:
-// most meshes have no block of faces that is worth looking at.
+// than max_height. The same bits for any number of threads. `longest` is filled by measure_faces,
+// so that blocks without long sides are skipped.
 double sliver_area(std::span<const Point> vertices, std::span<const Triangle> faces,
                    std::span<const double> areas, std::span<const double> longest,
                    double min_length, double max_height, ThreadTeam& team);
@@ -47,12 +47,12 @@ double sliver_area(std::span<const Point> vertices, std::span<const Triangle> fa
 void area_vectors(std::span<const Point> vertices, std::span<const Triangle> faces,
                   ThreadTeam& team, std::span<Point> vectors);
 
-// A vector as a unit vector; zero where it is no longer than the rounding errors of a cross product
-// of vectors whose squared length is this at most.
+// Unit vector of a cross product; zero if it is not longer than its rounding errors, given the
+// largest squared length of its factors.
 Point unit_normal_along(const Point& direction, double longest_squared);
 
-// The unit normal of a face, or a zero vector where it has none: two corners at one position, or no
-// area beyond rounding errors.
+// The unit normal of a face; zero if it has none: two corners at one position, or no area beyond
+// rounding errors.
 Point unit_normal(std::span<const Point> vertices, const Triangle& face);
 
 // Faces that have no normal.

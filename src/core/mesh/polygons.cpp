@@ -81,7 +81,7 @@ class EarCutter {
   Vertex before(std::size_t i) const { return rest_[i == 0 ? rest_.size() - 1 : i - 1]; }
   Vertex after(std::size_t i) const { return rest_[i + 1 == rest_.size() ? 0 : i + 1]; }
 
-  // Corner 1 where there is none: what is left is then cut as a fan.
+  // Corner 1 if no ear is found: the rest is then cut as a fan.
   std::size_t find_ear() const {
     for (std::size_t i = 1; i <= rest_.size(); ++i) {
       if (is_ear(i % rest_.size())) return i % rest_.size();
@@ -105,11 +105,11 @@ class EarCutter {
   }
 
   std::span<const Point> vertices_;
-  std::vector<Vertex> rest_;  // corners that are not cut off
+  std::vector<Vertex> rest_;  // corners that are not cut off yet
   Point normal_;
 };
 
-// Whether no triangle of the fan folds back.
+// Whether no triangle of the fan is flipped.
 bool is_fan_flat(std::span<const Point> vertices, std::span<const Vertex> corners) {
   const Point normal = double_area_vector(vertices, corners);
   bool is_flat = true;

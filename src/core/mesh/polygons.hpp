@@ -1,4 +1,4 @@
-// Stage 0: faces with any number of corners, and what is measured of one.
+// Stage 0: faces with any number of corners, and their measures.
 #pragma once
 
 #include "base/threads.hpp"
@@ -28,33 +28,32 @@ struct PolygonMeasures {
   Point normal;  // unit, or zero where there is none
 };
 
-// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), which is that of Newell:
-// in a plane, twice the area times the unit normal, for concave polygons too.
+// Twice the sum of the area vectors of the fan of triangles (0, i, i + 1), by Newell's formula: in
+// a plane, twice the area times the unit normal, for concave polygons too.
 Point double_area_vector(std::span<const Point> vertices, std::span<const Vertex> corners);
 
-// The area is that of the polygon as seen along its normal, which is the area of the fan where the
-// corners lie in a plane: triangles that fold back count as negative. The centroid is that of the
-// fan, likewise, but never outside the box around the corners, where those of polygons that cross
-// themselves would be; the mean of the corners where there is no normal. There is no normal where
-// there is no area beyond rounding errors. Of a triangle: what mesh/geometry.hpp gives, bit for
-// bit.
+// The area is the area of the polygon projected along its normal: the area of the fan where the
+// corners lie in a plane, with flipped triangles counted as negative. The centroid is computed
+// likewise and clamped to the box around the corners, which self-intersecting polygons may leave;
+// the mean of the corners if there is no normal. There is no normal if there is no area beyond
+// rounding errors. For triangles, the results equal those of mesh/geometry.hpp bit for bit.
 PolygonMeasures measure_polygon(std::span<const Point> vertices, std::span<const Vertex> corners);
 
 void measure_polygons(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
                       std::span<Point> centroids, std::span<double> areas,
                       std::span<Point> normals);
 
-// As sliver_area of triangles: area of the faces whose longest side or diagonal from corner 0 is
-// longer than min_length, and which are less than max_height wide: a triangle of this area and
-// length for three corners, a rectangle for more.
+// Like sliver_area of triangles: area of the faces whose longest side or diagonal from corner 0 is
+// longer than min_length, and which are narrower than max_height. The width is the height of a
+// triangle of this area and length for three corners, of a rectangle for more.
 double polygon_sliver_area(std::span<const Point> vertices, const Polygons& faces,
                            std::span<const double> areas, double min_length, double max_height,
                            ThreadTeam& team);
 
-// Cuts each face of n corners into n - 2 triangles, which follow each other in `triangles`: those
-// of face i begin at offsets[i] - 2 i. Faces that are convex are cut into their fan. Others are cut
-// ear by ear, in O(n^2) mostly; what has no ear, as it crosses itself, and what has more than
-// kMostCornersCut corners, into the fan.
+// Cuts each face of n corners into n - 2 triangles, stored consecutively: those of face i begin at
+// offsets[i] - 2 i. Convex faces are cut into their fan, others ear by ear, in O(n^2) mostly. A
+// polygon without an ear, because it intersects itself, or with more than kMostCornersCut corners
+// is cut into its fan.
 inline constexpr int kMostCornersCut = 4096;
 void triangulate(std::span<const Point> vertices, const Polygons& faces, ThreadTeam& team,
                  std::span<Triangle> triangles);

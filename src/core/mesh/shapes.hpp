@@ -19,7 +19,7 @@ inline Point clamp_to(const Box& box, const Point& p) {
           std::clamp(p.z, box.low.z, box.high.z)};
 }
 
-// The one of two points that is nearer to p, the first where they are equally near.
+// The nearer of two points to p; the first if they are equally near.
 inline Point nearer(const Point& p, const Point& one, const Point& other) {
   return squared_norm(p - other) < squared_norm(p - one) ? other : one;
 }
@@ -60,8 +60,8 @@ class TriangleShape {
     return box;
   }
 
-  // Inside by barycentric coordinates, else on one of the sides. In a triangle as good as flat only
-  // the sides count: no point of it is farther from them than its height.
+  // By barycentric coordinates if the projection is inside, else on one of the sides. In a nearly
+  // flat triangle, only the sides count: no point of it is farther from them than its height.
   Point nearest(const Point& p) const {
     const Point ab = b_ - a_;
     const Point ac = c_ - a_;
@@ -90,7 +90,7 @@ class TriangleShape {
   Point a_, b_, c_;
 };
 
-// All that is inside. One without a volume is its sides.
+// A solid tetrahedron. Without a volume, it consists of its sides.
 class TetShape {
  public:
   TetShape() = default;
@@ -113,7 +113,7 @@ class TetShape {
   }
 
  private:
-  // Whether p is on the inner side of all four sides, or in them.
+  // Whether p is on the inner side of all four planes, or on them.
   bool contains(const Point& p) const {
     if (box().squared_distance(p) > 0.0) return false;
     const double whole = volume(a_, b_, c_, d_);

@@ -1,9 +1,8 @@
-// Rivara's algorithm bisects faces by their longest side, and then neighbors that do not conform,
-// and their neighbors in turn. Nothing of that chain is needed where the only reason to bisect a
-// side is its length: the longest side of a face with a side that is too long is too long as well,
-// so each such side gets bisected in each of its faces sooner or later, by itself. Faces are
-// therefore independent of each other, but for the numbers of the midpoints on the sides they
-// share.
+// Rivara's algorithm bisects faces by their longest side, then neighbors that do not conform, and
+// their neighbors in turn. Here a side is bisected only because it is too long, and then no chain
+// is needed: if any side of a face is too long, its longest side is, so each such side is
+// eventually bisected in each of its faces. Faces are therefore independent of each other, except
+// for the numbers of the midpoints on shared sides.
 //
 // The bound on angles: Rosenberg and Stenger, "A lower bound on the angles of triangles constructed
 // by bisecting the longest side", 1975. The algorithm: Rivara, "Algorithms for refining triangular
@@ -22,7 +21,7 @@
 namespace superfacets {
 namespace {
 
-// Faces of one task. Few, since one long face may become thousands.
+// Faces per task. Few, since one long face may become thousands.
 constexpr std::int64_t kFacesPerTask = 256;
 
 constexpr Vertex kNoVertex = -1;
@@ -39,7 +38,7 @@ Point midpoint(const Point& a, const Point& b) {
 struct Corners {
   Point points[3];
 
-  // What is left of a face when a corner moves along a side: one of its halves.
+  // One half of a face: one of its corners is moved along a side.
   Corners with(int corner, const Point& point) const {
     Corners changed = *this;
     changed.points[corner] = point;
@@ -47,7 +46,7 @@ struct Corners {
   }
 };
 
-// What is too long. Lengths are the same from both ends, to the last bit, and so are midpoints.
+// Decides which sides are too long. Lengths and midpoints have the same bits from both ends.
 class Limit {
  public:
   explicit Limit(double max_edge) : squared_(max_edge * max_edge) {}
@@ -76,14 +75,14 @@ Corners corners_of(std::span<const Point> vertices, const Triangle& face) {
   return {vertices[face.corners[0]], vertices[face.corners[1]], vertices[face.corners[2]]};
 }
 
-// The number of parts that a face is cut into; any number above `most` where it is more than that.
+// The number of parts of a face; any number above `most` if it is larger.
 std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t most) {
   const int side = limit.longest_side(face);
   if (side == kNoSide) return 1;
   const int end = next_side(side);
   const Point middle = midpoint(face.points[side], face.points[end]);
   const std::int64_t n_first = count_parts(face.with(end, middle), limit, most - 1);
-  if (n_first >= most) return most + 1;  // the other half counts for one at least
+  if (n_first >= most) return most + 1;  // the other half is at least one part
   return n_first + count_parts(face.with(side, middle), limit, most - n_first);
 }
 
@@ -91,7 +90,7 @@ std::int64_t count_parts(const Corners& face, const Limit& limit, std::int64_t m
   throw std::length_error("too many faces");
 }
 
-// The number of parts of each face, as (F + 1,) starts.
+// Prefix sums of the numbers of parts of faces, (F + 1,).
 Buffer<std::int64_t> place_parts(std::span<const Point> vertices, std::span<const Triangle> faces,
                                  const Limit& limit, std::int64_t max_faces, ThreadTeam& team) {
   const auto n_faces = static_cast<std::int64_t>(faces.size());
@@ -120,8 +119,8 @@ Vertex count_points(const Point& a, const Point& b, const Limit& limit) {
   return 1 + count_points(a, middle, limit) + count_points(middle, b, limit);
 }
 
-// Writes the midpoints of an edge and of its halves in turn: the middle, those of the half at a,
-// those of the half at b. Returns where the next may go.
+// Writes the midpoints of an edge and recursively of its halves: the middle, the half at a, the
+// half at b. Returns the end of the output.
 Point* write_points(const Point& a, const Point& b, const Limit& limit, Point* place) {
   if (!limit.is_exceeded(a, b)) return place;
   const Point middle = midpoint(a, b);
@@ -129,7 +128,7 @@ Point* write_points(const Point& a, const Point& b, const Limit& limit, Point* p
   return write_points(middle, b, limit, write_points(a, middle, limit, place + 1));
 }
 
-// The edges of the mesh that are too long, by the vertices that they join.
+// The edges of the mesh that are too long, by their vertices.
 class LongEdges {
  public:
   LongEdges(std::span<const Point> vertices, std::span<const Triangle> faces, const Limit& limit)
@@ -139,7 +138,7 @@ class LongEdges {
     place_points(vertices, limit);
   }
 
-  // The first midpoint on an edge that is too long, and how many there are. They are numbered from
+  // The first midpoint on an edge that is too long, and their number. Midpoints are numbered from
   // the lower to the higher vertex.
   struct Points {
     Vertex first;
@@ -192,7 +191,7 @@ class LongEdges {
     for_each_long_side([&](Vertex low, Vertex high) { highs_[starts_[low + 1]++] = high; });
   }
 
-  // Sorts the higher vertices of each lower one, and keeps one of each.
+  // Sorts the higher vertices of each lower one, and removes duplicates.
   void drop_doubles() {
     std::int64_t n_kept = 0;
     std::int64_t begin = 0;
@@ -226,14 +225,14 @@ class LongEdges {
   Buffer<Vertex> first_points_;  // (edges + 1,) numbers of midpoints
 };
 
-// Writes the parts of one face after the other, into arrays that are long enough.
+// Writes the parts of one face after the other, into arrays of sufficient length.
 class Cutter {
  public:
   Cutter(const Limit& limit, const LongEdges& long_edges, Subdivision& parts)
       : limit_(limit), long_edges_(long_edges), parts_(parts) {}
 
-  // The parts go to places from first_part on; midpoints within the face are numbered from
-  // first_point on. Those on its sides have been written before.
+  // Parts are written from first_part on, midpoints within the face from first_point on. Midpoints
+  // on its sides have been written before.
   void cut(const Triangle& face, Face source, std::int64_t first_part, Vertex first_point) {
     edges_.clear();
     source_ = source;
@@ -244,16 +243,16 @@ class Cutter {
   }
 
  private:
-  // A side of the face, one within it, or a part of either.
+  // A side of the face, an inner edge, or a part of either.
   struct SplitEdge {
     Vertex from;
     Vertex to;
-    Vertex middle = kNoVertex;  // where it is bisected, into two other edges
+    Vertex middle = kNoVertex;  // midpoint, if it is bisected into two other edges
     std::int32_t first_half = 0;
     std::int32_t second_half = 0;
   };
 
-  // An edge as a part of the face runs along it.
+  // An edge, in the direction of a part of the face.
   struct Side {
     std::int32_t edge;
     bool is_reversed;
@@ -284,8 +283,8 @@ class Cutter {
     return {side.is_reversed ? edge.first_half : edge.second_half, side.is_reversed};
   }
 
-  // Adds an edge and all of its parts; its midpoints have been written, in the order of
-  // write_points, from next_point on.
+  // Adds an edge and all of its parts. Its midpoints are already written, from next_point on, in
+  // the order of write_points.
   std::int32_t add_edge(Vertex from, Vertex to, Vertex& next_point) {
     const auto index = static_cast<std::int32_t>(edges_.size());
     edges_.push_back({from, to});
@@ -307,7 +306,7 @@ class Cutter {
 
   // Adds an edge from a midpoint to the corner opposite to it.
   std::int32_t add_inner_edge(Vertex middle, Vertex opposite) {
-    // Where the edge is short, nothing is written, maybe behind the last vertex.
+    // A short edge writes nothing, even if next_point is past the last vertex.
     Point* place = parts_.vertices.data() + next_point_;
     write_points(point(middle), point(opposite), limit_, place);
     return add_edge(middle, opposite, next_point_);
@@ -345,9 +344,8 @@ class Cutter {
   Vertex next_point_ = 0;
 };
 
-// The number of the first midpoint within each face, as (F + 1,). Every time that a part is
-// bisected, that takes a midpoint: one on a side of the face is used once by it, one within it
-// twice, from either side.
+// The number of the first midpoint within each face, (F + 1,). Each bisection of a part uses a
+// midpoint: one on a side of the face is used once by it, one within the face twice.
 Buffer<Vertex> place_inner_points(std::span<const Point> vertices, std::span<const Triangle> faces,
                                   const Limit& limit, const LongEdges& long_edges,
                                   std::span<const std::int64_t> starts, ThreadTeam& team) {

@@ -41,7 +41,7 @@ void sort_rows(VertexGraph& graph, ThreadTeam& team) {
   });
 }
 
-// Moves the distinct neighbors of each sorted row down, and forgets the rest.
+// Removes duplicates from the sorted rows, and closes the gaps.
 void drop_repeated(VertexGraph& graph) {
   std::int64_t n_kept = 0;
   for (std::size_t vertex = 0; vertex + 1 < graph.offsets.size(); ++vertex) {

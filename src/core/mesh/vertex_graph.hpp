@@ -1,4 +1,4 @@
-// Stage 6: which vertices share an edge, for distances along the edges of a mesh.
+// Stage 6: the graph of vertices that share an edge, for distances along the edges of a mesh.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -10,12 +10,12 @@ namespace superfacets {
 
 struct VertexGraph {
   Buffer<std::int64_t> offsets;  // (V + 1,) arcs of vertex i: offsets[i] .. offsets[i+1]-1
-  Buffer<Vertex> neighbors;      // (M,) ascending for each vertex, none twice
+  Buffer<Vertex> neighbors;      // ascending for each vertex, without duplicates
   Buffer<double> lengths;        // (M,) of the edges
 };
 
 // Builds one arc per edge and direction. Corners are compared by representative[vertex] (see
-// weld_vertices): vertices that are not their own representative, or not used, have no arcs. A side
+// weld_vertices): vertices that are not used, or not their own representative, have no arcs. A side
 // whose two ends are one vertex is no edge. Time O(F + V), and O(n log n) at a vertex with n edges.
 VertexGraph build_vertex_graph(std::span<const Point> vertices, std::span<const Triangle> faces,
                                std::span<const Vertex> representative, ThreadTeam& team);

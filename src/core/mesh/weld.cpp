@@ -28,8 +28,8 @@ std::uint64_t mix(std::uint64_t bits) {
   return bits ^ (bits >> 31);
 }
 
-// One multiplication a coordinate brings all of its bits to the upper ones of the product; turned
-// apart and added, they are mixed at once.
+// A multiplication moves the bits of a coordinate to the upper half of the product. The products
+// are rotated by different amounts and added, so that one finalizer mixes them all.
 std::uint64_t hash(Point p) {
   // Adding 0.0 turns -0.0 into 0.0, which compares equal to it and so must hash alike.
   SUPERFACETS_ASSERT(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
@@ -84,7 +84,7 @@ class PositionTable {
   Buffer<Vertex> table_;
 };
 
-// Returns whether some vertex is at the position of another.
+// Returns whether two vertices have the same position.
 bool insert_range(std::int64_t begin, std::int64_t end, PositionTable& table,
                   std::span<PositionTable::Slot> slots) {
   bool is_shared = false;

@@ -1,4 +1,4 @@
-// Stage 0: vertices at the same position count as one.
+// Stage 0: treats vertices at the same position as one.
 #pragma once
 
 #include "base/buffer.hpp"

@@ -61,7 +61,7 @@ class BucketQueue {
     return taken_;
   }
 
-  // Removes all places, in any order.
+  // Removes and returns all places, in any order.
   template <typename Visit>
   void drain(const Visit& visit) {
     for (auto& bucket : ring_) {
@@ -73,7 +73,8 @@ class BucketQueue {
     n_near_ = 0;
   }
 
-  // Whether an entry just taken is stale: its place has a shorter path since, and was pushed again.
+  // Whether an entry just taken is outdated: its place got a shorter path later, and was pushed
+  // again.
   bool is_stale(PathLength length) const { return length >> width_bits_ != current_; }
 
   // Number of places taken, and of places inspected to find them, since the restart.
@@ -88,7 +89,7 @@ class BucketQueue {
   // The ring spans arcs of up to about 500 times the mean length.
   static constexpr std::uint64_t kRingSize = 512;
 
-  // Refills the empty ring from the far entries, beginning with the lowest length among them.
+  // Refills the empty ring from the far entries, starting at the lowest length among them.
   void bring_near() {
     auto by_length = [](const FarEntry& a, const FarEntry& b) { return a.length < b.length; };
     std::vector<FarEntry> waiting;

@@ -17,8 +17,8 @@ constexpr int kMaxChunkBits = 17;
 constexpr int kMinChunkBits = 13;
 constexpr std::int64_t kChunksPerThread = 4;
 
-// If more places than this are handled per place of a chunk, the chunk switches from buckets to a
-// heap. On meshes one to two are handled.
+// Number of handled places, per place of a chunk, at which a chunk switches from buckets to a heap.
+// On meshes it is one to two.
 constexpr std::size_t kMaxHandled = 4;
 
 // Prefetch distances, in places, for arcs and for paths.
@@ -31,9 +31,9 @@ int chunk_bits_for(std::int64_t n_cells, int n_threads) {
   return std::clamp(static_cast<int>(std::bit_width(wanted)), kMinChunkBits, kMaxChunkBits);
 }
 
-// No path is as long. Shortest ones are below 2^kTotalBits, those made longer by a detour below
-// twice that. A way through a coarse cell goes in and out along paths of finer cells, so it is at
-// most twice as long as these on each of a few levels.
+// Larger than every path length. Shortest paths are below 2^kTotalBits; paths lengthened by a
+// detour are below twice that. A path through a coarse cell consists of paths of finer cells to and
+// from its center, so each of the few levels doubles it at most.
 constexpr PathLength kLongest = PathLength{1} << 60;
 
 PathLength longer_by(PathLength length, const Arc& arc) {
@@ -103,9 +103,9 @@ void Expansion::lengthen_chunk(std::int64_t chunk, std::span<const PathLength> b
   }
 }
 
-// Posts proposals for arcs between labels that improve a path. Arcs within a label cannot: all its
-// paths were lengthened by the same amount. Nothing is written here, because other threads read the
-// same paths at the same time.
+// Posts proposals for arcs between labels that improve a path. Arcs within a label cannot: all
+// paths of the label were lengthened by the same amount. Paths are not written here, because other
+// threads read them at the same time.
 void Expansion::compare_labels(std::int64_t chunk, std::span<const PathLength> by_label,
                                Worker& worker) {
   const auto [begin, end] = places(chunk);
@@ -207,8 +207,8 @@ void Expansion::expand(Place place, std::int64_t chunk, Worker& worker, Queue& q
   }
 }
 
-// The same for a row of arcs. Branches on single arcs are hard to predict, so all arcs of the row
-// are compared before the first branch.
+// The same for a row of arcs. Branches on single arcs are unpredictable, so all arcs of the row are
+// compared before the first branch.
 template <typename Queue>
 void Expansion::expand_row(Place place, std::int64_t chunk, Worker& worker, Queue& queue) {
   const Path path = this->path(place);

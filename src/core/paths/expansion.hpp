@@ -41,17 +41,17 @@ class Expansion {
   void clear();
 
   // Lengthens all paths of a label by the length of the detour from its new center to its old one,
-  // so that they remain valid upper bounds; kUnreached forgets them. Arcs between different labels
-  // may improve paths after that, which the next run does. The graph must be symmetric.
+  // so that they remain valid upper bounds; kUnreached forgets them. Arcs between labels may then
+  // improve paths, which the next run does. The graph must be symmetric.
   void lengthen(std::span<const PathLength> by_label);
 
   // A path of length 0.
   void start(Place center, Label label) { propose({center, {0, label}}); }
 
-  // Sets the paths to all places, where no arc can improve any.
+  // Sets the paths to all places; no arc may improve any of them.
   void restore(std::span<const PathLength> lengths, std::span<const Label> labels);
 
-  // A path that was found elsewhere.
+  // Adds a path that was found elsewhere.
   void propose(Place place, const Path& path) { propose({place, path}); }
 
   void run();
@@ -68,7 +68,7 @@ class Expansion {
     Path path;
   };
   struct Chunk {
-    std::vector<Place> waiting;  // places with an improved path, not expanded yet
+    std::vector<Place> waiting;  // places with an improved path, not yet expanded
     bool has_changed = false;
   };
   struct Worker {
@@ -78,8 +78,8 @@ class Expansion {
     std::vector<Proposal> proposals;  // for other chunks
   };
 
-  // Threads read lengths of other chunks while their owner writes them. A length read is never too
-  // short. Where it is too long, a later proposal corrects what was derived from it.
+  // Threads read lengths in other chunks while their owner writes them. A value read this way is
+  // never too short. If it is too long, a later proposal corrects the result.
   PathLength length(Place place) const {
     return std::atomic_ref(const_cast<PathLength&>(lengths_[place]))
         .load(std::memory_order_relaxed);

@@ -43,8 +43,8 @@ void HaltedPaths::add_doubt(Place place, const Path& path) {
   doubts_.push_back({place, path});
 }
 
-// A place is uncertain if some shortest path to it leaves the reach of its center. (If another path
-// of the same length does not, the place is checked without need.)
+// A place is uncertain if some shortest path to it leaves the reach of its center. (If an equally
+// short path stays within reach, the place is checked unnecessarily.)
 void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> centers) {
   std::mutex mutex;
   std::vector<Place> halted;
@@ -78,10 +78,10 @@ void HaltedPaths::find_doubts(const Expansion& exact, std::span<const Place> cen
   }
 }
 
-// The centers whose expansion may reach an uncertain place: those within reach of a place with an
+// The centers whose expansion may reach an uncertain place: centers within reach of a place with an
 // arc to an uncertain place. On a graph that is not symmetric, all centers.
 std::vector<Label> HaltedPaths::centers_in_doubt(std::span<const Place> centers) const {
-  std::vector<std::vector<char>> is_source;  // of each node of the tree: it holds such a place
+  std::vector<std::vector<char>> is_source;  // for each node of the tree: it holds such a place
   is_source.reserve(graph_.tree.n_levels());
   for (std::size_t level = 0; level < graph_.tree.n_levels(); ++level) {
     is_source.emplace_back(graph_.tree.level(level).size(), 0);

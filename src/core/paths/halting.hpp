@@ -23,11 +23,11 @@ class HaltedPaths {
   // centers; cells in components without a center are unreached.
   void correct(const Expansion& exact, std::span<const Place> centers);
 
-  // To be called next. As long as a cell is unreached, makes the lowest such cell a center, which
-  // is appended to `centers`.
+  // Must be called next. As long as cells are unreached, makes the lowest of them a center and
+  // appends it to `centers`.
   void adopt_orphans(const Expansion& exact, std::vector<Place>& centers);
 
-  // The path to a place, once all corrections are made.
+  // The path to a place, after all corrections.
   Path path(const Expansion& exact, Place place) const {
     return doubt_of_[place] == kNoDoubt ? exact.path(place) : doubts_[doubt_of_[place]].path;
   }

@@ -31,10 +31,10 @@ bool LongestPaths::reach_all() const {
   return true;
 }
 
-// Paths only become shorter, so an earlier maximum of a block, (length, lowest cell), remains a
-// bound: no path gets longer, and no lower cell joins the ties. The block with the best bound is
-// searched again, until a search leaves its bound unchanged: then it is the maximum of all blocks.
-// If all paths are equally long, one block is searched, not all.
+// Paths only become shorter, so an earlier maximum of a block, (length, lowest cell), remains an
+// upper bound. The block with the highest bound is searched again, until a search confirms its
+// bound: that is the maximum of all blocks. If all paths are equally long, one block is searched,
+// not all.
 Place LongestPaths::farthest() {
   while (true) {
     std::pop_heap(bounds_.begin(), bounds_.end());

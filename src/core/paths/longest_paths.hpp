@@ -21,8 +21,8 @@ class LongestPaths {
   bool reaches(Place place) const { return paths_.path(place).label != kNoLabel; }
   bool reach_all() const;
 
-  // The reached place with the longest path, the lowest cell among equals. At least one reached
-  // place must not be a center. Centers placed after this call must be reached places, too.
+  // The reached place with the longest path, the lowest cell among equals. Some reached place must
+  // not be a center. Centers placed after this call must be reached places, too.
   Place farthest();
 
  private:

@@ -1,5 +1,5 @@
-// Lengths of shortest paths between cells: from some of them to all, or between those near each
-// other. Used by normalized cuts. Only these functions need memory quadratic in the cells.
+// Lengths of shortest paths between cells: from some cells to all, or between nearby cells. Used by
+// normalized cuts. Only these functions need memory quadratic in the number of cells.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -20,10 +20,10 @@ struct SparseRows {
 Buffer<float> path_lengths(const OrderedGraph& graph, std::span<const Cell> sources, double unit,
                            ThreadTeam& team);
 
-// The same from each cell to those within `reach` of it (Euclidean; 0 to itself), by the shortest
-// path of which all places but the last are within reach. As the bound is around the source, the
-// paths of a pair of cells may differ in the two directions, or exist in one only. Memory: 8 bytes
-// for each pair, twice that while the rows are concatenated.
+// The same from each cell to all cells within `reach` of it (Euclidean; 0 to itself), by the
+// shortest path of which all places but the last are within reach. The bound is centered at the
+// source, so the paths of a pair of cells may differ between the two directions, or exist in one
+// only. Memory: 8 bytes per pair, twice that while rows are concatenated.
 SparseRows path_lengths_within(const OrderedGraph& graph, double reach, double unit,
                                ThreadTeam& team);
 

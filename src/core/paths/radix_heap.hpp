@@ -59,7 +59,7 @@ class RadixHeap {
   }
 
   std::array<std::vector<Entry>, 65> buckets_;
-  PathLength last_ = 0;   // the lowest key that may still come
+  PathLength last_ = 0;   // lower bound of all keys in the heap
   std::size_t size_ = 0;  // entries in all buckets
 };
 

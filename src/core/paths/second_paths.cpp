@@ -16,8 +16,8 @@ struct Entering {
   Path path;
 };
 
-// The paths that cross a border, by the place behind it. Arcs may lead one way, so they are found
-// where they begin.
+// The paths that cross a border, by the place behind it. They are found at their sources, because
+// arcs may have no reverse arcs.
 std::vector<Entering> paths_across_borders(const OrderedGraph& graph, std::span<const Path> nearest,
                                            ThreadTeam& team) {
   std::vector<Entering> all;
@@ -38,7 +38,7 @@ std::vector<Entering> paths_across_borders(const OrderedGraph& graph, std::span<
   return all;
 }
 
-// Dijkstra's algorithm within a region, from all of its places that have a path.
+// Dijkstra's algorithm within a region, from all of its places with a path.
 void expand_inwards(const OrderedGraph& graph, std::span<const Path> nearest,
                     std::span<const Place> region, RadixHeap& heap, std::span<Path> seconds) {
   heap.restart();

@@ -1,4 +1,4 @@
-// How far cells are from the second-nearest center.
+// Path lengths to the second-nearest center.
 #pragma once
 
 #include <vector>
@@ -23,13 +23,12 @@ struct Regions {
   std::vector<Place> places;         // without those of kNoLabel
 };
 
-// For each place the best path from a center other than that of its label, where `nearest` holds
-// the best of all paths (by place, kNoLabel where there is none). kUnreached where there is none.
+// For each place the best path from a center other than its own, where `nearest` holds the best
+// paths of all (by place, with kNoLabel if unreached). kUnreached if there is none.
 //
-// Up to the border of a region such a path is the best path to a place beyond the border: where it
-// enters the region for the last time, it comes from a place whose own center is at least as near.
-// From there on it stays in the region. So it takes one expansion within each region, from its
-// border inwards.
+// Such a path is the best path to a place just outside the region, followed by a part inside: where
+// it enters the region for the last time, it comes from a place whose own center is at least as
+// near. So one expansion within each region suffices, from its border inwards.
 Buffer<Path> second_paths(const OrderedGraph& graph, std::span<const Path> nearest,
                           const Regions& regions, ThreadTeam& team);
 

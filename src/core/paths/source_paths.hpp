@@ -14,8 +14,8 @@
 
 namespace superfacets {
 
-// Expands one source after another by label correction, and by Dijkstra's algorithm where label
-// correction takes too many steps. Memory: 8 bytes per cell.
+// Expands one source after another by label correction, and by Dijkstra's algorithm if that takes
+// too many steps. Memory: 8 bytes per cell.
 class SourcePaths {
  public:
   explicit SourcePaths(const OrderedGraph& graph)
@@ -23,10 +23,10 @@ class SourcePaths {
     std::fill(lengths_.begin(), lengths_.end(), kUnreached);
   }
 
-  // Finds the shortest paths from a place along which is_followed(place, length) holds for every
-  // place but the last, where `length` is that of the shortest such path to it. is_followed may
-  // also be called with longer paths; if it holds for a path, it must hold for any shorter one. The
-  // paths of the previous source must have been taken.
+  // Finds the shortest paths from a place on which is_followed(place, length) holds for every place
+  // but the last, where `length` is the shortest such path to the place. is_followed may also be
+  // called with longer paths; if it holds for a path, it must hold for any shorter one. The paths
+  // of the previous source must have been taken.
   template <typename IsFollowed>
   void expand(Place source, const IsFollowed& is_followed) {
     SUPERFACETS_ASSERT(reached_.empty() && heap_.empty());
@@ -51,8 +51,8 @@ class SourcePaths {
   }
 
  private:
-  // If more places than this are handled, in total and per place reached, the search switches from
-  // buckets to a heap. On meshes one to two are handled per place reached.
+  // Number of handled places, in total and per place reached, at which the search switches from
+  // buckets to a heap. On meshes it is one to two per place.
   static constexpr std::size_t kAlwaysHandled = 1000;
   static constexpr std::size_t kMaxHandled = 4;
 

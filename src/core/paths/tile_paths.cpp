@@ -9,11 +9,11 @@
 namespace superfacets {
 namespace {
 
-// Every how many lengths are looked at for their mean, for which some thousands suffice.
+// Step of the sample of lengths for their mean; some thousands suffice.
 constexpr std::size_t kStep = 61;
 
-// As many arcs as lengths of this mean have in all together, wherever tiles are cut: by this the
-// queues of an expansion choose the width of their buckets.
+// Number of arcs of a whole graph with this mean length, as all lengths add up to 2^kTotalBits.
+// Queues derive the width of their buckets from it, which then does not depend on the tiles.
 std::int64_t n_arcs_of_all(std::span<const float> lengths) {
   double total = 0.0;
   std::int64_t n_lengths = 0;
@@ -63,7 +63,7 @@ void copy_lists(const PathArcs& input, OrderedGraph& graph) {
 
 OrderedGraph graph_of_arcs(const PathArcs& input, std::size_t n_cells) {
   OrderedGraph graph;
-  graph.cells = Buffer<Cell>(n_cells);  // their number; they are not read
+  graph.cells = Buffer<Cell>(n_cells);  // for its size only; never read
   if (fits_rows(input)) {
     copy_rows(input, graph);
   } else {

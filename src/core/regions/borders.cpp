@@ -19,7 +19,7 @@ struct Crossing {
   double cost;
 };
 
-// Sides whose cells are looked at before their lengths are added up.
+// Sides that are collected before their lengths are added up.
 constexpr std::int64_t kBlock = 1 << 14;
 
 struct RegionLength {
@@ -27,14 +27,14 @@ struct RegionLength {
   double length;
 };
 
-// Whether a side of a cell is on the border of its region and is to be counted from this cell: some
-// cell on it is in another region, and no lower one is in this region.
+// Whether a side of a cell is on the border of its region and is counted at this cell: some cell on
+// it is in another region, and no lower cell is in this region.
 struct SideState {
   bool is_border = false;
   bool is_counted = false;
 };
 
-// Appends the lengths of those sides of a cell that count for its region.
+// Appends the lengths of the sides of a cell that are counted for its region.
 void append_border(const Surface& surface, std::span<const Label> labels, Cell cell,
                    std::vector<RegionLength>& lengths) {
   const double open = surface.open_length(cell);
@@ -106,7 +106,7 @@ std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCos
     const std::scoped_lock lock(mutex);
     crossings.insert(crossings.end(), part.begin(), part.end());
   });
-  // Sorted by arc as well, so that the order of the sums does not depend on the number of threads.
+  // Also sorted by arc, so that the order of the sums does not depend on the number of threads.
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
     return std::tie(a.low, a.high, a.arc) < std::tie(b.low, b.high, b.arc);
   });

@@ -22,7 +22,7 @@ struct BorderCost {
 
   double operator()(const Surface& surface, Cell from, std::int64_t arc) const;
 
-  // The costs of some of the arcs of a cell, those from `arc` on, rounded.
+  // The costs of consecutive arcs of a cell, from `arc` on, rounded.
   void write(const Surface& surface, Cell from, std::int64_t arc, std::span<float> costs) const;
 };
 
@@ -38,8 +38,8 @@ std::vector<RegionBorder> region_borders(const Surface& surface, const BorderCos
                                          std::span<const Label> labels, ThreadTeam& team);
 
 // The perimeter of each region 0..n_regions-1; a cell may have kNoLabel. A side counts once for
-// each region on it that does not hold all of its cells. Border that no arc crosses (the boundary
-// of an open mesh) counts too. Time O(N + M); the same bits on any number of threads.
+// each of its regions that does not hold all of its cells. Sides without arcs (the boundary of an
+// open mesh) count too. Time O(N + M); the same bits for any number of threads.
 std::vector<double> region_perimeters(const Surface& surface, std::span<const Label> labels,
                                       Label n_regions, ThreadTeam& team);
 

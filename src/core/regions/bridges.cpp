@@ -23,7 +23,8 @@ class BridgeSearch {
   }
 
   std::vector<Bridge> search_all() {
-    // The nearest place along the curve is usually near in space: so bridges begin short.
+    // The nearest place along the curve is usually near in space, so searches start with a short
+    // bridge.
     Place last_lower = kNoPlace;
     for (Place place = 1; place < cells_.n_cells(); ++place) {
       if (ranks_[place - 1] < ranks_[place]) last_lower = place - 1;
@@ -73,7 +74,7 @@ class BridgeSearch {
 
   const PlacedCells& cells_;
   std::vector<Cell> ranks_;                      // by place
-  std::vector<std::vector<Cell>> lowest_ranks_;  // of each node, as in the tree
+  std::vector<std::vector<Cell>> lowest_ranks_;  // lowest rank in each node of the tree
   std::vector<Bridge> bridges_;                  // by rank; none for rank 0
 };
 

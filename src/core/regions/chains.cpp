@@ -92,7 +92,7 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
   for (const auto [arc, neighbor] : arcs().steps(cell)) {
     if (labels_[neighbor] != to) continue;
     const double step = border_cost_.length(arc);
-    const bool is_at_border = first_labels_[neighbor] == to;  // the border is half way
+    const bool is_at_border = first_labels_[neighbor] == to;  // the border is at half the step
     shortest = std::min(shortest, is_at_border ? 0.5 * step : step + travels_[neighbor]);
   }
   return shortest;
@@ -100,8 +100,8 @@ double MovingRegions::travel_to(Cell cell, Label to) const {
 
 std::span<const Cell> ChainMover::try_moves(Cell cell) {
   chain_.clear();
-  // Every chain begins by moving this cell, so that is tested once. To test it for each of the
-  // regions would take most of the time where hundreds of cells are neighbors of each other.
+  // Every chain begins by moving this cell, so whether it may move is tested once. Testing it for
+  // each region would dominate the time where hundreds of cells are neighbors of each other.
   if (!regions_.may_leave(cell)) return {};
   const double cost = regions_.cost_of_sides(cell);
   const Label from = regions_.label(cell);
@@ -167,12 +167,13 @@ ChainMover::Candidate ChainMover::take_candidate(Label from, Label to, double le
     const double travel = regions_.travel_to(taken.cell, to);
     taken.travel = static_cast<float>(travel);
     if (travel > options_.max_distance || would_join_patches(taken.cell, from, to)) continue;
-    if (chain_.empty() || regions_.may_leave(taken.cell)) return taken;  // the first may
+    if (chain_.empty() || regions_.may_leave(taken.cell))
+      return taken;  // the first cell was tested before
   }
   return {};
 }
 
-// Updates the neighbors of a cell that has just moved, whose gain is larger now.
+// Updates the neighbors of a cell that has just moved: their gain is larger now.
 void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   for (const Cell cell : regions_.arcs().neighbors(moved)) {
     if (regions_.label(cell) != from) continue;
@@ -187,7 +188,7 @@ void ChainMover::add_candidates(Cell moved, Label from, Label to) {
   }
 }
 
-// Whether the patch of a region would touch another one of its color if the region got a cell.
+// Whether the patch of a region would touch another patch of its color if the region got a cell.
 bool ChainMover::would_join_patches(Cell cell, Label from, Label to) const {
   const Patch patch = patches_.of_region[to];
   const std::span<const Cell> neighbors = regions_.arcs().neighbors(cell);

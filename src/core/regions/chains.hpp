@@ -14,7 +14,7 @@
 
 namespace superfacets {
 
-// Labels that change, and what is known of the cells near borders. All else is untouched memory.
+// Changing labels, and data of the cells near borders. Memory of all other cells is never touched.
 class MovingRegions {
  public:
   MovingRegions(const Surface& surface, const BorderCost& cost, std::span<const Label> first_labels,
@@ -33,10 +33,10 @@ class MovingRegions {
   // are near a border.
   std::span<const float> costs_of(Cell cell);
 
-  // Whether a move of the cell was tried, which reads the cells around it.
+  // Whether a move of the cell was tried. A try reads the cells around it.
   bool was_examined(Cell cell) const { return (marks_[cell] & (kWasTried | kHasCosts)) != 0; }
 
-  // By how much a move of a cell reduces the cost of borders.
+  // The decrease of the cost of borders by a move of the cell.
   double gain_of(Cell cell, Label from, Label to);
   double cost_of_sides(Cell cell);
 
@@ -45,11 +45,10 @@ class MovingRegions {
     return labels_[cell] == first_labels_[cell] ? 0.0F : travels_[cell];
   }
 
-  // The travel that a cell would have in a region that it touches.
+  // The travel of a cell after a move to an adjacent region.
   double travel_to(Cell cell, Label to) const;
 
-  // Fetch what is read of a cell to the cache; first the cell, then, as these bring it there, what
-  // is known of its arcs.
+  // Prefetch the data of a cell, in two steps: the cell itself, then the data of its arcs.
   void prefetch_cell(Cell cell) const {
     prefetch(&arcs().offsets[cell]);
     prefetch(&labels_[cell]);

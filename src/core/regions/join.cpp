@@ -77,12 +77,12 @@ class Groups {
     }
   }
 
-  // The region that each region ends in.
+  // The final region of each region.
   std::vector<Label> roots() {
     for (Label label = 0; std::cmp_less(label, joined_to_.size()); ++label) {
       Label root = label;
       while (joined_to_[root] != root) root = joined_to_[root];
-      // Path compression: everything on the way points to the root from now on.
+      // Path compression: all nodes on the way point to the root afterwards.
       for (Label next = label; next != root;) next = std::exchange(joined_to_[next], root);
     }
     return std::move(joined_to_);

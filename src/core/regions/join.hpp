@@ -1,4 +1,4 @@
-// Stage 5: regions that join neighbors.
+// Stage 5: joins regions to neighbors.
 #pragma once
 
 #include <vector>
@@ -7,17 +7,17 @@
 
 namespace superfacets {
 
-// The regions that have to join another.
+// The regions that must join another.
 struct JoinRule {
-  std::span<const std::uint8_t> stays;  // (K,) 1: never; empty: none of them
-  double least_area = 0.0;              // the others join while their area is less
+  std::span<const std::uint8_t> stays;  // (K,) 1: never joins; empty: all may
+  double least_area = 0.0;              // regions below this area join
 };
 
 // Joins regions to neighbors, the smallest region first (the lowest label among equals), each to
 // the neighbor with the most costly common border, and returns the final region of each, (K,).
-// Areas and borders of joined regions are added. Among equal costs the lowest label is taken (for
-// joined regions that of the one with most neighbors). A region without a neighbor stays. `borders`
-// are those of region_borders.
+// Areas and borders of joined regions are added. Among equal costs the lowest label is taken (a
+// group of joined regions has the label of the one with most neighbors). A region without a
+// neighbor stays. `borders` are the result of region_borders.
 //
 // Time O((K + B) log^2 B) for B borders: when two regions join, the borders of the one with fewer
 // neighbors are moved to the other.

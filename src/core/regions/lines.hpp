@@ -1,4 +1,4 @@
-// Stage 5: segments of borders, put together to lines.
+// Stage 5: joins segments of borders to lines.
 #pragma once
 
 #include <vector>
@@ -13,15 +13,16 @@ using SegmentEnd = std::int64_t;
 inline constexpr SegmentEnd kNoEnd = -1;
 
 struct Lines {
-  std::vector<std::int64_t> offsets;     // (L + 1,) line i: entries[offsets[i]] .. [offsets[i+1]-1]
-  std::vector<SegmentEnd> entries;       // (S,) by which each segment is entered, along the lines
+  std::vector<std::int64_t> offsets;  // (L + 1,) line i: entries[offsets[i]] .. [offsets[i+1]-1]
+  std::vector<SegmentEnd>
+      entries;  // (S,) the end by which each segment is entered, along the lines
   std::vector<std::uint8_t> are_closed;  // (L,)
 };
 
-// Follows each line from segment to segment. `partners` holds for each end of a segment that of
-// another one which goes on there, or kNoEnd; partners are mutual. Lines with ends come first, and
-// begin with the start of a segment where one of their ends is such; then closed ones, which begin
-// with the start of their lowest segment. Time O(S).
+// Follows each line from segment to segment. `partners` holds for each end of a segment the end of
+// the next segment, or kNoEnd; partners are mutual. Open lines come first, and begin at the start
+// of a segment if one of their ends is a start; then closed lines, which begin at the start of
+// their lowest segment. Time O(S).
 Lines trace_lines(std::span<const SegmentEnd> partners);
 
 }  // namespace superfacets

@@ -6,14 +6,14 @@
 namespace superfacets {
 namespace {
 
-// The most neighbors in the region that are examined; a cell with more is not moved.
+// Most neighbors in the region that are examined; a cell with more is not moved.
 constexpr int kMostNeighbors = 16;
 
 class Neighborhood {
  public:
   Neighborhood(const Surface& surface, std::span<const Label> labels, Cell cell)
       : surface_(surface), labels_(labels), cell_(cell) {
-    // A cell with neighbors of the region across all of its sides is not at a border, or several
+    // A cell whose neighbors across all sides are in the region is not at a border, unless several
     // cells meet at one of its sides, which is too rare to examine.
     limit_ = surface.has_corners() ? std::min(surface.n_sides(cell) - 1, kMostNeighbors)
                                    : kMostNeighbors;
@@ -61,8 +61,8 @@ class Neighborhood {
     return std::find(neighbors.begin(), neighbors.end(), second.to) != neighbors.end();
   }
 
-  // Whether two neighbors are joined around the corner that their sides share, by cells of the
-  // region other than this one.
+  // Whether two neighbors are joined around the corner of their sides, by cells of the region other
+  // than this one.
   bool joins_around_corner(const Step& first, const Step& second) const {
     const Corner corner = surface_.corner_between(cell_, surface_.side(cell_, first.arc),
                                                   surface_.side(cell_, second.arc));
@@ -85,7 +85,7 @@ bool stays_connected_without(const Surface& surface, std::span<const Label> labe
   const auto n_same = std::count_if(neighbors.begin(), neighbors.end(), [&](Cell neighbor) {
     return labels[neighbor] == labels[cell];
   });
-  if (n_same <= 1) return n_same == 1;  // as for most cells at borders
+  if (n_same <= 1) return n_same == 1;  // most cells at borders
   return Neighborhood(surface, labels, cell).is_joined();
 }
 

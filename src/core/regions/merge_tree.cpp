@@ -14,7 +14,7 @@
 namespace superfacets {
 namespace {
 
-// What a group shares with a neighbor.
+// The border that a group shares with a neighbor.
 struct SharedBorder {
   double length = 0.0;
   double cost = 0.0;
@@ -28,7 +28,7 @@ struct SharedBorder {
 // Two nodes that may merge.
 struct Candidate {
   double cost;
-  double tie;  // decides between equal costs
+  double tie;  // breaks ties of costs
   Label low;
   Label high;
 
@@ -37,8 +37,8 @@ struct Candidate {
   }
 };
 
-// Groups of merged regions. A group is the node that it came to be, but what is known of it lies
-// in a slot: that of the part of it with most neighbors, whose list need not be copied.
+// Groups of merged regions. A group is numbered by its latest node; its data lies in the slot of
+// its part with most neighbors, whose list need not be copied.
 class MergingGroups {
  public:
   MergingGroups(const MergeRegions& regions, const MergeRule& rule)
@@ -64,7 +64,8 @@ class MergingGroups {
     while (!queue_.empty()) {
       const Candidate next = queue_.top();
       queue_.pop();
-      if (slots_[next.low] == kNoLabel || slots_[next.high] == kNoLabel) continue;  // merged before
+      if (slots_[next.low] == kNoLabel || slots_[next.high] == kNoLabel)
+        continue;  // one of them has merged before
       tree_.children.insert(tree_.children.end(), {next.low, next.high});
       tree_.costs.push_back(next.cost);
       merge(slots_[next.low], slots_[next.high]);
@@ -96,7 +97,7 @@ class MergingGroups {
     for (const auto& [neighbor, border] : neighbors_[kept]) offer(kept, neighbor, border);
   }
 
-  // Fills the queue anew. A group with very many neighbors leaves as many outdated candidates
+  // Rebuilds the queue. A group with very many neighbors leaves that many outdated candidates
   // behind each time it merges.
   void offer_all() {
     queue_ = {};
@@ -108,7 +109,7 @@ class MergingGroups {
     largest_queue_ = kMostOutdated * (queue_.size() + 1);
   }
 
-  // Leaves the measures of both together in the first slot.
+  // Adds the measures of the second slot to the first.
   void mix(Label first, Label second) {
     const double area = areas_[first] + areas_[second];
     const double share = area > 0.0 ? areas_[second] / area : 0.5;
@@ -157,8 +158,8 @@ class MergingGroups {
     return ward_factor(a, b) * squared;
   }
 
-  // By how much the sum over areas of squared distances from their mean grows, over the squared
-  // distance of the means.
+  // Ward's cost of a merge per squared distance of the means: the growth of the sum of area times
+  // squared distance from the mean.
   double ward_factor(Label a, Label b) const {
     const double area = areas_[a] + areas_[b];
     return area > 0.0 ? areas_[a] / area * areas_[b] : 0.0;
@@ -169,18 +170,18 @@ class MergingGroups {
     return std::cbrt(0.75 * area / std::numbers::pi);
   }
 
-  static constexpr std::size_t kMostOutdated = 8;  // candidates for each that is not
+  static constexpr std::size_t kMostOutdated = 8;  // outdated candidates per current one
 
   const MergeRule rule_;
   const std::size_t n_features_;
-  std::vector<double> areas_;  // this and what follows by slot
+  std::vector<double> areas_;  // this and the following by slot
   std::vector<Point> positions_;
   std::vector<double> features_;
   std::vector<Neighbors> neighbors_;
-  std::vector<Label> nodes_;  // that are in the slots now
-  std::vector<Label> slots_;  // of each node; kNoLabel when it has merged
+  std::vector<Label> nodes_;  // node in each slot
+  std::vector<Label> slots_;  // slot of each node; kNoLabel after it has merged
   std::priority_queue<Candidate, std::vector<Candidate>, std::greater<>> queue_;
-  std::size_t largest_queue_ = 0;  // it is filled anew beyond
+  std::size_t largest_queue_ = 0;  // size at which it is rebuilt
   MergeTree tree_;
 };
 

@@ -7,14 +7,14 @@ namespace {
 
 constexpr Patch kNoPatch = -1;
 
-// Patches of this many cells at borders keep what they use in the cache of a core; fewer are in
-// them where there would be less than kManyPatches, enough for several threads at each color.
+// Patches with this many cells at borders fit their data into a core's cache. They are smaller if
+// there would be fewer than kManyPatches, enough for several threads at each color.
 constexpr std::int64_t kLargestPatch = 1024;
 constexpr std::int64_t kSmallestPatch = 64;
 constexpr std::int64_t kManyPatches = 512;
 
-// A patch touches about six others. With more colors than that needs, two patches between which a
-// third one vanishes seldom have the same color.
+// A patch touches about six others. With more colors than needed, two patches that become adjacent
+// when a patch between them vanishes seldom have the same color.
 constexpr std::size_t kFewestColors = 8;
 
 class PatchMaker {
@@ -44,8 +44,8 @@ class PatchMaker {
   }
 
  private:
-  // Makes a patch, and returns the first region that it came to but does not hold; kNoLabel if
-  // there is none.
+  // Makes a patch, and returns the first adjacent region that is not in it; kNoLabel if there is
+  // none.
   Label grow(Label seed) {
     const Patch patch = patches_.n_patches();
     reached_.assign(1, seed);
@@ -97,9 +97,9 @@ class PatchMaker {
   const std::int64_t least_cells_;  // of a patch
   Patches patches_;
   std::vector<Label> reached_;            // regions of this patch, and next to it
-  std::vector<Patch> last_seen_by_;       // of each region: the last patch that came to it
-  std::vector<std::int64_t> n_cells_;     // of the patches of each color
-  std::vector<Patch> last_forbidden_by_;  // of each color: the last patch with such a neighbor
+  std::vector<Patch> last_seen_by_;       // by region: the last patch that reached it
+  std::vector<std::int64_t> n_cells_;     // in the patches of each color
+  std::vector<Patch> last_forbidden_by_;  // by color: the last patch with a neighbor of that color
 };
 
 }  // namespace

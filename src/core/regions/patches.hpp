@@ -1,4 +1,4 @@
-// Stage 5: patches, groups of neighboring regions whose cells one thread moves.
+// Stage 5: patches, groups of neighboring regions that one thread processes.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace superfacets {
 
-// Some cells by the group that they are in, in CSR form.
+// Cells grouped by an index, in CSR form.
 struct GroupedCells {
   std::vector<std::int64_t> offsets;  // (number of groups + 1,)
   std::vector<Cell> cells;
@@ -19,8 +19,8 @@ struct GroupedCells {
   }
 };
 
-// The cells of some lists by group; those of a group stay in order. group_of(cell) is called twice
-// for each. Time O(n + n_groups).
+// Groups the cells of several lists; the order within a group is kept. group_of(cell) is called
+// twice for each. Time O(n + n_groups).
 template <typename GroupOf>
 GroupedCells group_cells(std::span<const std::vector<Cell>> lists, const GroupOf& group_of,
                          std::int32_t n_groups) {
@@ -52,11 +52,11 @@ struct Patches {
   Patch n_patches() const { return static_cast<Patch>(colors.size()); }
 };
 
-// Groups regions: each patch grows breadth first from the region that the one before it came to
-// next (the lowest label that is left, if none) until it has enough cells at its borders. Colors
-// are chosen greedily in the order of the patches: of those that no neighbor has, the one with the
-// fewest cells so far. `border` are all cells with a neighbor in another region, by region. Time
-// O(K + n), for n arcs of these.
+// Groups regions: each patch grows breadth first, from the first region next to the previous patch
+// (or the lowest remaining label), until it has enough cells at its borders. Colors are chosen
+// greedily in the order of the patches: of the colors that no neighbor has, the one with the fewest
+// cells so far. `border` holds all cells with a neighbor in another region, by region. Time O(K +
+// n), for n arcs of these cells.
 Patches make_patches(const Arcs& arcs, std::span<const Label> labels, const GroupedCells& border);
 
 }  // namespace superfacets

@@ -12,7 +12,7 @@
 namespace superfacets {
 namespace {
 
-// Regions that a thread takes at a time: they have hundreds of cells mostly.
+// Regions per task; most have hundreds of cells.
 constexpr std::int64_t kRegionBlock = 8;
 
 // The cells of each region, ascending.
@@ -114,8 +114,8 @@ void measure_region(const Surface& surface, std::span<const Cell> cells, std::in
   shapes.centers[region] = nearest_cell(surface, cells, centroid);
 }
 
-// An arc from region to region, or one of several that cross the same side from the one to the
-// other, of which each has a share.
+// An arc between two regions, or a part of it: if several arcs cross one side between the same two
+// regions, they share the side.
 struct Crossing {
   Label low;
   Label high;
@@ -130,7 +130,7 @@ bool leads_to(const Surface& surface, Cell from, Cell to) {
   return std::find(neighbors.begin(), neighbors.end(), to) != neighbors.end();
 }
 
-// Collects the arcs of cells that cross borders between regions.
+// Collects the arcs that cross borders between regions.
 class CrossingFinder {
  public:
   CrossingFinder(const Surface& surface, std::span<const Label> labels)
@@ -158,7 +158,8 @@ class CrossingFinder {
                        [&](Cell neighbor) { return labels_[neighbor] != labels_[cell]; });
   }
 
-  // Each pair of regions is counted from the lower one; from the other where no arc leads back.
+  // Each pair of regions is counted from the lower one, or from the other if there is no reverse
+  // arc.
   bool is_counted(Cell cell, Cell neighbor) const {
     const Label own = labels_[cell];
     const Label other = labels_[neighbor];
@@ -184,7 +185,7 @@ class CrossingFinder {
     }
   }
 
-  // The number of cells of a region on the side.
+  // The number of cells on the side that are in a region.
   double count(Label label) const {
     if (on_side_.empty()) return 1.0;
     const auto range = std::equal_range(on_side_.begin(), on_side_.end(), label);
@@ -193,7 +194,7 @@ class CrossingFinder {
 
   const Surface& surface_;
   const std::span<const Label> labels_;
-  std::vector<Label> on_side_;  // sorted; empty where one cell is on either side
+  std::vector<Label> on_side_;  // sorted; empty if one cell is on either side
   std::vector<Crossing> found_;
 };
 
@@ -208,14 +209,14 @@ std::vector<Crossing> sorted_crossings(const Surface& surface, std::span<const L
     const std::scoped_lock lock(mutex);
     crossings.insert(crossings.end(), part.begin(), part.end());
   });
-  // Sorted by arc as well, so that the order of the sums does not depend on the number of threads.
+  // Also sorted by arc, so that the order of the sums does not depend on the number of threads.
   std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
     return std::tie(a.low, a.high, a.arc) < std::tie(b.low, b.high, b.arc);
   });
   return crossings;
 }
 
-// The border that some arcs, all from one region to one other, cross.
+// The border crossed by a list of arcs from one region to another.
 RegionArc sum_border(std::span<const Crossing> crossings) {
   RegionArc border{crossings.front().low, crossings.front().high, 0.0, 0.0, 0.0, 0.0, 0};
   double n_sides = 0.0;

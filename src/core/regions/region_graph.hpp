@@ -1,5 +1,5 @@
-// Stage 5: the region graph. What regions are in space, and what lies between those that touch.
-// A cell may have kNoLabel: it belongs to no region.
+// Stage 5: the region graph: measures of regions, and of the borders between neighbors. A cell with
+// kNoLabel is in no region.
 #pragma once
 
 #include <vector>
@@ -31,22 +31,22 @@ struct RegionShapes {
 RegionShapes measure_regions(const Surface& surface, std::span<const Label> labels, Label n_regions,
                              ThreadTeam& team);
 
-// The border between two regions. Angles are those of Surface::angle, and means are weighted by
-// border length; plain where there is none.
+// The border between two regions. Angles are those of Surface::angle; means are weighted by border
+// length, or plain if that is 0.
 struct RegionArc {
   Label low;
   Label high;  // > low
   double border_length;
   double mean_angle;    // of the absolute values
   double signed_angle;  // the mean of the angles
-  double max_angle;     // that with the largest absolute value, the positive one of two
+  double max_angle;     // of largest absolute value, the positive one of two equals
   std::int64_t n_sides;
 };
 
-// The borders between regions that touch, sorted. Where several cells meet at one side of theirs,
-// the side counts once for each pair of regions there, with the mean over the pairs of their cells.
-// An arc that leads one way counts as one that leads both ways. Time O(N + M), and O(n log n) for n
-// arcs that cross borders; the same bits on any number of threads.
+// The borders between neighboring regions, sorted. If several cells meet at one side, the side
+// counts once for each pair of regions there, with the mean over the pairs of their cells. An arc
+// without a reverse arc counts as if it had one. Time O(N + M), and O(n log n) for n arcs that
+// cross borders; the same bits for any number of threads.
 std::vector<RegionArc> region_arcs(const Surface& surface, std::span<const Label> labels,
                                    ThreadTeam& team);
 

@@ -23,7 +23,8 @@ Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
 
 void spread_rings(const CellCorners& cells, std::span<std::uint8_t> rings) {
   SUPERFACETS_ASSERT(all_below(cells.corners, rings.size()));
-  // In rounds from the largest number down: what a round writes is smaller, and read by the next.
+  // Round by round from the largest number down: a round writes smaller numbers, which the next one
+  // reads.
   for (int ring = rings.empty() ? 0 : *std::max_element(rings.begin(), rings.end()); ring > 1;
        --ring) {
     const auto less = static_cast<std::uint8_t>(ring - 1);
@@ -31,7 +32,7 @@ void spread_rings(const CellCorners& cells, std::span<std::uint8_t> rings) {
       const std::span<const Vertex> corners = cells.of(cell);
       int largest = 0;
       for (const Vertex corner : corners) largest = std::max<int>(largest, rings[corner]);
-      if (largest != ring) continue;  // where it is larger, all are as large as this already
+      if (largest != ring) continue;  // if larger, it was handled in an earlier round
       for (const Vertex corner : corners) rings[corner] = std::max(rings[corner], less);
     }
   }

@@ -7,8 +7,8 @@
 
 namespace superfacets {
 
-// Whether each of some cells has a neighbor of another label. The arcs leave these cells, and lead
-// to any that have labels. Time O(N + M).
+// Whether each given cell has a neighbor with another label. The arcs leave these cells, and lead
+// to any cells with labels. Time O(N + M).
 Buffer<std::uint8_t> cells_at_borders(std::span<const std::int64_t> offsets,
                                       std::span<const Cell> targets, std::span<const Label> labels);
 
@@ -22,9 +22,9 @@ struct CellCorners {
   }
 };
 
-// Spreads numbers of rings from vertex to vertex: each of a cell gets at least one less than the
-// largest of its vertices. So a number of n brings all cells within n rings to have a vertex of 1
-// or more. Time O(N max(rings)).
+// Spreads ring numbers from vertex to vertex: each vertex of a cell gets at least the largest
+// number of the cell's vertices minus one. After starting with n, every cell within n rings has a
+// vertex of 1 or more. Time O(N max(rings)).
 void spread_rings(const CellCorners& cells, std::span<std::uint8_t> rings);
 
 }  // namespace superfacets

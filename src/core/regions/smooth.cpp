@@ -14,16 +14,16 @@
 namespace superfacets {
 namespace {
 
-// Cells whose marks are looked through at once.
+// Cells per block of scanning marks.
 constexpr std::int64_t kBlock = 1 << 14;
 
-// The most arcs of a cell that are searched for one that leads back.
+// Most arcs of a cell that are searched for a reverse arc.
 constexpr std::size_t kMostArcs = 256;
 
-// Cells between two steps of fetching; trying to move as many takes longer than a fetch.
+// Prefetch distance, in cells; trying to move this many takes longer than a cache miss.
 constexpr std::size_t kAhead = 4;
 
-// Cells from which chains are to be tried. Threads add some while others do.
+// Cells from which chains will be tried. Several threads add cells at the same time.
 class WaitingCells {
  public:
   // All cells wait.
@@ -37,7 +37,7 @@ class WaitingCells {
   }
   void remove(Cell cell) { is_waiting_[cell] = 0; }
 
-  // Removes all cells, and returns those that meet a condition, ascending in lists.
+  // Removes all cells, and returns those that fulfill a condition, ascending in lists.
   template <typename Condition>
   std::vector<std::vector<Cell>> take_if(const Condition& is_wanted, ThreadTeam& team) {
     const auto n_cells = static_cast<std::int64_t>(is_waiting_.size());
@@ -89,7 +89,7 @@ class Smoother {
 
   GroupedCells by_region(const Lists& lists) const {
     const std::span<const Label> labels = regions_.labels();
-    // All of them: where arcs lead one way, a region may be touched that touches no other.
+    // All regions: without reverse arcs, a region may be adjacent without a cell at a border.
     const Label n_regions = *std::max_element(labels.begin(), labels.end()) + 1;
     return group_cells(lists, [&](Cell cell) { return labels[cell]; }, n_regions);
   }
@@ -100,8 +100,7 @@ class Smoother {
 
   Patch patch_of(Cell cell) const { return patches_.of_region[regions_.label(cell)]; }
 
-  // Patches of one color do not touch, so a thread that moves cells of one of them changes nothing
-  // that matters for the others.
+  // Patches of one color do not touch, so moves in one of them do not affect the others.
   void sweep_patches(const std::vector<Patch>& patches) {
     tasks_.clear();
     std::copy_if(patches.begin(), patches.end(), std::back_inserter(tasks_),
@@ -116,7 +115,7 @@ class Smoother {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       prefetch_ahead(cells, i);
       const Cell cell = cells[i];
-      if (patch_of(cell) != patch) continue;  // has moved since
+      if (patch_of(cell) != patch) continue;  // the cell has moved to another patch
       waiting_.remove(cell);
       for (const Cell moved : mover.try_moves(cell)) {
         waiting_.add(moved);
@@ -125,7 +124,7 @@ class Smoother {
     }
   }
 
-  // In steps, each of which has to know what the one before fetched.
+  // In steps: each needs data that the previous one prefetched.
   void prefetch_ahead(std::span<const Cell> cells, std::size_t i) const {
     const auto ahead = [&](std::size_t n) { return cells[std::min(i + n, cells.size() - 1)]; };
     regions_.prefetch_cell(ahead(4 * kAhead));
@@ -140,13 +139,12 @@ class Smoother {
   WaitingCells waiting_;
   ThreadTeam& team_;
   Patches patches_;
-  GroupedCells cells_;  // from which chains are tried in this sweep, by patch
+  GroupedCells cells_;  // chain starts of this sweep, by patch
   std::vector<Patch> tasks_;
   std::vector<ChainMover> movers_;  // of each thread
 };
 
-// Whether there is an arc back for each; false also for a cell with very many arcs, among which it
-// would take long to find one.
+// Whether each arc has a reverse arc; false if a cell has too many arcs to search.
 bool all_lead_back(const Arcs& arcs, ThreadTeam& team) {
   std::atomic<bool> lead_back = true;
   const auto leads_back = [&](Cell from, Cell to) {
@@ -167,7 +165,7 @@ bool all_lead_back(const Arcs& arcs, ThreadTeam& team) {
 void smooth(MovingRegions& regions, const SmoothOptions& options, ThreadTeam& team) {
   const Surface& surface = regions.surface();
   if (surface.may_have_one_way_arcs() && !all_lead_back(surface.arcs(), team)) {
-    // Patches may touch without a sign of it in one of them: they move one after another.
+    // Patches may be adjacent without being recorded as such, so they move one after another.
     ThreadTeam alone(1);
     Smoother(regions, options, alone).run(options.max_sweeps);
   } else {

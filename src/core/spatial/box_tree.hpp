@@ -9,8 +9,8 @@
 
 namespace superfacets {
 
-// A leaf holds consecutive places on the curve, kLeaf where nothing else is asked for; a node
-// kFanOut nodes of the level below.
+// A leaf holds consecutive places on the curve, kLeaf by default; a node has kFanOut children in
+// the level below.
 class BoxTree {
  public:
   static constexpr std::size_t kLeaf = 32;   // positions of a leaf fill twelve cache lines
@@ -21,7 +21,7 @@ class BoxTree {
   // Of the cells in their order on the curve.
   BoxTree(std::span<const Point> positions, ThreadTeam& team);
 
-  // Of cells that are more than points: box_of(place) is called once for each, from any thread.
+  // For cells with an extent: box_of(place) is called once for each, on any thread.
   template <typename BoxOf>
   BoxTree(std::size_t n_cells, std::size_t leaf_size, const BoxOf& box_of, ThreadTeam& team)
       : n_cells_(n_cells), leaf_size_(leaf_size) {
@@ -37,19 +37,19 @@ class BoxTree {
   std::size_t n_levels() const { return levels_.size(); }
   std::span<const Box> level(std::size_t level) const { return levels_[level]; }
 
-  // Of a node above the leaves: its nodes in the level below, first to one past the last.
+  // The children of a node above the leaves: first, and one past the last.
   std::pair<std::size_t, std::size_t> children(std::size_t level, std::size_t index) const {
     SUPERFACETS_ASSERT(level > 0 && level < n_levels() && index < levels_[level].size());
     return {index * kFanOut, std::min((index + 1) * kFanOut, levels_[level - 1].size())};
   }
-  // Of a leaf: its places, likewise.
+  // The places of a leaf: first, and one past the last.
   std::pair<std::size_t, std::size_t> places(std::size_t leaf) const {
     SUPERFACETS_ASSERT(leaf * leaf_size_ < n_cells_);
     return {leaf * leaf_size_, std::min((leaf + 1) * leaf_size_, n_cells_)};
   }
 
   // Calls visit(begin, end) for the places of each leaf for which is_wanted(level, index) holds,
-  // and holds for all of its ancestors. The condition may change with each visit.
+  // for itself and all ancestors. The condition may change with each visit.
   template <typename IsWanted, typename Visit>
   void visit_leaves(const IsWanted& is_wanted, const Visit& visit) const {
     visit_below(n_levels() - 1, 0, is_wanted, visit);

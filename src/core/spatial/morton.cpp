@@ -11,11 +11,12 @@ namespace superfacets {
 namespace {
 
 constexpr int kBitsPerAxis = 10;
-constexpr int kDigitBits = 10;  // three digits, whose tables fit into the nearest cache
+constexpr int kDigitBits =
+    10;  // three digits per code; their tables fit into the first-level cache
 static_assert(kCodeBits == 3 * kBitsPerAxis && kCodeBits == 3 * kDigitBits);
 constexpr std::uint32_t kDigits = 1U << kDigitBits;
 
-// Parts of the cells with write cursors of their own, for each thread: to balance the load.
+// Parts with separate write cursors per thread, to balance the load.
 constexpr std::int64_t kPartsPerThread = 4;
 
 struct Entry {
@@ -23,7 +24,7 @@ struct Entry {
   Cell cell;
 };
 
-// Spreads the lower ten bits of a number so that two zeros follow each.
+// Spreads the lower ten bits of a number, with two zeros after each.
 std::uint32_t spread(std::uint32_t bits) {
   bits = (bits | bits << 16) & 0x030000ffU;
   bits = (bits | bits << 8) & 0x0300f00fU;
@@ -40,7 +41,7 @@ std::uint32_t digit_of(std::uint32_t code, int digit) {
   return code >> (digit * kDigitBits) & (kDigits - 1);
 }
 
-// The code of each point on the curve.
+// The Morton code of each point.
 class Curve {
  public:
   explicit Curve(const Box& bounds) : bounds_(bounds) {
@@ -63,8 +64,8 @@ class Curve {
 
 using Counts = std::array<std::int64_t, kDigits>;
 
-// Cells sorted by the highest digit of their codes. Those with one digit are then sorted by the
-// others within a near cache.
+// Cells sorted by the highest digit of their codes. Cells with equal digits are then sorted by the
+// other digits within the second-level cache.
 struct Coarse {
   Buffer<Entry> entries;
   std::array<std::int64_t, kDigits + 1> starts;  // of each digit
@@ -136,11 +137,11 @@ Buffer<Cell> order_of(const Coarse& coarse, ThreadTeam& team) {
   return order;
 }
 
-// Orders cells by halving the box around them until at most n_together are in a part. The halves
-// are of equal size, so that this ends where cells coincide, too.
+// Orders cells by recursively halving the box around them, until a part has at most n_together
+// cells. Halves have equal numbers of cells, so that this ends for coincident cells, too.
 void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
                      std::size_t n_together) {
-  // Sorted, because nth_element leaves them in an order that depends on the standard library.
+  // Sorted, because the result of nth_element depends on the standard library.
   if (cells.size() <= n_together) return std::sort(cells.begin(), cells.end());
   Box box;
   for (const Cell cell : cells) box.include(positions[cell]);
@@ -156,7 +157,7 @@ void order_by_halves(std::span<const Point> positions, std::span<Cell> cells,
   order_by_halves(positions, {middle, cells.end()}, n_together);
 }
 
-// First and one past the last place of each run of more than n_together cells on one step.
+// The ranges of places with more than n_together cells of one code.
 std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std::uint32_t> codes,
                                                              std::size_t n_together) {
   std::vector<std::pair<std::int64_t, std::int64_t>> runs;
@@ -169,7 +170,7 @@ std::vector<std::pair<std::int64_t, std::int64_t>> long_runs(std::span<const std
   return runs;
 }
 
-// Orders the cells of long runs, which are at the places with their codes, by halves.
+// Orders the cells of long ranges by halving; their codes are at the same places.
 void refine(std::span<const Point> positions, std::span<const std::uint32_t> codes,
             std::size_t n_together, std::span<Cell> order, ThreadTeam& team) {
   const auto runs = long_runs(codes, n_together);

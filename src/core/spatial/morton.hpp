@@ -1,4 +1,4 @@
-// A space-filling curve: cells that are near in the order are near in space.
+// A space-filling curve: cells that are adjacent in the order are near in space.
 #pragma once
 
 #include "base/box.hpp"
@@ -8,24 +8,24 @@
 
 namespace superfacets {
 
-// Cells sorted along a Morton curve of 2^10 steps an axis over `bounds`, the box around all
-// positions; cells on the same step keep the order of their indices. Time O(N); memory 12 bytes a
-// cell beside the result, or 20 where all cells are within a tenth of the axes.
+// Cells sorted along a Morton curve of 2^10 steps per axis over `bounds`, the box around all
+// positions; cells with equal codes are sorted by index. Time O(N); memory 12 bytes per cell beside
+// the result, 20 if all cells are within a tenth of the axes.
 Buffer<Cell> morton_order(std::span<const Point> positions, const Box& bounds, ThreadTeam& team);
 
-// The same over the box around all positions, but that more than n_together cells on the same step
-// are ordered by halving the box around them, so that cells are near in space wherever they are
-// near in the order, however unevenly they are spread. Expected time O(N log N) at worst.
+// The same over the box around all positions, except that more than n_together cells with one code
+// are ordered by recursive halving, so that neighbors in the order are near in space however
+// unevenly cells are spread. Expected time O(N log N) at worst.
 Buffer<Cell> refined_morton_order(std::span<const Point> positions, std::size_t n_together,
                                   ThreadTeam& team);
 
-// The same order of cells that are sorted by code and index already, and may be a part of all, with
-// the other cells of their steps.
+// The same order for cells that are already sorted by code and index. They may be a part of all
+// cells, if they include all cells of each code.
 Buffer<Cell> order_within_steps(std::span<const Point> positions,
                                 std::span<const std::uint32_t> codes, std::size_t n_together,
                                 ThreadTeam& team);
 
-// The code of each position on that curve: the order is that of codes, then of indices.
+// The Morton code of each position: the order is by code, then by index.
 Buffer<std::uint32_t> morton_codes(std::span<const Point> positions, const Box& bounds,
                                    ThreadTeam& team);
 

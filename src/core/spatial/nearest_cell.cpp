@@ -12,16 +12,17 @@
 namespace superfacets {
 namespace {
 
-// Triangles of a leaf: queries take 20 % longer with 4, and 10 % with 1.
+// Triangles per leaf. Queries take 20 % longer with 4, and 10 % longer with 1.
 constexpr std::size_t kShapesPerLeaf = 2;
 
-// Queries of a task. All but the first begin with the answer to the one before, which is near.
+// Queries per task. Each query but the first starts with the result of the previous one, which is
+// near.
 constexpr std::int64_t kQueriesPerTask = 1 << 11;
 
-constexpr std::size_t kQueriesTogether = 64;  // no order among them is worth its time
+constexpr std::size_t kQueriesTogether = 64;  // fewer queries are not worth sorting
 
-// The best answer so far. Before there is one, `squared` is the limit and the cell above all cells,
-// so that one at the limit is taken.
+// The best result so far. Initially, `squared` is the limit and the cell is above all cells, so
+// that a cell at exactly the limit is accepted.
 struct Answer {
   double squared;
   Cell cell = std::numeric_limits<Cell>::max();
@@ -37,7 +38,7 @@ class ShapeSearch {
   template <typename ShapeOf>
   ShapeSearch(std::int64_t n_shapes, const ShapeOf& shape_of, ThreadTeam& team)
       : shapes_(n_shapes) {
-    Buffer<Point> middles(n_shapes);  // times two
+    Buffer<Point> middles(n_shapes);  // middles times two
     team.for_each_index(n_shapes, [&](std::int64_t cell) {
       const Box box = shape_of(cell).box();
       middles[cell] = box.low + box.high;
@@ -50,8 +51,8 @@ class ShapeSearch {
     tree_ = BoxTree(shapes_.size(), kShapesPerLeaf, take_place, team);
   }
 
-  // The nearest shape within a squared distance. The answer to another query makes this one fast
-  // where both are near; it does not change it.
+  // The nearest shape within a squared distance. `start`, the result of another query, makes this
+  // one fast if both are near, and does not change it.
   Answer nearest_to(const Point& p, double max_squared, const Answer& hint) const {
     Answer best{max_squared};
     if (hint.is_found()) offer(p, hint.place, best);
@@ -70,8 +71,7 @@ class ShapeSearch {
     std::size_t index;
   };
 
-  // Takes what a node holds into account, nearest boxes first. A box at exactly the best distance
-  // may hold a lower cell.
+  // Searches a node, nearest boxes first. A box at exactly the best distance may hold a lower cell.
   void search(const Point& p, std::size_t level, std::size_t index, Answer& best) const {
     if (level == 0) {
       const auto [begin, end] = tree_.places(index);

@@ -1,4 +1,4 @@
-// The nearest triangle, tetrahedron or point of a mesh or cloud to each of many points.
+// The nearest triangle, tetrahedron or point of a mesh or cloud for each of many query points.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -7,17 +7,16 @@
 
 namespace superfacets {
 
-// Of each query, in their order.
+// One entry per query, in their order.
 struct NearestCells {
-  Buffer<Cell> cells;        // the lowest of equally near ones; -1 where all are too far
-  Buffer<double> distances;  // infinite there
-  Buffer<Point> points;      // the nearest point of that cell; NaN there
+  Buffer<Cell> cells;        // the lowest of equally near cells; -1 if all are too far
+  Buffer<double> distances;  // infinite if there is none
+  Buffer<Point> points;      // the nearest point of that cell; NaN if there is none
 };
 
-// Cells farther than max_distance, which may be infinite, are not found. Distances are to the whole
-// of a cell, and 0 inside of a tetrahedron; those that are equal but for rounding are not ties.
-// About a microsecond per query near the surface, and as much per cell. Results do not depend on
-// the number of threads.
+// Cells beyond max_distance, which may be infinite, are not found. Distances are to the nearest
+// point of a cell, 0 inside a tetrahedron; nearly equal distances are not ties. About a microsecond
+// per query near the surface, and per cell. Results do not depend on the number of threads.
 NearestCells nearest_triangles(std::span<const Point> vertices, std::span<const Triangle> triangles,
                                std::span<const Point> queries, double max_distance,
                                ThreadTeam& team);

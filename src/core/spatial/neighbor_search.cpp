@@ -10,7 +10,7 @@
 namespace superfacets {
 namespace {
 
-// The distance between two boxes, as a lower bound in floating point too: see squared_distance.
+// A lower bound of the distance between two boxes, in floating point too: see squared_distance.
 double squared_gap(const Box& a, const Box& b) {
   auto gap = [](double a_low, double a_high, double b_low, double b_high) {
     return std::max({b_low - a_high, 0.0, a_low - b_high});
@@ -20,7 +20,7 @@ double squared_gap(const Box& a, const Box& b) {
                        gap(a.low.z, a.high.z, b.low.z, b.high.z)});
 }
 
-// Puts a neighbor into its place in a list that keeps the nearest, as many as it has room for.
+// Inserts a neighbor into a sorted list of limited length that keeps the nearest.
 void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& size) {
   if (size == list.size() && !(neighbor < list[size - 1])) return;
   if (size < list.size()) ++size;
@@ -29,7 +29,7 @@ void insert(const Neighbor& neighbor, std::span<Neighbor> list, std::size_t& siz
   list[slot] = neighbor;
 }
 
-// The squared distance beyond which nothing can be among the nearest.
+// The squared distance beyond which no point can be among the nearest.
 double squared_reach(std::span<const Neighbor> list, std::size_t size) {
   return size < list.size() ? kInfinity : list[size - 1].squared;
 }
@@ -52,7 +52,7 @@ NeighborSearch::NeighborSearch(std::span<const Point> positions, std::span<const
   tree_ = BoxTree(positions_.span(), team);
 }
 
-// Finds the neighbors of all places of a leaf at once, so that the tree is walked once for them.
+// Finds the neighbors of all places of a leaf at once, with one traversal of the tree.
 void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratch& scratch) const {
   const auto [first, last] = tree_.places(leaf);
   scratch.lists.resize(BoxTree::kLeaf * n_nearest);
@@ -68,7 +68,7 @@ void NeighborSearch::search_leaf(std::size_t leaf, std::size_t n_nearest, Scratc
     farthest = std::max(farthest, squared_reach(list_of(place), size));
   }
   find_nearby(leaf, farthest, scratch.nearby);
-  // The nearest leaves lower that bound, so that most of the others need not be looked at.
+  // The nearest leaves lower that bound, so that most other leaves are skipped.
   const auto n_first = std::min(kFirstLeaves, scratch.nearby.size());
   scan_leaves(leaf, std::span(scratch.nearby).first(n_first), n_nearest, scratch);
   farthest = 0.0;
@@ -98,8 +98,8 @@ void NeighborSearch::scan_leaves(std::size_t leaf, std::span<const Nearby> leave
   }
 }
 
-// Lists the other leaves that are not farther from a leaf than the square root of `farthest`, those
-// first whose centers are near: after them, most of the others are out of reach.
+// Lists the other leaves within the square root of `farthest` of a leaf, nearest centers first:
+// these lower the bound, and most of the others are then out of reach.
 void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
                                  std::vector<Nearby>& nearby) const {
   const Box& box = tree_.level(0)[leaf];
@@ -118,12 +118,12 @@ void NeighborSearch::find_nearby(std::size_t leaf, double farthest,
             [](const Nearby& a, const Nearby& b) { return a.apart < b.apart; });
 }
 
-// Offers the points of a leaf, but for the one at `from` itself, to the list of a place.
+// Offers the points of a leaf, except the point at `from`, to the list of a place.
 void NeighborSearch::scan_leaf(std::size_t leaf, Place from, std::span<Neighbor> list,
                                std::size_t& size) const {
   const Point center = positions_[from];
   const auto [first, last] = tree_.places(leaf);
-  std::array<double, BoxTree::kLeaf> squared;  // in a loop of its own, which needs no branches
+  std::array<double, BoxTree::kLeaf> squared;  // a loop of its own, without branches
   for (auto place = first; place < last; ++place) {
     squared[place - first] = squared_norm(positions_[place] - center);
   }

@@ -11,7 +11,7 @@
 
 namespace superfacets {
 
-// A point as it is seen from another.
+// A point and its distance from another.
 struct Neighbor {
   double squared;  // distance
   Cell point;
@@ -23,11 +23,11 @@ inline bool operator<(const Neighbor& a, const Neighbor& b) {
   return a.squared < b.squared || (a.squared == b.squared && a.point < b.point);
 }
 
-// Points along a space-filling curve, with a tree of boxes over them. Where many points lie on one
-// step of the curve, as in a cloud with a far outlier, they are ordered by halving their box.
+// Points along a space-filling curve, with a tree of boxes over them. Many points on one step of
+// the curve, as in a cloud with a far outlier, are ordered by halving their box.
 class NeighborSearch {
  public:
-  // Of some points of a cloud, in rising order; they have different positions.
+  // For points of a cloud with different positions, ascending.
   NeighborSearch(std::span<const Point> positions, std::span<const Cell> points, ThreadTeam& team);
 
   Place n_points() const { return static_cast<Place>(points_.size()); }
@@ -36,19 +36,19 @@ class NeighborSearch {
   std::span<const Cell> points() const { return points_.span(); }         // by place
   std::span<const Point> positions() const { return positions_.span(); }  // by place
 
-  // Give these away: nothing can be searched or asked for afterwards.
+  // Move arrays out of the search, which cannot be used afterwards.
   Buffer<Cell> release_points() { return std::move(points_); }
   Buffer<Point> release_positions() { return std::move(positions_); }
 
-  // Calls take(place, neighbors, thread) for each place, from any thread, with its n_nearest
-  // nearest other points, nearest first, or all others where there are fewer. About a microsecond
-  // for eight of them.
+  // Calls take(place, neighbors, thread) for each place, on any thread, with its n_nearest nearest
+  // other points, nearest first, or all if there are fewer. About a microsecond for eight
+  // neighbors.
   template <typename Take>
   void for_each_point(std::size_t n_nearest, const Take& take, ThreadTeam& team) const {
     for_each_wanted(n_nearest, [](Place) { return true; }, take, team);
   }
 
-  // The same for some of the places.
+  // The same for given places.
   template <typename IsWanted, typename Take>
   void for_each_wanted(std::size_t n_nearest, const IsWanted& is_wanted, const Take& take,
                        ThreadTeam& team) const {
@@ -75,19 +75,19 @@ class NeighborSearch {
  private:
   static constexpr std::int64_t kLeavesPerTask = 64;
 
-  // Leaves that all places of a leaf are compared with before the others are.
+  // Number of nearest leaves that are compared before the others are looked up.
   static constexpr std::size_t kFirstLeaves = 12;
 
-  // A leaf that may hold neighbors of another's points.
+  // A leaf that may hold neighbors of the points of another.
   struct Nearby {
     double apart;  // squared distance of the centers of their boxes, times four
     std::size_t leaf;
   };
 
-  // The working memory of a thread.
+  // Working memory of a thread.
   struct Scratch {
     std::vector<Neighbor> lists;     // n_nearest for each place of a leaf, nearest first
-    std::vector<std::size_t> sizes;  // of these lists
+    std::vector<std::size_t> sizes;  // sizes of the lists
     std::vector<Nearby> nearby;
     std::span<const Neighbor> list_of(std::size_t row, std::size_t n_nearest) const {
       return {lists.data() + row * n_nearest, sizes[row]};

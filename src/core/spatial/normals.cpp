@@ -6,8 +6,9 @@
 namespace superfacets {
 namespace {
 
-// A direction exists if the variances across it differ from its own by more than this fraction of
-// the largest, multiplied: points in a strip a thousand times as long as wide still have one.
+// A normal exists if the product of the differences between its variance and the other two exceeds
+// this fraction of the squared largest variance: points in a strip a thousand times as long as wide
+// still have one.
 constexpr double kLeastDifference = 1e-7;
 
 // Newton's method for the smallest root converges from below; the last steps double the digits.
@@ -33,9 +34,9 @@ Symmetric covariance_of(const Spread& spread) {
   return {scale * c.xx, scale * c.xy, scale * c.xz, scale * c.yy, scale * c.yz, scale * c.zz};
 }
 
-// The smallest eigenvalue of a covariance matrix with trace 1: its characteristic polynomial
-// x^3 - x^2 + q x - det is concave and rises up to this root, so that Newton's method from 0 never
-// passes it.
+// The smallest eigenvalue of a covariance matrix with trace 1. Its characteristic polynomial x^3 -
+// x^2 + q x - det is concave and increasing up to this root, so that Newton's method from 0 never
+// overshoots.
 double smallest_eigenvalue(const Symmetric& c) {
   const double q =
       (c.xx * c.yy - c.xy * c.xy) + (c.xx * c.zz - c.xz * c.xz) + (c.yy * c.zz - c.yz * c.yz);
@@ -59,7 +60,7 @@ double smallest_eigenvalue(const Symmetric& c) {
 Point direction_of_least_spread(const Spread& spread) {
   const Symmetric c = covariance_of(spread);
   const double least = smallest_eigenvalue(c);
-  // The rows of the matrix without the eigenvalue are at right angles to the eigenvector.
+  // The rows of the matrix minus the eigenvalue are orthogonal to the eigenvector.
   const Point rows[] = {
       {c.xx - least, c.xy, c.xz}, {c.xy, c.yy - least, c.yz}, {c.xz, c.yz, c.zz - least}};
   const Point crossed[] = {cross(rows[0], rows[1]), cross(rows[1], rows[2]),

@@ -1,4 +1,4 @@
-// Normals of points: estimated from their neighbors, and turned to agree with each other.
+// Normals of points, estimated from their neighbors.
 #pragma once
 
 #include "base/threads.hpp"
@@ -6,7 +6,7 @@
 
 namespace superfacets {
 
-// Sums of the coordinates of points relative to the first, and of the products of these.
+// Sums of the coordinates of points relative to the first point, and of their products.
 struct Spread {
   Point origin;
   double n = 0.0;
@@ -27,8 +27,8 @@ struct Spread {
   }
 };
 
-// The unit vector in the direction in which the points included vary least, of either sign, or zero
-// where there is none such: where they lie on a line or at one place.
+// The unit vector in the direction of least variance of the included points, of either sign; zero
+// if they lie on a line or at one place.
 Point direction_of_least_spread(const Spread& spread);
 
 }  // namespace superfacets

@@ -12,7 +12,7 @@ namespace {
 
 constexpr Cell kNone = -1;
 
-// The number of wanted points before each; kNone for those that are not.
+// For each point, its index among the wanted points; kNone if it is not wanted.
 Buffer<Cell> rows_of_wanted(std::span<const std::uint8_t> is_wanted, std::size_t& n_wanted) {
   Buffer<Cell> rows(is_wanted.size());
   n_wanted = 0;
@@ -71,7 +71,7 @@ Buffer<Point> directions_around(std::span<const Point> positions, std::span<cons
 SortedLists sorted_lists(Cell n_cells, std::span<const Cell> sources,
                          std::span<const Place> targets) {
   SUPERFACETS_ASSERT(sources.size() == targets.size() && all_below(sources, n_cells));
-  Buffer<std::int64_t> cursors(std::size_t{1} + n_cells);  // where each list begins, then ends
+  Buffer<std::int64_t> cursors(std::size_t{1} + n_cells);  // start of each list, later its end
   std::fill(cursors.begin(), cursors.end(), 0);
   for (const Cell source : sources) ++cursors[source + 1];
   std::inclusive_scan(cursors.begin(), cursors.end(), cursors.begin());
@@ -79,7 +79,7 @@ SortedLists sorted_lists(Cell n_cells, std::span<const Cell> sources,
   for (std::size_t i = 0; i < sources.size(); ++i) sorted[cursors[sources[i]]++] = targets[i];
   SortedLists lists{Buffer<std::int64_t>(std::size_t{1} + n_cells), {}};
   lists.offsets[0] = 0;
-  Place* next = sorted.data();  // behind what is kept
+  Place* next = sorted.data();  // end of the kept entries
   for (Cell cell = 0; cell < n_cells; ++cell) {
     Place* begin = sorted.data() + (cell == 0 ? 0 : cursors[cell - 1]);
     Place* end = sorted.data() + cursors[cell];

@@ -19,12 +19,12 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 constexpr double kCosHalfAngle = 0.5;  // 60 degrees
 constexpr double kSoftening = 0.2;     // radians: the ray along the axis has a finite weight
-constexpr double kLeastShare = 0.25;   // of the rays must leave
+constexpr double kLeastShare = 0.25;   // fraction of rays that must leave the body
 
 constexpr std::size_t kFanOut = BoxTree::kFanOut;
 
-// The boxes below a node, each coordinate in an array of its own, for vectorized loops. Rounded to
-// the outside.
+// The boxes of the children of a node, each coordinate in an array of its own for vectorized loops.
+// Rounded outwards.
 struct Boxes {
   std::array<std::array<float, kFanOut>, 3> low;
   std::array<std::array<float, kFanOut>, 3> high;
@@ -52,7 +52,7 @@ struct Ray {
         origin{static_cast<float>(from.x), static_cast<float>(from.y), static_cast<float>(from.z)},
         inverse{invert(along.x), invert(along.y), invert(along.z)} {}
 
-  // A large number stands for infinity, whose product with 0 is none.
+  // A large number replaces infinity, whose product with 0 is NaN.
   static float invert(double x) {
     constexpr double kLeast = 1e-15;
     return static_cast<float>(1.0 / (std::abs(x) < kLeast ? std::copysign(kLeast, x) : x));
@@ -64,8 +64,8 @@ struct Ray {
   std::array<float, 3> inverse;
 };
 
-// Where a ray enters boxes: at most the distance of anything in them; more than where it leaves
-// those that it passes by. kSlack makes up for the rounding of the ray.
+// The distance at which a ray enters each box: at most the distance of anything in it; larger than
+// the exit distance if the ray misses the box. kSlack compensates for rounding of the ray.
 void enter(const Boxes& boxes, const Ray& ray, std::array<float, kFanOut>& enters,
            std::array<float, kFanOut>& leaves) {
   constexpr float kSlack = 1e-6F;
@@ -91,7 +91,7 @@ struct Hit {
   bool is_exit = false;
 };
 
-// A triangle as rays meet it.
+// A triangle prepared for intersection with rays.
 struct Target {
   Point corner;
   Point first;  // edges from the corner
@@ -104,7 +104,7 @@ struct Target {
     const double determinant = dot(first, p);  // minus the normal times the ray
     if (determinant == 0.0) return;
     const double sign = determinant < 0.0 ? -1.0 : 1.0;
-    const double size = sign * determinant;  // that u, v and the distance are multiplied by
+    const double size = sign * determinant;  // scale of u, v and the distance
     const Point to_start = ray.from - corner;
     const double u = sign * dot(to_start, p);
     if (u < -kEdge * size || u > (1.0 + kEdge) * size) return;
@@ -208,12 +208,12 @@ class RayTree {
     add_slanted(team);
   }
 
-  // In coordinates that begin in the middle of the mesh and run from -1 to 1: so a number of single
-  // precision has one error everywhere.
+  // Coordinates have their origin in the middle of the mesh and run from -1 to 1, so that single
+  // precision has the same error everywhere.
   Point local(const Point& p) const { return (1.0 / scale_) * (p - middle_); }
   double scale() const { return scale_; }
 
-  // Of a ray in these coordinates.
+  // Of a ray, in these coordinates.
   Hit first_hit(const Ray& ray, double least, bool inside_out) const {
     Hit best{kInfinity};
     std::array<Open, kMostOpen> open;
@@ -235,7 +235,7 @@ class RayTree {
   }
 
  private:
-  // Vertices of no triangle may be far away, and do not count.
+  // Unused vertices may be far away, and do not count.
   void set_unit(std::span<const Point> vertices, std::span<const Triangle> triangles) {
     Box bounds;
     for (const Triangle& triangle : triangles) {
@@ -328,7 +328,7 @@ class RayTree {
     return box.has_value() && !box->is_met(ray, distance);
   }
 
-  // Adds the nodes below one that the ray meets, the nearest last.
+  // Pushes the children of a node that the ray meets, the nearest last.
   std::size_t open_below(const Open& node, const Ray& ray, const Hit& best,
                          std::array<Open, kMostOpen>& open, std::size_t n_open) const {
     std::array<float, kFanOut> enters;
@@ -350,16 +350,16 @@ class RayTree {
   Point middle_{0.0, 0.0, 0.0};
   double scale_ = 1.0;  // half the longest side
   BoxTree tree_;
-  std::vector<std::vector<Boxes>> boxes_;                        // by level: of the children
-  std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level; null for most
+  std::vector<std::vector<Boxes>> boxes_;  // by level: boxes of the children of each node
+  std::vector<std::vector<std::optional<SlantedBox>>> slanted_;  // by level; null for most nodes
 };
 
 struct Spoke {
-  Point direction;  // about the z axis
+  Point direction;  // relative to the z axis
   double weight;
 };
 
-// Evenly over the cone: heights in equal steps, each turned by the golden angle from the last.
+// Spread evenly over the cone: equal steps in height, each rotated by the golden angle.
 std::vector<Spoke> make_spokes(int n_rays) {
   constexpr double kCosGolden = -0.7373688780783197;
   constexpr double kSinGolden = 0.6754902942615237;
@@ -378,7 +378,7 @@ std::vector<Spoke> make_spokes(int n_rays) {
   return spokes;
 }
 
-// Two unit vectors that make a right-handed frame with a third (Duff et al., "Building an
+// Two unit vectors that form a right-handed frame with a third (Duff et al., "Building an
 // orthonormal basis, revisited", 2017).
 std::pair<Point, Point> across(const Point& axis) {
   const double sign = axis.z < 0.0 ? -1.0 : 1.0;
@@ -408,12 +408,12 @@ double deviation_of(std::span<const Length> lengths) {
   return std::sqrt(squares / static_cast<double>(lengths.size()));
 }
 
-// The mean of the lengths that are not outliers.
+// The mean length of rays without outliers.
 double typical_length(std::vector<Length>& lengths) {
   std::sort(lengths.begin(), lengths.end(),
             [](const Length& a, const Length& b) { return a.length < b.length; });
   const double median = median_of(lengths);
-  const double limit = deviation_of(lengths) + 1e-9 * median;  // all equal but for rounding: all
+  const double limit = deviation_of(lengths) + 1e-9 * median;  // nearly equal lengths all count
   double sum = 0.0;
   double weights = 0.0;
   for (const Length& ray : lengths) {
@@ -421,7 +421,8 @@ double typical_length(std::vector<Length>& lengths) {
     sum += ray.weight * ray.length;
     weights += ray.weight;
   }
-  return weights > 0.0 ? sum / weights : median;  // of two groups of rays, the median is in neither
+  return weights > 0.0 ? sum / weights
+                       : median;  // if there are two groups of lengths, none is near the median
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// How thick a body is below points of its surface: the shape diameter, by rays into the body.
+// The shape diameter function: thickness of a body below points of its surface, measured by rays.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -9,16 +9,16 @@ namespace superfacets {
 
 struct RayOptions {
   int n_rays = 30;              // from each point, evenly in a cone of half-angle 60 degrees
-  double least_distance = 0.0;  // hits that are nearer are of the surface that the rays begin on
+  double least_distance = 0.0;  // hits nearer than this are on the surface that rays start from
   bool inside_out = false;      // normals point inwards
 };
 
 // The thickness at each start: a mean of the lengths of rays about an inward axis (a unit vector)
-// up to the first triangle that they hit. A ray counts if it leaves there, through the back of the
-// triangle, and if its length is within one standard deviation of their median; those near the axis
-// weigh more. NaN where the axis is zero, or fewer than a quarter of the rays leave: there is no
-// inside. Time O(F log F) for a tree of boxes, and about a microsecond a ray. The result does not
-// depend on the number of threads.
+// up to the first triangle that they hit. A ray counts if it leaves the body there, through the
+// back of the triangle, and if its length is within one standard deviation of the median; rays near
+// the axis have more weight. NaN if the axis is zero, or if fewer than a quarter of the rays leave:
+// the point is not on a solid. Time O(F log F) for a tree of boxes, and about a microsecond per
+// ray. The result does not depend on the number of threads.
 //
 // Shapira, Shamir and Cohen-Or, "Consistent mesh partitioning and skeletonisation using the shape
 // diameter function", 2008.

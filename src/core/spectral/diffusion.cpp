@@ -44,9 +44,9 @@ struct DiffusionMatrix {
   }
 };
 
-constexpr float kDamping = 0.75F;  // a full step lets neighbors swap their values
+constexpr float kDamping = 0.75F;  // a full step would make neighbors swap their values
 
-// One row of a sweep. A width that the compiler knows makes it several times faster; 0 stands for
+// One row of a sweep. A width known at compile time makes it several times faster; 0 stands for
 // any.
 template <std::size_t kWidth>
 void relax_row(const Arcs& arcs, const float* shares, std::size_t any_width, Cell cell,
@@ -71,7 +71,7 @@ CreaseConductance::Found CreaseConductance::of(Cell cell, const Step& arc) const
   const double crease = weights.empty() ? 0.0 : weights[arc.arc] * options.diagonal - step;
   const double kappa = options.crease_unit > 0.0 ? crease / options.crease_unit : 0.0;
   const double width = std::sqrt(areas[cell] + areas[arc.to]);
-  const double least = 1e-6 * width;  // between cells at one place
+  const double least = 1e-6 * width;  // lower bound of steps between cells at one place
   const double open = width > 0.0 ? width / std::max(step, least) : 0.0;
   return {step, open * exponential(-options.steepness * std::max(0.0, kappa)) + kLeastConductance};
 }
@@ -124,7 +124,7 @@ Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductance
 void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
            ThreadTeam& team, std::span<float> rows) {
   SUPERFACETS_ASSERT(std::cmp_equal(rows.size(), width * arcs.n_cells()));
-  Buffer<float> shares(arcs.n_arcs());  // that the neighbor has in the new row
+  Buffer<float> shares(arcs.n_arcs());  // weight of the neighbor in the new row
   team.for_each_index(arcs.n_cells(), [&](Cell cell) {
     double total = 0.0;
     for (const auto [arc, neighbor] : arcs.steps(cell)) total += conductances[arc];

@@ -1,5 +1,5 @@
-// Functions on cells that spread along conducting arcs: how well arcs conduct, from fine cells to
-// coarse ones and back, and smoothing.
+// Diffusion along arcs with conductances: conductances of fine and coarse arcs, interpolation
+// between levels, and smoothing.
 #pragma once
 
 #include "base/buffer.hpp"
@@ -8,24 +8,24 @@
 
 namespace superfacets {
 
-// What every arc keeps, so that no part of the surface is cut off.
+// Smallest conductance, so that no part of the surface is cut off.
 inline constexpr double kLeastConductance = 1e-6;
 
 struct ConductanceOptions {
   double diagonal = 1.0;     // d, the unit of the weights
-  double crease_unit = 1.0;  // what a turn by pi at a concave edge adds to a weight, in lengths
-  double steepness = 20.0;   // of the price of creases
+  double crease_unit = 1.0;  // length that a concave turn by pi adds to an arc
+  double steepness = 20.0;   // of the conductance across creases
 };
 
 struct Conductances {
   Buffer<double> steps;  // (M,) g of eq. 1
   Buffer<double>
-      conductances;  // (M,) sqrt(A_i + A_j) / g exp(-steepness kappa), and kLeastConductance
+      conductances;  // (M,) sqrt(A_i + A_j) / g exp(-steepness kappa) + kLeastConductance
 };
 
-// How well an arc conducts, and the length of its step. Creases make arcs longer,
-// w = (g + crease_unit kappa) / d; without weights, and with a unit of 0, kappa is 0. The square
-// root stands for the length of the edge. Symmetric, bit for bit.
+// The conductance of an arc, and the length of its step. Weights are w = (g + crease_unit kappa) /
+// d, which gives kappa; without weights, or with a unit of 0, kappa is 0. The square root stands
+// for the length of the edge. Symmetric, bit for bit.
 struct CreaseConductance {
   const Surface& surface;
   std::span<const double> areas;    // (N,)
@@ -42,25 +42,25 @@ struct CreaseConductance {
 // Of all arcs.
 Conductances crease_conductances(const CreaseConductance& formula, ThreadTeam& team);
 
-// The same with exp(-steepness |v_i - v_j|) as a factor, for a number of each cell, and
-// kLeastConductance added.
+// The same conductances times exp(-steepness |v_i - v_j|), with a number v per cell, plus
+// kLeastConductance.
 Buffer<double> hindered_conductances(const Arcs& arcs, std::span<const double> conductances,
                                      std::span<const double> values, double steepness,
                                      ThreadTeam& team);
 
-// Of arcs between coarse cells: the sum of conductance times step over the arcs that lead from one
-// to the other. `coarse_of` has the coarse cell of each; targets of coarse cells are ascending.
+// For arcs between coarse cells: the sum of conductance times step over all fine arcs from one to
+// the other. `coarse_of` holds the coarse cell of each cell; targets of coarse arcs are ascending.
 Buffer<double> sum_between(const Arcs& arcs, std::span<const double> conductances,
                            std::span<const double> steps, std::span<const Cell> coarse_of,
                            const Arcs& coarse);
 
-// Replaces each row of `width` numbers by its mean with that of its neighbors, weighted by
-// conductances, several times.
+// Repeatedly replaces each row of `width` numbers by a mean of itself and its neighbors, weighted
+// by conductances.
 void relax(const Arcs& arcs, std::span<const double> conductances, std::size_t width, int n_sweeps,
            ThreadTeam& team, std::span<float> rows);
 
-// Solves (M + T L) x = M v by conjugate gradients: v, smoothed over a length sqrt(T) where masses
-// are areas. Cells of mass 0 take what their neighbors have; components of such cells, 0.
+// Solves (M + T L) x = M v by conjugate gradients: smooths v over a length sqrt(T) if masses are
+// areas. Cells of mass 0 are interpolated from their neighbors; 0 in components without mass.
 std::vector<double> diffuse(const Arcs& arcs, std::span<const double> conductances,
                             std::span<const double> masses, std::span<const double> values,
                             double time, ThreadTeam& team);

@@ -12,13 +12,14 @@
 namespace superfacets {
 namespace {
 
-// More vectors than are wanted: the error of the wanted ones shrinks in each iteration by the ratio
-// of the largest wanted eigenvalue to that of the first vector which is left out.
+// Extra vectors beyond those wanted: the error of the wanted ones shrinks in each iteration by the
+// ratio of the largest wanted eigenvalue to the first one without a vector.
 constexpr std::size_t kMoreVectors = 10;
 constexpr int kMaxIterations = 40;
 constexpr double kTolerance = 1e-5;  // relative change of the eigenvalues
 
-// L is singular. This much of its diagonal is added, A times that, and taken from the eigenvalues.
+// L is singular: kShift trace(L) / trace(A) times A is added to it, and the eigenvalues are
+// corrected.
 constexpr double kShift = 1e-9;
 
 // A small dense matrix, row by row.
@@ -48,7 +49,7 @@ Square product(const Square& a, const Square& b, bool is_transposed) {
   return c;
 }
 
-// Turns two rows and columns of a symmetric matrix so that their common entry vanishes.
+// Rotates two rows and columns of a symmetric matrix so that their common entry vanishes.
 void rotate(Square& matrix, Square& vectors, std::size_t p, std::size_t q) {
   if (matrix(p, q) == 0.0) return;
   const double ratio = (matrix(q, q) - matrix(p, p)) / (2.0 * matrix(p, q));
@@ -66,11 +67,11 @@ void rotate(Square& matrix, Square& vectors, std::size_t p, std::size_t q) {
   for (std::size_t i = 0; i < matrix.size(); ++i) turn(vectors(i, p), vectors(i, q));
 }
 
-// Jacobi's method: the matrix becomes diagonal, with the eigenvalues in no order; what comes back
-// has the eigenvectors in its columns.
+// Jacobi's method: makes the matrix diagonal, with the eigenvalues in any order; returns the
+// eigenvectors as columns.
 Square diagonalize(Square& matrix) {
   constexpr int kMaxSweeps = 30;
-  constexpr double kNegligible = 1e-28;  // beside the squares of all entries
+  constexpr double kNegligible = 1e-28;  // relative to the squares of all entries
   const std::size_t n = matrix.size();
   Square vectors(n);
   for (std::size_t i = 0; i < n; ++i) vectors(i, i) = 1.0;
@@ -91,7 +92,7 @@ Square diagonalize(Square& matrix) {
   return vectors;
 }
 
-// Fixed numbers without a pattern, -1 to 1 (splitmix64).
+// Pseudorandom numbers, -1 to 1, always the same (splitmix64).
 double noise(std::uint64_t index) {
   std::uint64_t bits = (index + 1) * 0x9e3779b97f4a7c15U;
   bits = (bits ^ (bits >> 30U)) * 0xbf58476d1ce4e5b9U;
@@ -100,7 +101,7 @@ double noise(std::uint64_t index) {
   return static_cast<double>(bits >> 11U) * 0x1p-52 - 1.0;
 }
 
-// Subspace iteration with the inverse of L + shift A, and a Rayleigh-Ritz step each time.
+// Subspace iteration with the inverse of L + shift A, and a Rayleigh-Ritz step in each iteration.
 class Subspace {
  public:
   Subspace(const Arcs& arcs, std::span<const double> conductances, std::span<const double> measures,
@@ -117,7 +118,7 @@ class Subspace {
     remove_constants();
   }
 
-  // Returns by how much the first eigenvalues changed.
+  // Returns the change of the first eigenvalues.
   double iterate(std::size_t n_wanted) {
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
       for (double& value : row(cell)) value *= measures_[cell];
@@ -167,7 +168,7 @@ class Subspace {
     return std::span(rows_).subspan(cell * width_, width_);
   }
 
-  // Makes the mean on each component 0.
+  // Subtracts the mean on each component.
   void remove_constants() {
     std::vector<double> means(n_components_ * width_, 0.0);
     std::vector<double> totals(n_components_, 0.0);
@@ -183,7 +184,7 @@ class Subspace {
     }
   }
 
-  // Y^T X or Y^T A X, with Y the rows as they are.
+  // Y^T X or Y^T A X, where Y is the current rows.
   Square gram(std::span<const double> others, bool is_weighted) const {
     Square products(width_);
     for (std::size_t cell = 0; cell < measures_.size(); ++cell) {
@@ -203,8 +204,8 @@ class Subspace {
     return products;
   }
 
-  // Rows become those combinations that are orthonormal by the masses and diagonalize the other
-  // matrix, in the order of their values.
+  // Replaces rows by linear combinations that are orthonormal by the masses and diagonalize the
+  // other matrix, in ascending order of eigenvalues.
   void take_ritz_vectors(Square masses, const Square& energies) {
     Square basis = diagonalize(masses);
     double largest = 0.0;
@@ -250,7 +251,7 @@ class Subspace {
   const double shift_;
   const SparseFactor factor_;
   std::vector<double> rows_;    // (n, width)
-  std::vector<double> values_;  // (width,) with the shift
+  std::vector<double> values_;  // (width,) including the shift
 };
 
 }  // namespace

@@ -13,15 +13,15 @@ struct Eigenpairs {
   std::vector<double> vectors;  // (n, m) by cell; sum_i a_i x_i^2 = 1 for each
 };
 
-// The n_wanted smallest eigenvalues > 0 of L x = lambda A x, and their vectors; fewer where the
-// graph has no more. L is the Laplacian of the conductances (> 0, the same both ways, one arc at
-// most from each cell to each other), A the diagonal of the measures (> 0). The vectors that are
-// constant on each component, of eigenvalue 0, are left out, however many there are; `components`
-// has the number of each cell's, 0 to n_components - 1.
+// The n_wanted smallest eigenvalues > 0 of L x = lambda A x, and their vectors; fewer if the graph
+// has no more. L is the Laplacian of the conductances (> 0, symmetric, at most one arc from each
+// cell to another), A the diagonal matrix of the measures (> 0). Vectors of eigenvalue 0, constant
+// on each component, are left out, however many there are; `components` holds the component of each
+// cell, 0 to n_components - 1.
 //
-// Each vector has the sign that makes its entry of largest size positive, the first among equals.
-// Of equal eigenvalues the vectors are some basis, always the same: the iteration begins with fixed
-// vectors, and one thread runs it. Some 20 ms for 1,500 cells and 16 vectors.
+// The sign of each vector makes its entry of largest size positive, the first among equals. For
+// equal eigenvalues the basis is arbitrary, but always the same: the iteration begins with fixed
+// vectors and runs on one thread. About 20 ms for 1,500 cells and 16 vectors.
 Eigenpairs smallest_eigenpairs(const Arcs& arcs, std::span<const double> conductances,
                                std::span<const double> measures, std::span<const Label> components,
                                Label n_components, std::size_t n_wanted);

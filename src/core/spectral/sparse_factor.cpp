@@ -12,8 +12,8 @@ namespace superfacets {
 SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductances,
                            std::span<const double> diagonal) {
   const Cell n_cells = arcs.n_cells();
-  std::vector<double> left(diagonal.begin(), diagonal.end());  // what is left of the diagonal
-  std::vector<Row> rows(n_cells);                              // and beside it
+  std::vector<double> left(diagonal.begin(), diagonal.end());  // the rest of the diagonal
+  std::vector<Row> rows(n_cells);                              // off-diagonal entries
   std::set<std::pair<std::size_t, Cell>> queue;
   for (Cell cell = 0; cell < n_cells; ++cell) {
     for (const auto [arc, neighbor] : arcs.steps(cell)) {
@@ -44,8 +44,8 @@ SparseFactor::SparseFactor(const Arcs& arcs, std::span<const double> conductance
   }
 }
 
-// Subtracts a multiple of the row of the cell that is eliminated from that of a neighbor, which
-// loses its entry of that cell. Diagonals are kept apart.
+// Subtracts a multiple of the row of the eliminated cell from the row of a neighbor, and removes
+// the entry of that cell. Diagonals are stored separately.
 void SparseFactor::subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
                             Row& merged) {
   merged.clear();

@@ -1,4 +1,4 @@
-// The factors of a sparse symmetric matrix, for equations that are solved many times.
+// Factorization of a sparse symmetric matrix, to solve many equations with it.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,12 @@
 namespace superfacets {
 
 // M = P^T F D F^T P for a symmetric, positive definite matrix M with the pattern of a graph of some
-// thousand cells, with one arc at most from each to each other: cells are eliminated in the order
-// of their degree, the lowest index first among equals. On graphs of surfaces the factors have
-// about n log n entries.
+// thousand cells, at most one arc from each to another. Cells are eliminated by minimum degree, the
+// lowest index first among equals. On graphs of surfaces the factors have about n log n entries.
 class SparseFactor {
  public:
-  // M has `diagonal` on its diagonal, and minus the conductance of each arc beside it. Arcs lead
-  // both ways, with the same conductance.
+  // M has `diagonal` on its diagonal, and minus the conductance of each arc as other entries. Arcs
+  // have reverse arcs of the same conductance.
   SparseFactor(const Arcs& arcs, std::span<const double> conductances,
                std::span<const double> diagonal);
 
@@ -33,7 +32,7 @@ class SparseFactor {
 
   struct Elimination {
     Cell cell;
-    Cell neighbor;  // whose row is changed
+    Cell neighbor;  // whose row is updated
   };
   static void subtract(const Row& pivot_row, double factor, const Elimination& step, Row& row,
                        Row& merged);

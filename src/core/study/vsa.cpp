@@ -22,7 +22,7 @@ constexpr double kCanceled = 1e-9;
 constexpr double kOffDiagonal = 1e-20;
 constexpr int kMaxSweeps = 16;
 
-// Whether one candidate comes after another: heaps of the standard library give the last first.
+// Heap order: whether a candidate is taken later than another (standard heaps return the last).
 constexpr auto comes_after = [](const auto& one, const auto& other) {
   return one.error != other.error ? one.error > other.error : one.order > other.order;
 };
@@ -242,8 +242,8 @@ void ProxyRegions::insert() {
   flood();
 }
 
-// Proxies and seeds from labels. A face without a normal is a poor seed: its error is nearly 0
-// anywhere, also in the middle of other regions.
+// Computes proxies and seeds from labels. A face without a normal is a poor seed: its error is
+// nearly 0 anywhere, also in the middle of other regions.
 std::vector<ProxyRegions::RegionErrors> ProxyRegions::fit() {
   proxies_ = fit_proxies(surface_, metric_, labels_, n_regions());
   std::vector<RegionErrors> regions(n_regions());
@@ -281,8 +281,8 @@ Face ProxyRegions::worst_face(const std::vector<RegionErrors>& regions) const {
   return worst_face;
 }
 
-// Labels from proxies and seeds (CSAD04, section 3.3). All seeds are taken before any face is
-// offered: no region loses its own.
+// Computes labels from proxies and seeds (CSAD04, section 3.3). All seeds are labeled before any
+// face is offered, so no region loses its own.
 void ProxyRegions::flood() {
   std::fill(labels_.begin(), labels_.end(), kNoLabel);
   std::fill(least_offer_.begin(), least_offer_.end(), kInfinity);
@@ -308,8 +308,8 @@ void ProxyRegions::take(Face face, Label label) {
   offer_neighbors(face);
 }
 
-// Queues the neighbors of a face for its region, except faces that are queued already with at most
-// the same error: those candidates come first.
+// Queues the neighbors of a face for its region, except faces queued already with at most the same
+// error: those candidates come first.
 void ProxyRegions::offer_neighbors(Face face) {
   const Label label = labels_[face];
   for (const Face neighbor : surface_.arcs().neighbors(face)) {

@@ -16,7 +16,7 @@ enum class ProxyMetric : std::uint8_t {
   kL21,  // squared difference of the unit normals, times the area of the face
 };
 
-// A plane, or where the normal is zero (there is none) a point.
+// A plane, or a point if the normal is zero.
 struct Proxy {
   Point center;
   Point normal;
@@ -46,8 +46,8 @@ ProxySurface make_proxy_surface(std::span<const Point> vertices, std::span<const
 // The error of a face with respect to a proxy, >= 0.
 //
 // L2: against a proxy without a normal, the squared distance to its point, integrated.
-// L21: 0 for a face without a normal. A proxy without a normal counts as at right angles to all
-// faces, which is what any normal comes to on average where those of a region cancel out.
+// L21: 0 for a face without a normal. A proxy without a normal counts as orthogonal to all faces:
+// that is the average over all directions.
 double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, const Proxy& proxy);
 
 // The proxy of least error for each region 0..n_regions-1 of these labels; each must have a face.
@@ -58,13 +58,13 @@ double proxy_error(const ProxySurface& surface, ProxyMetric metric, Face face, c
 std::vector<Proxy> fit_proxies(const ProxySurface& surface, ProxyMetric metric,
                                std::span<const Label> labels, Label n_regions);
 
-// Regions grown from their proxies. `labels()` always are the flood from `seeds()` by their
-// proxies.
+// Regions grown from their proxies. `labels()` always are the result of flooding from `seeds()` by
+// their proxies.
 //
-// A flood takes the seeds, then again and again that face with least error among those next to a
-// region, the one seen first among equals; the region keeps it. So regions are connected. Where no
-// seed reaches a face, the lowest such face becomes a seed of its own, until there is none. A new
-// seed starts with the plane of its face as the proxy.
+// A flood takes the seeds, then repeatedly the face with least error among all faces adjacent to a
+// region, the first queued among equals; it joins that region. So regions are connected. If no seed
+// reaches a face, the lowest such face becomes a seed, until all are reached. A new seed starts
+// with the plane of its face as the proxy.
 //
 // Time O((F + M) log F) for each call that floods, on one thread. The same bits every time.
 class ProxyRegions {
@@ -72,14 +72,14 @@ class ProxyRegions {
   // Distinct seeds, one at least.
   ProxyRegions(ProxySurface&& surface, ProxyMetric metric, std::span<const Face> seeds);
 
-  // Fits the proxies to the regions, takes as seeds the faces of least error (those with a normal
-  // first, then the lowest among equals), and floods. Returns how many faces changed regions.
+  // Fits the proxies to the regions, makes the faces of least error the seeds (those with a normal
+  // first, then the lowest among equals), and floods. Returns the number of faces that changed
+  // regions.
   std::int64_t relax();
 
-  // The same with one region more. Of the regions with two faces or more, that of largest error
-  // (lowest label among equals) gives its face of largest error (its own seed excepted, highest
-  // among equals: of these the seed is the lowest) as the new seed. There must be fewer regions
-  // than faces.
+  // The same with one more region. Of the regions with two faces or more, the one of largest error
+  // (lowest label among equals) gives its face of largest error (except its seed; the highest index
+  // among equals) as the new seed. There must be fewer regions than faces.
   void insert();
 
   Label n_regions() const { return static_cast<Label>(seeds_.size()); }
@@ -87,7 +87,7 @@ class ProxyRegions {
   const std::vector<Face>& seeds() const { return seeds_; }
 
  private:
-  // A face that a region may take.
+  // A face offered to a region.
   struct Candidate {
     double error;
     std::int64_t order;  // number of candidates before this one
@@ -99,7 +99,7 @@ class ProxyRegions {
   struct RegionErrors {
     Face n_faces = 0;
     double total = 0.0;
-    double least = 0.0;  // of the seed; infinite where no face has a normal
+    double least = 0.0;  // error of the seed; infinite if no face has a normal
   };
 
   std::vector<RegionErrors> fit();

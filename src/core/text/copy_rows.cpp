@@ -8,7 +8,7 @@
 namespace superfacets {
 namespace {
 
-// If the size is a constant, a copy takes an instruction or two.
+// With a size known at compile time, a copy takes an instruction or two.
 template <std::int64_t kSize>
 void copy_sized(const RowPlaces& rows, std::int64_t begin, std::int64_t end, std::uint8_t* copy) {
   for (std::int64_t i = begin; i < end; ++i) {

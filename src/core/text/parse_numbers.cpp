@@ -9,7 +9,7 @@
 #include "base/threads.hpp"
 #include "text/scan_lines.hpp"
 
-// libc++ before version 20 has no from_chars for floating point, GCC before 11 a slow one.
+// libc++ before version 20 has no from_chars for floating point; that of GCC before 11 is slow.
 #if defined(__cpp_lib_to_chars) && !defined(SUPERFACETS_WITHOUT_FROM_CHARS)
 #define SUPERFACETS_HAS_FROM_CHARS
 #else
@@ -46,7 +46,7 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #else
 
-// strtod in the locale "C", whatever the process has chosen.
+// strtod in the "C" locale, whatever locale the process has.
 double to_double(const char* token, char** stop) {
 #if defined(_MSC_VER)
   static const _locale_t plain = _create_locale(LC_ALL, "C");
@@ -58,7 +58,7 @@ double to_double(const char* token, char** stop) {
 }
 
 const char* parse_plain_double(const char* begin, const char* end, double& value) {
-  char token[64];  // strtod wants a zero at the end; longer tokens are rare, and left out
+  char token[64];  // strtod needs a terminating zero; longer tokens are rare, and not handled
   const auto* stop =
       std::find_if(begin, end, [](char c) { return !is_digit(c) && !std::strchr("+-.eE", c); });
   const std::size_t size = stop - begin;
@@ -73,8 +73,8 @@ const char* parse_plain_double(const char* begin, const char* end, double& value
 
 #endif
 
-// Each of these reads the token at `begin`, of at least one byte. It returns the end of what it
-// read, or null.
+// Each of these reads the token at `begin`, of at least one byte. It returns the end of the part
+// that it read, or null.
 
 const char* parse_double(const char* begin, const char* end, double& value) {
   begin = skip_plus(begin, end);
@@ -101,7 +101,7 @@ const char* parse_corner(const char* begin, const char* end, Integer& value) {
   return place;
 }
 
-// Reads as many tokens as there are values; false if the line does not hold just these.
+// Reads as many tokens as there are values; false if the line does not hold exactly these.
 template <typename Value, typename ParseToken>
 bool parse_line(const char* place, const char* end, std::span<Value> values,
                 const ParseToken& parse_token) {

@@ -24,20 +24,20 @@ template <typename Value>
 struct ParsedLines {
   Buffer<Value> values;
   // Lines with a token of another kind, or one that is not handled here. Their values are zeros,
-  // which the caller has to replace.
+  // which the caller must replace.
   std::vector<std::int64_t> left_out;
 };
 
-// Decimals, rounded to the nearest double, as Python's float() does. Left out are, besides what is
-// no number, nan, inf, and what is too large or too small for a double.
+// Decimals, rounded to the nearest double, like Python's float(). Not handled: nan, inf, numbers
+// too large or too small for a double, and tokens that are no numbers.
 ParsedLines<double> parse_doubles(const LineSpans& lines, ThreadTeam& team);
 
-// Integers. Left out are those that do not fit.
+// Integers. Not handled: integers out of range.
 template <typename Integer>
 ParsedLines<Integer> parse_integers(const LineSpans& lines, ThreadTeam& team);
 
-// The first of the integers that each token joins by slashes, as in 7, 7/2, 7//3 and 7/2/3. All
-// but the first may be absent.
+// The first of the integers in each token joined by slashes, as in 7, 7/2, 7//3 and 7/2/3. All but
+// the first may be missing.
 template <typename Integer>
 ParsedLines<Integer> parse_corners(const LineSpans& lines, ThreadTeam& team);
 

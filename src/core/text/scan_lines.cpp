@@ -11,16 +11,16 @@
 namespace superfacets {
 namespace {
 
-constexpr std::int64_t kChunk = 1 << 16;  // bytes scanned at a time: they stay in the cache
+constexpr std::int64_t kChunk = 1 << 16;  // bytes scanned at a time, small enough for the cache
 
-// First of the bytes begin..end-1 that is `wanted`, or end.
+// The first of the bytes begin..end-1 that is `wanted`, or end.
 std::int64_t find(std::string_view text, std::int64_t begin, std::int64_t end, char wanted) {
   const void* place = std::memchr(text.data() + begin, wanted, end - begin);
   return place == nullptr ? end : static_cast<const char*>(place) - text.data();
 }
 
-// Where the first line begins that does so at byte `place` or behind it and before `end`, if one
-// begins at `begin`; else some place not before `end`.
+// The start of the first line at or behind byte `place` and before `end`, if a line begins at
+// `begin`; else some place at or behind `end`.
 std::int64_t next_line(std::string_view text, std::int64_t begin, std::int64_t place,
                        std::int64_t end) {
   return place <= begin ? begin : find(text, place - 1, end, '\n') + 1;
@@ -75,7 +75,7 @@ TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end
     const std::int64_t from = next_line(text, begin, begin + chunk * kChunk, to);
     for_each_line(text, from, to, comment, visit);
   };
-  // Lines before each chunk, once the counts are summed up; first, those of the chunk before.
+  // Number of lines before each chunk, after summation; first, the number in the chunk before.
   std::vector<std::int64_t> firsts(n_chunks + 1, 0);
   auto count = [&](std::int64_t first_chunk, std::int64_t last_chunk) {
     for (std::int64_t chunk = first_chunk; chunk < last_chunk; ++chunk) {

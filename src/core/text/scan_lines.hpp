@@ -1,4 +1,4 @@
-// Where the lines of a text are, and which word each begins with.
+// Finds the lines of a text, and the word that each begins with.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace superfacets {
 
-// What separates tokens, within lines: the blanks of Python's bytes.split().
+// Separators of tokens within lines: the blanks of Python's bytes.split().
 inline bool is_blank(char c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
 }
@@ -20,19 +20,20 @@ inline bool is_blank(char c) {
 // Lines of a text with at least one token each, in their order.
 struct TextLines {
   Buffer<std::int64_t> starts;  // first byte of the first token
-  Buffer<std::int64_t> ends;    // byte behind the last of the line: a newline, a comment, the end
+  Buffer<std::int64_t>
+      ends;  // one past the last byte of the line: a newline, a comment, or the end
   Buffer<std::int32_t> counts;  // tokens
 };
 
 // Finds the lines that begin in bytes begin..end-1 of the text; a line begins at `begin`. Newlines
-// end lines, and so does the end of the text. What follows the character `comment` on a line is no
-// part of it; 0 where there are no comments.
+// and the end of the text end lines. The character `comment` starts a comment up to the end of the
+// line; 0: no comments.
 TextLines scan_lines(std::string_view text, std::int64_t begin, std::int64_t end, char comment,
                      ThreadTeam& team);
 
-// Writes for each line which of the keywords is its first token; the number of keywords where none
-// is. A keyword ends at the end of the line, at a blank or at a control character. With `any_case`
-// letters count as their lower case; keywords are in lower case.
+// Writes for each line the index of the keyword that is its first token; the number of keywords if
+// there is none. A keyword ends at the end of the line, a blank or a control character. With
+// `any_case` letters count as lower case; keywords are in lower case.
 void match_keywords(std::string_view text, std::span<const std::int64_t> starts,
                     std::span<const std::int64_t> ends, const std::vector<std::string>& keywords,
                     bool any_case, ThreadTeam& team, std::span<std::int8_t> found);
