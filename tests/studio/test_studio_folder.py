@@ -12,7 +12,13 @@ import shapes
 from studio_client import encoded
 
 from superfacets import write_mesh
-from superfacets.studio.classes import CLASSES_FILE, checked_class_list, read_classes, with_missing
+from superfacets.studio.classes import (
+    CLASSES_FILE,
+    MAX_CLASS,
+    checked_class_list,
+    read_classes,
+    with_missing,
+)
 from superfacets.studio.folder import MAX_OPEN, Files
 from superfacets.studio.journal import _coded
 
@@ -221,6 +227,11 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
 def test_wrong_classes_are_refused(entry, message):
     with pytest.raises(ValueError, match=message):
         checked_class_list([entry, {"id": 2, "name": "b", "key": "x"}])
+
+
+def test_classes_at_the_limits_are_accepted():
+    entries = [{"id": 1, "name": "a"}, {"id": MAX_CLASS, "name": "b" * 200}]
+    assert [entry["name"] for entry in checked_class_list(entries)] == ["a", "b" * 200]
 
 
 def test_classes_that_cells_have_are_added():
