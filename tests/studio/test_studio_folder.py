@@ -214,8 +214,10 @@ def test_a_list_of_names_is_a_list_of_classes(tmp_path):
     [
         (3, "must have an id, a name and a color"),
         ({"id": 0, "name": "a"}, "id must be a whole number from 1 to 65535"),
+        ({"id": MAX_CLASS + 1, "name": "a"}, "id must be a whole number from 1 to 65535"),
         ({"id": True, "name": "a"}, "id must be a whole number"),
         ({"id": 1, "name": " "}, "name must have 1 to 200 characters"),
+        ({"id": 1, "name": "a" * 201}, "name must have 1 to 200 characters"),
         ({"id": 1, "name": "a", "color": "red"}, "color must be #rrggbb"),
         ({"id": 1, "name": "a", "key": "ab"}, "key must be one character"),
         ({"id": 1, "name": "a\ud800"}, "name has half of a surrogate pair"),
