@@ -15,9 +15,6 @@ from typing import Any
 from .checks import require
 from .clock import interleaved, median, summary
 
-__all__ = ["measure_batch", "table"]
-
-
 _WHOLE = """
 import ctypes, os, sys
 ctypes.CDLL(None).prctl(36, 1)  # PR_SET_CHILD_SUBREAPER

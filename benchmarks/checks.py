@@ -16,21 +16,6 @@ from superfacets import reference
 
 from .meshes import Arrays
 
-__all__ = [
-    "EXPECTED",
-    "PLAIN",
-    "WrongLabelsError",
-    "check_against_reference",
-    "check_invariants",
-    "check_labels",
-    "hash_labels",
-    "hash_mesh",
-    "load_expected",
-    "n_pieces",
-    "require",
-    "save_expected",
-]
-
 PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
 """The paper's weights and seeds, and labels as the loop leaves them."""
 

@@ -32,8 +32,6 @@ from .pages import knobby_torus, measure_page, page_table
 from .plan import make_plan
 from .sections import SECTIONS, measure
 
-__all__ = ["commands"]
-
 FILE = click.Path(path_type=Path, dir_okay=False)
 FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 

@@ -9,8 +9,6 @@ from collections.abc import Callable, Hashable, Mapping
 from functools import partial
 from typing import Any, NamedTuple, TypeVar
 
-__all__ = ["Sample", "interleaved", "median", "summary"]
-
 Key = TypeVar("Key", bound=Hashable)
 
 

@@ -22,8 +22,6 @@ import numpy.typing as npt
 
 import superfacets as sf
 
-__all__ = ["JOBS", "LIMIT", "SHAPES", "Growth", "doubling_table", "exponent", "measure_doubling"]
-
 LIMIT = 1.2
 """Largest exponent of a job that counts as linear: sorting and trees add a logarithm, and arrays
 that no longer fit into a cache some tenths."""

@@ -11,8 +11,6 @@ from typing import Any
 
 import superfacets as sf
 
-__all__ = ["facts", "thread_counts", "usable_cores"]
-
 PACKAGES = ("numpy", "scipy", "pymetis", "pyacvd", "pyvista", "vtk", "scikit-image")
 
 

@@ -22,8 +22,6 @@ import superfacets as sf
 from .checks import hash_labels
 from .meshes import Arrays
 
-__all__ = ["measure"]
-
 ROOT = Path(__file__).resolve().parents[1]
 
 

@@ -22,19 +22,6 @@ import superfacets as sf
 from superfacets.adapters.convert import as_triangles
 from superfacets.mesh.quarters import split_in_four
 
-__all__ = [
-    "Arrays",
-    "build",
-    "count_faces",
-    "file_of",
-    "find_data",
-    "icosahedron",
-    "perturb",
-    "shuffle",
-    "split_name",
-    "subdivide",
-]
-
 NOISE = 0.05
 """Largest shift of a vertex along an axis, in mean edge lengths: no two flat triangles remain, none
 folds over."""

@@ -20,8 +20,6 @@ import numpy as np
 
 import superfacets as sf
 
-__all__ = ["knobby_torus", "measure_page", "page_table"]
-
 OPTIONS = [
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox",
     "--enable-precise-memory-info",

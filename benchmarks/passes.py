@@ -13,8 +13,6 @@ from .checks import require
 from .clock import interleaved, median
 from .meshes import Arrays
 
-__all__ = ["measure"]
-
 Key = tuple[int, int]  # number of regions, threads
 
 

@@ -9,8 +9,6 @@ from .machine import thread_counts
 from .meshes import count_faces, find_data
 from .runs import Case
 
-__all__ = ["CATALOG", "SAMPLES", "Plan", "make_plan"]
-
 CATALOG = (
     "fandisk", "bunny", "hand", "hand-x4", "bunny-x16", "sphere-x65536", "hand-x16", "hand-x64",
     "bear60k", "bear60k-x4", "bear60k-x16", "bear60k-x64",

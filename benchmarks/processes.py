@@ -16,8 +16,6 @@ import superfacets as sf
 from .checks import require
 from .clock import interleaved, median, summary
 
-__all__ = ["measure_command", "measure_imports"]
-
 
 def measure_imports(repeats: int) -> dict[str, Any]:
     """Return how many milliseconds ``import superfacets`` takes more than ``import numpy``.

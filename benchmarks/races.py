@@ -19,8 +19,6 @@ from .plan import RACED
 from .rivals import RIVALS, Outcome, ScipyOutcome, is_installed, run_scipy
 from .runs import SETTINGS, run_name
 
-__all__ = ["race_for_labels", "race_for_one_pass"]
-
 OURS = "superfacets"
 Key = tuple[str, str]  # name, settings
 

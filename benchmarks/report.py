@@ -8,8 +8,6 @@ from typing import Any
 
 from superfacets.study.table_writer import EMPTY, markdown_table
 
-__all__ = ["DOC_TABLES", "fill", "readme_table", "render"]
-
 Results = dict[str, Any]
 
 CONTESTANT = ("mesh", "k", "who", "settings", "labels", "regions", "size spread")

@@ -20,19 +20,6 @@ import superfacets as sf
 
 from .meshes import SEED, Arrays
 
-__all__ = [
-    "RIVALS",
-    "Outcome",
-    "Rival",
-    "face_adjacency",
-    "gray_image",
-    "is_installed",
-    "run_metis",
-    "run_pyacvd",
-    "run_scipy",
-    "run_slic",
-]
-
 
 class Outcome(NamedTuple):
     """Labels of the rival's elements, and the seconds of each part of its work."""

@@ -11,8 +11,6 @@ from .checks import PLAIN, Expected, check_invariants, check_labels, hash_labels
 from .clock import Sample, interleaved, median, summary
 from .meshes import Arrays, shuffle
 
-__all__ = ["SETTINGS", "Case", "measure", "measure_orders", "run_name", "speedups"]
-
 SETTINGS: dict[str, dict[str, Any]] = {
     "defaults": {},
     "plain": PLAIN,

@@ -16,8 +16,6 @@ from .machine import facts, usable_cores
 from .meshes import Arrays, build, file_of
 from .plan import N_SEGMENTS, Plan
 
-__all__ = ["SECTIONS", "measure"]
-
 SECTIONS = ("stages", "scaling", "passes", "orders", "rivals", "memory", "processes")
 
 MEMORABLE_FACES = 50_000

@@ -38,8 +38,6 @@ from superfacets.tiles.store import TileStore
 from .checks import require
 from .clock import interleaved, median
 
-__all__ = ["Cluster", "Measured", "Pass", "measure", "simulate"]
-
 IO_FILE = Path("/proc/self/io")
 """Where Linux counts the bytes that a process reads and writes."""
 

@@ -7,8 +7,6 @@ import os
 import sys
 from pathlib import Path
 
-__all__ = ["address_limit", "free_memory", "memory_of_process", "usable_memory"]
-
 _OWN_GROUPS = Path("/proc/self/cgroup")
 _GROUPS = Path("/sys/fs/cgroup")
 """Folders where Linux lists the control groups of a process, and their limits."""

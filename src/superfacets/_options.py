@@ -23,20 +23,6 @@ from ._validate import (
     checked_threads,
 )
 
-__all__ = [
-    "CLIPS",
-    "INITS",
-    "ISLANDS",
-    "CleanupOptions",
-    "Clip",
-    "Init",
-    "Islands",
-    "LoopOptions",
-    "Progress",
-    "Seeds",
-    "SizeOptions",
-]
-
 Init = Literal["geodesic", "farthest", "flood", "grid"]
 INITS: tuple[str, ...] = get_args(Init)
 """Names of the ways to place seeds."""

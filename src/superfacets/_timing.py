@@ -4,8 +4,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-__all__ = ["OnStage", "timed"]
-
 OnStage = Callable[[str], object]
 """Called with the name of a stage when it begins."""
 

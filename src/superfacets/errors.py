@@ -1,9 +1,5 @@
 """The errors that superfacets raises for wrong input and missing extras, and its warnings."""
 
-__all__ = [
-    "IslandWarning", "MeshError", "MissingExtraError", "RenderError", "SliverWarning", "reason_of",
-]  # fmt: skip
-
 
 class MeshError(ValueError):
     """The mesh, or the file that should hold one, cannot be used; it says where and why."""

@@ -28,8 +28,6 @@ from .pipeline import segment
 from .regions.edit import read_regions
 from .regions.hierarchy import Hierarchy, checked_cut, merge_neighbors
 
-__all__ = ["hierarchy"]
-
 
 def hierarchy(
     cells: MeshLike | CloudLike | CellGraph,

@@ -36,17 +36,6 @@ from .regions.cleaning import clean
 from .regions.edit import BorderCosts
 from .regions.smooth import MAX_DISTANCE
 
-__all__ = [
-    "PAPER",
-    "PARTS",
-    "Options",
-    "Prepared",
-    "segment",
-    "sliver_advice",
-    "stages_in_order",
-    "warn_of_islands",
-]
-
 PAPER: Mapping[str, Any] = MappingProxyType(
     {
         "weights": "superfacets",

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["PART_NAMES", "SOLIDS", "FloatArray", "Solid", "cut_into_blocks", "ellipsoids"]
-
 FloatArray = npt.NDArray[np.float64]
 
 

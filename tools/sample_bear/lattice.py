@@ -11,15 +11,6 @@ import numpy.typing as npt
 
 from .bear import FloatArray, ellipsoids
 
-__all__ = [
-    "IndexArray",
-    "Lattice",
-    "cells_around",
-    "crossed_edges",
-    "fill_lattice",
-    "without_pinches",
-]
-
 IndexArray = npt.NDArray[np.int64]
 
 

@@ -8,8 +8,6 @@ from .bear import FloatArray, cut_into_blocks, ellipsoids
 from .lattice import IndexArray, Lattice, cells_around, crossed_edges
 from .quads import QuadSurface, solids_of_vertices
 
-__all__ = ["relax", "surface_net"]
-
 _RELAX_STEPS = 6
 """Smoothing steps a round after which slivers are gone; more change little."""
 

@@ -11,8 +11,6 @@ import numpy.typing as npt
 from .bear import FloatArray
 from .lattice import IndexArray
 
-__all__ = ["QuadSurface", "is_on_seam", "solids_of_vertices", "split_quads"]
-
 
 @dataclass(frozen=True)
 class QuadSurface:

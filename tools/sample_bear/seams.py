@@ -11,8 +11,6 @@ from .bear import ellipsoids
 from .lattice import IndexArray
 from .quads import QuadSurface, is_on_seam, solids_of_vertices
 
-__all__ = ["place_seams"]
-
 
 def place_seams(surface: QuadSurface) -> QuadSurface:
     """Give each quad to the nearest solid, then smooth the seams between quads of two solids.

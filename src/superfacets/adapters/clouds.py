@@ -12,8 +12,6 @@ import numpy.typing as npt
 from ..mesh.point_cloud import PointCloud
 from .blocks import cell_blocks, has_blocks
 
-__all__ = ["CloudLike", "as_cloud", "is_foreign_cloud"]
-
 
 class _Points(Protocol):
     """A point cloud of Open3D, legacy or tensor."""

@@ -19,9 +19,6 @@ from ..mesh.triangle_mesh import Mesh
 from .blocks import cell_blocks, has_blocks, mesh_of_blocks
 from .clouds import CloudLike, as_cloud, is_foreign_cloud
 
-__all__ = ["MeshLike", "as_cells", "as_mesh", "as_triangles"]
-
-
 _VTK_TETRA = 10
 """Number of the kind of cell in VTK."""
 

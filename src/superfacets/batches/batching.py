@@ -24,8 +24,6 @@ from .manifest import Manifest
 from .memory import cells_of, memory_of
 from .sources import Source, check_outputs_differ, find_sources, output_names, result_ending
 
-__all__ = ["MANIFEST", "BatchProgress", "BatchResult", "batch"]
-
 MANIFEST = "manifest.jsonl"
 """Name of the manifest in the output folder."""
 

@@ -19,8 +19,6 @@ from .. import __version__
 from ..errors import MissingExtraError, reason_of
 from ..workers.calls import Call, Done, Ending, Failed, Killed, Team, Worker
 
-__all__ = ["RemoteTeam", "remote_team"]
-
 PATIENCE = 60.0
 """Seconds to wait while there is no worker at all: one that ended is started anew in two or so, and
 a queue may give a place to another."""

@@ -14,8 +14,6 @@ from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..mesh.faces import area_vectors
 
-__all__ = ["features_of"]
-
 _COLORS = ("red", "green", "blue")
 
 

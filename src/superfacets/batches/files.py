@@ -33,8 +33,6 @@ from ..mesh.cells import Cells
 from ..pipeline import segment
 from .features import features_of
 
-__all__ = ["FileOptions", "Load", "Outcome", "attributes_of_parts", "segment_file"]
-
 Load = Callable[[bool], tuple[Cells, MeshAttributes | None]]
 """Reads a file, with its attributes or without."""
 

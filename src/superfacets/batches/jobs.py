@@ -22,8 +22,6 @@ from ..mesh.cells import Cells
 from ..workers.calls import check_version
 from .files import FileOptions, segment_file
 
-__all__ = ["BatchJob", "Record", "hash_of", "run_job"]
-
 Record = dict[str, Any]
 """What a line of the manifest holds."""
 

@@ -11,8 +11,6 @@ from ..io.atomic import atomic_outputs
 from ..io.locks import open_own
 from .jobs import Record
 
-__all__ = ["Manifest"]
-
 
 class Manifest:
     """The records in a file, to be used in a `with` by one process at a time.

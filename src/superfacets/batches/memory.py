@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-__all__ = ["cells_of", "memory_of"]
-
 BASE = 150 << 20
 """Bytes of a worker that has imported everything and read nothing."""
 

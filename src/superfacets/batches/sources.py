@@ -14,8 +14,6 @@ from ..io.atomic import StrPath
 from ..io.readers.read import CELL_ENDINGS
 from ..io.readers.tets import TET_ENDINGS
 
-__all__ = ["Source", "check_outputs_differ", "find_sources", "output_names", "result_ending"]
-
 FOUND_ENDINGS = tuple(ending for ending in CELL_ENDINGS if ending not in (".csv", ".txt", ".npy"))
 """Of files that a folder is searched for: those three more often hold something else."""
 

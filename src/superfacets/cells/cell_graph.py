@@ -26,16 +26,6 @@ from .._validate import (
     restored,
 )
 
-__all__ = [
-    "ArcMeasures",
-    "Arcs",
-    "CellGraph",
-    "CsrArcs",
-    "box_diagonal",
-    "checked_graph",
-    "checked_weights",
-]  # fmt: skip
-
 
 @dataclass(frozen=True, eq=False)
 class ArcMeasures:

@@ -16,8 +16,6 @@ from ..mesh.faces import ends_of_sides, face_sizes
 from .face_graph import FaceGraph
 from .surface import Surface
 
-__all__ = ["ANY_GROUP", "NO_GROUPS", "ConstraintOptions", "Cut", "in_order"]
-
 ANY_GROUP = -1
 """Group of cells that may share a region with any cell."""
 

@@ -33,11 +33,6 @@ from ..mesh.faces import (
 from ..mesh.triangle_mesh import Mesh
 from .cell_graph import Arcs, CellGraph
 
-__all__ = [
-    "EdgeCounts", "FaceGraph", "FaceShapes", "arcs_at_borders", "build_face_graph",
-    "graph_and_shapes",
-]  # fmt: skip
-
 
 class EdgeCounts(NamedTuple):
     """Edges of a mesh by the number of faces on them."""

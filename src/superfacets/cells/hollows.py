@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["evened_share"]
-
 SOLID = 0.3
 """Roundness y from which a shape is solid. Convex bodies have 1 at most, long rods 3/4."""
 

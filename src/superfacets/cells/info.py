@@ -27,8 +27,6 @@ from .slivers import sliver_share
 from .surface import is_inside_out
 from .tet_graph import build_tet_graph
 
-__all__ = ["CloudInfo", "MeshInfo", "TetInfo", "cloud_info", "facts_of", "mesh_info"]
-
 _VOLUME_NOISE = 4e-16
 """Of the cubed length of an edge, up to which a volume is rounding error."""
 

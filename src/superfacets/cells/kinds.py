@@ -47,18 +47,6 @@ from .surface import Surface
 from .tet_graph import TetGraph, build_tet_graph, tet_surface
 from .weights import WeightOptions, arc_weights, step_weights
 
-__all__ = [
-    "Kind",
-    "OrderedCells",
-    "Outside",
-    "as_known",
-    "as_surface",
-    "graph_and_surface",
-    "kind_of",
-    "measures_of",
-    "register",
-]
-
 Nearest: TypeAlias = tuple[Ints, Floats, Floats]
 
 

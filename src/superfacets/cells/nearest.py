@@ -13,8 +13,6 @@ from ..adapters.clouds import CloudLike, as_cloud
 from ..adapters.convert import MeshLike, as_mesh
 from .kinds import kind_of
 
-__all__ = ["NearestFaces", "checked_distance", "nearest_faces", "query_points"]
-
 
 class NearestFaces(NamedTuple):
     """For each of M points, the face of a mesh that is nearest to it.

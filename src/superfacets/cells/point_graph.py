@@ -16,18 +16,6 @@ from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
 from .weights import NO_NORMALS, WEIGHTS, EdgeFactors, weights_of
 
-__all__ = [
-    "N_AROUND",
-    "N_NEIGHBORS",
-    "PointGraph",
-    "bare_point_surface",
-    "build_point_graph",
-    "estimate_normals",
-    "find_point_graph",
-    "find_sorted_graph",
-    "point_surface",
-]
-
 N_NEIGHBORS = 6
 """Nearest neighbors that arcs lead to. With arcs back, a point has seven on average."""
 

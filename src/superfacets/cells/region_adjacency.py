@@ -23,9 +23,6 @@ from .cell_graph import CellGraph
 from .kinds import as_surface
 from .surface import Surface
 
-__all__ = ["RegionGraph", "region_graph", "region_graph_of"]
-
-
 _ROUNDING = 1e-14
 """Fraction of the largest variance of a region up to which others are rounding errors."""
 

@@ -10,11 +10,6 @@ from .._options import SizeOptions
 from .._types import Floats
 from .._validate import checked_count, checked_seeds
 
-__all__ = [
-    "DEFAULT_N_SEGMENTS", "RegionSize", "checked_n_segments", "radius_of", "region_size",
-    "size_of_total",
-]  # fmt: skip
-
 DEFAULT_N_SEGMENTS = 150
 """The paper's k, used if neither a number of regions nor a radius is given."""
 

@@ -11,10 +11,6 @@ from ..mesh.faces import FaceMesh, measure_faces, measure_shapes, sliver_area
 from .face_graph import FaceGraph
 from .size import DEFAULT_N_SEGMENTS, radius_of
 
-__all__ = [
-    "EDGE_PER_RADIUS", "advised_max_edge", "area_of_slivers", "sliver_note", "sliver_share",
-]  # fmt: skip
-
 MIN_LENGTH = 2.0
 """Length above which a face is long, in r: it reaches across a whole region."""
 

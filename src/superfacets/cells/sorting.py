@@ -12,8 +12,6 @@ from .._types import Floats, Ints, Longs
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import Corners
 
-__all__ = ["MIN_CELLS", "SortedCorners", "far_steps", "is_scattered", "sorted_corners"]
-
 MIN_CELLS = 1 << 17
 """Smallest number of cells that is sorted. Fewer fit into caches, where order matters little."""
 

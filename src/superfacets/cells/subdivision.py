@@ -24,8 +24,6 @@ from ..mesh.faces import FaceMesh, cut_into_triangles
 from ..mesh.triangle_mesh import Mesh
 from .sums import weighted_majority
 
-__all__ = ["Subdivision", "subdivide"]
-
 MAX_FACES = 10_000_000
 """Default limit of the number of new faces, which take about 600 MB."""
 

@@ -7,8 +7,6 @@ import numpy.typing as npt
 
 from .._types import Floats, Ints
 
-__all__ = ["positive_total", "sums_by_label", "weighted_majority"]
-
 
 def positive_total(areas: Floats) -> float:
     """Sum of areas; a ValueError if it is 0."""

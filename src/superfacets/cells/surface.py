@@ -15,8 +15,6 @@ from ..mesh.faces import FaceMesh, FoundArcs, signed_volume, surface_of_faces
 from .cell_graph import ArcMeasures, CellGraph, CsrArcs
 from .face_graph import FaceGraph
 
-__all__ = ["Surface", "arc_measures", "enclosed", "face_surface", "is_inside_out", "is_negative"]
-
 VOLUME_NOISE = 1e-12
 """Fraction of the cubed diagonal below which a volume is a rounding error, as of a double sheet."""
 

@@ -17,8 +17,6 @@ from ..mesh.tet_mesh import TetMesh
 from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface
 
-__all__ = ["TetGraph", "TriangleCounts", "build_tet_graph", "tet_surface"]
-
 
 class TriangleCounts(NamedTuple):
     """Triangles of a mesh by the number of tetrahedra on them."""

@@ -17,8 +17,6 @@ from .face_graph import FaceGraph
 from .kinds import graph_and_surface, kind_of
 from .surface import is_inside_out
 
-__all__ = ["N_RAYS", "rays_from", "rays_from_patches", "shape_diameter", "smoothed"]
-
 N_RAYS = 30
 """Rays of a face, as in the paper."""
 

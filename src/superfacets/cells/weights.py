@@ -18,27 +18,6 @@ from .face_graph import FaceGraph
 from .hollows import evened_share
 from .surface import Surface, face_surface
 
-__all__ = [
-    "ALL_COUNT",
-    "NO_NORMALS",
-    "WEIGHTS",
-    "EdgeFactors",
-    "Weight",
-    "WeightName",
-    "WeightOptions",
-    "Weights",
-    "arc_weights",
-    "crease_weights",
-    "creases_and_turn",
-    "creases_of",
-    "step_weights",
-    "stk02_weights",
-    "superfacet_weights",
-    "weights_and_turn",
-    "weights_of",
-]
-
-
 NO_NORMALS = np.empty((0, 3))
 """Argument for the core: no normals given, the core computes them."""
 

@@ -10,8 +10,6 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar
 
-__all__ = ["is_busy", "run_in_background"]
-
 T = TypeVar("T")
 
 _NAME = "superfacets-work"

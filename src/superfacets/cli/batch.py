@@ -17,8 +17,6 @@ from .outputs import OUTPUT_FORMATS
 from .progress import FileBar
 from .segment_options import file_options, options_of, segment_options
 
-__all__ = ["batch_command"]
-
 
 def _formats(
     ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]

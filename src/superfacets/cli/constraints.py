@@ -17,8 +17,6 @@ from ..io.readers.labels import LABEL_ENDINGS, checked_labels, read_labels
 from ..io.readers.npy import npy_array
 from .options import FILE
 
-__all__ = ["check_mask", "constraint_options", "constraints_of"]
-
 _OPTIONS = (
     click.option(
         "--mask",

@@ -35,8 +35,6 @@ from .options import (
 from .outputs import Job, output_option, plan_jobs, to_option
 from .report import notes_on_attributes, notes_on_vertices
 
-__all__ = ["convert_command"]
-
 
 @click.command("convert")
 @click.argument("mesh", metavar="IN", type=FILE)

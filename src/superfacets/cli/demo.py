@@ -14,8 +14,6 @@ from .options import FOLDER
 from .progress import RunBar
 from .report import summary_of
 
-__all__ = ["demo_command"]
-
 
 @click.command("demo")
 @click.option(

@@ -13,8 +13,6 @@ from ..metrics.cuts import DEFAULT_TOLERANCE
 from .background import run_in_background
 from .options import FILE, NOT_NEGATIVE, labels_named_option
 
-__all__ = ["evaluate_command"]
-
 
 @click.command("evaluate")
 @click.argument("mesh", metavar="IN", type=FILE)

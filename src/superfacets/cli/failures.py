@@ -6,15 +6,6 @@ import click
 
 from ..errors import MeshError, MissingExtraError, RenderError
 
-__all__ = [
-    "EXIT_DATA",
-    "EXIT_USAGE",
-    "FAILURES",
-    "message_of",
-    "print_error",
-    "print_note",
-]
-
 EXIT_DATA, EXIT_USAGE = 1, 2
 
 FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)

@@ -16,8 +16,6 @@ from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
 from .inputs import check_inputs, load_cells, name_of
 from .options import format_option
 
-__all__ = ["info_command"]
-
 
 @click.command("info")
 @click.argument(

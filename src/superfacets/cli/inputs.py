@@ -20,16 +20,6 @@ from ..io.readers.recognize import recognized_ending
 from ..mesh.cells import Cells
 from .options import STANDARD_STREAM
 
-__all__ = [
-    "VALUE_ENDINGS",
-    "check_inputs",
-    "labels_beside",
-    "load_cells",
-    "load_cells_and_attributes",
-    "name_of",
-    "read_values",
-]
-
 VALUE_ENDINGS = (".npy", ".txt")
 
 

@@ -13,8 +13,6 @@ import threading
 from collections.abc import Iterator
 from typing import NoReturn
 
-__all__ = ["EXIT_INTERRUPTED", "INTERRUPTED", "hear_signals", "soon_ended", "while_importing"]
-
 EXIT_INTERRUPTED = 130
 """Exit status after Ctrl-C, as shells have it."""
 

@@ -47,8 +47,6 @@ from .options import (
 from .outputs import Job, check_files, check_terminal, output_option
 from .report import notes_on_attributes
 
-__all__ = ["levels_command"]
-
 ARRAYS = ".npz"
 ALL_LEVELS = (ARRAYS, ".sstk.json")
 """Files that hold all levels."""

@@ -16,8 +16,6 @@ from . import background
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
 from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, while_importing
 
-__all__ = ["COMMANDS", "main"]
-
 COMMANDS = {
     "segment": "Segment the meshes and point clouds in the files IN and write their labels.",
     "levels": "Segment the mesh or point cloud in the file IN, and merge regions level by level.",

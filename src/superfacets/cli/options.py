@@ -11,29 +11,6 @@ import click
 
 from ..io.readers.read import CELL_ENDINGS
 
-__all__ = [
-    "COUNT",
-    "EXISTING_FOLDER",
-    "FILE",
-    "FOLDER",
-    "INPUT_FORMATS",
-    "NOT_NEGATIVE",
-    "POSITIVE",
-    "STANDARD_STREAM",
-    "Count",
-    "Decorator",
-    "Real",
-    "ascii_option",
-    "camera_options",
-    "drop_attributes_option",
-    "format_option",
-    "label_options",
-    "labels_named_option",
-    "numbers",
-    "quiet_option",
-    "threads_option",
-]
-
 
 class Count(click.IntRange):
     """Whole numbers from a lowest one up."""

@@ -23,17 +23,6 @@ from ..io.readers.read import MESH_ENDINGS
 from .inputs import name_of
 from .options import STANDARD_STREAM, Decorator
 
-__all__ = [
-    "OUTPUT_FORMATS",
-    "Job",
-    "check_files",
-    "check_terminal",
-    "names_of_results",
-    "output_option",
-    "plan_jobs",
-    "to_option",
-]
-
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
 """What --to takes."""
 

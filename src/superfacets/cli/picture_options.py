@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from ..pictures.camera import Up
 
-__all__ = ["chosen_view", "picture_options", "values_named"]
-
 _MAX_SIDE = 8192
 
 

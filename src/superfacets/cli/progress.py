@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 if TYPE_CHECKING:  # a bar for one file takes no batch
     from ..batches.batching import BatchProgress
 
-__all__ = ["SHARES", "Estimate", "FileBar", "RunBar", "TileBar"]
-
 SHARES = {
     "mesh": 0.06,
     "face_graph": 0.15,

@@ -11,8 +11,6 @@ from .._validate import checked_threads
 from .failures import print_note
 from .options import COUNT, EXISTING_FOLDER, FOLDER, Count, numbers
 
-__all__ = ["quality_command"]
-
 
 @click.command("quality")
 @click.argument("benchmark", type=EXISTING_FOLDER)

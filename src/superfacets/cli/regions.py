@@ -33,9 +33,6 @@ from .inputs import check_inputs, load_cells
 from .options import FILE, STANDARD_STREAM, format_option, labels_named_option
 from .outputs import Job, check_files
 
-__all__ = ["regions_command"]
-
-
 _Drawn = tuple[npt.NDArray[np.float64], list[tuple[str, npt.NDArray[np.int32]]]]
 """Vertices of a mesh, and named lines along its edges."""
 

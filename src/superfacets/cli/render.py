@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from .._options import Clip
     from ..pictures.camera import Up
 
-__all__ = ["render_command"]
-
 
 @click.command("render")
 @click.argument("mesh", metavar="IN", type=FILE)

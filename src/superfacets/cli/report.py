@@ -19,15 +19,6 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import counted
 from .options import STANDARD_STREAM
 
-__all__ = [
-    "facts_of",
-    "notes_of",
-    "notes_on_attributes",
-    "notes_on_result",
-    "notes_on_vertices",
-    "summary_of",
-]
-
 
 def notes_of(
     outcome: Outcome,

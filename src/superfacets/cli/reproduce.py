@@ -14,8 +14,6 @@ from .options import COUNT, EXISTING_FOLDER, FOLDER, NOT_NEGATIVE, numbers
 if TYPE_CHECKING:
     from ..study.reproduce.reproduction import Report
 
-__all__ = ["reproduce_command"]
-
 
 @click.command("reproduce")
 @click.argument("benchmark", type=EXISTING_FOLDER)

@@ -36,8 +36,6 @@ from .tiled import (
     tile_options,
 )
 
-__all__ = ["segment_command"]
-
 
 @click.command("segment")
 @click.argument(

@@ -22,8 +22,6 @@ from .options import (
     threads_option,
 )
 
-__all__ = ["file_options", "options_of", "segment_options"]
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 

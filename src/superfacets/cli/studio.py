@@ -14,8 +14,6 @@ import click
 from .failures import print_note
 from .options import COUNT, FILE
 
-__all__ = ["studio_command"]
-
 
 @click.command("studio")
 @click.argument("path", metavar="IN|FOLDER", type=click.Path(path_type=Path, exists=True))

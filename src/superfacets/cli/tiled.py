@@ -18,14 +18,6 @@ from .options import COUNT, FOLDER, STANDARD_STREAM, Count
 from .outputs import names_of_results
 from .progress import TileBar
 
-__all__ = [
-    "TileOptions",
-    "names_by_tiles",
-    "noun_of_tiled",
-    "segment_by_tiles",
-    "tile_options",
-]
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _OPTIONS = (

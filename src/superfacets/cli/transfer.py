@@ -34,8 +34,6 @@ from .options import (
 from .outputs import Job, output_option, plan_jobs, to_option
 from .report import notes_on_attributes, notes_on_vertices
 
-__all__ = ["transfer_command"]
-
 
 @click.command("transfer")
 @click.argument("source", metavar="IN", type=FILE)

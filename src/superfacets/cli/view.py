@@ -20,8 +20,6 @@ from .options import FILE, camera_options, labels_named_option
 if TYPE_CHECKING:
     from ..pictures.camera import Up
 
-__all__ = ["view_command"]
-
 LEVELS_ENDING = ".npz"
 
 

@@ -13,8 +13,6 @@ from .._types import Floats, Ints
 from .._validate import checked_number, checked_seeds, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 
-__all__ = ["Classification", "classify"]
-
 
 class Classification(NamedTuple):
     """Labels of all cells, and the centers that they belong to.

@@ -9,11 +9,6 @@ from .._core import OrderedGraph
 from .._options import LoopOptions
 from .._types import Ints
 
-__all__ = [
-    "AnyGraph", "CoarseCells", "LargeGraph", "Regions", "can_be_coarse", "coarse_graphs",
-    "in_memory", "join_islands", "regions_of",
-]  # fmt: skip
-
 
 class Regions(Protocol):
     """Regions around centers, after the loop; `_core.Clustering` is one."""

@@ -17,8 +17,6 @@ from .graphs import AnyGraph, CoarseCells, Regions, regions_of
 from .seeding import CORE_ISLANDS
 from .segmentation import Level, StopReason
 
-__all__ = ["Iteration"]
-
 RELOCATED_SHARES = (0.13, 0.0975, 0.065, 0.0325)
 """Largest share of centers that move in each round of relocation; at least one may move."""
 

@@ -27,8 +27,6 @@ from .plan import Plan, Start
 from .seeding import run_seeding
 from .segmentation import Segmentation
 
-__all__ = ["segment_cells", "segment_graph"]
-
 
 def segment_graph(
     graph: CellGraph,

@@ -18,8 +18,6 @@ from ..cells.constraints import NO_GROUPS, Cut, in_order
 from ..cells.size import RegionSize, region_size
 from .segmentation import Segmentation
 
-__all__ = ["ArcLengths", "Plan", "Start"]
-
 Start: TypeAlias = Seeds | Segmentation
 """Centers, one label per cell, or a segmentation."""
 

@@ -9,8 +9,6 @@ from .._validate import checked_choice, checked_seeds, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 from ..cells.size import RegionSize, region_size
 
-__all__ = ["CORE_ISLANDS", "place_seeds", "run_seeding"]
-
 SEED_SPACING = 2.0
 """Reach of a flooded region, and edge of a grid cube, in radii."""
 

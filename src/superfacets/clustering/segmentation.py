@@ -14,8 +14,6 @@ from ..cells.kinds import as_surface
 from ..cells.region_adjacency import RegionGraph, region_graph_of
 from ..mesh.cells import Cells
 
-__all__ = ["Level", "Segmentation", "StopReason"]
-
 StopReason = Literal["converged", "cycle", "max_num_iter", "cancelled"]
 
 

@@ -9,8 +9,6 @@ from .._types import Ints
 from .._validate import checked_partial_labels, checked_threads
 from ..cells.cell_graph import CellGraph, checked_graph
 
-__all__ = ["update_centers"]
-
 
 def update_centers(
     graph: CellGraph, labels: npt.ArrayLike, *, n_threads: int | None = None

@@ -24,15 +24,6 @@ from .ply import write_ply
 from .tets import TET_WRITERS
 from .vtp import write_vtp
 
-__all__ = [
-    "ATTRIBUTE_OUTPUTS",
-    "CLOUD_OUTPUTS",
-    "MESH_OUTPUTS",
-    "CellWriter",
-    "FormatOptions",
-    "usual_ending",
-]
-
 FACE_WRITERS: Mapping[str, Callable[..., None]] = {
     ".ply": write_ply,
     ".vtp": write_vtp,

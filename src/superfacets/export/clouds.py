@@ -17,8 +17,6 @@ from ..mesh.point_cloud import PointCloud
 from .ply import write_cloud_ply
 from .text import write_rows
 
-__all__ = ["CLOUD_WRITERS"]
-
 Labels = Ints | None
 Colors = Bytes | None
 

@@ -22,8 +22,6 @@ from ..io.attributes import MeshAttributes
 from ..mesh.faces import FaceMesh, cut_into_triangles
 from .text import fits_single
 
-__all__ = ["write_glb"]
-
 FLOAT, UNSIGNED_INT, UNSIGNED_BYTE = 5126, 5125, 5121
 VERTICES, INDICES = 34962, 34963
 """Targets of buffer views."""

@@ -30,8 +30,6 @@ from .scannet import (
 )  # fmt: skip
 from .text import write_rows
 
-__all__ = ["ID_OUTPUTS", "LABEL_OUTPUTS", "VERTEX_OUTPUTS", "IdWriter", "write_given_labels"]
-
 LABEL_OUTPUTS = (".npy", ".seg", ".txt")
 """A label per cell."""
 

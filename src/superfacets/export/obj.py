@@ -13,8 +13,6 @@ from ..io.attributes import MeshAttributes
 from ..mesh.faces import FaceMesh, corners_of
 from .text import ROWS_AT_ONCE, coordinate_format, text_rows, write_rows
 
-__all__ = ["face_lines", "write_obj"]
-
 
 def write_obj(
     file: IO[bytes],

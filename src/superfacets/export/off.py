@@ -12,8 +12,6 @@ from ..mesh.faces import FaceMesh
 from .obj import face_lines
 from .text import coordinate_format, write_rows
 
-__all__ = ["write_off"]
-
 
 def write_off(
     file: IO[bytes],

@@ -15,8 +15,6 @@ from ..mesh.faces import FaceMesh, corners_of
 from ..mesh.point_cloud import PointCloud
 from .text import ROWS_AT_ONCE, fits_single, text_rows
 
-__all__ = ["names_replaced", "write_cloud_ply", "write_ply"]
-
 OWN_NAMES = {
     "vertex": ("x", "y", "z", "label"),
     "face": (*INDEX_NAMES, "label", "quality", "red", "green", "blue", "alpha"),

@@ -14,8 +14,6 @@ from ..errors import MeshError
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
 
-__all__ = ["GRAPH_OUTPUTS", "write_arrays", "write_graphs"]
-
 GRAPH_OUTPUTS = (".npz",)
 
 Graph = Mapping[str, npt.ArrayLike]

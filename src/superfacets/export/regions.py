@@ -16,8 +16,6 @@ from ..io.readers.labels import checked_labels
 from ..regions.parts import Splitter
 from .cells import CellWriter, FormatOptions, usual_ending
 
-__all__ = ["write_regions"]
-
 
 def write_regions(
     folder: StrPath,

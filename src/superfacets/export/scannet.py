@@ -15,11 +15,6 @@ import numpy.typing as npt
 from ..errors import MeshError
 from .text import write_list
 
-__all__ = [
-    "scene_of", "write_aggregation", "write_npy", "write_segments", "write_sstk",
-    "write_superpoints",
-]  # fmt: skip
-
 MAX_ID = 1 << 24
 """Some readers keep ids as float32, which holds no larger whole numbers."""
 

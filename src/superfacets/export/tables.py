@@ -17,8 +17,6 @@ from ..errors import MissingExtraError
 from ..io.atomic import StrPath, atomic_outputs
 from ..io.guards import known_ending
 
-__all__ = ["LINE_ENDINGS", "TABLE_ENDINGS", "Columns", "print_csv", "write_lines", "write_tables"]
-
 Columns = Mapping[str, Array]
 """Columns of a table by name, all of the same length."""
 

@@ -15,8 +15,6 @@ from ..mesh.tet_mesh import TetMesh
 from .text import write_rows
 from .vtk_xml import Arrays, number_format, write_vtk_xml
 
-__all__ = ["TET_WRITERS"]
-
 _TETRA = 10
 """VTK's cell type of tetrahedra."""
 

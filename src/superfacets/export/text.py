@@ -10,15 +10,6 @@ import numpy.typing as npt
 
 from .._types import Array, Floats
 
-__all__ = [
-    "ROWS_AT_ONCE",
-    "coordinate_format",
-    "fits_single",
-    "text_rows",
-    "write_list",
-    "write_rows",
-]
-
 ROWS_AT_ONCE = 1 << 14
 """Rows turned into text at a time: they stay in the cache."""
 

@@ -14,8 +14,6 @@ import numpy.typing as npt
 
 from .text import write_rows
 
-__all__ = ["Arrays", "number_format", "write_vtk_xml"]
-
 Arrays = Mapping[str, npt.NDArray[Any]]
 """Arrays (N,) or (N, n) by name."""
 

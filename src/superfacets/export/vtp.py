@@ -11,8 +11,6 @@ from ..io.attributes import MeshAttributes
 from ..mesh.faces import FaceMesh, corners_in_a_row, face_sizes
 from .vtk_xml import write_vtk_xml
 
-__all__ = ["write_vtp"]
-
 
 def write_vtp(
     file: IO[bytes],

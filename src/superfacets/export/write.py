@@ -20,17 +20,6 @@ from .cells import CLOUD_OUTPUTS, MESH_OUTPUTS, CellWriter, FormatOptions
 from .ids import ID_OUTPUTS, LABEL_OUTPUTS, VERTEX_OUTPUTS, IdWriter, write_given_labels
 from .pyg import GRAPH_OUTPUTS
 
-__all__ = [
-    "ENDING_OF_FORMAT",
-    "OUTPUT_ENDINGS",
-    "check_fit",
-    "check_outputs",
-    "write_labels",
-    "write_mesh",
-    "write_outputs",
-    "writer_of",
-]
-
 DERIVED_OUTPUTS = (*ID_OUTPUTS, *GRAPH_OUTPUTS)
 """What is made of a mesh and its labels, and holds neither."""
 

@@ -16,8 +16,6 @@ from ..mesh.cells import Cells
 from ..pictures.colors import face_colors
 from ..pictures.scene import checked_colors
 
-__all__ = ["DEFAULT_NAME", "Location", "attach_labels"]
-
 DEFAULT_NAME = "superfacets"
 """What arrays of labels are called on objects of other libraries."""
 

@@ -17,8 +17,6 @@ from ..pictures.borders import border_edges
 from ..pipeline import segment
 from .attach import DEFAULT_NAME, attach_labels
 
-__all__ = ["SuperfacetsAccessor"]
-
 
 class SuperfacetsAccessor:
     """What ``dataset.superfacets`` offers, on every dataset of PyVista 0.48 or newer.

@@ -11,8 +11,6 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-__all__ = ["StrPath", "atomic_outputs", "checked_targets", "remove_leftovers", "writable_folder"]
-
 StrPath = str | os.PathLike[str]
 
 STEM_SIZE = 40

@@ -18,25 +18,6 @@ from .. import _core
 from .._validate import checked_threads
 from ..errors import MeshError
 
-__all__ = [
-    "Arrays",
-    "Content",
-    "Polygons",
-    "TriangleArrays",
-    "as_doubles",
-    "check_corner_counts",
-    "check_regular",
-    "checked_faces",
-    "counted",
-    "known_ending",
-    "most_bytes_of",
-    "open_regular",
-    "read_content",
-    "reason_of",
-    "shortened",
-    "side_by_side",
-]
-
 TriangleArrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any]]
 """Vertices (V, 3) and faces (F, 3) as in the file."""
 

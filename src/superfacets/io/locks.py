@@ -10,8 +10,6 @@ from pathlib import Path
 
 from .atomic import writable_folder
 
-__all__ = ["held", "is_left_behind", "lock_file", "locked", "open_own"]
-
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 """Windows has only the first. With O_NONBLOCK a pipe is opened without waiting for a writer."""
 

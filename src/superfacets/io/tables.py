@@ -14,10 +14,6 @@ import numpy.typing as npt
 
 from ..errors import MeshError
 
-__all__ = [
-    "ArrayRows", "ConvertedRows", "JoinedRows", "RecordRows", "Rows", "read_all", "take_rows",
-]  # fmt: skip
-
 Array = npt.NDArray[Any]
 
 BLOCK_BITS = 14

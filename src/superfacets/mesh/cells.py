@@ -7,8 +7,6 @@ import numpy as np
 from .. import _core
 from .._types import Floats, Ints
 
-__all__ = ["Cells", "lowest_vertices"]
-
 
 class Cells:
     """Checked cells: the input of `segment` once it has been read.

@@ -16,31 +16,6 @@ from .polygon_mesh import PolygonMesh
 from .tet_mesh import TetMesh
 from .triangle_mesh import Mesh
 
-__all__ = [
-    "AnyMesh",
-    "Corners",
-    "FaceMesh",
-    "FoundArcs",
-    "VertexGraph",
-    "arcs_of_faces",
-    "arcs_of_triangles",
-    "area_vectors",
-    "corners_in_a_row",
-    "corners_of",
-    "count_degenerate",
-    "cut_into_triangles",
-    "ends_of_sides",
-    "face_sizes",
-    "is_same_mesh",
-    "measure_faces",
-    "measure_shapes",
-    "mesh_like",
-    "signed_volume",
-    "sliver_area",
-    "surface_of_faces",
-    "vertex_graph",
-]
-
 FaceMesh: TypeAlias = Mesh | PolygonMesh
 AnyMesh: TypeAlias = FaceMesh | TetMesh
 

@@ -12,8 +12,6 @@ from .._types import Floats, Singles
 from .._validate import checked_colors, checked_normals, checked_points, freeze, restored
 from .cells import Cells
 
-__all__ = ["PointCloud"]
-
 
 @dataclass(frozen=True, eq=False)
 class PointCloud(Cells):

@@ -15,8 +15,6 @@ from .._validate import checked_polygons, checked_threads, freeze, polygon_array
 from .cells import Cells
 from .triangle_mesh import Mesh
 
-__all__ = ["PolygonMesh", "Triangulation"]
-
 
 class Triangulation(NamedTuple):
     """The triangles that polygons were cut into.

@@ -6,8 +6,6 @@ import numpy as np
 
 from .._types import Array, Floats, Ints
 
-__all__ = ["split_in_four"]
-
 
 def split_in_four(vertices: Floats, faces: Array) -> tuple[Floats, Ints]:
     """Return vertices and faces with each face split at the middles of its sides.

@@ -10,8 +10,6 @@ from .. import _core
 from .._types import Array, Floats
 from .faces import FaceMesh, cut_into_triangles
 
-__all__ = ["Samples", "sample_faces"]
-
 MAX_STEPS = 8
 """Parts of a side of a triangle: 64 samples tell which label most of a face has."""
 

@@ -15,8 +15,6 @@ from ..errors import MeshError
 from .cells import Cells, lowest_vertices
 from .triangle_mesh import Mesh
 
-__all__ = ["TetBoundary", "TetMesh", "signed_volumes"]
-
 # The corners of the side opposite to each corner, counterclockwise seen from outside where the
 # fourth corner lies above the first three.
 _SIDES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])

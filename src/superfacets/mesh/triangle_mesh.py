@@ -9,8 +9,6 @@ from .._types import Array, Floats, Ints
 from .._validate import checked_mesh, freeze, restored
 from .cells import Cells
 
-__all__ = ["Mesh"]
-
 
 @dataclass(frozen=True, eq=False)
 class Mesh(Cells):

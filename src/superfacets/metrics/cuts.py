@@ -13,15 +13,6 @@ from .._validate import checked_number, compact_complete
 from ..adapters.convert import MeshLike
 from .edges import Borders, MeshEdges, find_borders
 
-__all__ = [
-    "BoundaryAgreement",
-    "Cuts",
-    "boundary_agreement",
-    "boundary_agreement_of",
-    "cut_discrepancy",
-    "cut_discrepancy_of",
-]
-
 DEFAULT_TOLERANCE = 0.01
 """Fraction of the diagonal: a third of the radius of one of 150 regions of a compact object."""
 

@@ -18,8 +18,6 @@ from ..cells.surface import Surface
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, vertex_graph
 
-__all__ = ["Borders", "EdgePaths", "MeshEdges", "find_borders"]
-
 _POINT = 1e-12
 """Fraction of the diagonal below which distances between centroids are rounding errors."""
 

@@ -30,8 +30,6 @@ from .overlap import (
 )
 from .shape import compactness_of, explained_variation_of, extra_pieces_of
 
-__all__ = ["GroundTruths", "evaluate"]
-
 
 @dataclass(frozen=True)
 class _Truth:

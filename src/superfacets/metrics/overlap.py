@@ -15,18 +15,6 @@ from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, measures_of
 from ..cells.sums import positive_total, sums_by_label
 
-__all__ = [
-    "Consistency",
-    "Hamming",
-    "Overlap",
-    "achievable_accuracy",
-    "area_overlap",
-    "consistency_error",
-    "hamming_distance",
-    "rand_index",
-    "undersegmentation_error",
-]
-
 _DENSE_PAIRS_PER_FACE = 4
 """Largest table of all pairs of labels, in entries per face; pairs beyond it are sorted."""
 

@@ -15,9 +15,6 @@ from ..cells.sums import positive_total, sums_by_label
 from ..cells.surface import Surface
 from ..mesh.faces import area_vectors
 
-__all__ = ["compactness", "compactness_of", "explained_variation", "explained_variation_of",
-           "extra_pieces_of"]  # fmt: skip
-
 _NORMAL_NOISE = 1e-12
 """Share of the area below which the variation of normals is rounding error: the surface is flat."""
 

@@ -9,11 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from .gl import RenderError
+from ..errors import RenderError
 from .needs import import_pillow
 from .scene import Picture
-
-__all__ = ["MOVING_ENDINGS", "check_video", "gif_of", "write_video"]
 
 MOVING_ENDINGS = (".gif", ".mp4")
 

@@ -14,8 +14,6 @@ from .needs import import_pillow
 from .scene import Picture
 from .values import Scale
 
-__all__ = ["SCALE_SHARE", "TITLE_SHARE", "scale_strip", "title_strip"]
-
 TITLE_SHARE, SCALE_SHARE = 0.07, 0.12
 """Heights of the strips of titles and of the scale, as shares of the picture's height."""
 

@@ -11,8 +11,6 @@ from ..cells.face_graph import FaceGraph
 from ..mesh.faces import FaceMesh, ends_of_sides
 from .camera import Camera
 
-__all__ = ["border_edges", "default_border_width"]
-
 # Width of a border, as a share of the diameter of a region. Half of the line is on either side, so
 # that it covers 4 % of a round region.
 _SHARE_OF_REGION = 0.02

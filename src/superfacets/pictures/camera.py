@@ -11,17 +11,6 @@ import numpy as np
 from .._types import Floats
 from .._validate import checked_choice, checked_number
 
-__all__ = [
-    "UP_CHOICES",
-    "VIEW_NAMES",
-    "Camera",
-    "Up",
-    "View",
-    "place_camera",
-    "turned_cameras",
-    "view_axes",
-]
-
 FloatArray = Floats
 
 # Half of the angle that the picture's height spans, degrees: a long lens, little distortion.

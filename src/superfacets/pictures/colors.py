@@ -18,15 +18,6 @@ from ..cells.kinds import as_known, kind_of
 from ..mesh.cells import Cells
 from .vision import color_distances, from_oklab, oklab
 
-__all__ = [
-    "MIN_COLOR_DISTANCE",
-    "PALETTE",
-    "colors_of_cells",
-    "face_colors",
-    "region_colors",
-    "scale_colors",
-]
-
 # Colors far from each other, and from the gray of cells in no region, in OKLab and in the worst of
 # `VISIONS`; found by farthest-point search with exchanges among those of lightness 0.65 to 0.95 (so
 # that shading darkens them without turning them black) and a chroma of at most 0.14 (so that none

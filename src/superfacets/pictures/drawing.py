@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from .._types import Floats, Longs
+from ..errors import RenderError
 from .camera import Camera
-from .gl import RenderError, quiet_vtk
+from .gl import quiet_vtk
 from .needs import import_pillow, import_vtk
 from .scene import Picture, Scene
-
-__all__ = ["MAX_SIDE", "draw"]
 
 MAX_SIDE = 8192
 """Longest side of a picture: twice this, for anti-aliasing, is what graphics drivers allow."""

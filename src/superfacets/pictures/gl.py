@@ -11,8 +11,6 @@ from typing import Any
 
 from ..errors import RenderError
 
-__all__ = ["RenderError", "ensure_gl", "quiet_vtk"]
-
 # Mesa writes to stderr why a device cannot be started.
 _QUIET_EGL = {"EGL_LOG_LEVEL": "fatal"}
 

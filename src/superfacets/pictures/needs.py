@@ -9,10 +9,7 @@ import importlib
 from types import SimpleNamespace
 from typing import Any
 
-from ..errors import MissingExtraError
-from .gl import RenderError
-
-__all__ = ["import_pillow", "import_vtk"]
+from ..errors import MissingExtraError, RenderError
 
 # The last but one holds the classes that draw, which VTK looks up when a window is made.
 _VTK_MODULES = (

@@ -18,8 +18,6 @@ from .colors import PALETTE
 from .needs import import_pillow
 from .rendering import render
 
-__all__ = ["MAX_DRAWN", "MAX_DRAWN_POINTS", "html_of", "png_of"]
-
 MAX_DRAWN = 200_000
 """Most faces or tetrahedra that are drawn: a notebook shows a result whenever it ends a block, and
 more would take seconds without a graphics card. `render` draws more."""

@@ -36,8 +36,6 @@ from .rendering import (
 from .scene import Picture
 from .values import Scale, checked_values, scale_of
 
-__all__ = ["Plot", "plot"]
-
 _SIZE, _MOVING_SIZE = (1200, 900), (640, 480)
 
 _N_FRAMES = 60

@@ -29,19 +29,6 @@ from .needs import import_pillow, import_vtk
 from .scene import Picture, Scene, build_cloud_scene, build_scene
 from .upright import guess_up
 
-__all__ = [
-    "Style",
-    "View",
-    "check_rendering",
-    "checked_picture_path",
-    "checked_style",
-    "draw_scene",
-    "png_of_picture",
-    "render",
-    "scene_of",
-    "upright",
-]
-
 _PNG_RUNS = 3  # Z_RLE of zlib
 
 

@@ -19,16 +19,6 @@ from ..mesh.point_cloud import PointCloud
 from .borders import border_edges
 from .colors import colors_of_cells, region_colors
 
-__all__ = [
-    "FloatArray",
-    "Picture",
-    "Scene",
-    "build_cloud_scene",
-    "build_scene",
-    "checked_colors",
-    "hexagons_of",
-]
-
 FloatArray = Floats
 Picture = Bytes
 

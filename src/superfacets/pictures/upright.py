@@ -9,8 +9,6 @@ import numpy as np
 from .._types import Array
 from .scene import FloatArray, Scene
 
-__all__ = ["guess_up"]
-
 # What counts as touching the ground: points this near to the lowest, in diagonals of the mesh. Less
 # and a foot that is a little shorter than the others does not carry, more and round things stand.
 _GROUND = 0.02

@@ -12,9 +12,6 @@ from .._validate import refuse_mask
 from ..adapters.results import NO_COLOR
 from .colors import scale_colors
 
-__all__ = ["Scale", "checked_values", "scale_of"]
-
-
 _N_COLORS = 256
 
 

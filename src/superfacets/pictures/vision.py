@@ -8,9 +8,6 @@ import numpy as np
 
 from .._types import Array, Bytes, Floats
 
-__all__ = ["VISIONS", "Vision", "color_distances", "from_oklab", "oklab", "seen_as"]
-
-
 Vision = Literal["normal", "protanopia", "deuteranopia", "tritanopia"]
 VISIONS: tuple[Vision, ...] = get_args(Vision)
 """Normal vision, and that without the cones for long, middle and short waves."""

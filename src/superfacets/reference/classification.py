@@ -11,8 +11,6 @@ from ..cells.cell_graph import CellGraph
 from .graphs import arcs_of, expand, find_components
 from .vectors import dot
 
-__all__ = ["classify_exact", "classify_halted", "join_islands"]
-
 
 def classify_exact(
     graph: CellGraph, centers: list[int], *, islands: str = "keep"

@@ -10,8 +10,6 @@ import numpy as np
 from ..cells.cell_graph import CellGraph
 from .graphs import arcs_of
 
-__all__ = ["RANGE", "coarse_arcs", "coarse_cells"]
-
 RANGE = 4096
 """Cells in a row, on the curve, that coarse cells do not extend beyond."""
 

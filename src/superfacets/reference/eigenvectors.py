@@ -6,8 +6,6 @@ import numpy as np
 
 from .._types import Floats, Ints, Longs
 
-__all__ = ["smallest_eigenpairs"]
-
 
 def smallest_eigenpairs(
     offsets: Longs,

@@ -9,9 +9,6 @@ import numpy as np
 
 from .._types import Floats
 
-__all__ = ["arctangent", "exponential"]
-
-
 # atan(q) = q + q z P(z), z = q^2: the coefficients of P in ascending order.
 _ARCTANGENT_SERIES = (
     -0.33333333333333315, 0.19999999999993445, -0.14285714284977744, 0.11111111069363067,

@@ -15,8 +15,6 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 from .vectors import cross, norm
 
-__all__ = ["Arc", "build_face_graph", "build_tet_graph", "measure_faces", "measure_polygons"]
-
 
 class Arc(NamedTuple):
     """A step from a face, over one of its sides, to a neighbor."""

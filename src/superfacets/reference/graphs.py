@@ -11,8 +11,6 @@ from ..cells.cell_graph import CellGraph
 from .update import update_centers
 from .vectors import dot
 
-__all__ = ["arcs_of", "expand", "find_components", "first_cell"]
-
 
 def find_components(graph: CellGraph, labels: Array) -> list[int]:
     """Component of each cell: arcs between cells of one label join them, whichever way they lead.

@@ -11,8 +11,6 @@ from .classification import classify_exact, classify_halted
 from .update import update_centers
 from .vectors import dot
 
-__all__ = ["iterate"]
-
 
 def iterate(
     graph: CellGraph,

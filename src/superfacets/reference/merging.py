@@ -9,8 +9,6 @@ import numpy as np
 from .._types import Floats
 from .vectors import norm
 
-__all__ = ["find_bridges", "merge_tree"]
-
 
 def find_bridges(positions: Floats, ranks: list[int]) -> list[tuple[int, int]]:
     """For each rank above 0, its cell and the cell of a lower rank that are nearest."""

@@ -13,9 +13,6 @@ import numpy.typing as npt
 from .._types import Floats, Ints
 from .vectors import cross, dot
 
-__all__ = ["nearest_faces", "nearest_in_tet", "nearest_on_triangle", "nearest_tets"]
-
-
 FLAT = 1e-20
 """Squared sine of the angle at the first corner below which a triangle is as good as flat."""
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from ..cells.face_graph import FaceGraph
 
-__all__ = ["Patches"]
-
 SMALLEST, LARGEST, MANY = 64, 1024, 512
 FEWEST_COLORS = 8
 

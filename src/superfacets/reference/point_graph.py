@@ -9,8 +9,6 @@ import numpy.typing as npt
 
 from .._types import Floats, Ints, Longs
 
-__all__ = ["PointArcs", "build_point_graph", "point_normals"]
-
 
 class PointArcs(NamedTuple):
     """Points as cells, with arcs in CSR form."""

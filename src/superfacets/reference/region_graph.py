@@ -15,8 +15,6 @@ from ..cells.cell_graph import ArcMeasures
 from ..cells.kinds import kind_of
 from ..mesh.faces import AnyMesh, corners_of
 
-__all__ = ["RegionArc", "RegionShape", "region_arcs", "region_shapes"]
-
 
 class RegionShape(NamedTuple):
     """A region in space."""

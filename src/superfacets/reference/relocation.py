@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from ..cells.cell_graph import CellGraph
 from .graphs import expand
 
-__all__ = ["relocate_centers", "second_nearest"]
-
 Path = tuple[int, int]
 """Length and label: the lower is the better."""
 

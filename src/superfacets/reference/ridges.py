@@ -10,8 +10,6 @@ from .._types import Bools, Floats
 from ..mesh.triangle_mesh import Mesh
 from .face_graph import Arc
 
-__all__ = ["SHARP_ANGLE", "find_ridges"]
-
 SHARP_ANGLE = math.pi * 2 / 9
 """40 degrees."""
 

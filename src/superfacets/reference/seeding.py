@@ -12,8 +12,6 @@ from .graphs import expand, find_components, first_cell
 from .update import update_centers
 from .vectors import dot
 
-__all__ = ["farthest_seeds", "flood_seeds", "geodesic_seeds", "grid_seeds"]
-
 
 def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:
     """Component of each cell, and the components that are no islands, the largest first."""

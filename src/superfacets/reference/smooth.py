@@ -13,8 +13,6 @@ from .elementary import exponential
 from .patches import Patches
 from .vectors import norm
 
-__all__ = ["smooth_borders"]
-
 
 def smooth_borders(
     graph: FaceGraph,

@@ -9,8 +9,6 @@ import numpy as np
 from .._types import Floats
 from ..mesh.triangle_mesh import Mesh
 
-__all__ = ["Part", "subdivide"]
-
 
 class _Edge(NamedTuple):
     """A side of a face, or an edge within it, and its two halves once bisected."""

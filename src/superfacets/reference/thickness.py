@@ -9,9 +9,6 @@ import numpy as np
 
 from .._types import Floats, Ints
 
-__all__ = ["cone_of_rays", "ray_thickness", "typical_length"]
-
-
 COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
 
 

@@ -10,8 +10,6 @@ from .._types import Array, Floats
 from ..cells.cell_graph import CellGraph
 from .vectors import dot
 
-__all__ = ["update_centers"]
-
 
 def update_centers(graph: CellGraph, labels: Array) -> list[int]:
     """The cell of each region nearest to the weighted mean of its positions; -1 is no region."""

@@ -11,8 +11,6 @@ import numpy as np
 
 from .._types import Floats
 
-__all__ = ["cross", "dot", "norm"]
-
 
 def dot(a: Floats, b: Floats) -> Any:
     """Scalar products of rows."""

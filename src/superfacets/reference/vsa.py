@@ -16,8 +16,6 @@ from ..mesh.triangle_mesh import Mesh
 from .face_graph import build_face_graph, measure_faces
 from .weights import unit_normals
 
-__all__ = ["Proxy", "State", "Surface", "approximate", "error_of", "fit", "flood"]
-
 Vector = list[float]
 Matrix = list[list[float]]
 

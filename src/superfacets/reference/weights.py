@@ -13,8 +13,6 @@ from .face_graph import Arc, measure_faces
 from .ridges import SHARP_ANGLE, find_ridges
 from .vectors import cross, dot, norm
 
-__all__ = ["quantize_weights", "superfacet_weights", "unit_normals"]
-
 
 def superfacet_weights(
     mesh: Mesh,

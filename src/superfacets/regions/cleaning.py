@@ -13,8 +13,6 @@ from .edit import BorderCosts
 from .merge import merge_regions
 from .smooth import MAX_DISTANCE, straighten
 
-__all__ = ["clean"]
-
 
 def clean(
     costs: BorderCosts,

@@ -13,8 +13,6 @@ from ..cells.cell_graph import CellGraph
 from ..cells.sums import sums_by_label
 from .edit import BorderCosts, LabeledPart, RegionEdit
 
-__all__ = ["connect_regions", "enforce_connectivity"]
-
 
 def enforce_connectivity(
     mesh: MeshLike | CellGraph,

@@ -20,14 +20,6 @@ from ..cells.size import radius_of
 from ..cells.surface import Surface
 from ..cells.weights import creases_of
 
-__all__ = [
-    "CREASE_SCALE",
-    "BorderCosts",
-    "LabeledPart",
-    "RegionEdit",
-    "read_regions",
-]
-
 CREASE_SCALE = 6.0
 """Cost of crossing an edge beyond distance, in r, for which a border along it counts 1/e.
 

@@ -14,8 +14,6 @@ from ..cells.sums import sums_by_label
 from ..clustering.segmentation import Segmentation
 from .edit import BorderCosts
 
-__all__ = ["Hierarchy", "MergeTree", "checked_cut", "merge_neighbors"]
-
 MERGE_CREASE_WEIGHT = 6.0
 """Length that a border in a deep crease adds to the distance of two regions, in their radii.
 

@@ -18,9 +18,6 @@ from ..cells.kinds import as_known, kind_of
 from ..mesh.cells import lowest_vertices
 from ..mesh.faces import FaceMesh, ends_of_sides, face_sizes
 
-__all__ = ["BorderLines", "border_lines", "find_boundaries"]
-
-
 NO_REGION = -1
 """Other side of a border at the boundary of the mesh."""
 

@@ -19,8 +19,6 @@ from ..cells.sums import sums_by_label
 from ..cells.surface import Surface
 from .edit import BorderCosts, LabeledPart, RegionEdit
 
-__all__ = ["merge_regions", "merge_small_regions"]
-
 Places = npt.NDArray[np.intp]
 
 

@@ -17,8 +17,6 @@ from ..cells.nearest import checked_distance, query_points
 from ..cells.sums import weighted_majority
 from ..mesh.samples import sample_faces
 
-__all__ = ["transfer"]
-
 _ROUNDING = 8 * np.finfo(np.float64).eps
 """Rounding error of centroids, as a fraction of the largest coordinate."""
 

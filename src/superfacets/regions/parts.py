@@ -18,8 +18,6 @@ from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..mesh.cells import Cells
 
-__all__ = ["Splitter", "Submesh", "split_regions", "submesh"]
-
 
 class Submesh(NamedTuple):
     """A part of a mesh, and where it comes from.

@@ -26,9 +26,6 @@ from ..cells.sums import weighted_majority
 from ..mesh.cells import Cells
 from .vertices import corner_groups
 
-__all__ = ["Pooling", "pool", "snap", "unpool"]
-
-
 Pooling = Literal["mean", "sum", "max", "min", "majority"]
 _POOLINGS = ("mean", "sum", "max", "min", "majority")
 

@@ -12,9 +12,6 @@ from ..adapters.convert import MeshLike
 from ..cells.cell_graph import CellGraph
 from .edit import BorderCosts, LabeledPart
 
-__all__ = ["MAX_DISTANCE", "smooth_borders", "straighten"]
-
-
 MAX_DISTANCE = 1.0
 """Default of `max_distance`, in r. On the benchmark models compactness is 4.59 at 0.6, 4.49 at 1
 and 4.44 at 1.3, and the undersegmentation error 0.1232, 0.1237 and 0.1254."""

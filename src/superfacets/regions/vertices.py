@@ -15,8 +15,6 @@ from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import weighted_majority
 from ..errors import MeshError
 
-__all__ = ["corner_groups", "vertex_ids", "vertex_labels"]
-
 
 def vertex_labels(mesh: MeshLike | CloudLike, labels: npt.ArrayLike) -> Ints:
     """Return one label per vertex: that of most of the area around it.

@@ -19,17 +19,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-__all__ = [
-    "HOST",
-    "TOKEN_VARIABLE",
-    "Address",
-    "address_file",
-    "keep",
-    "kept_address",
-    "new_token",
-    "redirection",
-]
-
 HOST = "127.0.0.1"
 """The only address that the server listens at."""
 

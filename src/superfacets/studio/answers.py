@@ -15,8 +15,6 @@ from .revisions import Revision
 from .segmenting import levels_of
 from .similar import FEATURES, features_of
 
-__all__ = ["counts_of", "moved", "regions_packet", "state_of"]
-
 
 def state_of(document: Document) -> dict[str, Any]:
     """All that a client needs to begin, but the arrays."""

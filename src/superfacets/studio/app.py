@@ -23,8 +23,6 @@ from .runs import told
 from .security import Guard
 from .thumbnails import Thumbnails
 
-__all__ = ["Studio", "studio_app"]
-
 NO_BUNDLE = """<!DOCTYPE html>
 <html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
 <p>The server runs, but this installation has no front end: <code>static/index.html</code> is

@@ -12,8 +12,6 @@ import numpy.typing as npt
 
 from .coding import pack_cells, unpack_cells
 
-__all__ = ["Change", "Kind", "Painted", "Partition", "Split", "State", "last_stroke"]
-
 Kind = Literal["paint", "split", "segment", "classes"]
 Classes = npt.NDArray[np.uint16]
 

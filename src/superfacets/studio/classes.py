@@ -11,11 +11,6 @@ from typing import Any
 from ..io.atomic import atomic_outputs
 from ..io.attributes import is_encodable
 
-__all__ = [
-    "CLASSES_FILE", "MAX_CLASS", "checked_class_list", "default_classes", "new_class",
-    "read_classes", "with_missing", "write_classes",
-]  # fmt: skip
-
 CLASSES_FILE = "superfacets-classes.json"
 """In a folder: the classes of all its meshes."""
 

@@ -13,18 +13,6 @@ import numpy.typing as npt
 
 from ..pictures.page.coding import Arrays, little_endian
 
-__all__ = [
-    "MAGIC",
-    "CellNumbers",
-    "base64_of",
-    "bytes_from",
-    "cells_from",
-    "inflated",
-    "pack_cells",
-    "packet",
-    "unpack_cells",
-]
-
 MAGIC = b"SFSTUDIO"
 """The first bytes of a binary answer with several arrays."""
 

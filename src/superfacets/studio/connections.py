@@ -6,8 +6,6 @@ import asyncio
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-__all__ = ["BACKLOG", "Connection"]
-
 MAX_CONNECTIONS = 64
 """Maximum of open connections. A browser opens six; some systems allow a process 256 open files."""
 

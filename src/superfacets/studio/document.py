@@ -27,8 +27,6 @@ from .segmenting import Base, Segmenter
 from .source import Source
 from .splitting import split_cells
 
-__all__ = ["Document", "NothingError", "work_file_of"]
-
 
 class NothingError(LookupError):
     """There is nothing to undo or redo."""

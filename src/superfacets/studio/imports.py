@@ -22,8 +22,6 @@ from ..mesh.cells import Cells
 from ..regions.vertices import corner_groups
 from .classes import MAX_CLASS, ClassList, new_class
 
-__all__ = ["Imported", "read_import"]
-
 GROUPS = ".aggregation.json"
 OF_VERTICES = (".segs.json",)
 LISTS = (".npy", ".seg", ".txt")

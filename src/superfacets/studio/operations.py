@@ -18,8 +18,6 @@ from .replies import Body
 from .shapes import mesh_packet
 from .similar import similar_regions
 
-__all__ = ["OPERATIONS", "READS", "Operation"]
-
 Operation = Callable[[Document, Body], Any]
 """Takes what the request says: the query, or the JSON object in it."""
 

@@ -9,8 +9,6 @@ from .._validate import checked_count, checked_flag, checked_number
 from ..cells.size import DEFAULT_N_SEGMENTS
 from ..cells.weights import WEIGHTS
 
-__all__ = ["checked_parameters", "default_parameters", "ranges"]
-
 MAX_REGIONS = 20_000
 """To which the slider goes; painting by hundreds of thousands of regions is no help."""
 

@@ -17,8 +17,6 @@ from .coding import bytes_from, inflated, unpack_cells
 from .journal import Journal, JournalError, Line
 from .parameters import checked_parameters, default_parameters
 
-__all__ = ["Replay"]
-
 
 @dataclass
 class Replay:

@@ -16,8 +16,6 @@ from ..cells.surface import Surface
 from ..io.guards import shortened
 from .changes import Partition
 
-__all__ = ["GoneError", "Revision", "Revisions"]
-
 MAX_KEPT = 6
 
 Ints = npt.NDArray[np.int32]

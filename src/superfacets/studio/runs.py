@@ -16,8 +16,6 @@ from .folder import Files
 from .replies import Body, message_of
 from .segmenting import Cancelled, Turn
 
-__all__ = ["told"]
-
 
 async def told(
     files: Files, number: int, parameters: Body, *, is_preview: bool

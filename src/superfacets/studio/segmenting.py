@@ -25,8 +25,6 @@ from ..pipeline import Prepared, segment
 from ..regions.edit import read_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
-__all__ = ["Base", "Cancelled", "Segmenter", "Tell", "Turn", "levels_of"]
-
 MAX_KEPT = 4
 """Segmentations to go back to at once: the labels, and the merges, of each."""
 

@@ -14,8 +14,6 @@ from ..errors import MissingExtraError
 from .address import HOST, Address, address_file, keep, new_token
 from .folder import Files
 
-__all__ = ["check_extra", "open_again", "open_socket", "serve"]
-
 
 def check_extra() -> None:
     """Raise a MissingExtraError if what the server is made with is not installed."""

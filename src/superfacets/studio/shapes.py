@@ -13,8 +13,6 @@ from ..pictures.page.shape import shape_of, view_facts
 from .coding import packet
 from .document import Document
 
-__all__ = ["mesh_packet"]
-
 
 def mesh_packet(document: Document) -> bytes:
     """The shape of a mesh as one block, see `packet`.

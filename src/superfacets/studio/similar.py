@@ -8,8 +8,6 @@ import numpy.typing as npt
 from .._validate import checked_share
 from ..cells.region_adjacency import RegionGraph
 
-__all__ = ["FEATURES", "features_of", "similar_regions"]
-
 FEATURES = (
     "linearity", "planarity", "sphericity", "spread", "crease",
     "normal_x", "normal_y", "normal_z",

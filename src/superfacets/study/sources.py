@@ -19,8 +19,6 @@ from ..mesh.faces import FaceMesh, corners_in_a_row, face_sizes
 from ..metrics import GroundTruths
 from .princeton import Benchmark, Model
 
-__all__ = ["Source", "Sources", "find_meshes", "find_models", "load", "load_model"]
-
 
 @dataclass(frozen=True)
 class Source:

@@ -13,8 +13,6 @@ from ..io.atomic import atomic_outputs
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-__all__ = ["EMPTY", "html_table", "markdown_table", "write_csv"]
-
 EMPTY = "(not measured)"
 """What stands for a table without rows in Markdown."""
 

@@ -22,11 +22,6 @@ from ..io.atomic import atomic_outputs
 from ..workers.calls import Done, Failed, Killed
 from ..workers.pool import open_pool
 
-__all__ = [
-    "Key", "Piece", "Record", "Task", "memory_of_tasks", "read_piece", "read_record", "run_shown",
-    "run_tasks", "write_record",
-]  # fmt: skip
-
 Key = Mapping[str, Any]
 """Everything that a record depends on. A record with another key is stale."""
 

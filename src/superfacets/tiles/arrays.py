@@ -10,11 +10,6 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Array, Bools, Floats, Longs
 
-__all__ = [
-    "box_of", "index_in", "index_near", "is_among", "joined_boxes", "merged", "rows",
-    "stable_order",
-]  # fmt: skip
-
 _MOST_SPARSE = 16
 """Largest range of `near`, in multiples of its length, for which a table is made."""
 

@@ -17,8 +17,6 @@ from .part import Part
 from .part_surface import surface_of, with_neighbors
 from .store import Run, TileStore, find_cells
 
-__all__ = ["straighten_tiled"]
-
 STEPS = {"triangles": 14, "polygons": 10, "points": 8}
 """Width of the first band: steps along arcs from the borders to its rim. Triangles need two
 steps for the distance between two vertices."""

@@ -13,8 +13,6 @@ from .mapping import run_all
 from .part import Part
 from .store import RANGE, Run, TileStore
 
-__all__ = ["find_neighbors"]
-
 
 def find_neighbors(cloud: SortedCloud, tile_cells: int, run: Run, n_threads: int) -> None:
     """Write the nearest neighbors of all points, tile by tile: the neighbors found by `segment`.

@@ -10,8 +10,6 @@ from .cloud_order import NOT_COPIED
 from .part import Part
 from .store import TileStore
 
-__all__ = ["turn_normals"]
-
 PAIRS_AT_ONCE = 1 << 21
 """Pairs that are read and sorted at a time, 25 bytes each; more only if they have one cost."""
 

@@ -19,8 +19,6 @@ from .part import Part
 from .scratch import Scratch
 from .store import RANGE, Run, TileStore, tile_starts
 
-__all__ = ["NOT_COPIED", "SortedCloud", "in_halves", "sort_cloud"]
-
 NOT_COPIED = -1
 """``lowest`` of a point that is not a copy."""
 

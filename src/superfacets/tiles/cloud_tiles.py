@@ -16,8 +16,6 @@ from .opening import Pieces
 from .scratch import Scratch
 from .store import Job, Run, TileStore
 
-__all__ = ["make_cloud_tiles"]
-
 LEFTOVERS = ("near", "areas", "shared", "estimated", "lowest", "out_sources", "out_targets")
 """Arrays that only this stage needs."""
 

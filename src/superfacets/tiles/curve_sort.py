@@ -18,8 +18,6 @@ from .scratch import Scratch
 from .store import RANGE, Run
 from .welding import weld
 
-__all__ = ["Chunks", "find_cuts", "read_cut", "save_run"]
-
 LOW_BITS = 15
 """Half of the bits of a code. Codes are counted by their upper bits; then, where a tile begins
 within such a group, by their lower bits."""

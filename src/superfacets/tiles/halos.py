@@ -11,8 +11,6 @@ from .mapping import run_all
 from .part import Lists, Part
 from .store import Run, TileStore
 
-__all__ = ["find_halos", "halo_of_faces", "halo_of_points", "read_faces"]
-
 VERTICES_AT_ONCE = 1 << 22
 """Range of vertex numbers that is searched for shared vertices at a time, to bound memory."""
 

@@ -14,8 +14,6 @@ from ..io.atomic import StrPath, atomic_outputs, checked_targets, writable_folde
 from .opening import Pieces, TiledSource, files_of
 from .scratch import write_array
 
-__all__ = ["label_files", "label_names", "ranges_of", "save_labels"]
-
 
 def label_files(source: TiledSource, out: StrPath) -> list[Path]:
     """Return the paths of the label files of a source, and make their folder if there is none.

@@ -12,8 +12,6 @@ from ..workers.pool import open_pool
 from ..workers.threads import in_turn, thread_team
 from .store import Job, Run
 
-__all__ = ["OnDone", "open_run", "run_all"]
-
 OnDone = Callable[[int, int], object]
 """Called with the number of pieces done and the number of all, each time that one is done."""
 

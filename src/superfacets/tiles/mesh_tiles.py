@@ -19,8 +19,6 @@ from .part import Lists, Part
 from .scratch import Scratch
 from .store import Kind, Run, TileStore, tile_starts
 
-__all__ = ["make_mesh_tiles"]
-
 MAX_SPAN = 1 << 26
 """Largest range of the vertex numbers of a tile for which they are renumbered by a table."""
 

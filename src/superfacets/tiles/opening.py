@@ -29,8 +29,6 @@ from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.triangle_mesh import Mesh
 from .scratch import RowFile, Scratch
 
-__all__ = ["Pieces", "TiledSource", "files_of", "holds_points", "open_pieces"]
-
 Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike]
 TiledSource: TypeAlias = (
     str | os.PathLike[str] | Mesh | PolygonMesh | PointCloud | Pair | npt.NDArray[Any]

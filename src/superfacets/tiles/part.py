@@ -18,8 +18,6 @@ from .arrays import merged, rows
 from .scratch import Scratch
 from .store import TileStore
 
-__all__ = ["Columns", "Lists", "Part", "load_columns", "save_columns", "taken"]
-
 Columns: TypeAlias = dict[str, Array]
 """Arrays of equal length, by name."""
 

@@ -14,8 +14,6 @@ from .arrays import index_near
 from .part import Lists, Part
 from .store import TileStore
 
-__all__ = ["in_order_of_cells", "surface_of", "with_neighbors"]
-
 
 def in_order_of_cells(part: Part) -> Part:
     """Points, sorted by place, reordered by cell number, with ``neighbors`` as indices."""

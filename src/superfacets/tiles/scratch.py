@@ -22,10 +22,6 @@ from ..io.readers.npy import npy_header
 from ..io.tables import RecordRows, read_all
 from ..workers.threads import despite_interrupts
 
-__all__ = [
-    "RowFile", "Scratch", "check_room", "scratch_folder", "write_array",
-]  # fmt: skip
-
 MARK = ".superfacets-tiles-"
 """Prefix of the names of scratch folders."""
 

@@ -35,8 +35,6 @@ from .store import TileStore, find_cells
 from .tile_arcs import WeightRule, find_arcs
 from .tiled_graph import TiledGraph
 
-__all__ = ["segment_tiled"]
-
 TILE_SIZE = 1 << 18
 """Cells of a tile."""
 

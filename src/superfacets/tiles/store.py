@@ -12,8 +12,6 @@ from .._types import Array, Bools, Floats, Ints, Longs
 from .arrays import index_in
 from .scratch import Scratch
 
-__all__ = ["RANGE", "Job", "Kind", "Run", "TileStore", "find_cells", "tile_starts"]
-
 RANGE = 4096
 """Number of places in a range of the curve: 2**kRangeBits in the core's ``cell_grower.hpp``. A
 coarse cell lies within one range, and tiles begin at multiples of it."""

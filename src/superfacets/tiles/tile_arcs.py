@@ -24,8 +24,6 @@ from .part import Part, save_columns
 from .part_surface import in_order_of_cells, surface_of
 from .store import Run, TileStore
 
-__all__ = ["ArcFacts", "WeightRule", "find_arcs"]
-
 Origin = tuple[float, float, float]
 """Apex of the cones whose volumes are added up."""
 

@@ -14,8 +14,6 @@ from .store import Run, TileStore
 from .tiled_islands import join_islands
 from .tiled_paths import TiledPaths, TiledRegions
 
-__all__ = ["TiledGraph"]
-
 
 @dataclass(frozen=True, eq=False)
 class TiledGraph:

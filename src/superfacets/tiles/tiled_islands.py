@@ -8,8 +8,6 @@ from .. import _core
 from .._types import Floats, Ints, Longs
 from .store import Run, TileStore
 
-__all__ = ["find_islands", "join_islands"]
-
 
 def join_islands(store: TileStore, labels: Ints, run: Run, n_threads: int) -> tuple[Ints, int]:
     """Label the cells with -1, and return all labels and the number of islands.

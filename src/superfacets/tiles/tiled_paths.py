@@ -13,8 +13,6 @@ from .mapping import run_all
 from .store import Run, TileStore, find_cells
 from .tiled_islands import find_islands
 
-__all__ = ["TiledPaths", "TiledRegions"]
-
 UNREACHED = np.iinfo(np.uint64).max
 
 

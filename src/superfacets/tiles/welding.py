@@ -14,8 +14,6 @@ from .mapping import run_all
 from .scratch import Scratch
 from .store import Run
 
-__all__ = ["weld"]
-
 
 @dataclass(frozen=True)
 class BlockRows:

@@ -11,11 +11,6 @@ from typing import Any
 from .. import __version__
 from ..io.guards import counted
 
-__all__ = [
-    "ALLOWED_KILLS", "Call", "Done", "Ending", "Failed", "Killed", "Team", "Worker",
-    "check_version", "run_piece",
-]  # fmt: skip
-
 ALLOWED_KILLS = 3
 """Number of workers that may die during a call before it is given up."""
 

@@ -16,8 +16,6 @@ from typing import NoReturn
 
 from ..errors import reason_of
 
-__all__ = ["serve"]
-
 TICK = 0.1
 """Seconds between checks of this process's memory."""
 

@@ -18,8 +18,6 @@ from .calls import Call, Done, Ending, Failed, Killed, Team, Worker
 from .child import serve
 from .start import own_settings, start_context
 
-__all__ = ["Admits", "Pool", "open_pool"]
-
 START_ATTEMPTS = 10
 """Consecutive workers that may die before their first call: several may be killed at start-up."""
 

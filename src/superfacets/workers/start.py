@@ -18,8 +18,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from multiprocessing.context import ForkServerContext, SpawnContext
 
-__all__ = ["own_settings", "prepare", "start_context"]
-
 _MODULES = [
     "superfacets.batches.jobs", "superfacets.io.readers.read", "superfacets.pipeline", "psutil",
     "superfacets.workers.child",

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
-__all__ = ["ThreadTeam", "despite_interrupts", "in_turn", "thread_team"]
-
 Job = tuple[Any, ...]
 
 

@@ -13,8 +13,6 @@ from ...errors import MeshError
 from ..guards import Content, counted
 from .text import Lines, as_integers, split_lines
 
-__all__ = ["Cursor", "as_count", "shown"]
-
 
 class Cursor:
     """Reading position in a file; each line and each block of numbers moves it on.

@@ -13,8 +13,6 @@ from ...errors import MeshError
 from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of
 from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
 
-__all__ = ["read_gltf"]
-
 Matrix = npt.NDArray[np.float64]
 
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6

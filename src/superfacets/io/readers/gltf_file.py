@@ -24,8 +24,6 @@ import numpy.typing as npt
 from ...errors import MeshError
 from ..guards import Content, read_content
 
-__all__ = ["Gltf", "items", "numbers", "open_gltf", "read_accessor", "whole"]
-
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 WIDTHS = {"SCALAR": 1, "VEC3": 3}

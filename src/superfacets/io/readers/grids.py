@@ -12,8 +12,6 @@ from ...errors import MeshError
 from ..guards import counted
 from .text import runs
 
-__all__ = ["Grid", "sizes_between"]
-
 TETS = {10: 4, 24: 10}
 """VTK's types of tetrahedra, and their numbers of nodes; the first four nodes are corners."""
 

@@ -15,8 +15,6 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
 from .text import Lines, iterate_lines, table
 
-__all__ = ["read_blocks", "read_file_blocks", "read_obj"]
-
 KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
 

@@ -21,8 +21,6 @@ from ..guards import (
 )
 from .text import Lines, as_integers, runs, split_lines, table
 
-__all__ = ["MAGIC", "read_off"]
-
 # The letters announce texture coordinates, colors and normals, which follow x y z on a vertex line.
 # Some data sets (ModelNet) write the counts right behind the word.
 MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")

@@ -16,8 +16,6 @@ from .ply_header import INDEX_NAMES, Element, Header, parse_header
 from .ply_strips import STRIPS, triangles_of_strips
 from .text import as_integers
 
-__all__ = ["read_ply", "read_ply_labels", "read_ply_with_attributes"]
-
 
 def read_ply(data: Content) -> Arrays:
     """Vertices and faces of a PLY file, ASCII or binary.

@@ -12,8 +12,6 @@ from .ply_body import Column
 from .ply_header import INDEX_NAMES, Element, Header, Property
 from .ply_strips import STRIPS
 
-__all__ = ["attributes_of"]
-
 
 def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
     """What the tables hold besides x, y, z and corners, copied so that the file can be freed."""

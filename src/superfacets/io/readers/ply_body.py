@@ -16,8 +16,6 @@ from ..guards import Content, counted
 from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
 
-__all__ = ["Column", "read_tables"]
-
 Index = npt.NDArray[np.int64]
 
 MAX_RECORD_SIZE = 2**31 - 1

@@ -12,8 +12,6 @@ import numpy as np
 from ...errors import MeshError
 from ..guards import Content
 
-__all__ = ["INDEX_NAMES", "Element", "Header", "Property", "parse_header", "read_header"]
-
 TYPES = {
     "char": "i1",
     "uchar": "u1",

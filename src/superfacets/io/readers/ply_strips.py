@@ -9,8 +9,6 @@ import numpy.typing as npt
 
 from ...errors import MeshError
 
-__all__ = ["STRIPS", "triangles_of_strips"]
-
 STRIPS = "tristrips"
 """Name of the element; each row is a list of vertices."""
 

@@ -25,20 +25,6 @@ from .tets import TET_ENDINGS, read_tets
 from .tri import read_tri
 from .vtp import read_vtp
 
-__all__ = [
-    "CELL_ENDINGS",
-    "MESH_ENDINGS",
-    "cell_ending",
-    "mesh_ending",
-    "parse_cells",
-    "parse_cells_and_attributes",
-    "parse_mesh",
-    "read_attributes",
-    "read_cells",
-    "read_cloud",
-    "read_mesh",
-]
-
 _READERS: dict[str, Callable[[Content], Arrays]] = {
     ".obj": read_obj,
     ".off": read_off,

@@ -9,8 +9,6 @@ from .off import MAGIC as OFF_MAGIC
 from .stl import has_binary_size
 from .vtp import is_vtp
 
-__all__ = ["recognized_ending"]
-
 # The first word of a text that is no comment.
 _FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
 

@@ -12,8 +12,6 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, as_doubles, counted, side_by_side
 from .text import Lines, iterate_lines, split_lines
 
-__all__ = ["has_binary_size", "read_stl"]
-
 HEADER_SIZE = 80
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

@@ -21,8 +21,6 @@ from ..._validate import checked_threads
 from ...errors import MeshError
 from ..guards import Content
 
-__all__ = ["Lines", "as_integers", "iterate_lines", "runs", "split_lines", "table"]
-
 Index = npt.NDArray[np.int64]
 
 _Kernel = Callable[

@@ -11,8 +11,6 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, counted
 from .text import Lines, split_lines
 
-__all__ = ["read_tri"]
-
 
 def read_tri(data: Content) -> Arrays:
     """Vertices and faces of a .tri file; indices count from 0."""

@@ -15,8 +15,6 @@ from .cursor import Cursor, as_count, shown
 from .grids import Grid, sizes_between
 from .vtk_xml import NUMBER_TYPES
 
-__all__ = ["read_vtk"]
-
 _TYPES = {
     "char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2", "int": "i4",
     "unsigned_int": "u4", "long": "i8", "unsigned_long": "u8", "float": "f4", "double": "f8",

@@ -18,8 +18,6 @@ from .cursor import as_count, shown
 from .grids import sizes_between
 from .text import as_integers, split_lines
 
-__all__ = ["NUMBER_TYPES", "Piece", "XmlFile", "is_xml_of"]
-
 NUMBER_TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
     **{f"UInt{8 * n}": f"u{n}" for n in (1, 2, 4, 8)},

@@ -11,8 +11,6 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
 from .vtk_xml import XmlFile, is_xml_of
 
-__all__ = ["has_vtp_labels", "is_vtp", "read_vtp", "read_vtp_labels"]
-
 
 def is_vtp(data: Content) -> bool:
     """Whether the file is a VTP file."""

@@ -9,8 +9,6 @@ from typing import Any, Literal, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Arrays", "Coding", "Entry", "little_endian", "newest_codes"]
-
 Coding = Literal["plain", "planes", "difference", "newest"]
 
 # How hard zlib works: 9 makes a page of the bunny 1 % smaller and takes three times as long.

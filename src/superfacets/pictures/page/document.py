@@ -30,8 +30,6 @@ from .groups import (
 )
 from .shape import STEPS, Shape, shape_of, view_facts
 
-__all__ = ["Page", "checked_page_path", "view"]
-
 _MAX_TITLE = 200
 
 # Of the frame in a notebook, in pixels.

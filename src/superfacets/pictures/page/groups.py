@@ -15,11 +15,9 @@ from ..values import checked_values
 from .coding import Arrays
 from .shape import Shape
 
-__all__ = ["Feature", "Labeling", "checked_features", "checked_levels", "checked_truth"]
-
 NO_REGION = -1
 NO_VALUE = 65535
-"""What stands for NaN among values in 65534 steps."""
+"""Code of NaN among values in 65534 steps."""
 
 Ints = npt.NDArray[np.int32]
 
@@ -29,7 +27,8 @@ class Levels(Protocol):
     """A `Hierarchy`, whose class is of a higher layer."""
 
     @property
-    def levels(self) -> list[Ints]: ...
+    def levels(self) -> list[Ints]:
+        """Labels of each level."""
 
 
 LabelsLike = npt.ArrayLike | Levels | Sequence[npt.ArrayLike]

@@ -24,8 +24,6 @@ from ..scene import Scene, hexagons_of
 from ..upright import guess_up
 from .coding import Coding
 
-__all__ = ["Shape", "shape_of", "view_facts"]
-
 STEPS = 65535
 """Steps from one side of the bounding box to the other: positions are right to half of one."""
 

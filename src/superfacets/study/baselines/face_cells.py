@@ -21,8 +21,6 @@ from ...clustering.segmentation import Segmentation
 from ...clustering.update import update_centers
 from ...mesh.faces import FaceMesh
 
-__all__ = ["Component", "FaceCells", "component_graph", "read_face_cells"]
-
 Floats = npt.NDArray[np.float64]
 Ints = npt.NDArray[np.int32]
 

@@ -17,8 +17,6 @@ from ...errors import MissingExtraError
 from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
-__all__ = ["metis_partition"]
-
 CREASE_SCALE = 2.0
 """At how many times the mean weight per edge length an edge costs 1/e of a flat one to cut.
 

@@ -18,8 +18,6 @@ from ...clustering.segmentation import Segmentation
 from ...errors import MissingExtraError
 from .face_cells import Component, FaceCells, component_graph, read_face_cells
 
-__all__ = ["AffinityEmbedding", "affinity_embedding", "normalized_cuts"]
-
 SIGMA = 0.1
 """Width of the affinity in mean path lengths.
 

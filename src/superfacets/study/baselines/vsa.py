@@ -24,8 +24,6 @@ from ...cells.size import checked_n_segments
 from ...clustering.segmentation import Segmentation, StopReason
 from ...mesh.triangle_mesh import Mesh
 
-__all__ = ["variational_shape_approximation"]
-
 METRICS = {"l21": _core.ProxyMetric.L21, "l2": _core.ProxyMetric.L2}
 """Names of the error metrics."""
 

@@ -19,8 +19,6 @@ from ..tasks import Piece, Record
 from .subjects import SCALES, Subject, creases
 from .variants import VARIANTS
 
-__all__ = ["Case", "Task"]
-
 _RECORD_VERSION = 1  # raised when records hold something else
 
 

@@ -21,8 +21,6 @@ from .subjects import SCALES
 from .tables import Row, render_quality
 from .variants import KS, RESOLUTION_VARIANTS, VARIANTS
 
-__all__ = ["Options", "Report", "study"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Options:

@@ -15,8 +15,6 @@ from ...mesh.faces import ends_of_sides
 from ...mesh.quarters import split_in_four
 from ...mesh.triangle_mesh import Mesh
 
-__all__ = ["SCALES", "SHARP", "Creases", "Subject", "coarsened", "creases", "refined"]
-
 SHARP = math.radians(45)
 """The least angle of a crease that nobody would overlook."""
 

@@ -11,8 +11,6 @@ from ..princeton import category_of
 from ..table_writer import markdown_table
 from .variants import BY_PARTS, DEFAULT, NO_RIDGES, PLAIN, RELOCATED, VARIANTS
 
-__all__ = ["Means", "Row", "dominators", "means", "render_quality"]
-
 Row = dict[str, Any]
 
 Means = dict[tuple[str, int], tuple[float, float]]

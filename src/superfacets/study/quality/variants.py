@@ -7,11 +7,6 @@ from typing import Any
 
 from ...pipeline import PARTS
 
-__all__ = [
-    "BY_PARTS", "DEFAULT", "KS", "NO_RIDGES", "OTHER_WEIGHTS", "PLAIN", "RELOCATED",
-    "RESOLUTION_VARIANTS", "ROUGH", "VARIANTS",
-]  # fmt: skip
-
 KS = (50, 100, 150, 200, 300)
 
 PLAIN = "plain"

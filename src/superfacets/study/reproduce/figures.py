@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["plot_categories", "plot_curves", "plot_times"]
-
 Color = tuple[float, float, float]
 
 _NAMES = {

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from ...mesh.faces import FaceMesh
-from ...pictures.rendering import View
+from ...pictures.camera import View
 from ..sources import Source
 from .methods import METHODS
 from .runs import Run
-
-__all__ = ["GALLERY", "TABLE_METHODS", "Picture", "table_runs", "view_of"]
 
 TABLE_METHODS = ("default", "superfacets", "paper")
 """Methods in Table 1."""

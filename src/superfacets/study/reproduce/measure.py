@@ -21,8 +21,6 @@ from ..tasks import Piece, Record
 from .methods import METHODS, Setting
 from .runs import Run
 
-__all__ = ["Task", "pack_labels", "unpack_labels"]
-
 
 @dataclass(frozen=True)
 class Task:

@@ -15,8 +15,6 @@ from ...clustering.segmentation import Segmentation
 from ...mesh.faces import FaceMesh
 from ...pipeline import PAPER, segment
 
-__all__ = ["METHODS", "Method", "Segmenter", "Setting"]
-
 Segmenter = Callable[[int], Segmentation]
 """From a number of regions to the segmentation of one mesh."""
 

@@ -23,8 +23,6 @@ from .plan import CURVES
 from .results import Comparison, Curve, Results
 from .runs import Run
 
-__all__ = ["Files", "write_page"]
-
 TITLE = "Superfacets: the paper's comparison, run again"
 
 _TEMPLATES = Path(__file__).parent / "templates"

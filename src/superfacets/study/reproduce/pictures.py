@@ -18,8 +18,6 @@ from ..tasks import Key
 from .gallery import Picture, view_of
 from .measure import unpack_labels
 
-__all__ = ["Drawing", "is_drawn", "picture_path"]
-
 _SIZE = (640, 480)
 
 _LOOK = 1  # raised when pictures of the same labels are to look different

@@ -12,8 +12,6 @@ from .gallery import GALLERY, Picture, table_runs
 from .methods import METHODS, Method
 from .runs import Run
 
-__all__ = ["CURVES", "FIGURES", "KS", "SUBSET_KS", "Choice", "Plan", "make_plan"]
-
 KS = (50, 100, 150, 200, 250, 300)
 SUBSET_KS = (50, 150, 300)
 

@@ -25,8 +25,6 @@ from .results import Comparison, Curve, Results, collect, compare
 from .rows import write_means, write_points, write_runs
 from .runs import Run
 
-__all__ = ["Options", "Report", "reproduce"]
-
 _QUANTITIES = ("undersegmentation_error", "compactness")
 """What is plotted by category."""
 

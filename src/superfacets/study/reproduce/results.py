@@ -15,8 +15,6 @@ from .methods import METHODS
 from .plan import CURVES, Plan
 from .runs import Run
 
-__all__ = ["Comparison", "Curve", "Results", "collect", "compare"]
-
 
 @dataclass(frozen=True)
 class Curve:

@@ -14,8 +14,6 @@ from ..tasks import Record
 from .results import Comparison, Curve, Results
 from .runs import Run
 
-__all__ = ["write_means", "write_points", "write_runs"]
-
 Row = dict[str, Any]
 
 _FACTS = ("model", "category", "faces", "ground_truths", "method", "alpha", "k")

@@ -12,8 +12,6 @@ from ..sources import Source
 from ..tasks import Piece
 from .methods import METHODS, Setting
 
-__all__ = ["Run"]
-
 _RECORD_VERSION = 2  # raised when records hold something else
 
 
