@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from superfacets import _core
-from superfacets.reference.elementary import arctangent
+from superfacets.reference.arithmetic import arctangent
 
 VERSIONS = range(_core.best_instruction_set() + 1)
 TINY = 5e-324

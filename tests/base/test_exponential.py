@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from superfacets import _core
-from superfacets.reference.elementary import exponential
+from superfacets.reference.arithmetic import exponential
 
 RNG = np.random.default_rng(0)
 N = 3000

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import superfacets as sf
 from superfacets import _core
-from superfacets.reference.nearest import (
+from superfacets.reference.spatial import (
     nearest_faces,
     nearest_in_tet,
     nearest_on_triangle,

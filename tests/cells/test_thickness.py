@@ -9,7 +9,7 @@ import shapes
 import superfacets as sf
 from superfacets import Mesh, PolygonMesh, _core, shape_diameter
 from superfacets.cells.thickness import rays_from, rays_from_patches
-from superfacets.reference.thickness import cone_of_rays, ray_thickness, typical_length
+from superfacets.reference.spatial import cone_of_rays, ray_thickness, typical_length
 
 
 def tube(x, radii, n_around=24):

@@ -1,16 +1,117 @@
-"""Stage 3: the first centers."""
+"""Stage 3: shortest paths and components of a graph, means of regions, and seeds."""
 
 from __future__ import annotations
 
+import heapq
 import math
 
 import numpy as np
 
-from .._types import Array
+from .._types import Array, Floats
 from ..cells.cell_graph import CellGraph
-from .graphs import expand, find_components, first_cell
-from .update import update_centers
-from .vectors import dot
+from .arithmetic import dot
+
+
+def find_components(graph: CellGraph, labels: Array) -> list[int]:
+    """Component of each cell: arcs between cells of one label join them, whichever way they lead.
+
+    Components are numbered in the order of their lowest cells.
+    """
+    around: list[set[int]] = [set() for _ in labels]
+    for cell in range(graph.n_cells):
+        for neighbor, _ in arcs_of(graph, cell):
+            if labels[cell] == labels[neighbor]:
+                around[cell].add(neighbor)
+                around[neighbor].add(cell)
+    components = [-1] * graph.n_cells
+    n_components = 0
+    for lowest in range(graph.n_cells):
+        if components[lowest] >= 0:
+            continue
+        waiting = [lowest]
+        while waiting:
+            cell = waiting.pop()
+            components[cell] = n_components
+            waiting += [other for other in around[cell] if components[other] < 0]
+        n_components += 1
+    return components
+
+
+def expand(graph: CellGraph, center: int, reach: float) -> dict[int, int]:
+    """Path lengths from a center, by Dijkstra's algorithm halted at `reach` (Euclidean)."""
+    lengths: dict[int, int] = {}
+    queue = [(0, center)]
+    while queue:
+        length, cell = heapq.heappop(queue)
+        if cell in lengths:
+            continue
+        lengths[cell] = length
+        step = graph.positions[cell] - graph.positions[center]
+        if dot(step, step) <= reach * reach:
+            for neighbor, step_length in arcs_of(graph, cell):
+                heapq.heappush(queue, (length + step_length, neighbor))
+    return lengths
+
+
+def first_cell(graph: CellGraph) -> int:
+    """The cell nearest to the centroid of all."""
+    return update_centers(graph, np.zeros(graph.n_cells, dtype=np.int32))[0]
+
+
+def arcs_of(graph: CellGraph, cell: int) -> list[tuple[int, int]]:
+    """Neighbor and length, in units, of each arc of a cell."""
+    arcs = slice(graph.offsets[cell], graph.offsets[cell + 1])
+    return [
+        (int(n), int(length))
+        for n, length in zip(graph.neighbors[arcs], graph.lengths[arcs], strict=True)
+    ]
+
+
+def update_centers(graph: CellGraph, labels: Array) -> list[int]:
+    """The cell of each region nearest to the weighted mean of its positions; -1 is no region."""
+    n_regions = int(labels.max()) + 1
+    labels = np.where(labels < 0, n_regions, labels)
+    means = _fixed_point_means(graph, labels)
+    areas = np.bincount(labels, graph.measures)  # bincount adds in the order of the cells
+    weights = np.where(areas[labels] > 0, graph.measures, 1.0)
+    totals = np.bincount(labels, weights)
+    for axis, coordinates in enumerate(graph.positions.T):
+        in_order = np.bincount(labels, weights * coordinates) / totals
+        means[:, axis] = np.where(np.isnan(means[:, axis]), in_order, means[:, axis])
+    step = graph.positions - means[labels]
+    squared = dot(step, step)
+    cells = np.arange(graph.n_cells)
+    return [int(min(cells[labels == r], key=lambda cell: squared[cell])) for r in range(n_regions)]
+
+
+def _fixed_point_means(graph: CellGraph, labels: Array) -> Floats:
+    """Means whose sums are exact, whatever their order; NaN for regions too small for that.
+
+    Each cell adds whole numbers: its measure, and its measure times its position from the low
+    corner, both scaled to just under 2**61 in all, and what rounding leaves of them, times 2**31.
+    """
+    low = graph.positions.min(axis=0)
+    extent = float((graph.positions.max(axis=0) - low).max())
+    total = float(graph.measures.sum())
+    moments = graph.measures[:, None] * (graph.positions - low)
+    scales = [_fixed_point_scale(total * extent)] * 3 + [_fixed_point_scale(total)]
+    sums = np.zeros((int(labels.max()) + 1, 4))
+    for column, scale in enumerate(scales):
+        numbers = scale * (moments[:, column] if column < 3 else graph.measures)
+        upper = [[0, 0] for _ in sums]
+        for label, number in zip(labels.tolist(), numbers.tolist(), strict=True):
+            upper[label][0] += round(number)
+            upper[label][1] += round((number - round(number)) * 2**31)
+        sums[:, column] = [float(first) + float(second) / 2**31 for first, second in upper]
+        if column == 3:
+            sums[[first < 2**20 for first, _ in upper]] = np.nan
+    with np.errstate(invalid="ignore"):
+        means: Floats = low + sums[:, :3] * (scales[3] / scales[0] / sums[:, 3:])
+    return means
+
+
+def _fixed_point_scale(total: float) -> float:
+    return 2.0 ** (61 - math.frexp(total)[1]) if total > 0 else 1.0
 
 
 def _seeded_components(graph: CellGraph, n_seeds: int) -> tuple[Array, list[int]]:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..mesh.triangle_mesh import Mesh
-from .face_graph import build_face_graph, measure_faces
+from .cells import build_face_graph, measure_faces
 from .weights import unit_normals
 
 Vector = list[float]

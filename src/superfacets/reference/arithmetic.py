@@ -1,13 +1,37 @@
-"""Arctangent and exponential as in the core, bit for bit, independent of the C library."""
+"""Arithmetic of the kernels, bit for bit: vectors, the arctangent and the exponential."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from .._types import Floats
+
+
+def dot(a: Floats, b: Floats) -> Any:
+    """Scalar products of rows."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def norm(a: Floats) -> Any:
+    """Lengths of rows."""
+    return np.sqrt(dot(a, a))
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """Cross products of rows."""
+    return np.stack(
+        [
+            a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],
+            a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2],
+            a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0],
+        ],
+        axis=-1,
+    )
+
 
 # atan(q) = q + q z P(z), z = q^2: the coefficients of P in ascending order.
 _ARCTANGENT_SERIES = (

@@ -1,0 +1,182 @@
+"""Stage 1: faces that share an edge, tetrahedra that share a triangle, neighbors of points."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._types import Floats, Ints, Longs
+from ..mesh.faces import FaceMesh, corners_of
+from ..mesh.polygon_mesh import PolygonMesh
+from ..mesh.tet_mesh import TetMesh
+from ..mesh.triangle_mesh import Mesh
+from .arithmetic import cross, norm
+
+
+class Arc(NamedTuple):
+    """A step from a face, over one of its sides, to a neighbor."""
+
+    face: int
+    side: int
+    neighbor: int
+    same_turn: bool
+
+
+def build_face_graph(mesh: FaceMesh, *, weld: bool = True) -> list[Arc]:
+    """All arcs, sorted by face, side and neighbor."""
+    vertex_at: dict[tuple[float, ...], int] = {}
+    corners = [
+        [vertex_at.setdefault(tuple(mesh.vertices[v].tolist()), v) if weld else v for v in face]
+        for face in _faces_of(mesh)
+    ]
+    sides_on_edge: dict[tuple[int, ...], dict[int, tuple[int, bool]]] = defaultdict(dict)
+    for face, ring in enumerate(corners):
+        for side, (start, end) in enumerate(zip(ring, ring[1:] + ring[:1], strict=True)):
+            if start != end:
+                edge = (min(start, end), max(start, end))
+                sides_on_edge[edge].setdefault(face, (side, start < end))
+    return _arcs_over(sides_on_edge)
+
+
+def build_tet_graph(mesh: TetMesh, *, weld: bool = True) -> list[Arc]:
+    """All arcs between tetrahedra, sorted likewise; what `same_turn` says means nothing."""
+    vertex_at: dict[tuple[float, ...], int] = {}
+    tets_on_triangle: dict[tuple[int, ...], dict[int, tuple[int, bool]]] = defaultdict(dict)
+    for tet, corners in enumerate(mesh.tets.tolist()):
+        lowest = [
+            vertex_at.setdefault(tuple(mesh.vertices[v].tolist()), v) if weld else v
+            for v in corners
+        ]
+        for side in range(4):
+            triangle = tuple(sorted(lowest[:side] + lowest[side + 1 :]))
+            if len(set(triangle)) == 3:
+                tets_on_triangle[triangle].setdefault(tet, (side, True))
+    return _arcs_over(tets_on_triangle)
+
+
+def _faces_of(mesh: FaceMesh) -> list[list[int]]:
+    corners = corners_of(mesh)
+    ends = np.cumsum(np.broadcast_to(corners.sizes, mesh.n_faces))
+    return [face.tolist() for face in np.split(corners.vertices, ends[:-1])]
+
+
+def _arcs_over(sides: dict[tuple[int, ...], dict[int, tuple[int, bool]]]) -> list[Arc]:
+    """Arcs between all pairs of cells on each side."""
+    arcs = [
+        Arc(cell, side, neighbor, ascending == neighbor_ascending)
+        for cells in sides.values()
+        for cell, (side, ascending) in cells.items()
+        for neighbor, (_, neighbor_ascending) in cells.items()
+        if cell != neighbor
+    ]
+    return sorted(arcs)
+
+
+def measure_faces(mesh: Mesh) -> tuple[Floats, Floats]:
+    """Centroids, shape (F, 3), and areas, shape (F,)."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    return (a + b + c) / 3.0, 0.5 * norm(cross(b - a, c - a))
+
+
+def measure_polygons(mesh: PolygonMesh) -> tuple[Floats, Floats]:
+    """Centroids and areas by the fan, of faces that have a normal and do not cross themselves."""
+    centroids, areas = np.empty((mesh.n_faces, 3)), np.empty(mesh.n_faces)
+    for face in range(mesh.n_faces):
+        origin, *others = mesh.vertices[mesh.face(face)]
+        steps = [corner - origin for corner in others]
+        doubled = [np.cross(u, v) for u, v in pairwise(steps)]
+        total = np.sum(doubled, axis=0)
+        shares = [vector @ total / (total @ total) for vector in doubled]
+        thirds = [(u + v) / 3.0 for u, v in pairwise(steps)]
+        centroids[face] = origin + sum(s * t for s, t in zip(shares, thirds, strict=True))
+        areas[face] = 0.5 * np.linalg.norm(total)
+    return centroids, areas
+
+
+class PointArcs(NamedTuple):
+    """Points as cells, with arcs in CSR form."""
+
+    measures: Floats
+    offsets: Longs
+    neighbors: Ints
+    border_lengths: Floats
+
+
+def build_point_graph(points: npt.ArrayLike, n_neighbors: int, *, cutoff: float) -> PointArcs:
+    """Return what `superfacets.build_point_graph` does, but for weights and normals."""
+    positions = np.asarray(points, dtype=np.float64)
+    first, together = _places(positions)
+    nearest = {i: _nearest(positions, first, i, n_neighbors) for i in first}
+    areas = {i: _area(positions, i, near) for i, near in nearest.items()}
+    kept = {
+        i: [j for j in near if _squared(positions, i, j) <= cutoff**2 * min(areas[i], areas[j])]
+        for i, near in nearest.items()
+    }
+    joined: list[set[int]] = [set() for _ in positions]
+    pairs = [(i, j) for i, near in kept.items() for j in near]
+    pairs += [(i, other) for i, others in together.items() for other in others if other != i]
+    for i, j in pairs:
+        joined[i].add(j)
+        joined[j].add(i)
+    measures = np.zeros(len(positions))
+    for i, others in together.items():
+        measures[others] = _area(positions, i, kept[i]) / len(others)
+    rows = [sorted(row) for row in joined]
+    offsets = np.cumsum([0, *map(len, rows)], dtype=np.int64)
+    return PointArcs(
+        measures,
+        offsets,
+        np.array([j for row in rows for j in row], dtype=np.int32),
+        _borders(positions, measures, rows),
+    )
+
+
+def point_normals(points: npt.ArrayLike, n_neighbors: int) -> Floats:
+    """Return the direction in which the nearest neighbors of each point vary least, of any sign."""
+    positions = np.asarray(points, dtype=np.float64)
+    first, together = _places(positions)
+    normals = np.zeros_like(positions)
+    for i in first:
+        around = positions[[i, *_nearest(positions, first, i, n_neighbors)]]
+        values, vectors = np.linalg.eigh(np.cov(around.T, bias=True))
+        low, middle, high = values / max(values.sum(), 1e-300)
+        if (middle - low) * (high - low) > 1e-6:
+            normals[together[i]] = vectors[:, 0]
+    return normals
+
+
+def _places(positions: Floats) -> tuple[list[int], dict[int, list[int]]]:
+    """The lowest point at each position, and all points there."""
+    together: dict[tuple[float, ...], list[int]] = {}
+    for i, position in enumerate((positions + 0.0).tolist()):
+        together.setdefault(tuple(position), []).append(i)
+    return [group[0] for group in together.values()], {g[0]: g for g in together.values()}
+
+
+def _squared(positions: Floats, i: int, j: int) -> float:
+    x, y, z = (positions[j] - positions[i]).tolist()
+    return float(x * x + y * y + z * z)
+
+
+def _nearest(positions: Floats, first: list[int], i: int, n: int) -> list[int]:
+    others = [j for j in first if j != i]
+    return sorted(others, key=lambda j: (_squared(positions, i, j), j))[:n]
+
+
+def _area(positions: Floats, i: int, near: list[int]) -> float:
+    """2 pi mean(d^2) / (n + 1)."""
+    if not near:
+        return 0.0
+    squares = [_squared(positions, i, j) for j in near]
+    return float(2 * np.pi * np.mean(squares) / (len(near) + 1))
+
+
+def _borders(positions: Floats, measures: Floats, rows: list[list[int]]) -> Floats:
+    """Pi a / (sum of the lengths of arcs), the mean of both ends."""
+    sums = [sum(_squared(positions, i, j) ** 0.5 for j in row) for i, row in enumerate(rows)]
+    per_arc = [np.pi * a / s if s > 0 else 0.0 for a, s in zip(measures, sums, strict=True)]
+    return np.array([(per_arc[i] + per_arc[j]) / 2 for i, row in enumerate(rows) for j in row])

@@ -1,0 +1,233 @@
+"""Stage 4: classification, the loop, relocation, and coarse cells."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..cells.cell_graph import CellGraph
+from .arithmetic import dot
+from .seeding import arcs_of, expand, find_components, update_centers
+
+
+def classify_exact(
+    graph: CellGraph, centers: list[int], *, islands: str = "keep"
+) -> tuple[list[int], list[int]]:
+    """Labels by one expansion from all centers, and the centers with those of orphans.
+
+    Where islands are not kept, there are none of these, and cells without a center have label -1.
+    """
+    all_centers = list(centers)
+    while True:
+        labels: dict[int, int] = {}
+        queue = [(0, label, center) for label, center in enumerate(all_centers)]
+        while queue:
+            length, label, cell = heapq.heappop(queue)
+            if cell not in labels:
+                labels[cell] = label
+                for neighbor, step in arcs_of(graph, cell):
+                    heapq.heappush(queue, (length + step, label, neighbor))
+        if len(labels) == graph.n_cells or islands == "nearest":
+            return [labels.get(cell, -1) for cell in range(graph.n_cells)], all_centers
+        all_centers.append(min(set(range(graph.n_cells)) - labels.keys()))
+
+
+def classify_halted(
+    graph: CellGraph, centers: list[int], reach: float, *, islands: str = "keep"
+) -> tuple[list[int], list[int]]:
+    """Labels by one expansion of each center, as in the paper, and all centers.
+
+    For islands see `classify_exact`.
+    """
+    best = [(math.inf, -1)] * graph.n_cells  # path length and label
+    all_centers: list[int] = []
+    waiting = list(centers)
+    while waiting:
+        label, center = len(all_centers), waiting.pop(0)
+        all_centers.append(center)
+        for cell, length in expand(graph, center, reach).items():
+            best[cell] = min(best[cell], (length, label))
+        if not waiting and (math.inf, -1) in best and islands == "keep":
+            waiting.append(best.index((math.inf, -1)))  # the first orphan
+    return [label for _, label in best], all_centers
+
+
+def join_islands(
+    graph: CellGraph, labels: list[int], groups: list[int] | None = None
+) -> tuple[list[int], int, list[int]]:
+    """Labels without -1, the number of connected pieces that joined, and centers of the others.
+
+    Each takes the label of the nearest cell, the lowest of equals, to any of its own. With groups,
+    of the nearest cell of its own group, unless that is -1; if there is none, it is a region, and
+    its lowest cell the center.
+    """
+    joined = list(labels)
+    new_centers: list[int] = []
+    labeled = np.flatnonzero(np.array(labels) >= 0)
+    pieces = np.array(find_components(graph, np.array(labels)))
+    islands = np.unique(pieces[np.array(labels) < 0])
+    for piece in islands:
+        cells = np.flatnonzero(pieces == piece)
+        group = -1 if groups is None else groups[cells[0]]
+        fitting = labeled if group == -1 else labeled[np.array(groups)[labeled] == group]
+        label = max(labels) + 1 + len(new_centers)
+        if len(fitting):
+            steps = graph.positions[fitting] - graph.positions[cells, None]
+            label = labels[fitting[int(np.argmin(dot(steps, steps).min(axis=0)))]]
+        else:
+            new_centers.append(int(cells[0]))
+        for cell in cells:
+            joined[cell] = label
+    return joined, len(islands) - len(new_centers), new_centers
+
+
+def iterate(
+    graph: CellGraph,
+    seeds: list[int],
+    radius: float,
+    *,
+    radius_factor: float | None = None,
+    max_num_iter: int = 50,
+    tol: float = 0.02,
+    islands: str = "keep",
+) -> tuple[list[tuple[list[int], list[int]]], str]:
+    """Labels and centers of every iteration, and why the loop stopped."""
+    history: list[tuple[list[int], list[int]]] = []
+    centers = seeds
+    while True:
+        if radius_factor is None:
+            labels, centers = classify_exact(graph, centers, islands=islands)
+        else:
+            reach = radius_factor * radius
+            labels, centers = classify_halted(graph, centers, reach, islands=islands)
+        history.append((labels, centers))
+        moved_to = update_centers(graph, np.array(labels))
+        moves = graph.positions[moved_to] - graph.positions[centers]
+        if moved_to == centers or math.sqrt(np.mean(dot(moves, moves))) <= tol * radius:
+            return history, "converged"
+        if sorted(moved_to) in [sorted(earlier) for _, earlier in history]:
+            return history, "cycle"
+        if len(history) == max_num_iter:
+            return history, "max_num_iter"
+        centers = moved_to
+
+
+Path = tuple[int, int]
+"""Length and label: the lower is the better."""
+
+
+def second_nearest(graph: CellGraph, centers: Sequence[int]) -> list[list[Path]]:
+    """The paths to each cell, at most two, from the nearest and the second-nearest center."""
+    found: list[list[Path]] = [[] for _ in range(graph.n_cells)]
+    for label, center in enumerate(centers):
+        for cell, length in expand(graph, center, math.inf).items():
+            found[cell].append((length, label))
+    return [sorted(paths)[:2] for paths in found]
+
+
+def relocate_centers(
+    graph: CellGraph, order: Sequence[int], centers: Sequence[int], n_moves: int
+) -> list[int]:
+    """The centers, of which at most `n_moves` have moved; cells are summed in this order."""
+    paths = second_nearest(graph, centers)
+    costs = [0.0] * len(centers)
+    distortions = [0.0] * len(centers)
+    regions: list[list[int]] = [[] for _ in centers]
+    for cell in map(int, order):
+        if not paths[cell]:
+            continue
+        first, label = paths[cell][0]
+        measure = float(graph.measures[cell])
+        regions[label].append(cell)
+        distortions[label] += measure * float(first) * float(first)
+        if len(paths[cell]) == 1:
+            costs[label] = math.inf
+        else:
+            second = paths[cell][1][0]
+            costs[label] += measure * float(second - first) * float(second + first)
+    labels = range(len(centers))
+    leaving = sorted(labels, key=lambda label: (costs[label], label))[:n_moves]
+    receiving = sorted(labels, key=lambda label: (-distortions[label], label))
+    moved = list(centers)
+    have_left: set[int] = set()
+    must_stay: set[int] = set()
+    for label in leaving:
+        if label in must_stay:
+            continue
+        while receiving and (receiving[0] == label or receiving[0] in have_left):
+            receiving.pop(0)
+        if not receiving or not costs[label] < 0.5 * distortions[receiving[0]]:
+            break
+        target = receiving.pop(0)
+        moved[label] = min(regions[target], key=lambda cell: (-paths[cell][0][0], cell))
+        have_left.add(label)
+        must_stay |= {target} | {paths[cell][1][1] for cell in regions[label]}
+    return moved
+
+
+RANGE = 4096
+"""Cells in a row, on the curve, that coarse cells do not extend beyond."""
+
+
+def coarse_cells(
+    graph: CellGraph, order: Sequence[int], spacing: int
+) -> tuple[list[int], list[int], list[int]]:
+    """Center of each coarse cell; the coarse cell of each cell, and the length of the path from it.
+
+    Centers are `spacing` apart in this order of the cells, in each range of it.
+    """
+    centers: list[int] = []
+    coarse_of = [-1] * graph.n_cells
+    lengths = [0] * graph.n_cells
+    for begin in range(0, len(order), RANGE):
+        members = [int(cell) for cell in order[begin : begin + RANGE]]
+        best: dict[int, tuple[int, int]] = {}
+        first = (min(spacing, len(members)) - 1) // 2
+        _expand(graph, members, members[first::spacing], len(centers), best)
+        centers += members[first::spacing]
+        for cell in members:
+            if cell not in best:
+                _expand(graph, members, [cell], len(centers), best)
+                centers.append(cell)
+        for cell, (length, coarse) in best.items():
+            coarse_of[cell], lengths[cell] = coarse, length
+    return centers, coarse_of, lengths
+
+
+def _expand(
+    graph: CellGraph,
+    members: list[int],
+    centers: list[int],
+    first_label: int,
+    best: dict[int, tuple[int, int]],
+) -> None:
+    """Reach what no earlier center reaches, by the shortest path from one of these."""
+    inside = set(members) - set(best)
+    queue = [(0, first_label + i, center) for i, center in enumerate(centers)]
+    while queue:
+        length, label, cell = heapq.heappop(queue)
+        if cell in best:
+            continue
+        best[cell] = (length, label)
+        for neighbor, step in arcs_of(graph, cell):
+            if neighbor in inside:
+                heapq.heappush(queue, (length + step, label, neighbor))
+
+
+def coarse_arcs(
+    graph: CellGraph, coarse_of: list[int], lengths: list[int]
+) -> dict[tuple[int, int], float]:
+    """The shortest way between the centers of two coarse cells that touch, over one border arc."""
+    arcs: dict[tuple[int, int], float] = {}
+    for cell in range(graph.n_cells):
+        for neighbor, step in arcs_of(graph, cell):
+            a, b = coarse_of[cell], coarse_of[neighbor]
+            if a == b:
+                continue
+            paths = np.float32(lengths[cell]) + np.float32(lengths[neighbor])
+            way = float(paths + np.float32(step))
+            arcs[a, b] = min(arcs.get((a, b), way), way)
+    return arcs

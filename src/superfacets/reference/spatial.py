@@ -1,0 +1,257 @@
+"""Nearest faces, rays through bodies, and subdivision."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._types import Floats, Ints
+from ..mesh.triangle_mesh import Mesh
+from .arithmetic import cross, dot
+
+FLAT = 1e-20
+"""Squared sine of the angle at the first corner below which a triangle is as good as flat."""
+
+
+def nearest_on_segment(p: Floats, a: Floats, b: Floats) -> Floats:
+    """The point of the segment from a to b that is nearest to p."""
+    along = b - a
+    squared = dot(along, along)
+    if squared == 0:
+        return a
+    t = dot(p - a, along) / squared
+    if t <= 0 or t >= 1:
+        return a if t <= 0 else b
+    between: Floats = a + t * along
+    return between.clip(np.minimum(a, b), np.maximum(a, b))
+
+
+def nearest_on_triangle(p: Floats, corners: Floats) -> Floats:
+    """The point of a triangle, corners (3, 3), that is nearest to p.
+
+    Barycentric coordinates tell whether the nearest point of the plane is inside; if it is not, or
+    the triangle is flat, the nearest point is on a side. Corners in sorted order: triangles that
+    share a side find the same point on it.
+    """
+    a, b, c = np.array(sorted(corners.tolist()))
+    ab, ac, ap = b - a, c - a, p - a
+    normal = cross(ab, ac)
+    squared = dot(normal, normal)
+    if squared > FLAT * dot(ab, ab) * dot(ac, ac):
+        of_b = dot(cross(ap, ac), normal) / squared
+        of_c = dot(cross(ab, ap), normal) / squared
+        if of_b >= 0 and of_c >= 0 and of_b + of_c <= 1:
+            inside: Floats = a + of_b * ab + of_c * ac
+            return inside.clip(corners.min(axis=0), corners.max(axis=0))
+    return _nearest_of(p, [nearest_on_segment(p, *ends) for ends in combinations((a, b, c), 2)])
+
+
+def nearest_in_tet(p: Floats, corners: Floats) -> Floats:
+    """The point of a tetrahedron, corners (4, 3), that is nearest to p: p itself inside of it."""
+    is_in_box = (corners.min(axis=0) <= p).all() and (p <= corners.max(axis=0)).all()
+    whole = _volume(corners)
+    if is_in_box and whole != 0:
+        parts = []
+        for corner in range(4):
+            replaced = corners.copy()
+            replaced[corner] = p
+            parts.append(_volume(replaced) * math.copysign(1, whole))
+        if min(parts) >= 0:
+            return p
+    sides = combinations(range(4), 3)
+    return _nearest_of(p, [nearest_on_triangle(p, corners[list(side)]) for side in sides])
+
+
+def nearest_faces(
+    vertices: npt.ArrayLike, faces: npt.ArrayLike, points: npt.ArrayLike
+) -> tuple[Ints, Floats, Floats]:
+    """Return what `superfacets.nearest_faces` does for triangles, without a limit."""
+    return _nearest_shapes(nearest_on_triangle, vertices, faces, points)
+
+
+def nearest_tets(
+    vertices: npt.ArrayLike, tets: npt.ArrayLike, points: npt.ArrayLike
+) -> tuple[Ints, Floats, Floats]:
+    """Return the same for tetrahedra."""
+    return _nearest_shapes(nearest_in_tet, vertices, tets, points)
+
+
+def _nearest_shapes(
+    nearest_of: Callable[[Floats, Floats], Floats],
+    vertices: npt.ArrayLike,
+    cells: npt.ArrayLike,
+    points: npt.ArrayLike,
+) -> tuple[Ints, Floats, Floats]:
+    """Compare all cells for each point; the first of equals wins."""
+    corners = np.asarray(vertices, np.float64)[np.asarray(cells)]
+    queries = np.asarray(points, np.float64)
+    found = [_first_nearest(p, [nearest_of(p, cell) for cell in corners]) for p in queries]
+    cell_of_point = np.array([place for place, _ in found], dtype=np.int32)
+    nearest = np.array([point for _, point in found]).reshape(-1, 3)
+    apart = queries - nearest
+    return cell_of_point, np.sqrt(dot(apart, apart)), nearest
+
+
+def _nearest_of(p: Floats, candidates: list[Floats]) -> Floats:
+    return _first_nearest(p, candidates)[1]
+
+
+def _first_nearest(p: Floats, candidates: Iterable[Floats]) -> tuple[int, Floats]:
+    """Place and position of the candidate nearest to p, the first of equals."""
+
+    def squared(item: tuple[int, Floats]) -> Any:
+        return dot(p - item[1], p - item[1])
+
+    return min(enumerate(candidates), key=squared)
+
+
+def _volume(corners: Floats) -> Any:
+    """Six times the signed volume of a tetrahedron."""
+    a, b, c, d = corners
+    return dot(cross(b - a, c - a), d - a)
+
+
+COS_GOLDEN, SIN_GOLDEN = -0.7373688780783197, 0.6754902942615237
+
+
+def cone_of_rays(n_rays: int) -> tuple[Floats, Floats]:
+    """Directions in a cone of 60 degrees about the z axis, (R, 3), and the weight of each."""
+    directions, weights = [], []
+    x, y = 1.0, 0.0
+    for ray in range(n_rays):
+        height = 1.0 - 0.5 * (ray + 0.5) / n_rays
+        radius = math.sqrt(1.0 - height * height)
+        directions.append([radius * x, radius * y, height])
+        weights.append(1.0 / (math.atan2(radius, height) + 0.2))
+        x, y = x * COS_GOLDEN - y * SIN_GOLDEN, x * SIN_GOLDEN + y * COS_GOLDEN
+    return np.array(directions), np.array(weights)
+
+
+def typical_length(lengths: Sequence[float], weights: Sequence[float]) -> float:
+    """The weighted mean of the lengths within one standard deviation of the median."""
+    given = np.array(lengths)
+    median = float(np.median(given))
+    is_kept = np.abs(given - median) <= given.std() + 1e-9 * median
+    return float(np.average(given[is_kept], weights=np.array(weights)[is_kept]))
+
+
+def ray_thickness(
+    vertices: Floats,
+    triangles: Ints,
+    starts: Floats,
+    axes: Floats,
+    n_rays: int,
+    least_distance: float = 0.0,
+) -> Floats:
+    """The thickness along inward unit vectors; NaN where fewer than a quarter of the rays leave."""
+    corners = vertices[triangles]
+    spokes = list(zip(*cone_of_rays(n_rays), strict=True))
+    result = np.full(len(starts), np.nan)
+    for i, (start, axis) in enumerate(zip(starts, axes, strict=True)):
+        right, up = frame_about(axis)
+        hits = [
+            (first_exit(corners, start, d[0] * right + d[1] * up + d[2] * axis, least_distance), w)
+            for d, w in spokes
+        ]
+        kept = [(length, weight) for length, weight in hits if length is not None]
+        if len(kept) >= n_rays / 4:
+            result[i] = typical_length(*zip(*kept, strict=True))
+    return result
+
+
+def frame_about(axis: Floats) -> tuple[Floats, Floats]:
+    """Two unit vectors that make a right-handed frame with the axis (Duff et al., 2017)."""
+    x, y, z = axis.tolist()
+    sign = -1.0 if z < 0 else 1.0
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    return (
+        np.array([1.0 + sign * x * x * a, sign * b, -sign * x]),
+        np.array([b, sign + y * y * a, -y]),
+    )
+
+
+def first_exit(corners: Floats, start: Floats, ray: Floats, least: float) -> float | None:
+    """Distance to the first triangle, corners (F, 3, 3), if the ray leaves through its back."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    along = normals @ ray
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distances = np.einsum("ij,ij->i", normals, corners[:, 0] - start) / along
+        is_hit = (along != 0) & (distances > least)
+    at = start + np.where(is_hit, distances, 0.0)[:, None] * ray
+    for side in range(3):
+        edge = corners[:, (side + 1) % 3] - corners[:, side]
+        inside = np.einsum("ij,ij->i", np.cross(edge, at - corners[:, side]), normals)
+        is_hit &= inside >= -1e-12 * np.einsum("ij,ij->i", normals, normals)
+    distances = np.where(is_hit, distances, np.inf)
+    first = int(np.argmin(distances))
+    is_exit = np.isfinite(distances[first]) and along[first] > 0
+    return float(distances[first]) if is_exit else None
+
+
+class _Edge(NamedTuple):
+    """A side of a face, or an edge within it, and its two halves once bisected."""
+
+    start: int
+    end: int
+    halves: tuple[_Edge, _Edge] | None  # None: short enough
+
+    def reversed(self) -> _Edge:
+        halves = self.halves and (self.halves[1].reversed(), self.halves[0].reversed())
+        return _Edge(self.end, self.start, halves)
+
+
+class Part(NamedTuple):
+    """A part of a face after `depth` bisections."""
+
+    corners: tuple[int, ...]
+    depth: int
+
+
+def subdivide(mesh: Mesh, max_edge: float) -> tuple[Floats, list[list[Part]]]:
+    """All vertices, and the parts of each face."""
+    points = mesh.vertices.tolist()
+    faces = mesh.faces.tolist()
+    sides = {(min(e), max(e)) for a, b, c in faces for e in ((a, b), (b, c), (c, a))}
+    edges = {ends: _bisected(points, *ends, max_edge) for ends in sorted(sides)}
+    edges |= {(high, low): edge.reversed() for (low, high), edge in edges.items() if low != high}
+    parts = [
+        _cut(points, [edges[a, b], edges[b, c], edges[c, a]], max_edge, 0) for a, b, c in faces
+    ]
+    return np.array(points), parts
+
+
+def _bisected(points: list[list[float]], start: int, end: int, max_edge: float) -> _Edge:
+    """Bisect an edge, and its halves, until they are short enough; add midpoints to `points`."""
+    if _squared_length(points, start, end) <= max_edge * max_edge:
+        return _Edge(start, end, None)
+    middle = len(points)
+    points.append([(a + b) / 2 for a, b in zip(points[start], points[end], strict=True)])
+    first = _bisected(points, start, middle, max_edge)
+    return _Edge(start, end, (first, _bisected(points, middle, end, max_edge)))
+
+
+def _cut(points: list[list[float]], sides: list[_Edge], max_edge: float, depth: int) -> list[Part]:
+    """Cut a face from the middle of its longest side to the opposite corner, and both parts."""
+    lengths = [_squared_length(points, edge.start, edge.end) for edge in sides]
+    side = lengths.index(max(lengths))
+    halves = sides[side].halves
+    if halves is None:
+        return [Part(tuple(edge.start for edge in sides), depth)]
+    second, third = (side + 1) % 3, (side + 2) % 3
+    inner = _bisected(points, halves[0].end, sides[third].start, max_edge)
+    one, other = list(sides), list(sides)
+    one[side], one[second] = halves[0], inner
+    other[side], other[third] = halves[1], inner.reversed()
+    parts = _cut(points, one, max_edge, depth + 1)
+    return parts + _cut(points, other, max_edge, depth + 1)
+
+
+def _squared_length(points: list[list[float]], start: int, end: int) -> float:
+    x, y, z = (b - a for a, b in zip(points[start], points[end], strict=True))
+    return float(x * x + y * y + z * z)
