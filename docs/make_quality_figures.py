@@ -5,7 +5,7 @@ from pathlib import Path
 
 import superfacets as sf
 from superfacets.study.princeton import Benchmark
-from superfacets.study.quality.variants import DEFAULT, PLAIN, VARIANTS
+from superfacets.study.quality.measure import DEFAULT, PLAIN, VARIANTS
 
 IMAGES = Path(__file__).parent / "images"
 SIZE = (640, 520)

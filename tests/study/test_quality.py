@@ -13,10 +13,16 @@ from superfacets import metrics
 from superfacets.cli.main import main
 from superfacets.mesh.quarters import split_in_four
 from superfacets.study.quality import study as quality_study
+from superfacets.study.quality.measure import (
+    RESOLUTION_VARIANTS,
+    VARIANTS,
+    Subject,
+    coarsened,
+    creases,
+    refined,
+)
 from superfacets.study.quality.study import Options, study
-from superfacets.study.quality.subjects import Subject, coarsened, creases, refined
 from superfacets.study.quality.tables import dominators, means
-from superfacets.study.quality.variants import RESOLUTION_VARIANTS, VARIANTS
 
 
 @pytest.fixture(scope="module")

@@ -18,13 +18,11 @@ import shapes
 from superfacets import Mesh
 from superfacets.cli.main import main
 from superfacets.io.locks import locked
-from superfacets.study.reproduce import figures, measure, methods, pictures, plan, reproduction
-from superfacets.study.reproduce.gallery import GALLERY, view_of
-from superfacets.study.reproduce.measure import pack_labels, unpack_labels
-from superfacets.study.reproduce.pictures import Drawing, is_drawn, picture_path
+from superfacets.study.reproduce import figures, gallery, measure, methods, plan, reproduction
+from superfacets.study.reproduce.gallery import GALLERY, Drawing, is_drawn, picture_path, view_of
+from superfacets.study.reproduce.measure import Run, pack_labels, unpack_labels
 from superfacets.study.reproduce.plan import Choice, make_plan
 from superfacets.study.reproduce.results import Curve, Results, collect, compare
-from superfacets.study.reproduce.runs import Run
 from superfacets.study.sources import Source, Sources, find_models, load
 from superfacets.study.tasks import _Recording, read_piece
 
@@ -446,7 +444,7 @@ def test_a_picture_counts_as_drawn_only_if_whole_and_of_these_labels(benchmark, 
     drawing = Drawing.of(picture, key, pack_labels(np.zeros(5, dtype=np.int32)), tmp_path)
     assert not is_drawn(drawing)
     path = picture_path(tmp_path, picture)
-    pictures._write(path, np.zeros((40, 50, 3), dtype=np.uint8), drawing.key)
+    gallery._write(path, np.zeros((40, 50, 3), dtype=np.uint8), drawing.key)
     assert is_drawn(drawing)
     others = pack_labels(np.ones(5, dtype=np.int32))
     assert not is_drawn(Drawing.of(picture, key, others, tmp_path))

@@ -44,8 +44,8 @@ def quality_command(
     second start does only what is missing or failed. Tables are printed, and written to
     OUT/tables.md; OUT/runs.csv has a row for every run.
     """
+    from ..study.quality.measure import KS
     from ..study.quality.study import Options, study
-    from ..study.quality.variants import KS
 
     report = study(
         Options(

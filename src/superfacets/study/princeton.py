@@ -142,7 +142,7 @@ class Benchmark:
         return self.root / "seg" / "Benchmark" / str(number)
 
     def _truth_files(self, number: int) -> list[Path]:
-        """N_0.seg to the last one found, so that missing ones between are noticed."""
+        """Numbers of files from N_0.seg to the last one found, so that gaps are noticed."""
         pattern = re.compile(rf"{number}_(\d+)\.seg")
         folder = self._truth_folder(number)
         names = (pattern.fullmatch(path.name) for path in folder.glob("*.seg"))

@@ -1,4 +1,4 @@
-"""Methods that superfacets are measured against, with results of the same form.
+"""Methods to compare superfacets with; their results have the same form.
 
 They are no part of the pipeline, and nothing in the package depends on them.
 """

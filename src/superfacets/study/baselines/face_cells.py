@@ -1,4 +1,4 @@
-"""The input of methods on the weighted graph of faces: its cells by component."""
+"""Input of the baselines: the weighted graph of faces, component by component."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ class Component:
     """A connected component of the faces."""
 
     faces: npt.NDArray[np.int64]  # (n,) rising
-    arcs: npt.NDArray[np.int64]  # (m,) those that leave these faces, in their order
+    arcs: npt.NDArray[np.int64]  # (m,) the arcs that leave these faces, in their order
     offsets: npt.NDArray[np.int64]  # (n + 1,) into arcs
     neighbors: Ints  # (m,) as places in `faces`
 
 
 @dataclass(frozen=True)
 class FaceCells:
-    """The cell graph of a mesh, with the time and the parameters of its stages."""
+    """The cell graph of a mesh, with the timings and parameters of its stages."""
 
     mesh: FaceMesh
     faces: FaceGraph
     graph: CellGraph
     n_segments: int
-    radius: float  # r, expected of so many regions
+    radius: float  # r, the expected radius of a region
     timings: dict[str, float]
     params: dict[str, Any]
 
@@ -53,7 +53,7 @@ class FaceCells:
         no_labels = np.zeros(graph.n_cells, np.int32)
         piece, n_pieces = _core.find_components(graph.offsets, graph.neighbors, no_labels)
         by_piece = np.argsort(piece, kind="stable")
-        place = np.empty(graph.n_cells, np.int64)  # of each face in its component
+        place = np.empty(graph.n_cells, np.int64)  # index of each face in its component
         components = []
         for faces in np.split(by_piece, np.cumsum(np.bincount(piece, minlength=n_pieces))[:-1]):
             place[faces] = np.arange(len(faces))
@@ -65,7 +65,7 @@ class FaceCells:
         return components
 
     def segmentation(self, labels: npt.NDArray[Any], n_threads: int) -> Segmentation:
-        """Return the result of a method that has no centers of its own and labels faces once.
+        """Return the result of a method without centers, which labels faces once.
 
         Labels that no face has are skipped.
         """
@@ -112,7 +112,7 @@ def read_face_cells(
 
 
 def _means_of_pairs(graph: CellGraph) -> Floats:
-    """Mean weight of each arc and the one that leads back."""
+    """Mean weight of each arc and its reverse arc."""
     there = np.lexsort((graph.neighbors, graph.sources))
     back = np.lexsort((graph.sources, graph.neighbors))
     weights = np.empty(graph.n_arcs)

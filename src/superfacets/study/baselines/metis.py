@@ -1,4 +1,4 @@
-"""METIS: parts of about the same area, with borders that are short or in creases."""
+"""METIS: parts of about equal area, with borders that are short or in creases."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ from ...mesh.faces import ends_of_sides
 from .face_cells import Component, FaceCells, read_face_cells
 
 CREASE_SCALE = 2.0
-"""At how many times the mean weight per edge length an edge costs 1/e of a flat one to cut.
+"""Weight per edge length, in mean weights, at which cutting an edge costs 1/e of cutting a flat
+one.
 
 On the 95 benchmark models at hand, k = 150, alpha = 200: from 1 to 3 the undersegmentation error
 changes by 0.001, and borders get rounder.
 """
 
 IMBALANCE = 500
-"""By how many thousandths of the mean the largest part may exceed it.
+"""Allowed excess of the largest part over the mean, in thousandths.
 
 With the 30 that METIS allows if not told, borders often miss creases: its error is higher by 0.002
 on those models, and by 0.03 on the ten of the smallest.
 """
 
 LARGEST_CELL = 0.25
-"""A face counts for this share of the mean part at most.
+"""Largest area of a face that counts, as a fraction of the mean part.
 
 Where faces are larger than a part, METIS otherwise leaves parts empty, and complains on the
 terminal.
@@ -40,8 +41,8 @@ terminal.
 
 SEED = 0
 
-_MEAN_INTEGER = 1000  # weights are rounded to integers that are so many on average
-_LARGEST_SUM = 2**30  # and this together at most: METIS may have been built for 32 bits
+_MEAN_INTEGER = 1000  # mean of the weights after rounding to integers
+_LARGEST_SUM = 2**30  # upper bound of their sum: METIS may have been built for 32 bits
 
 Floats = npt.NDArray[np.float64]
 
@@ -119,7 +120,7 @@ def metis_partition(
 
 
 def _partition(metis: Any, cells: FaceCells) -> npt.NDArray[np.int64]:
-    """Labels of all faces, component after component; some may not occur."""
+    """Labels of all faces, component by component; some labels may not occur."""
     costs = _cutting_costs(cells)
     areas = cells.graph.measures
     components = cells.components()
@@ -143,7 +144,7 @@ def _cutting_costs(cells: FaceCells) -> Floats:
     ends = cells.mesh.vertices[sides]
     lengths: Floats = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     weights = cells.graph.weights
-    if not weights.any() or not lengths.any():  # none, where the squares of lengths underflow
+    if not weights.any() or not lengths.any():  # if squares of lengths underflow
         return lengths
     scale = CREASE_SCALE * weights.sum() / lengths.sum()
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -152,7 +153,7 @@ def _cutting_costs(cells: FaceCells) -> Floats:
 
 
 def _share_out(areas: list[float], sizes: list[int], n_parts: int) -> list[int]:
-    """Number of parts of each component: one, then one more where the area per part is largest.
+    """Number of parts per component: one each, then one more where the area per part is largest.
 
     The lowest component among equals.
     """
@@ -185,20 +186,20 @@ def _divide(
         metis.CSRAdjacency(pairs.offsets.astype(dtype), pairs.neighbors.astype(dtype)),
         vweights=_whole_numbers(_cap(areas, n_parts)).astype(dtype),
         eweights=pairs.costs.astype(dtype),
-        recursive=False,  # only the direct scheme heeds that parts be connected
+        recursive=False,  # only direct partitioning supports connected parts
         options=metis.Options(contig=1, ufactor=IMBALANCE, seed=SEED),
     ).vertex_part
     return np.asarray(parts, dtype=np.int64)
 
 
 def _cap(areas: Floats, n_parts: int) -> Floats:
-    """Areas of which none is more than a share of the mean part, in capped areas; or all 1.
+    """Areas, capped at a fraction of the mean part; all 1 if every face would be capped.
 
     All are 1 where there are so few faces that they would all be capped.
     """
     falling = np.sort(areas)[::-1]
     n_capped = np.arange(len(areas))
-    rest = falling[::-1].cumsum()[::-1]  # of the areas when so many are capped
+    rest = falling[::-1].cumsum()[::-1]  # sum of the areas that are not capped
     with np.errstate(divide="ignore", invalid="ignore"):
         caps = LARGEST_CELL * rest / np.maximum(n_parts - LARGEST_CELL * n_capped, 0)
     fits = (caps >= falling) & (caps < np.inf)
@@ -214,17 +215,17 @@ class _Pairs(NamedTuple):
 
 
 def _merge_pairs(component: Component, costs: npt.NDArray[np.int64]) -> _Pairs:
-    """Make one of the arcs between faces that share several edges."""
+    """Merge parallel arcs between faces that share several edges."""
     n_faces = len(component.faces)
     sources = np.repeat(np.arange(n_faces), np.diff(component.offsets))
     pairs, pair_of_arc = np.unique(sources * n_faces + component.neighbors, return_inverse=True)
     offsets = np.searchsorted(pairs, np.arange(n_faces + 1) * n_faces)
-    # Sums of whole numbers are exact: the same for the arcs that lead back, in whatever order.
+    # Sums of integers are exact, and so the same in both directions.
     return _Pairs(offsets, pairs % n_faces, np.bincount(pair_of_arc, costs))
 
 
 def _whole_numbers(values: Floats) -> npt.NDArray[np.int64]:
-    """Values as integers >= 1 of about the same ratios; all 1 if all values are 0."""
+    """Integers >= 1 in about the ratios of the values; all 1 if all values are 0."""
     total = values.sum()
     if total == 0:
         return np.ones(len(values), np.int64)

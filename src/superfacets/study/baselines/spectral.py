@@ -26,25 +26,24 @@ any, for every alpha but 0.
 """
 
 ALPHA = 100.0
-"""That of the arc weights: the paper's best for normalized cuts."""
+"""The paper's best alpha for normalized cuts."""
 
 MAX_MEMORY = 6e9
-"""Bytes; enough for all pairs of 37,000 faces."""
+"""Default memory limit in bytes; enough for all pairs of 37,000 faces."""
 
-_N_SAMPLES = 256  # faces that the mean path length is taken from: it is then off by 1 or 2 %
+_N_SAMPLES = 256  # faces that the mean path length is estimated from, with an error of 1 or 2 %
 
 # Vectors of a block Krylov space: a third of those that are wanted, and some, to so many powers.
 # Eigenvalues are then right to 1e-6 on benchmark models, and to 1e-3 with three powers less.
 _BLOCK_SHARE, _BLOCK_SLACK = 1 / 3, 8
 _N_POWERS = 12
 
-_N_ROWS = 1024  # of a sparse array that are worked on together
+_N_ROWS = 1024  # rows of a sparse array that are processed together
 
-_MAX_ROTATIONS = 50  # it takes some 30
+_MAX_ROTATIONS = 50  # about 30 are needed
 _ROTATION_TOL = 1e-9
 
-# Bytes for each pair of near faces: rows, and what it takes to put them together and to make them
-# symmetric.
+# Bytes per pair of near faces: rows, and temporary arrays to concatenate and symmetrize them.
 _BYTES_PER_NEAR_PAIR = 32
 
 Floats = npt.NDArray[np.float64]
@@ -255,7 +254,7 @@ def affinity_embedding(
     weld: bool = True,
     n_threads: int | None = None,
 ) -> AffinityEmbedding:
-    """Return the eigenvectors from which normalized cuts come, for up to `n_vectors` regions.
+    """Return the eigenvectors for normalized cuts with up to `n_vectors` regions.
 
     All but the last step of `normalized_cuts`, once for many numbers of regions.
 
@@ -304,7 +303,7 @@ def affinity_embedding(
 
 @dataclass(frozen=True)
 class _Affinity:
-    """Affinities as functions of path lengths."""
+    """Turns path lengths into affinities."""
 
     width: float  # s, in the unit of the arc weights
     reach: float | None  # in the unit of the vertices
@@ -318,7 +317,7 @@ class _Affinity:
         return np.exp(lengths, out=lengths)
 
     def between_near(self, graph: CellGraph, reach: float) -> Any:
-        """Affinities of pairs within reach, as a sparse array; the higher one of the two ways."""
+        """Affinities of pairs within reach, as a sparse array; the higher of the two directions."""
         from scipy.sparse import csr_array
 
         ordered = graph.ordered(self.n_threads)
@@ -339,7 +338,7 @@ class _Affinity:
 
 
 def _check_memory(cells: FaceCells, n_faces: int, reach: float | None, max_memory: float) -> None:
-    """Raise a ValueError where a component of so many faces would need more memory."""
+    """Raise a ValueError if a component of this size would need too much memory."""
     n_columns = _krylov_size(cells.n_segments)
     n_bytes = 24.0 * n_faces**2 if n_columns >= n_faces else 12.0 * n_faces * n_columns
     if reach is None:
@@ -411,7 +410,7 @@ def _krylov_size(n_vectors: int) -> int:
 
 
 def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles]:
-    """The highest eigenvalues of a symmetric matrix, descending, and their vectors, (n, n_vectors).
+    """The largest eigenvalues of a symmetric matrix, descending, and their vectors, (n, n_vectors).
 
     From the space that the powers of the matrix make of a random block: unlike Lanczos' method,
     which begins with one vector, it finds all eigenvectors of an eigenvalue that several share,
@@ -428,7 +427,7 @@ def _leading_eigenvectors(matrix: Any, n_vectors: int) -> tuple[Singles, Singles
     block = np.random.default_rng(0).standard_normal((n, width), dtype=np.float32)
     for n_before in range(0, n_columns, width):
         before = basis[:, :n_before]
-        for _ in range(2):  # once leaves rounding errors
+        for _ in range(2):  # once would leave rounding errors
             block -= before @ (before.T @ block)
             block = np.linalg.qr(block)[0]
         basis[:, n_before : n_before + width] = block
@@ -445,7 +444,7 @@ def _highest(values: Floats, vectors: Floats, n: int) -> tuple[Singles, Singles]
 
 
 def _discretize(vectors: Singles) -> npt.NDArray[np.int64]:
-    """Label of each row of eigenvectors, (n, m): the axis it is nearest to, once turned.
+    """Label of each row of eigenvectors, (n, m): the nearest axis after rotation.
 
     Rows are scaled to the unit sphere. Labels and rotation are made to fit each other in turn,
     which raises the sum of the rows' coordinates on their axes until it stays.
@@ -470,7 +469,7 @@ def _discretize(vectors: Singles) -> npt.NDArray[np.int64]:
 
 
 def _pivoted_rotation(vectors: Floats) -> Floats:
-    """The rotation that brings m rows, as different as possible, nearest to the axes, (m, m)."""
+    """The rotation, (m, m), that brings the m most different rows near to the axes."""
     from scipy.linalg import qr
 
     _, pivots = qr(vectors.T, mode="r", pivoting=True)

@@ -163,7 +163,7 @@ def _flood(mesh: Mesh, graph: FaceGraph, metric: str, seeds: npt.ArrayLike) -> _
 def _flood_incrementally(
     mesh: Mesh, graph: FaceGraph, metric: str, n_segments: int
 ) -> _core.ProxyRegions:
-    # Which face comes first makes no difference: it takes its component, and others theirs.
+    # The starting face does not matter: it takes its component, and new seeds take the others.
     regions = _flood(mesh, graph, metric, [0])
     while regions.n_regions < n_segments:
         regions.insert()
@@ -173,7 +173,7 @@ def _flood_incrementally(
 def _relax(
     regions: _core.ProxyRegions, n_faces: int, max_num_iter: int, progress: Progress | None
 ) -> tuple[int, StopReason]:
-    """Fit and flood until a stop rule holds; return the number of floods, and the rule."""
+    """Fit and flood until a stop rule holds; return the number of floods and the rule."""
     seen: set[bytes] = set()
     n_changed = n_faces
     for iteration in range(1, max_num_iter + 1):
@@ -192,5 +192,5 @@ def _relax(
 
 
 def _fingerprint(labels: npt.NDArray[np.int32]) -> bytes:
-    """A hash of 128 bits of the labels, which determine all later ones."""
+    """128-bit hash of the labels, which determine all later ones."""
     return hashlib.blake2b(labels.tobytes(), digest_size=16).digest()

@@ -1,10 +1,8 @@
-"""How good regions are: variants of `superfacets.segment` on the models of the Princeton benchmark.
+"""Quality of regions: variants of `superfacets.segment` on models of the Princeton benchmark.
 
-What counts is the trade-off between two numbers, both better if lower: the undersegmentation error
-(UE) and compactness. Labels do not depend on threads: but for times, results are the same on each
-run.
+Two numbers are compared, both better if lower: the undersegmentation error (UE) and compactness.
+Everything but times is reproducible.
 
-- `variants`: what is compared.
-- `subjects`: models at several resolutions, and their creases. `measure`: a row for each run.
-- `tables`: what the rows say. `study`: all of it. `command`: ``superfacets quality``.
+- `measure`: variants, models at several scales, and a row of numbers for each run.
+- `tables`: tables of these rows. `study`: all stages in order. Options: `superfacets.cli.quality`.
 """

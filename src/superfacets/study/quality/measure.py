@@ -1,9 +1,10 @@
-"""A row of numbers for each variant and number of regions on a mesh."""
+"""Variants of segment, models at several scales, and a row of numbers for each run."""
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,17 +14,148 @@ import numpy.typing as npt
 
 from ... import __version__, metrics
 from ...cells.face_graph import build_face_graph
-from ...pipeline import segment
+from ...cells.weights import superfacet_weights
+from ...mesh.faces import ends_of_sides
+from ...mesh.quarters import split_in_four
+from ...mesh.triangle_mesh import Mesh
+from ...pipeline import PARTS, segment
 from ..sources import Source, load_model
 from ..tasks import Piece, Record
-from .subjects import SCALES, Subject, creases
-from .variants import VARIANTS
 
-_RECORD_VERSION = 1  # raised when records hold something else
+KS = (50, 100, 150, 200, 300)
+
+PLAIN = "plain"
+DEFAULT = "default"
+ROUGH = "default, not smooth"
+OTHER_WEIGHTS = "default, eq. 2"
+NO_RIDGES = "default, no ridges"
+RELOCATED = "default, relocate"
+BY_PARTS = "parts"
+
+_PLAIN: dict[str, Any] = {"weights": "superfacets", "init": "farthest", "smooth": False}
+
+VARIANTS: Mapping[str, Mapping[str, Any]] = {
+    PLAIN: _PLAIN,
+    "plain, smooth": _PLAIN | {"smooth": True},
+    "plain, geodesic": _PLAIN | {"init": "geodesic"},
+    "plain, eta 0": _PLAIN | {"eta_convex": 0.0},
+    "creases, farthest": {"init": "farthest"},
+    "creases, farthest, alpha 40": {"init": "farthest", "alpha": 40.0},
+    "creases, alpha 10": {"alpha": 10.0},
+    DEFAULT: {},
+    "creases, alpha 30": {"alpha": 30.0},
+    "creases, alpha 40": {"alpha": 40.0},
+    NO_RIDGES: {"ridges": 0.0},
+    RELOCATED: {"relocate": True},
+    BY_PARTS: PARTS,
+    "parts, no ridges": {**PARTS, "ridges": 0.0},
+    "parts, not relocated": {"weights": "parts"},
+    ROUGH: {"smooth": False},
+    OTHER_WEIGHTS: {"weights": "superfacets", "eta_convex": 0.0},
+    "default, eta 0.05": {"eta_convex": 0.05},
+    "default, eta 0.2": {"eta_convex": 0.2},
+}
+"""Keywords of `superfacets.segment`, by name. `PLAIN` is the paper's method but for the stop rule.
+"""
+
+RESOLUTION_VARIANTS = (PLAIN, OTHER_WEIGHTS, ROUGH, NO_RIDGES, DEFAULT, RELOCATED, BY_PARTS)
+"""Variants that are measured on finer and coarser meshes."""
+
+
+SHARP = math.radians(45)
+"""Smallest angle of an obvious crease."""
+
+
+class Subject(NamedTuple):
+    """A mesh, and ground truths of its faces by several people."""
+
+    mesh: Mesh
+    truths: tuple[npt.NDArray[np.int32], ...]
+
+
+class Creases(NamedTuple):
+    """Sharp edges, as pairs of adjacent faces, in both directions."""
+
+    sources: npt.NDArray[np.int32]
+    targets: npt.NDArray[np.int32]
+    lengths: npt.NDArray[np.float64]
+
+    def share_between(self, labels: npt.NDArray[np.int32]) -> float | None:
+        """Return the share of the length that is a border between regions; None without creases."""
+        total = self.lengths.sum()
+        between = labels[self.sources] != labels[self.targets]
+        return float(self.lengths[between].sum() / total) if total > 0 else None
+
+
+def refined(subject: Subject, levels: int = 1) -> Subject:
+    """Split each face into four, repeatedly; the parts keep the segment of the face."""
+    vertices, faces = subject.mesh.vertices, subject.mesh.faces
+    for _ in range(levels):
+        vertices, faces = split_in_four(vertices, faces)
+    truths = tuple(np.repeat(truth, 4**levels) for truth in subject.truths)
+    return Subject(Mesh(vertices, faces), truths)
+
+
+def coarsened(subject: Subject) -> Subject:
+    """Decimate to a quarter of the faces.
+
+    Each is in the segment of the old face with the nearest centroid. Needs PyVista and SciPy.
+    """
+    import pyvista
+    from scipy.spatial import KDTree
+
+    mesh = subject.mesh
+    surface = pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.faces.astype(int))
+    decimated = surface.decimate(0.75)
+    coarse = Mesh(
+        np.asarray(decimated.points, dtype=np.float64),
+        np.asarray(decimated.regular_faces, dtype=np.int32),
+    )
+    _, nearest = KDTree(_centroids(mesh)).query(_centroids(coarse))
+    return Subject(coarse, tuple(truth[nearest] for truth in subject.truths))
+
+
+def _centroids(mesh: Mesh) -> npt.NDArray[np.float64]:
+    return np.asarray(mesh.vertices[mesh.faces].mean(axis=1))
+
+
+def creases(mesh: Mesh) -> tuple[Creases, Creases]:
+    """Return the concave and the convex edges of `SHARP` and more."""
+    faces = build_face_graph(mesh)
+    unit = math.pi * faces.diagonal  # with it, eq. 2 adds the angle in radians
+
+    def angles(eta_convex: float) -> npt.NDArray[np.float64]:
+        priced = superfacet_weights(
+            mesh, faces, alpha=1.0, eta_convex=eta_convex, crease_length=unit
+        )
+        return priced - superfacet_weights(mesh, faces, alpha=0.0)
+
+    is_concave = angles(0.0) >= SHARP
+    is_convex = (angles(1.0) >= SHARP) & ~is_concave
+    sources = faces.sources
+    ends = mesh.vertices[ends_of_sides(mesh, sources, faces.sides)]
+    lengths = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+
+    def chosen(which: npt.NDArray[np.bool_]) -> Creases:
+        return Creases(sources[which], faces.neighbors[which], lengths[which])
+
+    return chosen(is_concave), chosen(is_convex)
+
+
+SCALES: Mapping[str, Callable[[Subject], Subject]] = {
+    "x1/4": coarsened,
+    "x1": lambda subject: subject,
+    "x4": refined,
+    "x16": lambda subject: refined(subject, 2),
+}
+"""Functions that change the number of faces on the same surface, by name."""
+
+
+_RECORD_VERSION = 1  # raised when records change
 
 
 class Case(NamedTuple):
-    """What one row is about."""
+    """Subject of one row."""
 
     source: Source
     scale: str
@@ -63,14 +195,14 @@ class Task:
         first: Case = self.pieces[0].subject
         model = load_model(first.source)
         subject = SCALES[first.scale](Subject(model.mesh, model.ground_truths))
-        surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # what labels have in common
+        surface = metrics.GroundTruths(subject.mesh, (), n_threads=1)  # shared by all labels
         areas = build_face_graph(subject.mesh).measures
         valleys, ridges = creases(subject.mesh)
-        _labels(subject, first)  # to warm up
+        _labels(subject, first)  # warm-up
 
         def measure(piece: Piece) -> Record:
             case: Case = piece.subject
-            start = time.process_time()  # what others do on the machine does not count
+            start = time.process_time()  # not affected by other programs on the machine
             labels = _labels(subject, case)
             seconds = time.process_time() - start
             values = metrics.evaluate(subject.mesh, labels, surface)

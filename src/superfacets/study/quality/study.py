@@ -1,4 +1,4 @@
-"""The whole study: its runs and their results."""
+"""The whole study: runs and results."""
 
 from __future__ import annotations
 
@@ -16,32 +16,30 @@ from ..princeton import Benchmark
 from ..sources import Source, find_models
 from ..table_writer import write_csv
 from ..tasks import Piece, memory_of_tasks, read_piece, run_tasks
-from .measure import Case, Task
-from .subjects import SCALES
+from .measure import KS, RESOLUTION_VARIANTS, SCALES, VARIANTS, Case, Task
 from .tables import Row, render_quality
-from .variants import KS, RESOLUTION_VARIANTS, VARIANTS
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to run and where."""
+    """What to run, and the folders."""
 
     benchmark: Path
     output: Path
     models: tuple[int, ...] | None = None
-    """Numbers of models; all that are there if None."""
+    """Numbers of models; None: all in the folder."""
     every: int = 1
-    """Only every so many-th of these."""
+    """Step through these models: 2 takes every other."""
     ks: tuple[int, ...] = KS
     n_finer: int = 10
-    """So many models are run at all scales."""
+    """Number of models that are run at all scales."""
     n_jobs: int = 1
     """Worker processes."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """What came of it."""
+    """Results of the study."""
 
     rows: list[Row]
     """At the models' own resolution."""
@@ -49,11 +47,11 @@ class Report:
     """At all scales."""
     tables: str
     problems: tuple[str, ...]
-    """A line for each file that is not used, and for each run that failed."""
+    """A line for each file that is not used, and for each failed run."""
 
 
 def study(options: Options) -> Report:
-    """Measure all variants on the models, and few of them on some models at all scales.
+    """Measure all variants on the models, and some variants on some models at all scales.
 
     Rows go to ``runs.csv`` in the output folder, tables to ``tables.md``. A model, at one scale, of
     which a run failed is left out of both, so that all means are over the same models.
@@ -78,7 +76,7 @@ def study(options: Options) -> Report:
     files = [options.output / name for name in ("runs.csv", "tables.md")]
     with locked(options.output):
         records = [piece.path for task in finer + main for piece in task.pieces]
-        remove_leftovers([*files, *records], older_than=0.0)  # of starts that were killed
+        remove_leftovers([*files, *records], older_than=0.0)  # of killed runs
         todo = [task for task in map(_what_is_missing, finer + main) if task.pieces]
         lost = run_tasks("tasks", todo, options.n_jobs, memory=memory_of_tasks())
         rows, failures = _collect(main, lost)
@@ -94,7 +92,7 @@ def study(options: Options) -> Report:
 
 
 def _usable_scales() -> tuple[list[str], tuple[str, ...]]:
-    """Return the scales that what is installed allows, and a line for each that it does not."""
+    """Return the scales that the installed packages allow, and a line for each missing one."""
     if all(importlib.util.find_spec(name) for name in ("pyvista", "scipy")):
         return list(SCALES), ()
     finer = [scale for scale in SCALES if scale != "x1/4"]
@@ -153,6 +151,6 @@ def _record(piece: Piece, lost: dict[Path, str]) -> dict[str, Any]:
 
 
 def _without_repeats(rows: Iterable[Row]) -> list[Row]:
-    """Return rows without those of runs that are in both parts of the study."""
+    """Return rows without duplicates of runs that are in both parts of the study."""
     names = ("model", "scale", "variant", "k")
     return list({tuple(row[name] for name in names): row for row in rows}.values())

@@ -1,4 +1,4 @@
-"""Evaluation of the rows: means, dominating variants, and tables in Markdown."""
+"""Tables of the study in Markdown: means, and variants that are better than plain."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from ..princeton import category_of
 from ..table_writer import markdown_table
-from .variants import BY_PARTS, DEFAULT, NO_RIDGES, PLAIN, RELOCATED, VARIANTS
+from .measure import BY_PARTS, DEFAULT, NO_RIDGES, PLAIN, RELOCATED, VARIANTS
 
 Row = dict[str, Any]
 
@@ -29,7 +29,7 @@ def _mean(pairs: Sequence[tuple[float, float]], part: int) -> float:
 
 
 def dominators(found: Means) -> list[str]:
-    """Return the variants that are at every k no worse than plain in both, and better in one."""
+    """Return the variants that are at no k worse than plain in both measures, and better in one."""
     ks = [k for variant, k in found if variant == PLAIN]
 
     def is_better(variant: str, k: int) -> bool:

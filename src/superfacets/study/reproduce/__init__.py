@@ -1,10 +1,9 @@
-"""The paper's comparison, run again: methods x settings over a benchmark, its figures and a page.
+"""The paper's comparison, run again: methods and settings on a benchmark, its figures and a page.
 
-- `methods`: what is compared, and how each method is run.
-- `sources`: the meshes, of the benchmark and of the user.
-- `gallery`: which pictures are made. `plan`: which runs all of that takes.
-- `runs`: a run and its record. `measure`: tasks, and what they record of a run.
-- `results`: what the records say. `rows`: CSV files. `figures`: plots. `pictures`: rendered meshes.
-- `page`: all of it on one page, from the templates beside it.
-- `reproduction`: the stages in order. Its options: `superfacets.cli.reproduce`.
+- `methods`: the table of methods, and how each is run.
+- `measure`: a run and its record.
+- `gallery`: pictures of meshes. `plan`: all runs for the figures that are asked for.
+- `results`: curves and means of the records. `figures`: plots.
+- `page`: one page with everything, from the templates beside it.
+- `reproduction`: the stages in order. Options: `superfacets.cli.reproduce`.
 """

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 from ...io.atomic import atomic_outputs
 from ..princeton import CATEGORIES
 from ..sources import Source
+from .measure import Run
 from .methods import METHODS
 from .results import Comparison, Curve, Results
-from .runs import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,10 +34,10 @@ _STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "legend.frameon": False,
     "lines.markersize": 3.5,
-    "svg.hashsalt": "superfacets",  # the same names inside files of the same plot
+    "svg.hashsalt": "superfacets",  # makes names inside SVG files reproducible
 }
 
-# How much white the lightest of a method's alphas has.
+# Share of white in the lightest color of a method's alphas.
 _LIGHTEST = 0.62
 
 
@@ -57,7 +57,7 @@ def plot_curves(path: Path, results: Results, comparison: Comparison) -> None:
 
 
 def plot_times(path: Path, results: Results, curves: Sequence[Curve]) -> None:
-    """Plot seconds over faces, both logarithmic, a dot for each model and method."""
+    """Plot seconds over faces, both logarithmic, with a dot for each model and method."""
 
     def draw(figure: Figure) -> None:
         from matplotlib.ticker import LogLocator, NullLocator
@@ -121,7 +121,7 @@ def _add_curves(
 
 
 def _add_tradeoff(axis: Axes, results: Results, comparison: Comparison) -> None:
-    """Add a dot for each curve, in a line those of one method."""
+    """Add a dot for each curve; a line joins the dots of a method."""
     k, looks = results.plan.choice.k, _looks(comparison.curves)
     for method in dict.fromkeys(curve.method for curve in comparison.curves):
         curves = [curve for curve in comparison.curves if curve.method == method]
@@ -149,7 +149,7 @@ def _add_legend(
 
 
 def _looks(curves: Sequence[Curve]) -> dict[Curve, dict[str, Any]]:
-    """Color, the lighter the smaller alpha is, and width, thicker at the usual alpha."""
+    """Styles of curves: colors are lighter for smaller alphas, the usual alpha has a thick line."""
     looks = {}
     for curve in curves:
         method = METHODS[curve.method]

@@ -1,28 +1,38 @@
-"""Which pictures are made: like the paper's Figures 1, 2, 3 and 8, with the same settings."""
+"""Pictures like the paper's Figures 1, 2, 3 and 8, drawn again only if their labels change."""
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import reason_of
+from ...io.atomic import atomic_outputs
 from ...mesh.faces import FaceMesh
 from ...pictures.camera import View
-from ..sources import Source
+from ...pictures.rendering import render
+from ..sources import Source, load
+from ..tasks import Key
+from .measure import Run, unpack_labels
 from .methods import METHODS
-from .runs import Run
 
 TABLE_METHODS = ("default", "superfacets", "paper")
 """Methods in Table 1."""
 
 _ALPHA = 200.0
 
-# Categories whose smallest models are shown; where they are missing, others take their place.
+# Categories whose smallest models are shown; replaced by others if missing.
 _ALPHA_CATEGORIES = ("Fourleg", "Hand")
 _CUTS_CATEGORIES = ("Human", "Airplane", "Plier", "Bird")
 _VSA_CATEGORIES = ("Human", "Cup", "Mech", "Fourleg")
 
-# What rivals are shown above: the paper's method, and what it has become.
+# Methods shown below the rivals: the paper's method, and today's default.
 _OURS = (("superfacets", _ALPHA), ("default", METHODS["default"].usual_alpha))
 
 _VSA = ("vsa-l21-r", "vsa-l21-i", "vsa-l2-r", "vsa-l2-i")
@@ -45,7 +55,7 @@ class Picture:
 
 
 def view_of(mesh: FaceMesh) -> View:
-    """Return the view of a mesh: its broad side, as the orientation of models varies.
+    """Return a view of the broad side of a mesh: models have no common up axis.
 
     The models of the benchmark have no common axis that points up.
     """
@@ -58,12 +68,12 @@ def view_of(mesh: FaceMesh) -> View:
 
 
 def _large_meshes(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 1: the meshes that the user has."""
+    """Figure 1: the meshes of the user."""
     return [Picture("1", "", mesh.name, Run(mesh, "superfacets", _ALPHA, k)) for mesh in meshes]
 
 
 def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
-    """Return the runs whose times Table 1 tells."""
+    """Return the runs of Table 1."""
     return [
         Run(mesh, method, METHODS[method].usual_alpha, k)
         for mesh in meshes
@@ -72,7 +82,7 @@ def table_runs(meshes: tuple[Source, ...], k: int) -> list[Run]:
 
 
 def _three_alphas(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int) -> list[Picture]:
-    """Figure 2: what alpha does."""
+    """Figure 2: the effect of alpha."""
     return [
         Picture("2", f"alpha = {alpha:g}", _title(model), Run(model, "superfacets", alpha, k))
         for alpha in (0.0, 200.0, 1000.0)
@@ -99,7 +109,7 @@ def _vsa_and_ours(models: tuple[Source, ...], meshes: tuple[Source, ...], k: int
 
 
 def _shown(models: tuple[Source, ...], categories: tuple[str, ...]) -> list[Source]:
-    """Return the smallest model of each category, and of others where one has none."""
+    """Return the smallest model of each category, or of others in place of missing ones."""
     smallest: dict[str, Source] = {}
     for model in models:
         smallest.setdefault(model.category, model)
@@ -117,3 +127,72 @@ GALLERY: Mapping[str, Callable[[tuple[Source, ...], tuple[Source, ...], int], li
     )
 )
 """From the number of a figure to its pictures, row by row."""
+
+
+_SIZE = (640, 480)
+
+_LOOK = 1  # raised when pictures of the same labels change
+
+# Key of the text in a PNG file that identifies its input.
+_KEY = "superfacets"
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A picture for a worker to draw."""
+
+    picture: Picture
+    labels: str
+    """Packed, as in the record."""
+    key: str
+    folder: Path
+    memory: int = 0
+
+    @classmethod
+    def of(cls, picture: Picture, key: Key, labels: str, folder: Path) -> Drawing:
+        """Return the drawing of a picture from the key and the packed labels of a finished run."""
+        made_from = [key, labels, _SIZE, _LOOK]
+        digest = hashlib.blake2b(json.dumps(made_from).encode(), digest_size=16).hexdigest()
+        return cls(picture, labels, digest, folder)
+
+    def run(self) -> str | None:
+        """Draw; return the reason if that failed."""
+        try:
+            mesh, _ = load(self.picture.run.source)
+            pixels = render(
+                mesh,
+                unpack_labels(self.labels),
+                size=_SIZE,
+                view=view_of(mesh),
+            )
+            _write(picture_path(self.folder, self.picture), pixels, self.key)
+        except Exception as error:  # it is reported, and the other pictures are drawn
+            return reason_of(error)
+        return None
+
+
+def picture_path(folder: Path, picture: Picture) -> Path:
+    """Return the path of a picture."""
+    return folder / f"{picture.name}.png"
+
+
+def is_drawn(drawing: Drawing) -> bool:
+    """Whether the picture exists and was made from these labels."""
+    from PIL import Image, UnidentifiedImageError
+
+    try:
+        with Image.open(picture_path(drawing.folder, drawing.picture)) as image:
+            image.load()
+            return bool(image.info.get(_KEY) == drawing.key)
+    except (OSError, SyntaxError, UnidentifiedImageError):
+        return False
+
+
+def _write(path: Path, pixels: npt.NDArray[np.uint8], key: str) -> None:
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    text = PngInfo()
+    text.add_text(_KEY, key)
+    with atomic_outputs([path]) as (partial,):
+        Image.fromarray(pixels).save(partial, format="PNG", pnginfo=text, optimize=True)

@@ -1,4 +1,4 @@
-"""From a task, one method on one mesh, to what is recorded for each number of regions."""
+"""Runs, one method on one mesh with one number of regions, and their records."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import time
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,15 +17,53 @@ import numpy.typing as npt
 from ... import __version__
 from ...clustering.segmentation import Segmentation
 from ...metrics import evaluate
-from ..sources import load
+from ..sources import Source, load
 from ..tasks import Piece, Record
 from .methods import METHODS, Setting
-from .runs import Run
+
+_RECORD_VERSION = 2  # raised when records change
+
+
+@dataclass(frozen=True)
+class Run:
+    """Subject of one record."""
+
+    source: Source
+    method: str
+    alpha: float | None
+    """None for methods without an alpha."""
+    k: int
+
+    def setting(self, most_segments: int, max_memory: int) -> Setting:
+        """Return the settings of the method."""
+        seed = self.source.number or zlib.crc32(self.source.name.encode())
+        return Setting(
+            alpha=self.alpha, most_segments=most_segments, seed=seed, max_memory=max_memory
+        )
+
+    def key(self, most_segments: int) -> dict[str, Any]:
+        """Return everything that the result depends on; a record with another key is stale."""
+        method = METHODS[self.method]
+        setting = self.setting(most_segments, max_memory=0)
+        return {
+            "record": _RECORD_VERSION,
+            "superfacets": __version__,
+            "mesh": self.source.digest,
+            "method": [self.method, method.version],
+            "settings": {name: getattr(setting, name) for name in method.depends_on},
+            "k": self.k,
+        }
+
+    def piece(self, folder: Path, most_segments: int) -> Piece:
+        """Return the run with its record: ``METHOD/MESH/alpha-A_k-K.json`` in the folder."""
+        alpha = "none" if self.alpha is None else f"{self.alpha:g}"
+        path = folder / self.method / self.source.name / f"alpha-{alpha}_k-{self.k}.json"
+        return Piece(self, path, self.key(most_segments))
 
 
 @dataclass(frozen=True)
 class Task:
-    """Runs that differ in the number of regions alone, so that they share what can be shared."""
+    """Runs that differ only in the number of regions, and share work."""
 
     pieces: tuple[Piece, ...]
     pictured: frozenset[Run]
@@ -33,17 +72,17 @@ class Task:
 
     @property
     def first(self) -> Run:
-        """The first run, which stands for all where they agree."""
+        """The first run, which represents the common settings of all."""
         run: Run = self.pieces[0].subject
         return run
 
     @property
     def memory(self) -> int:
-        """Bytes needed, where it is quadratic in the number of faces."""
+        """Bytes needed, if quadratic in the number of faces."""
         return METHODS[self.first.method].bytes_per_pair * self.first.source.n_faces**2
 
     def prepare(self) -> Callable[[Piece], Record]:
-        """Load the mesh, and do what the method does once for all numbers of regions."""
+        """Load the mesh, and do the part of the work that is common to all numbers of regions."""
         mesh, truths = load(self.first.source)
         start = time.perf_counter()
         segmenter = METHODS[self.first.method].prepare(mesh, self.setting)
@@ -95,10 +134,10 @@ def _facts(result: Segmentation) -> dict[str, Any]:
 
 
 def pack_labels(labels: npt.NDArray[np.int32]) -> str:
-    """Return labels as text that is short."""
+    """Return labels as compressed text."""
     return base64.b64encode(zlib.compress(labels.astype("<i4").tobytes(), 9)).decode()
 
 
 def unpack_labels(text: str) -> npt.NDArray[np.int32]:
-    """Return the labels that `pack_labels` was given."""
+    """Return the labels given to `pack_labels`."""
     return np.frombuffer(zlib.decompress(base64.b64decode(text)), dtype="<i4").astype(np.int32)

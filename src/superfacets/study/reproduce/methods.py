@@ -1,6 +1,6 @@
-"""What is compared: a table of methods, each with how it is run and where it is shown.
+"""The table of methods: how each is run, and in which figures it appears.
 
-A further method is a further row: figures draw whatever says that it belongs to them.
+A new method is a new row: figures draw every method that names them.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from ...mesh.faces import FaceMesh
 from ...pipeline import PAPER, segment
 
 Segmenter = Callable[[int], Segmentation]
-"""From a number of regions to the segmentation of one mesh."""
+"""Segments one mesh into a number of regions."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Setting:
-    """What a method may depend on, apart from the mesh and the number of regions."""
+    """Settings of a method, apart from the mesh and the number of regions."""
 
     alpha: float | None
     most_segments: int
     """The largest number of regions that will be asked for."""
     seed: int
-    """For methods that draw lots; it differs between meshes, not between runs."""
+    """Random seed; differs between meshes, not between runs."""
     max_memory: int
-    """Bytes that may be used; labels do not depend on it."""
+    """Memory limit in bytes; labels do not depend on it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,30 +38,30 @@ class Method:
 
     title: str
     prepare: Callable[[FaceMesh, Setting], Segmenter]
-    """Does once what all numbers of regions share."""
+    """Does the work common to all numbers of regions."""
     color: str
     line: str = "-"
-    """Style of its curves, where methods of similar colors meet in a figure."""
+    """Line style of its curves, to tell apart methods of similar colors."""
     figures: tuple[str, ...]
-    """Figures whose curves or dots it has."""
+    """Figures with curves or dots of this method."""
     depends_on: tuple[str, ...] = ("alpha",)
     """Fields of `Setting` that its labels depend on."""
     alphas: tuple[float | None, ...] = (None,)
     subset_alphas: tuple[float | None, ...] = (None,)
     usual_alpha: float | None = None
-    """The one for pictures, times, and figures with one curve a method."""
+    """Alpha for pictures, times, and figures with one curve per method."""
     packages: tuple[str, ...] = ()
-    """What has to be installed for it."""
+    """Packages that must be installed."""
     bytes_per_pair: int = 0
-    """Memory for each pair of faces, where it is quadratic."""
+    """Memory per pair of faces, if quadratic."""
     max_faces: int | None = None
-    """Larger models are left out, but for some of each category."""
+    """Larger models are left out, except for some of each category."""
     least_models: int = 2
-    """So many models of each category, the smallest, are run whatever their size."""
+    """Number of models of each category, the smallest, that are run whatever their size."""
     subset_max_faces: int | None = None
     """Larger models are left out of a run with ``--subset``."""
     version: int = 1
-    """Raised when the method is run in another way: older records are then made again."""
+    """Raised when the method is run in another way, so that older records are stale."""
 
 
 _OUR_ALPHAS = (0.0, 50.0, 100.0, 200.0, 500.0, 1000.0)

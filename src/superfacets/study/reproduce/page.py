@@ -1,6 +1,6 @@
-"""One page that holds everything: what was run, on what, how long, and what came out.
+"""The page with all results: runs, meshes, times and figures.
 
-Text and layout are templates; what they are given is made here. Images are inside the page.
+Text and layout are in templates; this module computes their values. Images are inside the page.
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ import numpy as np
 from ... import __version__
 from ...io.atomic import atomic_outputs
 from ..table_writer import html_table
-from .gallery import GALLERY, TABLE_METHODS, Picture, table_runs
+from .gallery import GALLERY, TABLE_METHODS, Picture, picture_path, table_runs
+from .measure import Run
 from .methods import METHODS
-from .pictures import picture_path
 from .plan import CURVES
 from .results import Comparison, Curve, Results
-from .runs import Run
 
 TITLE = "Superfacets: the paper's comparison, run again"
 
@@ -30,7 +29,7 @@ _TEMPLATES = Path(__file__).parent / "templates"
 _MEDIA_TYPES = {".png": "image/png", ".svg": "image/svg+xml"}
 
 Section = dict[str, Any]
-"""Its title, its template, and what that is filled with."""
+"""Title, template, and values of a section."""
 
 # Seconds in the paper's Table 1, by numbers of faces.
 _TIMES_2014 = {
@@ -52,7 +51,7 @@ _CURVE_TEXTS = {
     "rivals": "All methods, each at its usual alpha",
 }
 
-# Columns of the summary: title, metric, decimals. An arrow tells which way is better.
+# Columns of the summary: title, metric, decimals. An arrow shows which direction is better.
 _COLUMNS = (
     ("UE ↓", "undersegmentation_error", 4),
     ("compactness ↓", "compactness", 3),
@@ -67,16 +66,16 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class Files:
-    """What was written before the page."""
+    """Files and counts from earlier stages."""
 
     folder: Path
     plots: dict[str, list[Path]]
-    """Plots of each figure: the main one, then those of categories."""
+    """Plots of each figure: the main plot, then those by category."""
     comparisons: dict[str, Comparison]
     seconds: float
-    """Of this start."""
+    """Number of runs of this start."""
     n_before: int
-    """Runs that earlier starts had done."""
+    """Number of runs of earlier starts."""
     picture_problems: tuple[str, ...]
 
 
@@ -114,7 +113,7 @@ def _render(**values: Any) -> str:
 
 
 def _data_uri(path: Path) -> str:
-    """Return an image as an address that holds all of it."""
+    """Return an image as a data URL."""
     data = base64.b64encode(path.read_bytes()).decode("ascii")
     return f"data:{_MEDIA_TYPES[path.suffix]};base64,{data}"
 
@@ -141,7 +140,7 @@ def _lead(results: Results) -> str:
 
 
 def _summary(results: Results) -> Section:
-    """Return means at the usual k, over the models that each method has."""
+    """Return means at the usual k over the models of each method."""
     k = results.plan.choice.k
     curves = dict.fromkeys(
         Curve(run.method, run.alpha) for run in results.done if run.source.is_model and run.k == k
@@ -171,7 +170,7 @@ def _place(curve: Curve) -> tuple[int, float]:
 
 @dataclass(frozen=True)
 class _Cell:
-    """A picture in its place."""
+    """A picture and its caption."""
 
     path: Path | None
     """None if it could not be drawn."""
@@ -207,7 +206,7 @@ def _cell(picture: Picture, results: Results, files: Files) -> _Cell:
 
 
 def _mesh_table(results: Results) -> str:
-    """Return Table 1: times on the user's meshes."""
+    """Return Table 1: times on the meshes of the user."""
     rows = []
     for mesh in results.plan.meshes:
         runs = {run.method: run for run in table_runs((mesh,), results.plan.choice.k)}
@@ -288,7 +287,7 @@ def _missing_section(results: Results, files: Files) -> Section:
 
 
 def _too_large(results: Results) -> list[str]:
-    """Return a line for each method that the plan does not run on all models."""
+    """Return a line for each method that does not run on all models."""
     lines = []
     for method in dict.fromkeys(run.method for run in results.plan.runs):
         shown = {run.source for run in results.plan.runs if run.method == method}

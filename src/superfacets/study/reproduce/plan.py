@@ -1,4 +1,4 @@
-"""What is run: which meshes, methods, settings and numbers of regions, for which figures."""
+"""The plan: meshes, methods, settings and numbers of regions for each figure."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from ..princeton import CATEGORIES
 from ..sources import Source, Sources
 from .gallery import GALLERY, Picture, table_runs
+from .measure import Run
 from .methods import METHODS, Method
-from .runs import Run
 
 KS = (50, 100, 150, 200, 250, 300)
 SUBSET_KS = (50, 150, 300)
@@ -19,15 +19,15 @@ CURVES = ("4", "6", "7")
 """Figures with a curve over k for each method and alpha."""
 
 FIGURES = ("1", "2", "3", *CURVES[:1], "5", *CURVES[1:], "8", "rivals")
-"""Those of the paper, and one of its own: a curve for each method that runs on most models."""
+"""The paper's figures, and one of our own: a curve for each method that runs on most models."""
 
-# The number of regions in the paper's pictures and times.
+# Number of regions in the paper's pictures and times.
 _USUAL_K = 150
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """What the user asked for."""
+    """The choice of the user."""
 
     figures: tuple[str, ...] = FIGURES
     methods: tuple[str, ...] = tuple(METHODS)
@@ -52,20 +52,20 @@ class Choice:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is run and drawn."""
+    """Runs and pictures."""
 
     choice: Choice
     models: tuple[Source, ...]
     meshes: tuple[Source, ...]
     runs: tuple[Run, ...]
-    """Without repetition, in the order of work: the smallest models of all categories first."""
+    """Without duplicates, in the order of work: the smallest models of all categories first."""
     pictures: tuple[Picture, ...]
     problems: tuple[str, ...]
     """One line for each file that is missing or not used."""
 
 
 def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
-    """Return what is run to make the figures chosen.
+    """Return the runs and pictures for the chosen figures.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def make_plan(models: Sources, meshes: Sources, choice: Choice) -> Plan:
 
 
 def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
-    """How many models of the same category are smaller; models come in the order of size."""
+    """Number of smaller models in the category of each; models are sorted by size."""
     seen: Counter[str] = Counter()
     ranks = {}
     for model in models:
@@ -104,7 +104,7 @@ def _ranks(models: tuple[Source, ...]) -> dict[Source, int]:
 
 
 def _curve_runs(models: tuple[Source, ...], choice: Choice) -> Iterator[Run]:
-    """Runs for all figures but pictures."""
+    """Runs for all figures except pictures."""
     for method in choice.methods:
         row = METHODS[method]
         for figure in choice.figures:
@@ -122,7 +122,7 @@ def _alphas_in(
 
 
 def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
-    """Whether the mesh is not too large for a method that takes long."""
+    """Whether the mesh is small enough for the method."""
     row = METHODS[run.method]
     limit = row.subset_max_faces if choice.is_subset else row.max_faces
     if limit is None or run.source.n_faces <= limit:
@@ -131,7 +131,7 @@ def _accepts(run: Run, ranks: dict[Source, int], choice: Choice) -> bool:
 
 
 def _place(run: Run, ranks: dict[Source, int]) -> tuple[object, ...]:
-    """Meshes first, for they are few; then models, such that categories are served evenly."""
+    """Sort key: meshes first, because they are few; then models, so that categories take turns."""
     place = (
         (1, ranks[run.source], CATEGORIES.index(run.source.category))
         if run.source.is_model

@@ -15,40 +15,46 @@ from ...io.locks import locked
 from ...pictures.rendering import check_rendering
 from ..sources import Sources, find_meshes, find_models
 from ..tasks import Piece, memory_of_tasks, run_shown, run_tasks
-from .gallery import GALLERY
-from .measure import Task
+from .gallery import GALLERY, Drawing, is_drawn, picture_path
+from .measure import Run, Task
 from .methods import METHODS
 from .page import Files, write_page
-from .pictures import Drawing, is_drawn, picture_path
 from .plan import CURVES, Choice, Plan, make_plan
-from .results import Comparison, Curve, Results, collect, compare
-from .rows import write_means, write_points, write_runs
-from .runs import Run
+from .results import (
+    Comparison,
+    Curve,
+    Results,
+    collect,
+    compare,
+    write_means,
+    write_points,
+    write_runs,
+)
 
 _QUANTITIES = ("undersegmentation_error", "compactness")
-"""What is plotted by category."""
+"""Figures that are also plotted by category."""
 
-# The page is made of templates, and its tables by a library.
+# Libraries for the page and its tables.
 _PAGE_PACKAGES = ("jinja2", "tabulate")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
-    """What to run and where."""
+    """What to run, and the folders."""
 
     benchmark: Path
     output: Path
     meshes: Path | None
     choice: Choice
     budget_seconds: float | None
-    """No task is begun after so many seconds."""
+    """No task starts after this many seconds."""
     n_jobs: int
     """Worker processes."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """What came of it."""
+    """Results of the reproduction."""
 
     results: Results
     page: Path
@@ -57,7 +63,7 @@ class Report:
 
 
 def reproduce(options: Options) -> Report:
-    """Run what is missing, and write tables, plots, pictures and the page.
+    """Make missing runs, and write tables, plots, pictures and the page.
 
     Raises
     ------
@@ -74,7 +80,7 @@ def reproduce(options: Options) -> Report:
     most_segments = max(plan.choice.ks)
     pieces = {run: run.piece(options.output / "records", most_segments) for run in plan.runs}
     with locked(options.output):
-        # Of starts that were killed, as there is no other now.
+        # Of killed runs; the lock excludes any other.
         remove_leftovers(_outputs(plan, pieces, options.output), older_than=0.0)
         results, n_before = _measure(plan, pieces, options, start)
         if not results.done:
@@ -114,7 +120,7 @@ def _check_needs(plan: Plan) -> None:
 def _measure(
     plan: Plan, pieces: Mapping[Run, Piece], options: Options, start: float
 ) -> tuple[Results, int]:
-    """Run the tasks that have no records yet; return, too, how many runs were done before."""
+    """Run the tasks without records; also return how many runs were done before."""
     pictured = frozenset(picture.run for picture in plan.pictures)
     before = collect(plan, pieces, pictured, {})
     memory = memory_of_tasks()
@@ -131,7 +137,7 @@ def _measure(
 def _tasks(
     results: Results, pieces: Mapping[Run, Piece], pictured: frozenset[Run], memory: int
 ) -> list[Task]:
-    """Return tasks for all runs that are not done, in the order of the plan."""
+    """Return tasks for all unfinished runs, in the order of the plan."""
     groups: dict[tuple[Any, ...], list[Run]] = {}
     most_segments = max(results.plan.choice.ks)
     for run in results.plan.runs:
@@ -150,7 +156,7 @@ def _tasks(
 def _draw_pictures(
     results: Results, pieces: Mapping[Run, Piece], options: Options
 ) -> tuple[str, ...]:
-    """Draw what is not drawn yet; return a line for each failure."""
+    """Draw missing pictures; return a line for each failure."""
     folder = options.output / "pictures"
     folder.mkdir(exist_ok=True)
     drawings = [
@@ -164,7 +170,7 @@ def _draw_pictures(
 
 
 def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path]:
-    """Return all files that are written in one step."""
+    """Return all files that are written together."""
     paths = [piece.path for piece in pieces.values()]
     paths += [picture_path(folder / "pictures", picture) for picture in plan.pictures]
     paths += [folder / name for name in ("runs.csv", "means.csv", "index.html")]
@@ -176,7 +182,7 @@ def _outputs(plan: Plan, pieces: Mapping[Run, Piece], folder: Path) -> list[Path
 
 
 def _plots(folder: Path, figure: str) -> list[Path]:
-    """Return where the plots of a figure lie: the main one, then those by category."""
+    """Return the paths of the plots of a figure: the main one, then those by category."""
     endings = ["", *(f"-{quantity.replace('_', '-')}" for quantity in _QUANTITIES)]
     return [folder / "plots" / f"figure-{figure}{ending}.svg" for ending in endings]
 
@@ -200,7 +206,7 @@ def _write_files(
 
 
 def _plot_curves(figure: str, results: Results, comparison: Comparison, folder: Path) -> list[Path]:
-    """Plot a figure, and the same by category; nothing if there is nothing to compare."""
+    """Plot a figure, and the same by category; nothing without curves to compare."""
     from .figures import plot_categories, plot_curves
 
     if not comparison.models:
