@@ -130,7 +130,7 @@ def test_outputs_that_cannot_hold_the_labels_are_refused_before_the_work(run, sh
     for name in ("x.segs.json", "x.bin", "x_sp_label.npy"):
         status, _, err = run("segment", "none.ply", "--mask", "none.npy", "-o", halves / name)
         assert status == 2
-        assert "are 0 and up, and what --mask leaves out has none" in err
+        assert "are 0 and up, and cells left out by --mask have none" in err
 
 
 def test_clouds_have_no_labels_of_vertices(run, tmp_path, monkeypatch):

@@ -14,7 +14,7 @@ import shapes
 from command_line import COMMAND
 
 from superfacets import segment
-from superfacets.cli.background import is_busy, run_in_background
+from superfacets.cli.interrupts import is_busy, run_in_background
 from superfacets.cli.progress import SHARES, Estimate, RunBar
 
 

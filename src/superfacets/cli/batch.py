@@ -21,7 +21,7 @@ from .segment_options import file_options, options_of, segment_options
 def _formats(
     ctx: click.Context, parameter: click.Parameter, given: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """Names in lists with commas, in one tuple; a callback of options."""
+    """Callback of options: names from comma-separated lists, as one tuple."""
     names = tuple(name.strip() for text in given for name in text.split(","))
     for name in names:
         if name not in OUTPUT_FORMATS:
@@ -110,7 +110,7 @@ def batch_command(
 
 
 def _failure(record: dict[str, Any]) -> str:
-    """Why a file failed, with its name."""
+    """Reason why a file failed, starting with its name."""
     name, error = record["input"], record["error"]
     return error if name in error else f"{name}: {error}"
 

@@ -18,9 +18,9 @@ from ..export.regions import write_regions
 from ..export.write import ENDING_OF_FORMAT, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .background import run_in_background
 from .failures import print_note
 from .inputs import labels_beside, load_cells_and_attributes
+from .interrupts import run_in_background
 from .options import (
     FILE,
     FOLDER,
@@ -50,7 +50,7 @@ from .report import notes_on_attributes, notes_on_vertices
     type=FOLDER,
     help="Write each region to a file of its own in this folder: DIR/region_17.ply.",
 )
-@to_option("no file name tells the format of")
+@to_option("Format of outputs whose name has no known ending")
 @labels_named_option
 @format_option("IN")
 @ascii_option
@@ -79,7 +79,9 @@ def convert_command(
         raise MeshError(f"{mesh}: there are no labels to split it by{hint}")
     if job.holds_labels and found.labels is None:
         raise MeshError(f"{mesh}: there are no labels to write{hint}")
-    parts, n_lost = _write(job, found, form, folder, ending)  # in the foreground: it writes files
+    parts, n_lost = _write(
+        job, found, form, folder, ending
+    )  # in the foreground, because it writes files
     if not is_quiet:
         for note in [*notes_on_vertices(n_lost, job.endings), *found.notes()]:
             print_note(note)
@@ -96,16 +98,16 @@ def convert_command(
 
 @dataclass(frozen=True)
 class _Found:
-    """What the files hold."""
+    """Contents of the input files."""
 
     cells: Cells
     labels: npt.NDArray[np.int32] | None
     attributes: MeshAttributes | None
-    are_named: bool  # labels, as a file of their own
+    are_named: bool  # whether labels come from a file of their own
 
     @property
     def facts(self) -> dict[str, int | None]:
-        """Number of cells, and of labels: None where there are none."""
+        """Numbers of cells and labels; None if there are none."""
         count = {f"n_{kind_of(self.cells).noun}s": self.cells.n_cells}
         if self.labels is None:
             return {**count, "n_labels": None}
@@ -128,7 +130,7 @@ def _plan(
     *,
     ascii: bool,
 ) -> tuple[Job, str | None]:
-    """Outputs, and the ending of the files of regions if one is asked for."""
+    """Outputs, and the ending of the files of regions, if given."""
     if not outputs and folder is None:
         raise click.UsageError("nothing to write: name a file with -o, or a folder with --split")
     also_read = [] if labels is None else [str(labels)]
@@ -145,7 +147,7 @@ def _plan(
 
 def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, keep: bool) -> _Found:
     cells, attributes = load_cells_and_attributes(str(mesh), format, keep=keep)
-    if labels is None and format is not None:  # its ending does not tell how to read it
+    if labels is None and format is not None:  # the format is not known from the ending
         return _Found(cells, None, attributes, False)
     found = labels_beside(mesh, labels, cells.n_cells, named)
     return _Found(cells, found, attributes, labels is not None)
@@ -154,7 +156,7 @@ def _read(mesh: Path, labels: Path | None, named: str, format: str | None, *, ke
 def _write(
     job: Job, found: _Found, form: FormatOptions, folder: Path | None, ending: str | None
 ) -> tuple[list[str], int]:
-    """Write all; return the files of regions, and how many regions labels of vertices lack."""
+    """Write all files; return those of regions, and the number of regions without a vertex."""
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
     n_lost = write_outputs(
         job.files,

@@ -10,7 +10,7 @@ import click
 from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
 from ..metrics.cuts import DEFAULT_TOLERANCE
-from .background import run_in_background
+from .interrupts import run_in_background
 from .options import FILE, NOT_NEGATIVE, labels_named_option
 
 

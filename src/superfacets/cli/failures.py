@@ -13,7 +13,7 @@ FAILURES = (OSError, MeshError, MissingExtraError, RenderError, MemoryError)
 
 
 def message_of(error: BaseException) -> str:
-    """What went wrong, with the name of the file where the system tells it."""
+    """Text of an error, starting with the file name if the system reports one."""
     if isinstance(error, MemoryError):
         return "not enough memory"
     if isinstance(error, OSError) and error.strerror is not None:

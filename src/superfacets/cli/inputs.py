@@ -1,4 +1,4 @@
-"""Meshes from files and from standard input."""
+"""Input files of commands: meshes, clouds, labels, masks, barriers and values."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ import numpy.typing as npt
 from ..errors import MeshError
 from ..io.attributes import MeshAttributes
 from ..io.guards import Content, known_ending, read_content
-from ..io.readers.labels import has_labels, read_labels
+from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_labels
 from ..io.readers.npy import npy_array
 from ..io.readers.read import cell_ending, parse_cells_and_attributes
 from ..io.readers.recognize import recognized_ending
 from ..mesh.cells import Cells
-from .options import STANDARD_STREAM
+from .options import FILE, STANDARD_STREAM
 
 VALUE_ENDINGS = (".npy", ".txt")
 
@@ -33,12 +33,12 @@ def check_inputs(inputs: tuple[str, ...]) -> None:
 
 
 def name_of(text: str) -> str:
-    """What messages call an input."""
+    """Name of an input in messages."""
     return "standard input" if text == STANDARD_STREAM else text
 
 
 def load_cells(text: str, format: str | None) -> Cells:
-    """The mesh or the cloud of a file, or of standard input for ``-``.
+    """Return the mesh or cloud in a file, or on standard input for ``-``.
 
     Its format is the one given, or that of the file's ending, or that of the content.
     """
@@ -48,7 +48,7 @@ def load_cells(text: str, format: str | None) -> Cells:
 def load_cells_and_attributes(
     text: str, format: str | None, *, keep: bool = True
 ) -> tuple[Cells, MeshAttributes | None]:
-    """What `load_cells` returns, and the attributes of a PLY or a cloud if they are to be kept."""
+    """Return the mesh or cloud, and attributes of a PLY or a cloud if they are to be kept."""
     data, ending, folder = _content(text, None if format is None else f".{format}")
     try:
         return parse_cells_and_attributes(data, ending, folder, keep=keep)
@@ -59,7 +59,7 @@ def load_cells_and_attributes(
 def labels_beside(
     mesh: Path, labels: Path | None, n_cells: int, name: str
 ) -> npt.NDArray[np.int32] | None:
-    """The labels of a file, or those that the file of the mesh holds; None if there are neither.
+    """Labels from a file, or from the file of the mesh; None if there are neither.
 
     The name is that of the labels in files that hold more.
     """
@@ -69,7 +69,7 @@ def labels_beside(
 
 
 def _content(text: str, ending: str | None) -> tuple[Content, str, Path | None]:
-    """Bytes, the ending that tells their format, and the folder that they lie in."""
+    """Content, the ending that names its format, and the folder of the file."""
     if text != STANDARD_STREAM:
         path = Path(text)
         return read_content(path), ending or cell_ending(path), path.parent
@@ -93,4 +93,55 @@ def read_values(path: Path) -> npt.NDArray[Any]:
             return npy_array(data, "values")
         return np.array(bytes(data).split(), dtype=np.float64)
     except ValueError as error:
+        raise MeshError(f"{path}: {error}") from None
+
+
+_OPTIONS = (
+    click.option(
+        "--mask",
+        metavar="FILE",
+        type=FILE,
+        help="Leave faces or points out where this .npy, .seg or .txt, or the labels in a .ply or"
+        " another file that holds more, are 0 (or False): they get label -1.",
+    ),
+    click.option(
+        "--barriers",
+        metavar="FILE",
+        type=FILE,
+        help="One whole number per face or point, as a file of labels: no region has different"
+        " ones.",
+    ),
+)
+
+
+def constraint_options(command: Any) -> Any:
+    """Give a command the options ``--mask`` and ``--barriers``."""
+    for option in reversed(_OPTIONS):
+        command = option(command)
+    return command
+
+
+def constraints_of(
+    mask: Path | None, barriers: Path | None, n_cells: int, name: str
+) -> dict[str, Any]:
+    """Return the files as keywords of `segment`; the name is as for `read_labels`."""
+    keywords: dict[str, Any] = {}
+    if mask is not None:
+        keywords["mask"] = _read_mask(mask, n_cells, name)
+    if barriers is not None:
+        keywords["barriers"] = read_labels(barriers, n_cells, name=name)
+    return keywords
+
+
+def _read_mask(path: Path, n_cells: int, name: str) -> npt.NDArray[np.bool_]:
+    """Whether each cell is kept: not 0 in a file of labels, or True in a .npy."""
+    if known_ending(path, LABEL_ENDINGS) != ".npy":
+        return np.asarray(read_labels(path, n_cells, name=name) != 0)
+    data = read_content(path)
+    try:
+        values = npy_array(data, "labels")
+        if values.dtype == bool:
+            values = values.view(np.uint8)
+        return np.asarray(checked_labels(values, n_cells) != 0)
+    except MeshError as error:
         raise MeshError(f"{path}: {error}") from None

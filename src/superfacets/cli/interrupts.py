@@ -1,7 +1,4 @@
-"""Clean exit on signals: Ctrl-C, SIGTERM, and SIGHUP, which a closed terminal sends.
-
-Nothing is imported here that takes long.
-"""
+"""Signals, and work in a thread of its own, so that Ctrl-C is heard while the core computes."""
 
 from __future__ import annotations
 
@@ -10,20 +7,20 @@ import os
 import signal
 import socket
 import threading
-from collections.abc import Iterator
-from typing import NoReturn
+from collections.abc import Callable, Iterator
+from typing import NoReturn, TypeVar
 
 EXIT_INTERRUPTED = 130
-"""Exit status after Ctrl-C, as shells have it."""
+"""Exit status after Ctrl-C, as in shells."""
 
 INTERRUPTED = "interrupted"
-"""What is said then."""
+"""Message after Ctrl-C."""
 
 _ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
 """Signals that end the command as Ctrl-C does. Windows has no SIGHUP."""
 
 GRACE = 3.0
-"""Seconds for cleaning up after such a signal. Ending workers takes 0.3."""
+"""Seconds for cleaning up after a signal. Ending workers takes 0.3."""
 
 
 def hear_signals() -> None:
@@ -43,10 +40,15 @@ def while_importing() -> Iterator[None]:
 
     An error that is raised amid imports may be lost there, or change the exit status.
     """
-    if threading.current_thread() is not threading.main_thread():  # others cannot set handlers
+    if (
+        threading.current_thread() is not threading.main_thread()
+    ):  # only the main thread may set handlers
         yield
         return
-    raising = (signal.default_int_handler, _interrupt)  # other handlers are the parent's wish
+    raising = (
+        signal.default_int_handler,
+        _interrupt,
+    )  # other handlers were set by the parent process
     heard = {
         number: handler
         for number in (signal.SIGINT, *_ENDING)
@@ -74,7 +76,7 @@ def _ignore(*_: object) -> None:
 
 @contextlib.contextmanager
 def soon_ended() -> Iterator[None]:
-    """Let a signal end the process if the block has not ended a few seconds later.
+    """Let a signal end the process if the block has not ended within `GRACE` seconds.
 
     Python handles signals between two of its instructions. One that reads from a dead network
     drive, or computes in the core, may take forever.
@@ -108,3 +110,43 @@ def _end(*_: object) -> NoReturn:
     with contextlib.suppress(OSError):  # standard error is closed
         os.write(2, f"superfacets: error: {INTERRUPTED}\n".encode())
     os._exit(EXIT_INTERRUPTED)
+
+
+T = TypeVar("T")
+
+_NAME = "superfacets-work"
+
+SECONDS_BETWEEN_TICKS = 0.1
+"""Seconds between two calls of `tick`: short enough for a moving bar and a quick interrupt."""
+
+
+def run_in_background(work: Callable[[], T], tick: Callable[[], object] | None = None) -> T:
+    """Return the result of `work`, or raise its error, and call `tick` while it runs.
+
+    An interrupt ends the waiting, not the work: it goes on until the process ends, and so must not
+    write files.
+    """
+    results: list[T] = []
+    errors: list[BaseException] = []
+    is_done = threading.Event()
+
+    def body() -> None:
+        try:
+            results.append(work())
+        except BaseException as error:
+            errors.append(error)
+        finally:
+            is_done.set()
+
+    threading.Thread(target=body, name=_NAME, daemon=True).start()
+    while not is_done.wait(SECONDS_BETWEEN_TICKS):
+        if tick is not None:
+            tick()
+    if errors:
+        raise errors.pop()
+    return results.pop()
+
+
+def is_busy() -> bool:
+    """Whether abandoned work is still running."""
+    return any(thread.name == _NAME for thread in threading.enumerate())

@@ -30,10 +30,15 @@ from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..nesting import hierarchy
 from ..regions.hierarchy import Hierarchy
-from .background import run_in_background
-from .constraints import check_mask, constraint_options, constraints_of
 from .failures import print_note
-from .inputs import check_inputs, load_cells_and_attributes, name_of
+from .inputs import (
+    check_inputs,
+    constraint_options,
+    constraints_of,
+    load_cells_and_attributes,
+    name_of,
+)
+from .interrupts import run_in_background
 from .options import (
     FILE,
     STANDARD_STREAM,
@@ -44,7 +49,7 @@ from .options import (
     quiet_option,
     threads_option,
 )
-from .outputs import Job, check_files, check_terminal, output_option
+from .outputs import Job, check_files, check_mask, check_terminal, output_option
 from .report import notes_on_attributes
 
 ARRAYS = ".npz"
@@ -93,7 +98,7 @@ ALL_LEVELS = (ARRAYS, ".sstk.json")
     "--features",
     metavar="NAME",
     multiple=True,
-    help="What decides which regions merge, in place of geometry, and what the finest follow:"
+    help="Merge regions by this feature in place of geometry; the finest level follows it, too:"
     " color, normals, height (z), or a property of the faces, points or vertices in IN; may be"
     " given several times.",
 )
@@ -139,7 +144,7 @@ def levels_command(
 
 
 def _report(job: Job, cells: Cells, nested: Hierarchy, *, as_json: bool) -> None:
-    """Print what was made and written: two lines, or an object."""
+    """Print the results and files: two lines, or an object."""
     is_to_stderr = job.stream is not None
     if as_json:
         facts = {"file": job.input, "levels": list(nested.counts), "n_finest": nested.n_finest}
@@ -160,9 +165,9 @@ class _Plan:
     """The files to write."""
 
     files: tuple[tuple[Path, str, tuple[Path, ...]], ...]
-    """Outputs as given, their endings, and the file of all levels, or one for each."""
+    """Outputs as given, their endings, and the file of all levels, or one file per level."""
     stream: str | None
-    """Ending of what goes to standard output, if anything does."""
+    """Ending of the output on standard output, if there is one."""
 
     @property
     def paths(self) -> tuple[Path, ...]:
@@ -197,7 +202,7 @@ def _ending_of(output: Path) -> str:
 
 
 def _paths_of_levels(output: Path, ending: str, counts: tuple[int, ...]) -> tuple[Path, ...]:
-    """The file that holds all levels; or one for each, the finest first, with its number."""
+    """The file that holds all levels; or one file per level, the finest first, with its number."""
     if ending in ALL_LEVELS:
         return (output,)
     stem, given = output.name[: -len(ending)], output.name[-len(ending) :]
@@ -230,7 +235,7 @@ def _computed(
     check_fit(cells, given, endings - {ARRAYS}, FormatOptions())
     constraints = constraints_of(source.mask, source.barriers, n_cells, source.labels_named)
     table = features_of(features, cells, attributes, checked_threads(n_threads))
-    with warnings.catch_warnings():  # the levels are exact; slivers are not looked at here
+    with warnings.catch_warnings():  # levels are exact, and slivers do not matter here
         warnings.simplefilter("ignore", IslandWarning)
         warnings.simplefilter("ignore", SliverWarning)
         nested = hierarchy(
@@ -241,7 +246,7 @@ def _computed(
 
 
 def _write(plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy) -> None:
-    """Write all files, or none; names in them are made of those of the outputs as given."""
+    """Write all files, or none."""
     writers = _writers(plan, cells, attributes, nested)
     with atomic_outputs(plan.paths) as temporaries:
         for temporary, write in zip(temporaries, writers, strict=True):
@@ -255,7 +260,7 @@ def _write(plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested:
 def _writers(
     plan: _Plan, cells: Cells, attributes: MeshAttributes | None, nested: Hierarchy
 ) -> Iterator[Callable[[IO[bytes]], None]]:
-    """What writes each of the files."""
+    """Return a function that writes each file."""
     for output, ending, _ in plan.files:
         if ending in ALL_LEVELS:
             yield partial(_write_all, ending=ending, nested=nested)
@@ -272,7 +277,7 @@ def _with_name(
 
 
 def _write_all(file: IO[bytes], ending: str, nested: Hierarchy) -> None:
-    """Write the labels of all levels; as arrays, also who is part of whom, and the merge tree."""
+    """Write the labels of all levels; in arrays, also the parents and the merge tree."""
     if ending != ARRAYS:
         write_sstk(file, nested.levels)
         return

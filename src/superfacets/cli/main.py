@@ -12,9 +12,8 @@ import click
 
 from .. import __version__
 from ..workers.start import prepare
-from . import background
 from .failures import EXIT_DATA, EXIT_USAGE, FAILURES, message_of, print_error
-from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, while_importing
+from .interrupts import EXIT_INTERRUPTED, INTERRUPTED, hear_signals, is_busy, while_importing
 
 COMMANDS = {
     "segment": "Segment the meshes and point clouds in the files IN and write their labels.",
@@ -32,10 +31,10 @@ COMMANDS = {
     "reproduce": "Repeat the paper's comparison on the benchmark in the folder BENCHMARK.",
     "quality": "Compare variants of the method on the benchmark in the folder BENCHMARK.",
 }
-"""What each command does, in one line: the list of commands imports none of them."""
+"""Summary of each command, so that the list of commands imports none of them."""
 
 _NO_WORKERS = {"-h", "--help", "--scheduler"}
-"""With these, no workers are started on this machine."""
+"""Options of `batch` with which no workers start on this machine."""
 
 
 def main() -> NoReturn:
@@ -43,8 +42,8 @@ def main() -> NoReturn:
     hear_signals()
     try:
         if sys.argv[1:2] == ["batch"] and _NO_WORKERS.isdisjoint(map(_option_of, sys.argv)):
-            with contextlib.suppress(OSError):  # then they are started when they are needed
-                prepare()  # they import what they need while the command does
+            with contextlib.suppress(OSError):  # they are started later, when needed
+                prepare()  # they import packages while the command does
         status = commands.main(standalone_mode=False)
     except click.UsageError as error:
         place = error.ctx.command_path if error.ctx else _command_path()
@@ -53,7 +52,7 @@ def main() -> NoReturn:
         _interrupted()
     except FAILURES as error:
         _fail(message_of(error), EXIT_DATA)
-    except ValueError as error:  # a parameter, or a setting in the environment
+    except ValueError as error:  # of a parameter, or of an environment variable
         _fail(str(error), EXIT_USAGE)
     sys.exit(status if isinstance(status, int) else 0)
 
@@ -82,7 +81,7 @@ class LazyGroup(click.Group):
 
 @click.group(
     cls=LazyGroup,
-    invoke_without_command=True,  # what click does without one differs between 8.1 and 8.2
+    invoke_without_command=True,  # the default differs between click 8.1 and 8.2
     subcommand_metavar="COMMAND [ARGS]...",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Exit status: 0 if all went well, 1 if a file or the machine failed, 2 if the command"
@@ -98,12 +97,12 @@ def commands(ctx: click.Context) -> None:
 
 
 def _option_of(word: str) -> str:
-    """The option that a word of the command line is, without its value."""
+    """The option in a word of the command line, without its value."""
     return word.partition("=")[0]
 
 
 def _command_path() -> str:
-    """The command that was called, where an error of click's parser does not know it."""
+    """The name of the command, for errors of click's parser that do not know it."""
     called = [name for name in sys.argv[1:2] if name in COMMANDS]
     return " ".join(["superfacets", *called])
 
@@ -116,7 +115,7 @@ def _fail(message: str, status: int) -> NoReturn:
 def _interrupted() -> NoReturn:
     with contextlib.suppress(OSError):  # the terminal is closed
         print_error(INTERRUPTED)
-    if background.is_busy():
+    if is_busy():
         # The interpreter must not exit while a thread is in the core.
         with contextlib.suppress(OSError):
             sys.stdout.flush()

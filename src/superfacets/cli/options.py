@@ -1,4 +1,4 @@
-"""Types of options that several commands have."""
+"""Types of options, and options that several commands share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..io.readers.read import CELL_ENDINGS
 
 
 class Count(click.IntRange):
-    """Whole numbers from a lowest one up."""
+    """Integers with a lower bound."""
 
     def __init__(self, lowest: int) -> None:
         super().__init__(min=lowest)
@@ -48,7 +48,7 @@ class Real(click.FloatRange):
 
 FILE = click.Path(path_type=Path)
 FOLDER = FILE
-"""For results: `writable_folder` makes it, and says what is wrong with it."""
+"""A folder for results; `writable_folder` creates and checks it."""
 
 EXISTING_FOLDER = click.Path(path_type=Path, file_okay=False, exists=True)
 COUNT = Count(1)
@@ -56,13 +56,13 @@ POSITIVE = Real(min=0, min_open=True)
 NOT_NEGATIVE = Real(min=0)
 
 STANDARD_STREAM = "-"
-"""Stands for standard input or standard output."""
+"""Name of standard input and standard output."""
 
 INPUT_FORMATS = tuple(ending.lstrip(".") for ending in CELL_ENDINGS)
 """Formats of meshes, then of point clouds."""
 
 Decorator = Callable[[Any], Any]
-"""Of commands."""
+"""A function that adds options to a command."""
 
 ascii_option = click.option("--ascii", is_flag=True, help="Write .ply and .vtp files as text.")
 
@@ -94,7 +94,7 @@ def format_option(what: str, *, name: str = "--format", of_stream: bool = False)
 
 
 def drop_attributes_option(what: str, listed: str = "") -> Decorator:
-    """Add the option that leaves out what is stored besides a mesh."""
+    """Add the option that drops all data besides the mesh."""
     return click.option(
         "--drop-attributes",
         is_flag=True,
@@ -103,7 +103,7 @@ def drop_attributes_option(what: str, listed: str = "") -> Decorator:
 
 
 def camera_options(command: Any) -> Any:
-    """Add the options that say where a picture is looked at from; a decorator of commands."""
+    """Add the options for the viewpoint of a picture; a decorator of commands."""
     up = click.option(
         "--up",
         type=click.Choice(("auto", "x", "y", "z")),
@@ -125,7 +125,7 @@ def camera_options(command: Any) -> Any:
 
 
 def label_options(command: Any) -> Any:
-    """Add the options that say how files hold labels; a decorator of commands."""
+    """Add the options for labels in files; a decorator of commands."""
     named = click.option(
         "--label-name",
         default="label",
@@ -143,7 +143,7 @@ def label_options(command: Any) -> Any:
 def numbers(
     ctx: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[int, ...] | None:
-    """Whole numbers >= 1 of a list with commas, ascending; a callback of options."""
+    """Callback of options: integers >= 1 from a comma-separated list, ascending."""
     if text is None:
         return None
     wanted = [number.strip() for number in text.split(",")]

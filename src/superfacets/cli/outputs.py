@@ -1,10 +1,10 @@
-"""Where the results of each input go."""
+"""Output files for each input."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from ..export.cells import (
     CLOUD_OUTPUTS,
     MESH_OUTPUTS,
 )
+from ..export.ids import VERTEX_OUTPUTS
 from ..export.write import ENDING_OF_FORMAT, OUTPUT_ENDINGS
 from ..io.atomic import writable_folder
 from ..io.guards import known_ending
@@ -24,21 +25,21 @@ from .inputs import name_of
 from .options import STANDARD_STREAM, Decorator
 
 OUTPUT_FORMATS = tuple(ENDING_OF_FORMAT)
-"""What --to takes."""
+"""Values of ``--to``."""
 
 TEXT_OUTPUTS = frozenset(
     (".obj", ".off", ".csv", ".seg", ".txt", ".segs.json", ".sstk.json", ".aggregation.json")
 )
 
 CELL_OUTPUTS = frozenset((*MESH_OUTPUTS, *CLOUD_OUTPUTS))
-"""Files that hold the cells themselves; all others are labels alone, or made of them."""
+"""Endings of files with the cells themselves; all others hold labels, or data made from labels."""
 
 ASCII_OUTPUTS = frozenset((".ply", ".vtp", ".vtu", ".vtk"))
-"""Files that --ascii makes text of."""
+"""Endings of files that ``--ascii`` writes as text."""
 
 
 def output_option(help: str, *, required: bool = False) -> Decorator:
-    """Add the option that says where results go: `plan_jobs` takes them."""
+    """Add the option ``-o`` for the outputs; `plan_jobs` takes its values."""
     return click.option(
         "-o",
         "--output",
@@ -51,15 +52,14 @@ def output_option(help: str, *, required: bool = False) -> Decorator:
     )
 
 
-def to_option(what: str = "-o gives no file name for") -> Decorator:
-    """Add the option that says the formats of results that have no names."""
+def to_option(about: str = "Output format when -o is a folder or omitted") -> Decorator:
+    """Add the option ``--to`` for the formats of outputs without a name."""
     return click.option(
         "--to",
         "formats",
         type=click.Choice(OUTPUT_FORMATS),
         multiple=True,
-        help=f"Format of what {what}; may be given several times.  [default: ply; vtu of"
-        " tetrahedra]",
+        help=f"{about}; may be given several times.  [default: ply; vtu for tetrahedra]",
     )
 
 
@@ -72,16 +72,16 @@ class Job:
 
     input: str
     files: tuple[Path, ...]
-    stream: str | None = None  # ending of what goes to standard output, if anything does
+    stream: str | None = None  # ending of the output on standard output, if there is one
 
     @property
     def holds_attributes(self) -> bool:
-        """Whether an output has a place for attributes of vertices and faces."""
+        """Whether some output can store attributes of vertices and faces."""
         return not self.endings.isdisjoint(ATTRIBUTE_OUTPUTS)
 
     @property
     def holds_labels(self) -> bool:
-        """Whether an output is labels alone."""
+        """Whether some output holds labels only."""
         return not self.endings <= CELL_OUTPUTS
 
     @property
@@ -93,12 +93,12 @@ class Job:
 
     @property
     def names(self) -> list[str]:
-        """The outputs as a command line would name them."""
+        """The outputs in the form of a command line."""
         return [*map(str, self.files), *([STANDARD_STREAM] if self.stream else [])]
 
 
 def names_of_results(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """Names of results made of the name of an input."""
+    """Function from an input and endings to the names of its results."""
     return output_names(Path(text).name, endings)
 
 
@@ -121,7 +121,7 @@ def plan_jobs(
         Files, a folder, or ``-``. None: standard output for standard input, else files beside the
         inputs.
     formats : sequence of str
-        Of what no name tells the format of. None: PLY, or VTU for files of tetrahedra.
+        Formats of outputs without a name. None: PLY, or VTU for files of tetrahedra.
     ascii : bool
         Whether meshes are text, which a terminal can show.
     also_read : sequence of str
@@ -193,7 +193,7 @@ def _check_formats(formats: Sequence[str], has_stream: bool, *, is_used: bool) -
 
 
 def check_terminal(stream: str, ascii: bool) -> None:
-    """Raise a usage error where standard output cannot take a result with this ending."""
+    """Raise a usage error if standard output cannot take a result with this ending."""
     if sys.stdout is None:
         raise OSError("standard output is closed")
     is_binary = stream not in TEXT_OUTPUTS and not (ascii and stream in ASCII_OUTPUTS)
@@ -205,7 +205,7 @@ def check_terminal(stream: str, ascii: bool) -> None:
 
 
 def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
-    """Raise a usage error where an output would replace another, or an input."""
+    """Raise a usage error if an output would replace another output, or an input."""
     inputs = {_identity(job.input): job.input for job in jobs if job.input != STANDARD_STREAM}
     if len(inputs) < sum(job.input != STANDARD_STREAM for job in jobs):
         raise click.UsageError("a file is given twice")
@@ -229,9 +229,18 @@ def check_files(jobs: Sequence[Job], also_read: Sequence[str]) -> None:
 
 
 def _identity(path: str | Path) -> tuple[int, int] | str:
-    """The same for all names and links of one file."""
+    """Key that is the same for all names and links of a file."""
     try:
         found = Path(path).stat()
     except OSError:
         return os.path.normcase(os.path.realpath(path))
     return found.st_dev, found.st_ino
+
+
+def check_mask(mask: Path | None, endings: Iterable[str]) -> None:
+    """Raise a usage error if a file with these endings cannot store cells without a label."""
+    refusing = sorted({*endings} & {*VERTEX_OUTPUTS})
+    if mask is not None and refusing:
+        raise click.UsageError(
+            f"ids in {refusing[0]} are 0 and up, and cells left out by --mask have none: drop one"
+        )

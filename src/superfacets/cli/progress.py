@@ -1,4 +1,4 @@
-"""Progress bars of the command, and the estimate of the share of a run that is done."""
+"""Progress bars of commands, and an estimate of the finished fraction of a run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-if TYPE_CHECKING:  # a bar for one file takes no batch
+if TYPE_CHECKING:  # not imported for a bar of one file
     from ..batches.batching import BatchProgress
 
 SHARES = {
@@ -23,7 +23,7 @@ SHARES = {
     "regions": 0.08,
     "export": 0.12,
 }
-"""Shares of the time of a run with the defaults: measured on 1 and 3 million faces in binary PLY
+"""Fractions of the time of a run with the defaults, measured on 1 and 3 million faces in binary PLY
 with k = 150 and 2,000. `classify` is the whole loop. Reading 1 million faces as OBJ takes 0.12."""
 
 NAMES = {
@@ -32,19 +32,19 @@ NAMES = {
     "classify": "iterations",
     "export": "writing",
 }
-"""Names that the bar shows for stages."""
+"""Names of stages in the bar."""
 
 ITERATIONS = 8.0
-"""The loop is taken for 1 - exp(-n / 8) done after n iterations. They get shorter, and their number
-is not known before: on the same meshes 13 to 18 iterations gave 0.8 to 0.9, and half of the time
-was spent after 6 to 8 of them."""
+"""After n iterations, 1 - exp(-n / 8) of the loop counts as done. Their number is not known in
+advance, and later iterations are shorter: on the same meshes, 13 to 18 iterations gave 0.8 to 0.9,
+and half of the time was spent after 6 to 8."""
 
 NEARLY = 0.95
-"""Share at which a stage stops that takes longer than expected."""
+"""Fraction at which the bar waits for a stage that takes longer than expected."""
 
 
 class Estimate:
-    """The share of a run that is done, by the stages done and the time spent in this one.
+    """Estimate of the finished fraction of a run, by its stages and the time in the current one.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Estimate:
         self._n_iterations = 0
 
     def begin(self, stage: str, now: float) -> None:
-        """A stage begins; stages before the current one are ignored."""
+        """Begin a stage; stages before the current one are ignored."""
         stages = list(SHARES)
         if stages.index(stage) > stages.index(self.stage):
             self.stage = stage
@@ -86,7 +86,7 @@ class Estimate:
         if self.stage == "classify":
             return 1.0 - math.exp(-self._n_iterations / ITERATIONS)
         spent_before = self._begin_of_stage - self._begin_of_run
-        if not done or spent_before <= 0:  # nothing to compare with yet
+        if not done or spent_before <= 0:  # no earlier stage to compare with
             return 0.0
         expected = share * spent_before / done
         return min((now - self._begin_of_stage) / expected, NEARLY)
@@ -158,7 +158,7 @@ class TileBar(Bar):
     layout = "{desc} {n_fmt}/{total_fmt} |{bar}| {elapsed}"
 
     SECONDS = 0.1
-    """Least time between two drawings."""
+    """Shortest time between two updates of the bar."""
 
     def __init__(self, name: str, *, is_quiet: bool = False) -> None:
         super().__init__(is_quiet=is_quiet)
@@ -197,7 +197,7 @@ class FileBar(Bar):
 
     @contextlib.contextmanager
     def paused(self) -> Iterator[None]:
-        """Take the bar away while a line is printed."""
+        """Hide the bar while a line is printed."""
         if self._bar is not None:
             self._bar.clear()
         yield

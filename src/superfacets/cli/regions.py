@@ -28,8 +28,8 @@ from ..io.atomic import checked_targets
 from ..io.guards import counted, known_ending
 from ..io.readers.labels import read_labels
 from ..regions.lines import BorderLines, border_lines
-from .background import run_in_background
 from .inputs import check_inputs, load_cells
+from .interrupts import run_in_background
 from .options import FILE, STANDARD_STREAM, format_option, labels_named_option
 from .outputs import Job, check_files
 
@@ -76,7 +76,7 @@ def regions_command(
         given = read_labels(labels, whole.n_cells, name=labels_named)
         if borders is not None and not kind_of(whole).has_faces:
             raise click.UsageError("--borders needs a mesh of faces")
-        compact, names = ranked_labels(given)  # a file's labels may have gaps
+        compact, names = ranked_labels(given)  # labels in a file may have gaps
         if not len(names):
             raise MeshError(f"{labels}: no cell is in a region: all labels are -1")
         graph = region_graph(whole, compact)
@@ -110,7 +110,7 @@ def regions_command(
 def _checked_outputs(
     output: Path | None, arcs: Path | None, borders: Path | None
 ) -> tuple[Path, ...]:
-    """The outputs that are named; a usage error if the ending of one is wrong."""
+    """Outputs by kind; a usage error if an ending is wrong."""
     try:
         for path in (output, arcs):
             if path is not None:
@@ -134,7 +134,7 @@ def _arcs_of(graph: RegionGraph, names: npt.NDArray[np.int32]) -> Columns:
 def _named(
     lines: BorderLines, names: npt.NDArray[np.int32]
 ) -> Iterator[tuple[str, npt.NDArray[np.int32]]]:
-    """Lines with names as ``border_3_7``, or ``border_3_open`` at the boundary of the mesh."""
+    """Border lines, named like ``border_3_7``, or ``border_3_open`` at the boundary of the mesh."""
     for i, (low, high) in enumerate(lines.regions.tolist()):
         line = lines.line(i)
         other = "open" if high < 0 else names[high]

@@ -1,7 +1,8 @@
-"""The command ``superfacets render``."""
+"""The command ``superfacets render``, and its options for views and values."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +13,100 @@ from .._options import CLIPS
 from ..errors import MeshError
 from ..io.readers.labels import read_labels
 from ..io.readers.read import read_cells
+from ..pictures.animation import MOVING_ENDINGS
+from ..pictures.camera import VIEW_NAMES, View
 from .failures import print_note
-from .inputs import labels_beside
+from .inputs import VALUE_ENDINGS, labels_beside, read_values
 from .options import FILE, camera_options, labels_named_option
-from .picture_options import chosen_view, picture_options, values_named
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from ..pictures.camera import Up
+
+_MAX_SIDE = 8192
+
+
+def _checked_size(
+    ctx: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[int, int] | None:
+    """Width and height in pixels."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text, re.ASCII)
+    width, height = (int(side) for side in match.groups()) if match else (0, 0)
+    if not (1 <= width <= _MAX_SIDE and 1 <= height <= _MAX_SIDE):
+        message = f"{text!r} is not like 1200x900, of sides 1 to {_MAX_SIDE}"
+        raise click.BadParameter(message, ctx, parameter)
+    return width, height
+
+
+def _checked_turntable(
+    ctx: click.Context, parameter: click.Parameter, path: Path | None
+) -> Path | None:
+    if path is not None and path.suffix.lower() not in MOVING_ENDINGS:
+        raise click.BadParameter(f"{path}: turns are written as .gif or .mp4", ctx, parameter)
+    return path
+
+
+def picture_options(command: Any) -> Any:
+    """Add the options for the content of a picture besides regions; a decorator of commands."""
+    options = [
+        click.option(
+            "--turntable",
+            metavar="OUT",
+            type=FILE,
+            callback=_checked_turntable,
+            help="A .gif or .mp4 file of the mesh as it turns.",
+        ),
+        click.option(
+            "--compare",
+            metavar="L",
+            type=FILE,
+            multiple=True,
+            help="Labels to draw side by side, after those of --labels; several times.",
+        ),
+        click.option(
+            "--color-by",
+            metavar="WHAT",
+            help="A .npy or .txt file with a value per cell or per region, or a column of"
+            " superfacets regions, such as area.",
+        ),
+        click.option(
+            "--view",
+            "side",
+            type=click.Choice(VIEW_NAMES),
+            help="A side, instead of --azimuth and --elevation.",
+        ),
+        click.option(
+            "--size",
+            metavar="WxH",
+            callback=_checked_size,
+            help="Pixels of each picture.  [default: 1200x900; of a turn 640x480]",
+        ),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def chosen_view(side: str | None, *, azimuth: float, elevation: float, up: Up) -> View:
+    """The view given by name or by angles; a usage error if both are given."""
+    if side is None:
+        return View(azimuth=azimuth, elevation=elevation, up=up)
+    source = click.get_current_context().get_parameter_source
+    given = click.core.ParameterSource.COMMANDLINE
+    if given in (source("azimuth"), source("elevation")):
+        raise click.UsageError("--view is a pair of --azimuth and --elevation: leave out those")
+    return View.named(side, up=up)
+
+
+def values_named(color_by: str | None) -> npt.NDArray[Any] | str | None:
+    """Values from a file, or from a column of the region table."""
+    if color_by is None or Path(color_by).suffix.lower() not in VALUE_ENDINGS:
+        return color_by
+    return read_values(Path(color_by))
+
 
 if TYPE_CHECKING:
     from .._options import Clip
@@ -37,8 +128,8 @@ if TYPE_CHECKING:
 @click.option(
     "--clip",
     type=click.Choice(CLIPS),
-    help="Of tetrahedra, show what lies on one side of the middle: x keeps that of larger x, -x"
-    " that of smaller x.  [default: the outside of all]",
+    help="Show one half of a mesh of tetrahedra: x keeps the half with larger x, -x the half with"
+    " smaller x.  [default: the outside of the whole]",
 )
 def render_command(
     mesh: Path, output: Path | None, up: Up, azimuth: float, elevation: float,
@@ -79,7 +170,7 @@ def render_command(
 def _series_of(
     mesh: Path, labels: Path | None, compare: tuple[Path, ...], n_cells: int, name: str
 ) -> tuple[npt.NDArray[Any] | None, list[npt.NDArray[Any]], list[str] | None]:
-    """Labels of the first picture, or None if it is plain, of those beside it, and their titles."""
+    """Labels of the first picture, or None if it is plain; labels of the other pictures; titles."""
     paths = [*([] if labels is None else [labels]), *compare]
     if paths:
         first, *others = [read_labels(path, n_cells, name=name) for path in paths]

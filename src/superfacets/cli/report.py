@@ -28,7 +28,7 @@ def notes_of(
     holds_labels: bool,
     n_lost: int = 0,
 ) -> list[str]:
-    """Notes on what may come as a surprise.
+    """Notes on results that may surprise.
 
     Parameters
     ----------
@@ -65,8 +65,8 @@ def notes_of(
 
 
 def notes_on_result(result: Segmentation) -> list[str]:
-    """Notes on regions that are not as one may expect."""
-    asked: int | None = result.params["n_segments"]  # None with a radius
+    """Notes on regions that differ from expectations."""
+    asked: int | None = result.params["n_segments"]  # None if a radius was given
     notes = _notes_on_number(result, asked)
     n_own = 0 if asked is None else max(0, result.n_segments + result.n_merged - asked)
     n_nearest = result.n_unreached - n_own
@@ -85,13 +85,13 @@ def notes_on_result(result: Segmentation) -> list[str]:
 
 
 def _is_connected_anyway(params: Mapping[str, Any]) -> bool:
-    """Whether regions were to be connected that are."""
+    """Whether regions were asked to be connected and are."""
     is_exact = params["radius_factor"] is None and params["islands"] == "keep"
     return is_exact and params["enforce_connectivity"]
 
 
 def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
-    """A note where there are more or fewer regions than asked for, or a radius makes one of all."""
+    """A note if there are more or fewer regions than asked for, or if a radius gives one region."""
     params = result.params
     n_made = result.n_segments + result.n_merged
     n_kept = result.n_unreached if params["islands"] == "keep" else 0
@@ -116,7 +116,7 @@ def _notes_on_number(result: Segmentation, asked: int | None) -> list[str]:
 
 
 def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> list[str]:
-    """Notes on labels that are missing in files for the faces of a subdivided input."""
+    """Notes on outputs that lack labels of the faces of a subdivided input."""
     n_lost = result.n_segments - len(np.unique(listed[listed >= 0]))
     if not n_lost:
         return []
@@ -126,7 +126,7 @@ def _notes_on_listed(result: Segmentation, listed: npt.NDArray[np.int64]) -> lis
 
 
 def notes_on_vertices(n_lost: int, endings: Iterable[str]) -> list[str]:
-    """Notes on regions that are missing in files of labels of vertices."""
+    """Notes on regions without a vertex in files of vertex labels."""
     if not n_lost:
         return []
     named = sorted({*endings} & {*VERTEX_OUTPUTS})
@@ -157,7 +157,7 @@ def facts_of(
     outputs: Sequence[str],
     noun: str = "face",
 ) -> dict[str, Any]:
-    """The run as an object for JSON; the noun is for what has labels."""
+    """The run as an object for JSON; `noun` is the name of the labeled elements."""
     return {
         "file": name,
         f"n_{noun}s": len(result.labels),
@@ -180,7 +180,7 @@ def summary_of(
     outputs: Sequence[str],
     noun: str = "face",
 ) -> str:
-    """A line per file written, and one for the run; the noun is for what has labels."""
+    """A line per file written, and one for the run; `noun` is the name of the labeled elements."""
     seconds = ", ".join(f"{stage} {spent:.3f}" for stage, spent in timings.items())
     lines = [
         f"wrote {'standard output' if output == STANDARD_STREAM else output}" for output in outputs

@@ -19,12 +19,17 @@ from ..export.cells import FormatOptions
 from ..export.write import check_fit, check_outputs, write_outputs
 from ..io.attributes import MeshAttributes
 from ..mesh.cells import Cells
-from .background import run_in_background
-from .constraints import check_mask, constraint_options, constraints_of
 from .failures import EXIT_DATA, FAILURES, message_of, print_error, print_note
-from .inputs import check_inputs, load_cells_and_attributes, name_of
+from .inputs import (
+    check_inputs,
+    constraint_options,
+    constraints_of,
+    load_cells_and_attributes,
+    name_of,
+)
+from .interrupts import run_in_background
 from .options import format_option, labels_named_option, quiet_option
-from .outputs import Job, names_of_results, output_option, plan_jobs, to_option
+from .outputs import Job, check_mask, names_of_results, output_option, plan_jobs, to_option
 from .progress import RunBar, TileBar
 from .report import facts_of, notes_of, notes_on_result, summary_of
 from .segment_options import file_options, options_of, segment_options
@@ -105,7 +110,7 @@ def segment_command(
 
 @dataclass(frozen=True)
 class _Run:
-    """What is to be done with each input."""
+    """Plan the outputs of each input."""
 
     options: FileOptions
     format: str | None
@@ -120,11 +125,13 @@ class _Run:
         name = name_of(job.input)
         try:
             self._do(job)
-        except BrokenPipeError:  # click ends the process, without a word as others in a pipe do
+        except (
+            BrokenPipeError
+        ):  # click then ends the process silently, like other programs in a pipe
             raise
         except (*FAILURES, ValueError) as error:
             if not (is_one_of_many or isinstance(error, FAILURES)):
-                raise  # an option that does not suit the mesh: a wrong command line
+                raise  # an option that does not suit the mesh counts as a wrong command line
             message = message_of(error)
             if is_one_of_many and name not in message:
                 message = f"{name}: {message}"
@@ -195,12 +202,12 @@ class _Run:
         return cells, attributes
 
     def _print(self, job: Job, text: str) -> None:
-        """Print on stdout, or on stderr where stdout holds the result."""
+        """Print on stdout, or on stderr if stdout holds the result."""
         click.echo(text, err=job.stream is not None)
 
 
 def _write(job: Job, outcome: Outcome, form: FormatOptions) -> int:
-    """Write all files, and return the number of regions that labels of vertices lack."""
+    """Write all files, and return the number of regions without a vertex in vertex labels."""
     streams = {job.stream: sys.stdout.buffer} if job.stream else {}
     return write_outputs(
         job.files,

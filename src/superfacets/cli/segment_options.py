@@ -1,4 +1,4 @@
-"""The options of ``superfacets segment`` that are those of ``superfacets batch``, too."""
+"""Options that ``superfacets segment`` and ``superfacets batch`` share."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def _defaults_of(parameter: str) -> str:
-    """Default of a parameter per kind of weights."""
+    """Default of a parameter for each kind of weights, as text."""
     used = [
         weight.defaults[parameter] for weight in WEIGHTS.values() if parameter in weight.defaults
     ]
@@ -165,17 +165,17 @@ _OF_FILES = (
 
 
 def segment_options(function: Function) -> Function:
-    """Add the options that say what is computed; a decorator."""
+    """Add the options of the computation; a decorator."""
     return _with_options(function, _OF_SEGMENT)
 
 
 def file_options(function: Function) -> Function:
-    """Add the options that say how meshes are written; a decorator."""
+    """Add the options for the format of mesh files; a decorator."""
     return _with_options(function, _OF_FILES)
 
 
 def _with_options(function: Function, options: tuple[Callable[[Any], Any], ...]) -> Function:
-    for option in reversed(options):  # click lists first what is added last
+    for option in reversed(options):  # click lists the option first that is added last
         function = option(function)
     return function
 
@@ -193,7 +193,7 @@ def options_of(
     drop_attributes: bool,
     **given: Any,
 ) -> FileOptions:
-    """The options as they were given, or as a preset has them; an error if they are wrong."""
+    """Return the options as given, or of a preset; an error if they are wrong."""
     keywords = {name: value for name, value in given.items() if value is not None}
     if paper and parts:
         raise click.UsageError("--paper and --parts are two methods: give one of them")

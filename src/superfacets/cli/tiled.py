@@ -1,4 +1,4 @@
-"""The options of ``superfacets segment --tiled``, for what is larger than memory."""
+"""Options of ``superfacets segment --tiled``, for meshes and clouds larger than memory."""
 
 from __future__ import annotations
 
@@ -25,29 +25,28 @@ _OPTIONS = (
         "--tiled",
         "is_tiled",
         is_flag=True,
-        help="For what is larger than memory: work on tiles of IN, a mesh or point cloud in a file,"
-        " or a folder of files (meshes share vertices by position), and write the labels of all as"
-        " one .npy; or, of a folder, with a folder for -o, those of each file (a.npy for a.ply).",
+        help="Work in tiles, for meshes and point clouds larger than memory. IN is a file or a"
+        " folder of files, whose meshes are joined where vertices have the same position. Writes"
+        " all labels to one .npy; for a folder, with a folder for -o, one .npy per file.",
     ),
     click.option(
         "--tile-size",
         type=COUNT,
-        help="Faces or points in a tile, with --tiled; what each worker has in memory grows with"
-        " it.  [default: 262144]",
+        help="Faces or points per tile, with --tiled; the memory of each worker grows with it."
+        "  [default: 262144]",
     ),
     click.option(
         "--scratch",
         type=FOLDER,
-        help="Folder for what does not fit into memory, with --tiled: about 250 bytes per face,"
-        " 400 per point."
+        help="Folder for temporary arrays, with --tiled: about 250 bytes per face, 400 per point."
         "  [default: beside the output]",
     ),
     click.option(
         "--cache",
         metavar="MB",
         type=Count(0),
-        help="Megabytes of that which stay in memory, with --tiled and one worker.  [default: an"
-        " eighth of the memory]",
+        help="Megabytes of temporary arrays kept in memory, with --tiled and one worker."
+        "  [default: an eighth of the memory]",
     ),
     click.option(
         "--workers",
@@ -57,7 +56,7 @@ _OPTIONS = (
     click.option(
         "--scheduler",
         metavar="ADDRESS",
-        help="Address of a Dask scheduler whose workers do so, as tcp://10.0.0.1:8786.",
+        help="Address of a Dask scheduler whose workers work on tiles, as tcp://10.0.0.1:8786.",
     ),
 )
 
@@ -82,7 +81,7 @@ def tile_options(function: Function) -> Function:
 
 @dataclass(frozen=True)
 class TileOptions:
-    """How a mesh is worked on in tiles."""
+    """Settings of the work in tiles."""
 
     tile_size: int | None
     scratch: Path | None
@@ -92,12 +91,12 @@ class TileOptions:
 
     @property
     def keywords(self) -> dict[str, Any]:
-        """Of `segment_tiled`, those that were given."""
+        """Options that are keywords of `segment_tiled`."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
     @classmethod
     def taken_from(cls, given: dict[str, Any]) -> TileOptions | None:
-        """The options, taken out of all that were given; None without --tiled.
+        """Take the options of tiles out of all given options; None without ``--tiled``.
 
         A usage error if they contradict each other.
         """
@@ -125,7 +124,7 @@ class TileOptions:
         options: FileOptions,
         others: Mapping[str, object],
     ) -> tuple[str, ...]:
-        """Formats of what has no name; a usage error if something is asked for that is not done.
+        """Return the formats of outputs without names; a usage error for options that tiles lack.
 
         `others` are further options, by name, that do not go with tiles.
         """
@@ -139,7 +138,7 @@ class TileOptions:
             **{name: options.keywords.get(key) for name, key in _NOT_OF_TILES.items()},
             **others,
         }
-        if refused["--init"] == "geodesic":  # the only one for tiles
+        if refused["--init"] == "geodesic":  # the only way for tiles
             del refused["--init"]
         for name, value in refused.items():
             if value:
@@ -155,11 +154,11 @@ class TileOptions:
 
 
 def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
-    """Names of the results in a folder: of a folder of files, one for each of these."""
+    """Names of the results in a folder; for a folder of files, one name per file."""
     from ..tiles.label_files import label_names
 
     if Path(text).is_dir():
-        with contextlib.suppress(OSError):  # the run says what is wrong with it
+        with contextlib.suppress(OSError):  # the run reports any error
             return label_names(Path(text))
     return names_of_results(text, endings)
 
@@ -167,12 +166,12 @@ def names_by_tiles(text: str, endings: Sequence[str]) -> Sequence[str]:
 def segment_by_tiles(
     path: Path, files: Sequence[Path], options: FileOptions, tiles: TileOptions, bar: TileBar
 ) -> Segmentation:
-    """Segment a file, or a folder of files, and write its labels: to one file, or to a folder."""
+    """Segment a file or a folder of files, and write the labels to a file or a folder."""
     folder = files[0].parent
     out = str(files[0]) if len(files) == 1 else f"{folder}/"
     tiles = replace(tiles, scratch=tiles.scratch or folder.absolute())
     try:
-        with warnings.catch_warnings():  # what warnings say, the facts of the result say
+        with warnings.catch_warnings():  # notes report the same facts as warnings
             warnings.simplefilter("ignore", IslandWarning)
             warnings.simplefilter("ignore", SliverWarning)
             return _segmented(path, out, options, tiles, bar)
@@ -182,7 +181,7 @@ def segment_by_tiles(
 
 
 def noun_of_tiled(path: Path) -> str:
-    """What a cell of a file, or of a folder of files, is called."""
+    """Noun for a cell of a file, or of a folder of files."""
     from ..tiles.opening import holds_points
 
     return "point" if holds_points(path) else "face"

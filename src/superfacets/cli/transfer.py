@@ -18,9 +18,9 @@ from ..io.guards import counted
 from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..regions.nearest_labels import transfer
-from .background import run_in_background
 from .failures import print_note
 from .inputs import load_cells, load_cells_and_attributes
+from .interrupts import run_in_background
 from .options import (
     FILE,
     NOT_NEGATIVE,
@@ -67,7 +67,7 @@ def transfer_command(
     """Carry LABELS of the mesh in the file IN to the mesh or point cloud TARGET.
 
     TARGET is of the same object, in the same place. Each of its faces or points gets the label of
-    what is nearest in IN, which may be a point cloud too. LABELS are read from .npy, .seg, .txt or
+    the nearest face or point of IN. LABELS are read from .npy, .seg, .txt or
     labeled .ply or .vtp files; a labeled IN may be given twice.
     """
     read = (str(source), str(labels))
@@ -98,7 +98,7 @@ def transfer_command(
 
 
 def _notes(job: Job, goal: Cells, attributes: MeshAttributes | None, n_lost: int) -> list[str]:
-    """Notes on what the outputs lack."""
+    """Notes on data that the outputs lack."""
     notes = notes_on_vertices(n_lost, job.endings)
     if attributes is not None:
         notes += notes_on_attributes(attributes, of_points=kind_of(goal).are_points)

@@ -77,7 +77,7 @@ def view_command(
         page = view(
             cells, shown, ground_truth=truth, features=values, title=name, camera=camera
         )  # fmt: skip
-    except (ValueError, TypeError) as error:  # all that is left to be wrong comes from files
+    except (ValueError, TypeError) as error:  # all remaining errors are faults of files
         raise MeshError(f"{mesh}: {error}") from None
     page.save(target)
     click.echo(f"wrote {output}")
@@ -91,9 +91,9 @@ def _levels_of(mesh: Path, path: Path | None, n_cells: int, name: str) -> npt.ND
 
 
 def _read_levels(path: Path) -> npt.NDArray[Any]:
-    """The labels in what ``superfacets levels`` has written, (L, N)."""
+    """Labels in a file of ``superfacets levels``, (L, N)."""
     content = read_content(path)
     try:
         return npz_array(content, "labels")
-    except Exception:  # zipfile and zlib raise many kinds for damaged files
+    except Exception:  # zipfile and zlib raise many kinds of errors for damaged files
         raise MeshError(f"{path}: holds no levels as superfacets levels writes them") from None
