@@ -142,7 +142,7 @@ def test_levels_finds_out_before_the_work_what_cannot_be_written(run, tmp_path, 
         (("-n", "3", "-o", "no/out.npz"), 1, "the folder no does not exist"),
         (("-n", "3", "-o", "no/out.seg"), 1, "the folder no does not exist"),
         (("-n", "3", "-o", "sheet.ply", "--labels", "sheet.3.ply"), 2, "place of the input"),
-        (("-n", "3", "-o", "x_sp_label.npy", "--mask", "m.npy"), 2, "cells left out by --mask have none"),
+        (("-n", "3", "-o", "x_sp_label.npy", "--mask", "m.npy"), 2, "left out by --mask have none"),
         (("-n", "3", "-o", "x.npy", "--mask", "m", "--labels", "l"), 2, "leave --mask out"),
         (("-n", "3", "-o", "x.las"), 1, "faces are written as .ply, .vtp"),
         (
