@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Array
 from .._validate import owned, refuse_mask
 
 __all__ = ["PLY_TYPES", "MeshAttributes", "is_encodable", "is_word"]
@@ -66,8 +67,8 @@ class MeshAttributes:
     dtype('int32')
     """
 
-    vertex: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
-    face: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    vertex: Mapping[str, Array] = field(default_factory=dict)
+    face: Mapping[str, Array] = field(default_factory=dict)
     comments: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
 
@@ -90,7 +91,7 @@ class MeshAttributes:
         return f"MeshAttributes(vertex: {vertex}; face: {face}; {len(self.comments)} comments)"
 
 
-def _checked(values: Any, name: str, owner: str) -> npt.NDArray[Any]:
+def _checked(values: Any, name: str, owner: str) -> Array:
     """A contiguous array of a type that PLY has, of one or two dimensions."""
     what = f"{owner} property {reprlib.repr(name)}"
     if not is_word(name):
@@ -106,7 +107,7 @@ def _checked(values: Any, name: str, owner: str) -> npt.NDArray[Any]:
     return stored
 
 
-def _stored_type(array: npt.NDArray[Any], what: str) -> npt.DTypeLike:
+def _stored_type(array: Array, what: str) -> npt.DTypeLike:
     """The type of an array in native byte order, or the one that holds it in a PLY file."""
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")

@@ -9,12 +9,12 @@ import os
 import stat
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Floats, Longs
 from .._validate import checked_threads
 from ..errors import MeshError
 
@@ -37,7 +37,7 @@ __all__ = [
     "side_by_side",
 ]
 
-TriangleArrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any]]
+TriangleArrays = tuple[Floats, Array]
 """Vertices (V, 3) and faces (F, 3) as in the file."""
 
 
@@ -51,11 +51,11 @@ ALWAYS_ALLOWED = 64 << 20
 class Polygons(NamedTuple):
     """Faces that differ in their number of corners, or have more than three."""
 
-    offsets: npt.NDArray[np.int64]  # (F + 1,)
-    indices: npt.NDArray[Any]  # (C,)
+    offsets: Longs  # (F + 1,)
+    indices: Array  # (C,)
 
 
-Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any] | Polygons]
+Arrays = tuple[Floats, Array | Polygons]
 """Vertices (V, 3) and faces as in the file, (F, 3) if all are triangles; `Mesh` and `PolygonMesh`
 check indices and coordinates."""
 
@@ -134,7 +134,7 @@ def _fill(memory: mmap.mmap, file: io.FileIO) -> None:
         view = view[n_bytes:]
 
 
-def side_by_side(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def side_by_side(rows: Array) -> Array:
     """(N, n) numbers that lie in records, of which each row is contiguous, as a contiguous array.
 
     numpy would copy them one by one where they are not aligned.
@@ -145,15 +145,13 @@ def side_by_side(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return copied.view(rows.dtype).reshape(rows.shape)
 
 
-def as_doubles(values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+def as_doubles(values: Array) -> Floats:
     """The values as float64, without the warning that numpy gives for some kinds of NaN."""
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64, copy=False)
 
 
-def checked_faces(
-    corner_counts: npt.NDArray[Any], corners: npt.NDArray[Any]
-) -> npt.NDArray[Any] | Polygons:
+def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
     """The faces whose corners stand in a row; a MeshError where one has fewer than three."""
     check_corner_counts(corner_counts)
     if (corner_counts == 3).all():
@@ -163,7 +161,7 @@ def checked_faces(
     return Polygons(offsets, corners.ravel())
 
 
-def check_corner_counts(corner_counts: npt.NDArray[Any]) -> None:
+def check_corner_counts(corner_counts: Array) -> None:
     """Raise a MeshError that names the first face with fewer than three corners."""
     if corner_counts.min(initial=3) < 3:
         first = int(np.argmax(corner_counts < 3))

@@ -10,15 +10,13 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array
 from ..errors import MeshError
 
 __all__ = [
     "ArrayRows", "ConvertedRows", "JoinedRows", "RecordRows", "Rows", "read_all", "take_rows",
 ]  # fmt: skip
-
-Array = npt.NDArray[Any]
 
 BLOCK_BITS = 14
 """Binary logarithm of the rows per block in lookups."""

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ...errors import MeshError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes, is_word
@@ -109,7 +109,7 @@ def _read_npy(data: Content) -> CloudFile:
     return _cloud_of_table(as_doubles(array), None)
 
 
-def _cloud_of_table(table: npt.NDArray[np.float64], names: list[str] | None) -> CloudFile:
+def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
     """A cloud of rows x y z, and three numbers more that are colors or normals, or named ones."""
     n_columns = table.shape[1]
     if n_columns < 3:
@@ -128,7 +128,7 @@ def _cloud_of_table(table: npt.NDArray[np.float64], names: list[str] | None) -> 
     return _cloud_of(columns | others, MeshAttributes(vertex=others))
 
 
-def _narrowed(column: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
+def _narrowed(column: Floats) -> Array:
     """Whole numbers as integers: as bytes where they fit, so that 0 to 255 can be colors."""
     if not np.isfinite(column).all() or np.any(column != np.floor(column)):
         return column
@@ -139,7 +139,7 @@ def _narrowed(column: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
     return column
 
 
-def _meaning_of(further: npt.NDArray[np.float64]) -> tuple[str, ...]:
+def _meaning_of(further: Floats) -> tuple[str, ...]:
     """Names of three columns behind x, y and z that have none."""
     if further.shape[1] < 3:
         return ()
@@ -156,7 +156,7 @@ def _read_las(data: Content) -> CloudFile:
     return _cloud_of(columns, MeshAttributes(vertex=stored))
 
 
-def _las_shades(stored: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[Any]:
+def _las_shades(stored: dict[str, Array], name: str) -> Array:
     """Colors of LAS have 16 bits, but many programs fill 8 of them only."""
     is_short = max(int(stored[channel].max(initial=0)) for channel in _COLORS) <= 255
     return stored[name].astype(np.uint8) if is_short else stored[name]
@@ -166,7 +166,7 @@ def _read_e57(data: Content) -> CloudFile:
     return CloudFile(*read_e57(data))
 
 
-def _cloud_of(columns: dict[str, npt.NDArray[Any]], attributes: MeshAttributes) -> CloudFile:
+def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFile:
     points = _beside_each_other(columns, "xyz", np.float64)
     has_normals = all(name in columns for name in _NORMALS)
     normals = _beside_each_other(columns, _NORMALS, np.float64) if has_normals else None
@@ -178,7 +178,7 @@ def _cloud_of(columns: dict[str, npt.NDArray[Any]], attributes: MeshAttributes) 
     return CloudFile(PointCloud(points, normals, colors), attributes)
 
 
-def _beside_each_other(columns: dict[str, npt.NDArray[Any]], names: Any, dtype: Any) -> Any:
+def _beside_each_other(columns: dict[str, Array], names: Any, dtype: Any) -> Any:
     rows = np.empty((len(columns[names[0]]), len(names)), dtype=dtype)
     with np.errstate(invalid="ignore"):  # of some kinds of NaN, which PointCloud refuses
         for place, name in enumerate(names):

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Longs
 from ...errors import MeshError
 from ..guards import Content, counted
 from .text import Lines, as_integers, split_lines
@@ -38,7 +38,7 @@ class Cursor:
         self.byte_order: Literal["", "<", ">"] = ""
 
     @cached_property
-    def _lines(self) -> tuple[Lines, npt.NDArray[np.int64]]:
+    def _lines(self) -> tuple[Lines, Longs]:
         """Lines of a text, and the cumulative number of tokens."""
         lines = split_lines(self.data)
         return lines, np.cumsum(lines.counts, dtype=np.int64)
@@ -64,7 +64,7 @@ class Cursor:
             raise MeshError(f"{what} are missing: is the file cut?")
         return [as_count(token, what) for token in tokens]
 
-    def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> npt.NDArray[Any]:
+    def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> Array:
         """The next `n` numbers; a MeshError, before memory is taken, if the file has fewer.
 
         Text gives float64, rounded to the declared type, or integers that are not.
@@ -93,7 +93,7 @@ class Cursor:
             self.place = int(found.ends[-1])
         return found
 
-    def _parsed(self, n: int, stored: np.dtype[Any], what: str) -> npt.NDArray[Any]:
+    def _parsed(self, n: int, stored: np.dtype[Any], what: str) -> Array:
         lines, totals = self._lines
         first = int(np.searchsorted(lines.starts, self.place))
         before = int(totals[first - 1]) if first else 0

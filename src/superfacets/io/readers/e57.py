@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats, Ints, Singles
 from ...errors import MeshError, MissingExtraError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
@@ -41,10 +41,10 @@ _CHECKSUM = 4
 class _Scan(NamedTuple):
     """The valid points of a scan."""
 
-    points: npt.NDArray[np.float64]  # (n, 3)
-    colors: npt.NDArray[np.float32] | None  # (n, 3), 0 to 1
-    intensity: npt.NDArray[np.float32] | None  # (n,)
-    records: npt.NDArray[np.int32]  # (n,) their numbers in the scan, from 0
+    points: Floats  # (n, 3)
+    colors: Singles | None  # (n, 3), 0 to 1
+    intensity: Singles | None  # (n,)
+    records: Ints  # (n,) their numbers in the scan, from 0
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
@@ -117,7 +117,7 @@ def _module() -> Any:
 
 def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
     places = np.repeat(np.arange(len(scans), dtype=np.int32), [len(scan.points) for scan in scans])
-    stored: dict[str, npt.NDArray[Any]] = {
+    stored: dict[str, Array] = {
         "scan": places,
         "record": np.concatenate([scan.records for scan in scans]),
     }
@@ -152,7 +152,7 @@ def _has(header: Any, names: tuple[str, ...]) -> bool:
     return all(name in header.point_fields for name in names)
 
 
-def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, npt.NDArray[Any]]:
+def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, Array]:
     """What a scan holds of `_KINDS`, one number per record."""
     header = file.get_header(place)
     n_records = header.point_count
@@ -175,7 +175,7 @@ def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, 
     return columns
 
 
-def _from_spherical(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _from_spherical(points: Floats) -> Floats:
     """Positions from range, azimuth and elevation, in radians."""
     range_, azimuth, elevation = points.T
     across = range_ * np.cos(elevation)
@@ -184,7 +184,7 @@ def _from_spherical(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     )
 
 
-def _moved(points: npt.NDArray[np.float64], header: Any, place: int) -> npt.NDArray[np.float64]:
+def _moved(points: Floats, header: Any, place: int) -> Floats:
     """Points of a scan in the coordinates of the file: turned, then moved."""
     if not header.has_pose():
         return points
@@ -200,16 +200,14 @@ def _moved(points: npt.NDArray[np.float64], header: Any, place: int) -> npt.NDAr
     return points
 
 
-def _rotation_of(quaternion: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _rotation_of(quaternion: Floats) -> Floats:
     """The matrix of a quaternion w, x, y, z of length 1."""
     w, axis = quaternion[0], quaternion[1:]
     crossed = np.cross(np.eye(3), axis)  # times a vector: axis x vector
     return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
 
 
-def _colors_of(
-    pye57: Any, header: Any, columns: dict[str, npt.NDArray[Any]]
-) -> npt.NDArray[np.float32] | None:
+def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
     """Colors from 0 to 1 by the limits that the scan declares; None where these are no range."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):

@@ -6,16 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
 from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of
 from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
 
 __all__ = ["read_gltf"]
-
-Matrix = npt.NDArray[np.float64]
 
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
@@ -89,17 +87,17 @@ def _join(parts: list[TriangleArrays]) -> TriangleArrays:
     return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
 
 
-def _moved_on(faces: npt.NDArray[Any], first_vertex: int) -> npt.NDArray[Any]:
+def _moved_on(faces: Array, first_vertex: int) -> Array:
     """Faces whose vertices follow others."""
     return faces + np.int64(first_vertex) if first_vertex else faces
 
 
-def _concatenated(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+def _concatenated(parts: list[Array]) -> Array:
     """The parts as one array, which is no copy of a single one."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-def _visit_nodes(gltf: Gltf) -> list[tuple[int, Matrix]]:
+def _visit_nodes(gltf: Gltf) -> list[tuple[int, Floats]]:
     """Mesh and global matrix of each node of the scene that shows a mesh, depth first."""
     scene = gltf.item("scenes", gltf.document.get("scene", 0))
     stack = [(root, np.eye(4)) for root in reversed(_indices(scene, "nodes"))]
@@ -126,14 +124,14 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
     return values
 
 
-def _product(left: Matrix, right: Matrix) -> Matrix:
-    """Matrix product in a fixed order of additions, so that every machine rounds alike."""
+def _product(left: Floats, right: Floats) -> Floats:
+    """Floats product in a fixed order of additions, so that every machine rounds alike."""
     with np.errstate(over="ignore", invalid="ignore"):  # for the checks of Mesh to find
-        result: Matrix = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
+        result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
     return result
 
 
-def _local_matrix(node: dict[str, Any]) -> Matrix:
+def _local_matrix(node: dict[str, Any]) -> Floats:
     """The node's own matrix, which is stored by columns, or is made of its parts."""
     if "matrix" in node:
         return numbers(node, "matrix", [0.0] * 16).reshape(4, 4).T
@@ -144,7 +142,7 @@ def _local_matrix(node: dict[str, Any]) -> Matrix:
     return matrix
 
 
-def _rotation(quaternion: npt.NDArray[np.float64]) -> Matrix:
+def _rotation(quaternion: Floats) -> Floats:
     """Rotation matrix of x, y, z, w, which need not have length 1."""
     length = np.abs(quaternion).max()
     if length == 0:
@@ -162,8 +160,8 @@ def _rotation(quaternion: npt.NDArray[np.float64]) -> Matrix:
 
 def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
     """The triangles of all primitives of a mesh."""
-    positions: dict[int, npt.NDArray[np.float64]] = {}  # of each accessor, in order of first use
-    faces: list[npt.NDArray[Any]] = []
+    positions: dict[int, Floats] = {}  # of each accessor, in order of first use
+    faces: list[Array] = []
     first_vertices: dict[int, int] = {}
     n_vertices = 0
     for primitive in _triangle_primitives(gltf, index):
@@ -201,7 +199,7 @@ def _has_triangles(primitive: dict[str, Any]) -> bool:
     return mode == TRIANGLES
 
 
-def _read_positions(gltf: Gltf, index: int) -> npt.NDArray[np.float64]:
+def _read_positions(gltf: Gltf, index: int) -> Floats:
     """Positions as (V, 3); quantized ones (KHR_mesh_quantization) become what they stand for."""
     stored = read_accessor(gltf, index, "VEC3")
     positions = as_doubles(stored)
@@ -210,7 +208,7 @@ def _read_positions(gltf: Gltf, index: int) -> npt.NDArray[np.float64]:
     return np.maximum(positions / np.iinfo(stored.dtype).max, -1.0)
 
 
-def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> npt.NDArray[Any]:
+def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Array:
     """Vertex index of each corner, flat: without indices, vertices are corners in their order."""
     if "indices" in primitive:
         stored = read_accessor(gltf, primitive["indices"], "SCALAR")
@@ -229,9 +227,7 @@ def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> npt
     return corners
 
 
-def _place(
-    positions: npt.NDArray[np.float64], faces: npt.NDArray[Any], matrix: Matrix
-) -> TriangleArrays:
+def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
     """A mesh moved by a matrix; where that mirrors, faces turn so that they still face outward."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces

@@ -19,8 +19,8 @@ from typing import Any, NoReturn
 from urllib.parse import unquote
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ...errors import MeshError
 from ..guards import Content, read_content
 
@@ -138,7 +138,7 @@ def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
     return value
 
 
-def numbers(item: dict[str, Any], key: str, default: list[float]) -> npt.NDArray[np.float64]:
+def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
     """As many finite numbers as `default` has, out of an object of the document."""
     values = item.get(key, default)
     is_list = isinstance(values, list) and len(values) == len(default)
@@ -149,7 +149,7 @@ def numbers(item: dict[str, Any], key: str, default: list[float]) -> npt.NDArray
     return np.array(values, dtype=np.float64)
 
 
-def read_accessor(gltf: Gltf, index: object, kind: str) -> npt.NDArray[Any]:
+def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     """The (n,) or (n, 3) array that an accessor of type `kind` describes, as it is stored."""
     accessor = gltf.item("accessors", index)
     where = f"accessors[{index}]"

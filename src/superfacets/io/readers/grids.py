@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Bools, Floats, Longs
 from ...errors import MeshError
 from ..guards import counted
 from .text import runs
@@ -49,13 +48,13 @@ class Grid:
         The value of each cell that was asked for by name; None if there are none of that name.
     """
 
-    vertices: npt.NDArray[np.float64]
-    kinds: npt.NDArray[Any]
-    sizes: npt.NDArray[Any]
-    corners: npt.NDArray[Any]
-    values: npt.NDArray[Any] | None
+    vertices: Floats
+    kinds: Array
+    sizes: Array
+    corners: Array
+    values: Array | None
 
-    def tets(self) -> npt.NDArray[Any]:
+    def tets(self) -> Array:
         """The corners of tetrahedra, (N, 4); a MeshError if there are none, or other volumes."""
         kinds = np.unique(self.kinds).tolist()
         others = [kind for kind in kinds if kind not in (*TETS, *_FLAT)]
@@ -76,7 +75,7 @@ class Grid:
         starts = np.cumsum(self.sizes, dtype=np.int64) - self.sizes
         return self.corners[runs(starts[chosen], np.full(int(chosen.sum()), 4))].reshape(-1, 4)
 
-    def is_tet(self) -> npt.NDArray[np.bool_]:
+    def is_tet(self) -> Bools:
         """Which cells are tetrahedra."""
         return np.isin(self.kinds, list(TETS))
 
@@ -85,7 +84,7 @@ def _named(kinds: list[int]) -> str:
     return ", ".join(sorted(_NAMES.get(kind, f"kind {kind} of VTK") for kind in kinds[:10]))
 
 
-def sizes_between(offsets: npt.NDArray[Any], what: str) -> npt.NDArray[np.int64]:
+def sizes_between(offsets: Array, what: str) -> Longs:
     """Sizes of lists from their end offsets."""
     offsets = offsets.astype(np.int64, copy=False)
     sizes = np.diff(offsets, prepend=0)

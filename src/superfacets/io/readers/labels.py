@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Ints
 from ..._validate import refuse_mask
 from ...errors import MeshError
 from ..guards import Content, counted, known_ending, read_content
@@ -34,7 +34,7 @@ NO_REGION = -1
 
 def read_labels(
     path: str | os.PathLike[str], n_faces: int | None = None, *, name: str = "label"
-) -> npt.NDArray[np.int32]:
+) -> Ints:
     r"""Return the label of each face, in face order, that a file holds.
 
     Parameters
@@ -108,7 +108,7 @@ def _has_ply_labels(data: Content, name: str) -> bool:
     return place is not None and header.elements[place].find(name) is not None
 
 
-def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.int32]:
+def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:
     """Labels as a contiguous (F,) int32 array; a MeshError if they are not one >= -1 per face."""
     refuse_mask(labels, "labels", MeshError)
     array = np.asarray(labels)
@@ -126,7 +126,7 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.in
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-def _read_text(data: Content, name: str) -> npt.NDArray[Any]:
+def _read_text(data: Content, name: str) -> Array:
     lines = split_lines(data)
     crowded = np.flatnonzero(lines.counts != 1)
     if len(crowded):
@@ -136,7 +136,7 @@ def _read_text(data: Content, name: str) -> npt.NDArray[Any]:
     return lines.parse(np.int64)
 
 
-def _read_npy(data: Content, name: str) -> npt.NDArray[Any]:
+def _read_npy(data: Content, name: str) -> Array:
     shape, dtype, _, _ = npy_header(data)
     if dtype.kind not in "iu":
         raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
@@ -145,7 +145,7 @@ def _read_npy(data: Content, name: str) -> npt.NDArray[Any]:
     return npy_array(data, "labels")
 
 
-def _read_column(data: Content, name: str, *, ending: str) -> npt.NDArray[Any]:
+def _read_column(data: Content, name: str, *, ending: str) -> Array:
     """What a cloud holds under that name."""
     found = CLOUD_READERS[ending](data).attributes.vertex
     if name not in found:
@@ -160,7 +160,7 @@ def _has_column(data: Content, name: str, *, ending: str) -> bool:
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
 """Files of clouds; .npy and .txt are more often labels alone."""
 
-_READERS: dict[str, Callable[[Content, str], npt.NDArray[Any]]] = {
+_READERS: dict[str, Callable[[Content, str], Array]] = {
     ".npy": _read_npy,
     ".ply": read_ply_labels,
     ".seg": _read_text,

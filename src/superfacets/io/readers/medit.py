@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ...errors import MeshError
 from ..guards import Content, counted
 from .cursor import as_count, shown
@@ -48,12 +46,7 @@ def read_medit(data: Content, name: str) -> Grid:
     return _grid(vertices[:, :3], kinds, rows, name)
 
 
-def _grid(
-    vertices: npt.NDArray[np.float64],
-    kinds: list[npt.NDArray[Any]],
-    rows: list[npt.NDArray[Any]],
-    name: str,
-) -> Grid:
+def _grid(vertices: Floats, kinds: list[Array], rows: list[Array], name: str) -> Grid:
     none = np.empty(0, np.int64)
     sizes = [np.full(len(part), part.shape[1] - 1) for part in rows]
     corners = [part[:, :-1].ravel() - 1 for part in rows]
@@ -75,7 +68,7 @@ def _check_dimension(tokens: list[bytes], section: Lines) -> None:
 
 def _rows_of(
     tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
-) -> npt.NDArray[Any]:
+) -> Array:
     """The numbers of a section. The count follows the keyword on its line or on the next."""
     what = tokens[0].decode("ascii")
     if len(tokens) == 1 and len(section):

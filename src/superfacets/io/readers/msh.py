@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, as_doubles
 from .cursor import Cursor, as_count, shown
@@ -20,7 +20,7 @@ __all__ = ["read_msh"]
 _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23, 25, 26, 27])
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])
 
-Parts = tuple[npt.NDArray[Any], ...]
+Parts = tuple[Array, ...]
 """A block of elements: tags, types, physical tags, second tags, nodes (flat)."""
 
 
@@ -38,10 +38,10 @@ class _MshReader:
     def __init__(self, data: Content, name: str) -> None:
         self._cursor = Cursor(data)
         self._name = name
-        self._nodes: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None = None
+        self._nodes: tuple[Array, Array] | None = None
         self._elements: list[Parts] = []
         self._physical: dict[int, int] = {}  # physical tag of each entity of dimension 3
-        self._values: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None = None
+        self._values: tuple[Array, Array] | None = None
 
     def read(self) -> Grid:
         if self._cursor.line() != b"$MeshFormat":
@@ -89,10 +89,10 @@ class _MshReader:
         if line != b"$End" + section:
             raise MeshError(f"expected the end of {shown(section)}, got {shown(line)}")
 
-    def _integers(self, n: int, what: str) -> npt.NDArray[Any]:
+    def _integers(self, n: int, what: str) -> Array:
         return self._cursor.numbers(n, "i4", what)
 
-    def _sizes(self, n: int, what: str) -> npt.NDArray[Any]:
+    def _sizes(self, n: int, what: str) -> Array:
         """The next `n` counts or tags: 8 bytes each in binary files."""
         return self._cursor.numbers(n, "i8", what)
 
@@ -101,7 +101,7 @@ class _MshReader:
         self._nodes = self._tagged(n_nodes, 3, "Nodes")
         return True
 
-    def _tagged(self, n: int, width: int, what: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    def _tagged(self, n: int, width: int, what: str) -> tuple[Array, Array]:
         """The next `n` rows of a tag and `width` doubles: (tags, doubles)."""
         if not self._cursor.byte_order:
             rows = self._cursor.numbers((1 + width) * n, "f8", what).reshape(-1, 1 + width)
@@ -154,7 +154,7 @@ class _MshReader:
             self._elements.append((tags[0], types, *tags[1:], nodes))
         return True
 
-    def _equal_blocks(self, head: npt.NDArray[Any], width: int, n_left: int) -> npt.NDArray[Any]:
+    def _equal_blocks(self, head: Array, width: int, n_left: int) -> Array:
         """Consecutive blocks of one element with the same header as the first, read at once."""
         begin, n_rows, n_equal = self._cursor.place, 1, 1
         while n_equal == n_rows:  # doubling: at most half is examined in vain
@@ -246,7 +246,7 @@ class _MshReader:
         node_tags, points = self._nodes
         tags, types, first, second, nodes = map(np.concatenate, zip(*self._elements, strict=True))
         corners = _places(node_tags, nodes, "nodes")
-        values: npt.NDArray[Any] | None = None
+        values: Array | None = None
         if self._name == "gmsh:physical":
             values = first
         elif self._name == "gmsh:geometrical":
@@ -262,14 +262,14 @@ def _natural(value: Any, what: str) -> int:
     return int(value)
 
 
-def _checked_types(types: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _checked_types(types: Array) -> Array:
     wrong = (types < 1) | (types >= len(_KINDS))
     if wrong.any():
         raise MeshError(f"elements of type {types[wrong][0]} of Gmsh are not supported")
     return types
 
 
-def _places(tags: npt.NDArray[Any], wanted: npt.NDArray[Any], what: str) -> npt.NDArray[Any]:
+def _places(tags: Array, wanted: Array, what: str) -> Array:
     """Index of each wanted tag among the tags; fast where tags count from 1."""
     if np.array_equal(tags, np.arange(1, len(tags) + 1)):
         wrong = (wanted < 1) | (wanted > len(tags))

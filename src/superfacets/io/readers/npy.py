@@ -14,8 +14,8 @@ import zipfile
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content
 
@@ -43,7 +43,7 @@ _SHAPE = re.compile(r"\(\s*(?:(?:N,\s*)+(?:N)?)?\)".replace("N", r"-?\d{1,19}L?\
 """Matches ``3L``, as Python 2 wrote integers."""
 
 
-def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
+def npy_array(data: Content, what: str = "numbers") -> Array:
     """The array of a .npy file.
 
     numpy.load would allocate the memory that a damaged header claims, and would run the code in a
@@ -62,7 +62,7 @@ def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
     return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)
 
 
-def npz_array(data: Content, name: str) -> npt.NDArray[Any]:
+def npz_array(data: Content, name: str) -> Array:
     """Return one array of a .npz file by name.
 
     A damaged archive raises errors of zipfile, of zlib, a KeyError or a MeshError.

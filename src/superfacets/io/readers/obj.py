@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats, Ints, Longs
 from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
 from .text import Lines, iterate_lines, table
@@ -68,9 +68,9 @@ class _Block:
         Number of corners of each `f` line.
     """
 
-    vertices: npt.NDArray[np.float64]
-    corners: npt.NDArray[Any]
-    lengths: npt.NDArray[np.int32]
+    vertices: Floats
+    corners: Array
+    lengths: Ints
 
 
 def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
@@ -130,26 +130,22 @@ def _end_of_lines(text: bytes) -> int:
     return end
 
 
-def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:
+def _read_vertices(lines: Lines) -> Floats:
     """Coordinates; a weight or a color may follow them."""
     short = np.flatnonzero(lines.counts < 3)
     if len(short):
         number, n_tokens = lines.number(short[0]), int(lines.counts[short[0]])
         raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
-    vertices: npt.NDArray[np.float64] = table(lines.parse(np.float64), lines.counts, 3)
+    vertices: Floats = table(lines.parse(np.float64), lines.counts, 3)
     return vertices
 
 
-def _count_from_one(
-    corners: npt.NDArray[Any], n_before: npt.NDArray[np.int64]
-) -> npt.NDArray[np.int64]:
+def _count_from_one(corners: Array, n_before: Longs) -> Longs:
     """Indices from 1, where -1 was the last of the vertices so far; 0 where there is none."""
     return np.where(corners < 0, np.maximum(corners + n_before + 1, 0), corners)
 
 
-def _raise_index_error(
-    data: Content, lengths: npt.NDArray[Any], corners: npt.NDArray[Any], n_vertices: int
-) -> NoReturn:
+def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices: int) -> NoReturn:
     """Raise a MeshError that names the first line with a wrong index, as it is written there."""
     place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
     ends = np.cumsum(lengths, dtype=np.int64)

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 import reprlib
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats, Ints
 from ...errors import MeshError
 from ..guards import (
     Arrays,
@@ -70,16 +69,16 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
     return n_vertices, n_faces, n_header
 
 
-def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:
+def _read_vertices(lines: Lines) -> Floats:
     short = np.flatnonzero(lines.counts < 3)
     if len(short):
         number, n_tokens = lines.number(short[0]), int(lines.counts[short[0]])
         raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
-    vertices: npt.NDArray[np.float64] = table(lines.parse(np.float64), lines.counts, 3)
+    vertices: Floats = table(lines.parse(np.float64), lines.counts, 3)
     return vertices
 
 
-def _read_faces(lines: Lines) -> npt.NDArray[Any] | Polygons:
+def _read_faces(lines: Lines) -> Array | Polygons:
     values = lines.parse_integers_or_floats()  # floats where colors are
     n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
     short = np.flatnonzero(lines.counts - 1 < n_corners)
@@ -98,9 +97,7 @@ def _read_faces(lines: Lines) -> npt.NDArray[Any] | Polygons:
     return checked_faces(n_corners, as_integers(corners, "vertex indices").ravel())
 
 
-def _listed(
-    values: npt.NDArray[Any], counts: npt.NDArray[np.int32], n_corners: npt.NDArray[Any]
-) -> npt.NDArray[Any]:
+def _listed(values: Array, counts: Ints, n_corners: Array) -> Array:
     """The corners in a row, which stand behind their number in each line."""
     firsts = np.cumsum(counts, dtype=np.int64) - counts + 1
     return values[runs(firsts, n_corners)]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..attributes import MeshAttributes
 from ..guards import Arrays, Content, checked_faces, side_by_side
@@ -58,13 +56,13 @@ def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Colum
     return (positions, checked_faces(lengths, corners)), tables
 
 
-def _corners_in_a_row(indices: Column) -> npt.NDArray[Any]:
+def _corners_in_a_row(indices: Column) -> Array:
     if indices.values is None:
         return _present(indices.ragged)
     return side_by_side(indices.values).ravel()
 
 
-def read_ply_labels(data: Content, name: str = "label") -> npt.NDArray[Any]:
+def read_ply_labels(data: Content, name: str = "label") -> Array:
     """The face property `label` of a PLY file, or what has that name; the faces may be polygons."""
     header = parse_header(data)
     face, faces = _find_labeled(header)
@@ -111,6 +109,6 @@ def _find_scalar(element: Element, name: str) -> int:
     return column
 
 
-def _present(values: npt.NDArray[Any] | None) -> npt.NDArray[Any]:
+def _present(values: Array | None) -> Array:
     assert values is not None
     return values

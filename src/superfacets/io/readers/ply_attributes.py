@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ..attributes import MeshAttributes, is_word
 from .ply_body import Column
 from .ply_header import INDEX_NAMES, Element, Header, Property
@@ -18,7 +16,7 @@ __all__ = ["attributes_of"]
 def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
     """What the tables hold besides x, y, z and corners, copied so that the file can be freed."""
     left_out: list[str] = []
-    kept: dict[str, dict[str, npt.NDArray[Any]]] = {"vertex": {}, "face": {}}
+    kept: dict[str, dict[str, Array]] = {"vertex": {}, "face": {}}
     for element, columns in zip(header.elements, tables, strict=True):
         if element.name in kept:
             kept[element.name] = _copied(element, columns, left_out)
@@ -35,12 +33,10 @@ def _is_mesh(header: Header, element: Element) -> bool:
     return element.name == STRIPS and (place is None or not header.elements[place].n_rows)
 
 
-def _copied(
-    element: Element, columns: list[Column], left_out: list[str]
-) -> dict[str, npt.NDArray[Any]]:
+def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dict[str, Array]:
     """The columns by name but for the mesh's own; what cannot be kept is added to `left_out`."""
     own = _own_columns(element)
-    copies: dict[str, npt.NDArray[Any]] = {}
+    copies: dict[str, Array] = {}
     for place, (stored, column) in enumerate(zip(element.properties, columns, strict=True)):
         if place in own:
             continue
@@ -60,7 +56,7 @@ def _own_columns(element: Element) -> set[int | None]:
     return {element.find(*INDEX_NAMES)}
 
 
-def _as_stored(values: npt.NDArray[Any], stored: Property) -> npt.NDArray[Any]:
+def _as_stored(values: Array, stored: Property) -> Array:
     """A contiguous copy in the declared type; as float64 where a text file holds other numbers."""
     declared = np.dtype(stored.dtype).newbyteorder("=")
     with np.errstate(invalid="ignore", over="ignore"):

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
-import numpy.typing as npt
 
 from ... import _core
+from ..._types import Array, Bools, Ints, Longs
 from ..._validate import checked_threads
 from ...errors import MeshError
 from ..guards import Content, counted
@@ -17,8 +17,6 @@ from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
 
 __all__ = ["Column", "read_tables"]
-
-Index = npt.NDArray[np.int64]
 
 MAX_RECORD_SIZE = 2**31 - 1
 """numpy refuses larger records."""
@@ -38,9 +36,9 @@ class Column:
         The lists one after the other, where they differ in length.
     """
 
-    values: npt.NDArray[Any] | None
-    lengths: npt.NDArray[Any] | None = None
-    ragged: npt.NDArray[Any] | None = None
+    values: Array | None
+    lengths: Array | None = None
+    ragged: Array | None = None
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
@@ -113,7 +111,7 @@ def _read_uniform(
     return columns, begin + row_size * element.n_rows
 
 
-def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Index, Index, int]:
+def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
     """First byte and number of the values in each row and column, and where the rows end."""
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
@@ -133,12 +131,12 @@ def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Ind
     return starts.reshape(shape), lengths.reshape(shape), end
 
 
-def _check_lengths(lengths: npt.NDArray[Any]) -> None:
+def _check_lengths(lengths: Array) -> None:
     if lengths.min(initial=0) < 0:
         raise MeshError(f"the PLY file holds a list of {lengths.min()} numbers")
 
 
-def _gather(stored: Property, data: Content, starts: Index, lengths: Index) -> Column:
+def _gather(stored: Property, data: Content, starts: Longs, lengths: Longs) -> Column:
     """The column whose values begin at these bytes."""
     listed = lengths if stored.is_list else None
     content = np.frombuffer(data, dtype=np.uint8)
@@ -175,9 +173,7 @@ def _read_text_element(element: Element, lines: Lines) -> list[Column]:
     return columns or _gather_text(element, values, lines)
 
 
-def _read_uniform_text(
-    element: Element, values: npt.NDArray[Any], counts: npt.NDArray[np.int32]
-) -> list[Column] | None:
+def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Column] | None:
     """Columns if all rows have lists of the same lengths, else None."""
     if not len(counts) or counts.min() != counts.max():
         return None
@@ -201,7 +197,7 @@ def _read_uniform_text(
     return columns if place == rows.shape[1] else None
 
 
-def _gather_text(element: Element, values: npt.NDArray[Any], lines: Lines) -> list[Column]:
+def _gather_text(element: Element, values: Array, lines: Lines) -> list[Column]:
     """Columns of rows whose lists differ in length; a MeshError where one is no row."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
@@ -222,7 +218,7 @@ def _gather_text(element: Element, values: npt.NDArray[Any], lines: Lines) -> li
     return columns
 
 
-def _check_tokens(lines: Lines, is_right: npt.NDArray[np.bool_]) -> None:
+def _check_tokens(lines: Lines, is_right: Bools) -> None:
     if not is_right.all():
         line = int(np.argmin(is_right))
         raise MeshError(
@@ -231,7 +227,7 @@ def _check_tokens(lines: Lines, is_right: npt.NDArray[np.bool_]) -> None:
         )
 
 
-def _as_declared(values: npt.NDArray[Any], stored: Property) -> npt.NDArray[Any]:
+def _as_declared(values: Array, stored: Property) -> Array:
     """Values rounded as a binary file of the same header would hold them."""
     if stored.dtype[-2:] != "f4":
         return values
@@ -239,9 +235,9 @@ def _as_declared(values: npt.NDArray[Any], stored: Property) -> npt.NDArray[Any]
         return values.astype(np.float32)
 
 
-def _list_column(values: npt.NDArray[Any], places: Index, lengths: Index) -> Column:
+def _list_column(values: Array, places: Longs, lengths: Longs) -> Column:
     """Lists that begin at these places, as an array where their lengths are the same."""
     if not len(lengths) or np.any(lengths != lengths[0]):
         return Column(None, lengths, values[runs(places, lengths)])
-    listed: npt.NDArray[Any] = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]
+    listed: Array = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]
     return Column(listed, lengths)

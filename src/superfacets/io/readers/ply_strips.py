@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Longs
 from ...errors import MeshError
 
 __all__ = ["STRIPS", "triangles_of_strips"]
@@ -18,9 +16,7 @@ RESTART = -1
 """Stands in a list where one strip ends and the next begins."""
 
 
-def triangles_of_strips(
-    lengths: npt.NDArray[Any], corners: npt.NDArray[Any]
-) -> npt.NDArray[np.int64]:
+def triangles_of_strips(lengths: Array, corners: Array) -> Longs:
     """Triangles, (F, 3), in the order of the strips: each vertex from the third on makes one.
 
     Every other triangle of a strip is turned, so that all have the orientation of the first.

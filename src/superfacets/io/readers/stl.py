@@ -7,6 +7,7 @@ import re
 import numpy as np
 import numpy.typing as npt
 
+from ..._types import Floats, Singles
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
 from ..guards import Arrays, Content, as_doubles, counted, side_by_side
@@ -56,7 +57,7 @@ def _is_binary(data: Content) -> bool:
     )
 
 
-def _read_binary(data: Content) -> npt.NDArray[np.float32]:
+def _read_binary(data: Content) -> Singles:
     if len(data) < HEADER_SIZE + 4:
         raise MeshError(f"not an STL file: no word solid, and only {counted(len(data), 'byte')}")
     n_faces, size = _declared(data)
@@ -69,7 +70,7 @@ def _read_binary(data: Content) -> npt.NDArray[np.float32]:
     return side_by_side(triangles["corners"].reshape(n_faces, 9))
 
 
-def _read_ascii(data: Content) -> npt.NDArray[np.float64]:
+def _read_ascii(data: Content) -> Floats:
     blocks = [_read_block(lines) for lines in iterate_lines(data)]
     vertices, keywords = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     _check_solids(keywords, data)
@@ -77,7 +78,7 @@ def _read_ascii(data: Content) -> npt.NDArray[np.float64]:
     return vertices
 
 
-def _read_block(lines: Lines) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int8]]:
+def _read_block(lines: Lines) -> tuple[Floats, npt.NDArray[np.int8]]:
     """Flat coordinates of the vertex lines, and the keyword of each line."""
     keywords = lines.keywords(KEYWORDS, any_case=True)
     vertices = lines.after_keyword(keywords == VERTEX, KEYWORDS[VERTEX])

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, TriangleArrays, counted
 from .grids import Grid
@@ -29,7 +28,7 @@ def read_tets(data: Content, ending: str) -> TriangleArrays:
     return grid.vertices, grid.tets()
 
 
-def read_tet_labels(data: Content, ending: str, name: str = "label") -> npt.NDArray[Any]:
+def read_tet_labels(data: Content, ending: str, name: str = "label") -> Array:
     """The cell data `label` of tetrahedra, or what has that name."""
     grid = _read(data, ending, name)
     if grid.values is None:

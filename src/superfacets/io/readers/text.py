@@ -11,24 +11,19 @@ import re
 import reprlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _core
+from ..._types import Array, Bools, Bytes, Ints, Longs
 from ..._validate import checked_threads
 from ...errors import MeshError
 from ..guards import Content
 
 __all__ = ["Lines", "as_integers", "iterate_lines", "runs", "split_lines", "table"]
 
-Index = npt.NDArray[np.int64]
-
-_Kernel = Callable[
-    [npt.NDArray[np.uint8], Index, Index, npt.NDArray[np.int32], int],
-    tuple[npt.NDArray[Any], Index],
-]
+_Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
 
 BLOCK = 1 << 23
 """Bytes of text that `iterate_lines` takes at a time: memory for what is found stays small."""
@@ -55,15 +50,15 @@ class Lines:
         Tokens, which are separated by blanks.
     """
 
-    text: npt.NDArray[np.uint8]
-    starts: Index
-    ends: Index
-    counts: npt.NDArray[np.int32]
+    text: Bytes
+    starts: Longs
+    ends: Longs
+    counts: Ints
 
     def __len__(self) -> int:
         return len(self.starts)
 
-    def __getitem__(self, part: slice | npt.NDArray[np.bool_]) -> Lines:
+    def __getitem__(self, part: slice | Bools) -> Lines:
         return Lines(self.text, self.starts[part], self.ends[part], self.counts[part])
 
     def content(self, line: int) -> bytes:
@@ -84,12 +79,12 @@ class Lines:
             self.text, self.starts, self.ends, names, any_case, checked_threads(None)
         )
 
-    def after_keyword(self, mask: npt.NDArray[np.bool_], keyword: bytes) -> Lines:
+    def after_keyword(self, mask: Bools, keyword: bytes) -> Lines:
         """The lines of `mask` without their first token, which is the keyword."""
         lines = self[mask]
         return Lines(self.text, lines.starts + len(keyword), lines.ends, lines.counts - 1)
 
-    def parse(self, dtype: type[np.float64] | type[np.int64]) -> npt.NDArray[Any]:
+    def parse(self, dtype: type[np.float64] | type[np.int64]) -> Array:
         """All numbers, flat; a MeshError that names the line if a token is not a number.
 
         Decimals are rounded to the nearest double. Integers are int32 where all fit, else int64,
@@ -99,14 +94,14 @@ class Lines:
             return self._parse([_core.parse_doubles], _read_double)
         return self._parse([_core.parse_integers, _core.parse_long_integers], _read_integer)
 
-    def parse_corners(self) -> npt.NDArray[Any]:
+    def parse_corners(self) -> Array:
         """The vertex index of each corner, flat: the 7 in ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
 
         Integers as those of `parse`; a MeshError names the line if a token is something else.
         """
         return self._parse([_core.parse_corners, _core.parse_long_corners], _read_corner)
 
-    def parse_integers_or_floats(self) -> npt.NDArray[Any]:
+    def parse_integers_or_floats(self) -> Array:
         """All numbers, flat: integers if all are written as such, else float64."""
         if len(self) and b"." in self.content(0):
             return self.parse(np.float64)
@@ -115,9 +110,7 @@ class Lines:
         except MeshError:
             return self.parse(np.float64)
 
-    def _parse(
-        self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]
-    ) -> npt.NDArray[Any]:
+    def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
         """Numbers as the first kernel finds them that leaves out no line, else as the last does.
 
         Lines that even that one leaves out are read by `read_token`.
@@ -183,7 +176,7 @@ def iterate_lines(data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
         yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
 
 
-def _as_text(data: Content) -> npt.NDArray[np.uint8]:
+def _as_text(data: Content) -> Bytes:
     """The bytes without what is no part of the text, with newlines at the ends of lines."""
     if data[:3] == b"\xef\xbb\xbf":  # a byte order mark
         data = data[3:]
@@ -194,7 +187,7 @@ def _as_text(data: Content) -> npt.NDArray[np.uint8]:
     return np.frombuffer(data, dtype=np.uint8)
 
 
-def _next_line(text: npt.NDArray[np.uint8], place: int) -> int:
+def _next_line(text: Bytes, place: int) -> int:
     """First byte, from `place` on, that begins a line."""
     begin = place - 1
     while 0 <= begin < len(text):
@@ -205,7 +198,7 @@ def _next_line(text: npt.NDArray[np.uint8], place: int) -> int:
     return 0 if place == 0 else len(text)
 
 
-def _scan(text: npt.NDArray[np.uint8], begin: int, end: int | None, comment: bytes) -> Lines:
+def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
     """The lines that begin in some of the text, at a line's begin."""
     stop = len(text) if end is None else min(end, len(text))
     character = ord(comment) if comment else 0
@@ -213,25 +206,25 @@ def _scan(text: npt.NDArray[np.uint8], begin: int, end: int | None, comment: byt
     return Lines(text, *found)
 
 
-def table(values: npt.NDArray[Any], counts: npt.NDArray[np.int32], width: int) -> npt.NDArray[Any]:
+def table(values: Array, counts: Ints, width: int) -> Array:
     """First `width` values of each row; row i has ``counts[i] >= width`` of the flat values."""
     if len(values) == 0:
         return values.reshape(0, width)
     if counts.min() == counts.max():
         return values.reshape(len(counts), -1)[:, :width]
     first = np.cumsum(counts, dtype=np.int64) - counts
-    chosen: npt.NDArray[Any] = values[first[:, np.newaxis] + np.arange(width)]
+    chosen: Array = values[first[:, np.newaxis] + np.arange(width)]
     return chosen
 
 
-def runs(starts: npt.NDArray[Any], lengths: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+def runs(starts: Array, lengths: Array) -> Longs:
     """Places of runs of values, one after the other: start, start + 1, ... of each."""
     lengths = lengths.astype(np.int64, copy=False)
     before = np.cumsum(lengths) - lengths
     return np.repeat(starts - before, lengths) + np.arange(int(lengths.sum()))
 
 
-def as_integers(values: npt.NDArray[Any], what: str) -> npt.NDArray[Any]:
+def as_integers(values: Array, what: str) -> Array:
     """`values` as integers; a MeshError that calls them `what` if one has a fraction."""
     if values.dtype.kind in "iu":
         return values

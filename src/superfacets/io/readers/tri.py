@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Arrays, Content, counted
 from .text import Lines, split_lines
@@ -26,7 +24,7 @@ def read_tri(data: Content) -> Arrays:
 
 def _read_block(
     lines: Lines, thing: str, dtype: type[np.float64] | type[np.int64]
-) -> tuple[npt.NDArray[Any], Lines]:
+) -> tuple[Array, Lines]:
     """The rows of a count and that many lines of three numbers, and the lines that follow."""
     first = lines.content(0).strip() if len(lines) else b""
     if not first.isdigit():

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 from urllib.parse import unquote_to_bytes
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, as_doubles
 from .cursor import Cursor, as_count, shown
@@ -42,8 +41,8 @@ class _LegacyReader:
     def __init__(self, data: Content, name: str) -> None:
         self._cursor = Cursor(data)
         self._name = name
-        self._arrays: dict[str, npt.NDArray[Any]] = {}
-        self._values: npt.NDArray[Any] | None = None
+        self._arrays: dict[str, Array] = {}
+        self._values: Array | None = None
         self._owner = ""  # section of the current attributes: CELL_DATA or POINT_DATA
         self._n_values = 0
 
@@ -139,12 +138,12 @@ class _LegacyReader:
             _word(words, place), f"the sizes behind {shown(words[0]) if words else 'FIELD'}"
         )
 
-    def _numbers(self, n: int, word: str, what: str) -> npt.NDArray[Any]:
+    def _numbers(self, n: int, word: str, what: str) -> Array:
         if word.lower() not in _TYPES:
             raise MeshError(f"{what} must be numbers of a type like double, got {shown(word)}")
         return self._cursor.numbers(n, _TYPES[word.lower()], what)
 
-    def _keep(self, name: str, values: npt.NDArray[Any]) -> None:
+    def _keep(self, name: str, values: Array) -> None:
         """Keep the wanted cell data; names are percent-encoded."""
         stored = unquote_to_bytes(name.encode("latin-1")).decode("utf-8", "replace")
         if self._owner == "CELL_DATA" and self._values is None and stored == self._name:
@@ -166,7 +165,7 @@ def _word(words: list[str], place: int) -> str:
     return words[place]
 
 
-def _split_rows(rows: npt.NDArray[Any], n_rows: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def _split_rows(rows: Array, n_rows: int) -> tuple[Array, Array]:
     """Split rows of (size, corners ...) into sizes and flat corners."""
     width = len(rows) // n_rows if n_rows else 0
     if width and len(rows) == width * n_rows and (rows[::width] == width - 1).all():

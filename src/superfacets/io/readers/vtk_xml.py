@@ -10,8 +10,8 @@ from typing import Any, Literal
 from xml.parsers import expat
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ...errors import MeshError
 from ..guards import Content, as_doubles, counted, most_bytes_of
 from .cursor import as_count, shown
@@ -126,7 +126,7 @@ class XmlFile:
         if len(self._path) == 5 and self._path[2] == "Piece" and self._path[4] == "DataArray":
             self.pieces[-1].sections[self._path[3]][-1].texts.append(text)
 
-    def points(self, piece: Piece) -> npt.NDArray[np.float64]:
+    def points(self, piece: Piece) -> Floats:
         """The vertices of a piece, (V, 3)."""
         n_points = piece.count("NumberOfPoints")
         array = next(iter(piece.sections.get("Points", [])), None)
@@ -136,14 +136,14 @@ class XmlFile:
             raise MeshError("the Points of the file need an array of 3 components")
         return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
 
-    def cells(self, piece: Piece, section: str, n_cells: int) -> tuple[npt.NDArray[Any], ...]:
+    def cells(self, piece: Piece, section: str, n_cells: int) -> tuple[Array, ...]:
         """The sizes of cells, and their corners, flat."""
         if not n_cells:
             return np.empty(0, np.int64), np.empty(0, np.int64)
         sizes = sizes_between(self.integers(piece, section, "offsets", n_cells), section)
         return sizes, self.integers(piece, section, "connectivity", int(sizes.sum()))
 
-    def integers(self, piece: Piece, section: str, name: str, n: int) -> npt.NDArray[Any]:
+    def integers(self, piece: Piece, section: str, name: str, n: int) -> Array:
         """An array of `n` integers; a MeshError if it is missing."""
         found = self.cell_data(piece, name, n, section)
         if found is None:
@@ -152,9 +152,7 @@ class XmlFile:
             raise MeshError(f"the array {name} must hold integers")
         return found
 
-    def cell_data(
-        self, piece: Piece, name: str, n: int, section: str = "CellData"
-    ) -> npt.NDArray[Any] | None:
+    def cell_data(self, piece: Piece, name: str, n: int, section: str = "CellData") -> Array | None:
         """The array of this name, with `n` values; None if there is none."""
         array = next((one for one in piece.sections.get(section, []) if one.name == name), None)
         if array is None:
@@ -163,7 +161,7 @@ class XmlFile:
             raise MeshError(f"the array {shown(name)} has more than one number for each cell")
         return self._values(array, n)
 
-    def _values(self, array: _Array, n: int) -> npt.NDArray[Any]:
+    def _values(self, array: _Array, n: int) -> Array:
         """The `n` numbers of an array; a MeshError with its name if it has another size."""
         try:
             self._left -= 8 * n
@@ -173,7 +171,7 @@ class XmlFile:
         except MeshError as error:
             raise MeshError(f"the array {shown(array.name)}: {error}") from None
 
-    def _decoded(self, array: _Array, n: int) -> npt.NDArray[Any]:
+    def _decoded(self, array: _Array, n: int) -> Array:
         word = array.attributes.get("type", "")
         if word not in NUMBER_TYPES:
             raise MeshError(f"expected numbers of a type like Float64, got {shown(word)}")
@@ -278,7 +276,7 @@ def _refuse_doctype(*_: object) -> None:
     raise MeshError("the XML declares a document type, which files of VTK do not have")
 
 
-def _parsed(text: bytes, stored: np.dtype[Any]) -> npt.NDArray[Any]:
+def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
     lines = split_lines(text)
     if stored.kind != "f":
         return as_integers(lines.parse_integers_or_floats(), "values")
@@ -286,7 +284,7 @@ def _parsed(text: bytes, stored: np.dtype[Any]) -> npt.NDArray[Any]:
         return lines.parse(np.float64).astype(stored)
 
 
-def _check_length(values: npt.NDArray[Any], n: int) -> npt.NDArray[Any]:
+def _check_length(values: Array, n: int) -> Array:
     if len(values) != n:
         raise MeshError(f"expected {counted(n, 'number')}, got {len(values)}: is the file cut?")
     return values

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
 from .vtk_xml import XmlFile, is_xml_of
@@ -34,7 +32,7 @@ def read_vtp(data: Content) -> Arrays:
     return np.concatenate(points), checked_faces(np.concatenate(sizes), np.concatenate(corners))
 
 
-def read_vtp_labels(data: Content, name: str = "label") -> npt.NDArray[Any]:
+def read_vtp_labels(data: Content, name: str = "label") -> Array:
     """The cell data of the polygons with this name, by default ``label``."""
     labels = _labels(data, name)
     if labels is None:
@@ -49,7 +47,7 @@ def has_vtp_labels(data: Content, name: str = "label") -> bool:
     return _labels(data, name) is not None
 
 
-def _labels(data: Content, name: str) -> npt.NDArray[Any] | None:
+def _labels(data: Content, name: str) -> Array | None:
     """The values of polygons: in each piece they follow those of vertices and lines."""
     file, parts = _open(data), []
     for piece in file.pieces:
