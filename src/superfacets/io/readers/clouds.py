@@ -16,10 +16,9 @@ from ..guards import Content, as_doubles
 from .e57 import read_e57
 from .las import read_las
 from .npy import npy_array
-from .ply_attributes import attributes_of
+from .ply import attributes_of
 from .ply_body import read_tables
 from .ply_header import parse_header
-from .ply_strips import STRIPS
 from .text import Lines, split_lines
 
 __all__ = ["CLOUD_ENDINGS", "CLOUD_READERS", "CloudFile", "holds_cloud"]
@@ -44,10 +43,7 @@ def holds_cloud(data: Content, ending: str) -> bool:
     """Whether a file of this content and ending holds points and no faces."""
     if ending != ".ply":
         return ending in CLOUD_READERS
-    header = parse_header(data)
-    return not any(
-        element.name in ("face", STRIPS) and element.n_rows for element in header.elements
-    )
+    return parse_header(data).faces is None
 
 
 def _read_ply(data: Content) -> CloudFile:

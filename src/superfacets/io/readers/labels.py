@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import reprlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -17,11 +16,10 @@ from ...errors import MeshError
 from ..guards import Content, counted, known_ending, read_content
 from .clouds import CLOUD_READERS
 from .npy import npy_array, npy_header
-from .ply import read_ply_labels
-from .ply_header import parse_header
+from .ply import has_ply_labels, read_ply_labels
 from .tets import TET_ENDINGS, has_tet_labels, read_tet_labels
-from .text import split_lines
-from .vtp import has_vtp_labels, read_vtp_labels
+from .text import shown, split_lines
+from .vtk_xml import has_vtp_labels, read_vtp_labels
 
 __all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "read_labels"]
 
@@ -100,14 +98,6 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
         raise MeshError(f"{path}: {error}") from None
 
 
-def _has_ply_labels(data: Content, name: str) -> bool:
-    header = parse_header(data)
-    place = header.find("face")
-    if place is None or not header.elements[place].n_rows:
-        place = header.find("vertex")
-    return place is not None and header.elements[place].find(name) is not None
-
-
 def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:
     """Labels as a contiguous (F,) int32 array; a MeshError if they are not one >= -1 per face."""
     refuse_mask(labels, "labels", MeshError)
@@ -130,9 +120,8 @@ def _read_text(data: Content, name: str) -> Array:
     lines = split_lines(data)
     crowded = np.flatnonzero(lines.counts != 1)
     if len(crowded):
-        line = int(crowded[0])
-        shown = reprlib.repr(lines.content(line).decode("latin-1").strip())
-        raise MeshError(f"line {lines.number(line)}: expected one integer, got {shown}")
+        line, found = lines.number(crowded[0]), shown(lines.content(crowded[0]).strip())
+        raise MeshError(f"line {line}: expected one integer, got {found}")
     return lines.parse(np.int64)
 
 
@@ -170,7 +159,7 @@ _READERS: dict[str, Callable[[Content, str], Array]] = {
 }
 
 _LABEL_FINDERS: dict[str, Callable[[Content, str], bool]] = {
-    ".ply": _has_ply_labels,
+    ".ply": has_ply_labels,
     ".vtp": has_vtp_labels,
     **{ending: partial(_has_column, ending=ending) for ending in _OF_CLOUDS},
 }

@@ -7,9 +7,8 @@ import numpy as np
 from ..._types import Array, Floats
 from ...errors import MeshError
 from ..guards import Content, counted
-from .cursor import as_count, shown
 from .grids import Grid
-from .text import Lines, as_integers, split_lines
+from .text import Lines, as_count, as_integers, shown, split_lines
 
 __all__ = ["read_medit"]
 

@@ -10,9 +10,8 @@ import numpy as np
 from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, as_doubles
-from .cursor import Cursor, as_count, shown
-from .grids import Grid
-from .text import as_integers, runs
+from .grids import Cursor, Grid
+from .text import as_count, as_integers, runs, shown
 
 __all__ = ["read_msh"]
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..._types import Array, Floats, Ints, Longs
 from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
-from .text import Lines, iterate_lines, table
+from .text import iterate_lines
 
 __all__ = ["read_blocks", "read_file_blocks", "read_obj"]
 
@@ -56,21 +56,11 @@ def without_continuations(data: Content) -> Content:
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """What some lines of the file hold.
+    """What some lines of the file hold."""
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-        Of the `v` lines.
-    corners : (C,) int32 or int64
-        Vertex indices of the `f` lines, which count from 0; below 0 where there is no such vertex.
-    lengths : (F,) int32
-        Number of corners of each `f` line.
-    """
-
-    vertices: Floats
-    corners: Array
-    lengths: Ints
+    vertices: Floats  # (V, 3) of the `v` lines
+    corners: Array  # (C,) vertices of the `f` lines, from 0; below 0 where there is none
+    lengths: Ints  # (F,) corners of each `f` line
 
 
 def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
@@ -78,7 +68,7 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
     for lines in iterate_lines(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
-        vertices = _read_vertices(lines.after_keyword(is_vertex, b"v"))
+        vertices = lines.after_keyword(is_vertex, b"v").parse_vertices()
         faces = lines.after_keyword(is_face, b"f")
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
@@ -128,16 +118,6 @@ def _end_of_lines(text: bytes) -> int:
             break
         end = begin
     return end
-
-
-def _read_vertices(lines: Lines) -> Floats:
-    """Coordinates; a weight or a color may follow them."""
-    short = np.flatnonzero(lines.counts < 3)
-    if len(short):
-        number, n_tokens = lines.number(short[0]), int(lines.counts[short[0]])
-        raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
-    vertices: Floats = table(lines.parse(np.float64), lines.counts, 3)
-    return vertices
 
 
 def _count_from_one(corners: Array, n_before: Longs) -> Longs:

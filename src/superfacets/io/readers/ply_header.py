@@ -10,27 +10,13 @@ from typing import Any
 import numpy as np
 
 from ...errors import MeshError
+from ..attributes import PLY_TYPES
 from ..guards import Content
 
-__all__ = ["INDEX_NAMES", "Element", "Header", "Property", "parse_header", "read_header"]
+__all__ = ["INDEX_NAMES", "STRIPS", "Element", "Header", "Property", "parse_header", "read_header"]
 
-TYPES = {
-    "char": "i1",
-    "uchar": "u1",
-    "short": "i2",
-    "ushort": "u2",
-    "int": "i4",
-    "uint": "u4",
-    "float": "f4",
-    "double": "f8",
-    "int8": "i1",
-    "uint8": "u1",
-    "int16": "i2",
-    "uint16": "u2",
-    "int32": "i4",
-    "uint32": "u4",
-    "float32": "f4",
-    "float64": "f8",
+TYPES = {word: stored for stored, word in PLY_TYPES.items()} | {
+    np.dtype(stored).name: stored for stored in PLY_TYPES
 }
 """numpy's name of each type, without the byte order."""
 
@@ -40,8 +26,10 @@ COMMENT_WORDS = ("comment", "obj_info")
 INDEX_NAMES = ("vertex_indices", "vertex_index")
 """Names of the list that holds the corners of a face."""
 
-BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+STRIPS = "tristrips"
+"""Name of the element that some files have in place of faces; each row is a list of vertices."""
 
+BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
 """Bytes in which the end of the header is searched: at first, and at most."""
@@ -49,21 +37,11 @@ _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
 
 @dataclass(frozen=True)
 class Property:
-    """A column: one number per row, or a list of them.
-
-    Parameters
-    ----------
-    name : str
-        As in the file.
-    dtype : str
-        numpy's name of the type, with the byte order.
-    count_dtype : str or None
-        Type of a list's length; None if this is no list.
-    """
+    """A column: one number per row, or a list of them."""
 
     name: str
-    dtype: str
-    count_dtype: str | None = None
+    dtype: str  # of numpy, with the byte order
+    count_dtype: str | None = None  # type of a list's length; None if this is no list
 
     @property
     def is_list(self) -> bool:
@@ -100,32 +78,27 @@ class Element:
 
     def find(self, *names: str) -> int | None:
         """Column of the first property that has one of the names."""
-        for column, stored in enumerate(self.properties):
-            if stored.name in names:
-                return column
-        return None
+        columns = (i for i, stored in enumerate(self.properties) if stored.name in names)
+        return next(columns, None)
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a PLY file declares.
+    """What a PLY file declares."""
 
-    Parameters
-    ----------
-    byte_order : str
-        ``<`` or ``>`` in a binary file; empty in an ASCII file.
-    elements : list of Element
-        In the order of the file.
-    size : int
-        Bytes of the header: the body begins there.
-    comments : list of str
-        Its lines that begin with `comment` or `obj_info`.
-    """
+    byte_order: str  # "<" or ">" in a binary file; empty in an ASCII file
+    elements: list[Element]  # in the order of the file
+    size: int  # in bytes: the body begins there
+    comments: list[str] = field(default_factory=list)  # lines that begin with COMMENT_WORDS
 
-    byte_order: str
-    elements: list[Element]
-    size: int
-    comments: list[str] = field(default_factory=list)
+    @property
+    def faces(self) -> int | None:
+        """Place of the faces, or of the strips where there are no faces; None in a cloud."""
+        for name in ("face", STRIPS):
+            place = self.find(name)
+            if place is not None and self.elements[place].n_rows:
+                return place
+        return None
 
     @property
     def is_ascii(self) -> bool:
@@ -134,10 +107,8 @@ class Header:
 
     def find(self, name: str) -> int | None:
         """Place of the element of that name."""
-        for place, element in enumerate(self.elements):
-            if element.name == name:
-                return place
-        return None
+        places = (place for place, element in enumerate(self.elements) if element.name == name)
+        return next(places, None)
 
 
 def read_header(path: Path) -> tuple[Header, bytes]:

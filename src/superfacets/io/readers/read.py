@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,12 +19,12 @@ from ..guards import Arrays, Content, Polygons, known_ending, read_content
 from .clouds import CLOUD_READERS, holds_cloud
 from .gltf import read_gltf
 from .obj import read_obj
-from .off import read_off
+from .off import MAGIC as OFF_MAGIC
+from .off import read_off, read_tri
 from .ply import read_ply, read_ply_with_attributes
-from .stl import read_stl
+from .stl import has_binary_size, read_stl
 from .tets import TET_ENDINGS, read_tets
-from .tri import read_tri
-from .vtp import read_vtp
+from .vtk_xml import is_vtp, read_vtp
 
 __all__ = [
     "CELL_ENDINGS",
@@ -37,6 +38,7 @@ __all__ = [
     "read_cells",
     "read_cloud",
     "read_mesh",
+    "recognized_ending",
 ]
 
 _READERS: dict[str, Callable[[Content], Arrays]] = {
@@ -53,6 +55,11 @@ _GLTF_ENDINGS = (".glb", ".gltf")
 MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
 """Of meshes and of point clouds."""
+
+# The first word of a text that is no comment.
+_FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
+
+_OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
 
 
 def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
@@ -288,3 +295,29 @@ def _mesh_of(arrays: Arrays) -> AnyMesh:
     if isinstance(faces, Polygons):
         return PolygonMesh._of_new(vertices, *faces)
     return Mesh._of_new(vertices, faces)
+
+
+def recognized_ending(data: Content) -> str | None:
+    """The ending that files of this content have; None if it is of no known format."""
+    if data[:4] in (b"ply\n", b"ply\r"):
+        return ".ply"
+    if is_vtp(data):
+        return ".vtp"
+    if data[:4] == b"glTF":
+        return ".glb"
+    if has_binary_size(data):
+        return ".stl"
+    found = _FIRST_WORD.match(data)
+    return None if found is None else _ending_of_text(found[1])
+
+
+def _ending_of_text(word: bytes) -> str | None:
+    if word.startswith(b"{"):
+        return ".gltf"
+    if word.lower() == b"solid":
+        return ".stl"
+    if OFF_MAGIC.match(word):
+        return ".off"
+    if word in _OBJ_WORDS:
+        return ".obj"
+    return ".tri" if word.isdigit() else None

@@ -82,10 +82,7 @@ def _read_block(lines: Lines) -> tuple[Floats, npt.NDArray[np.int8]]:
     """Flat coordinates of the vertex lines, and the keyword of each line."""
     keywords = lines.keywords(KEYWORDS, any_case=True)
     vertices = lines.after_keyword(keywords == VERTEX, KEYWORDS[VERTEX])
-    wrong = np.flatnonzero(vertices.counts != 3)
-    if len(wrong):
-        number, n_tokens = vertices.number(wrong[0]), int(vertices.counts[wrong[0]])
-        raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
+    vertices.refuse(vertices.counts != 3, "a vertex needs 3 coordinates")
     return vertices.parse(np.float64), keywords
 
 

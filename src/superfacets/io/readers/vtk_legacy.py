@@ -10,8 +10,8 @@ import numpy as np
 from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, as_doubles
-from .cursor import Cursor, as_count, shown
-from .grids import Grid, sizes_between
+from .grids import Cursor, Grid, sizes_between
+from .text import as_count, shown
 from .vtk_xml import NUMBER_TYPES
 
 __all__ = ["read_vtk"]

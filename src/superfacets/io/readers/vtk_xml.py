@@ -1,4 +1,4 @@
-"""VTK XML files: pieces and their arrays, inline or appended."""
+"""VTK XML files: pieces and their arrays, inline or appended; and VTP, surfaces of polygons."""
 
 from __future__ import annotations
 
@@ -13,12 +13,11 @@ import numpy as np
 
 from ..._types import Array, Floats
 from ...errors import MeshError
-from ..guards import Content, as_doubles, counted, most_bytes_of
-from .cursor import as_count, shown
+from ..guards import Arrays, Content, as_doubles, checked_faces, counted, most_bytes_of
 from .grids import sizes_between
-from .text import as_integers, split_lines
+from .text import as_count, as_integers, shown, split_lines
 
-__all__ = ["NUMBER_TYPES", "Piece", "XmlFile", "is_xml_of"]
+__all__ = ["NUMBER_TYPES", "XmlFile", "has_vtp_labels", "is_vtp", "read_vtp", "read_vtp_labels"]
 
 NUMBER_TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
@@ -31,10 +30,62 @@ NUMBER_TYPES = {
 _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
 
-def is_xml_of(kind: str, data: Content) -> bool:
-    """Whether the file is a VTK XML file of this type."""
+def is_vtp(data: Content) -> bool:
+    """Whether the file is a VTK XML file of surfaces."""
     head = data[:1000]
-    return b"<VTKFile" in head and kind.encode() in head
+    return b"<VTKFile" in head and b"PolyData" in head
+
+
+def read_vtp(data: Content) -> Arrays:
+    """Vertices and polygons of a VTP file; single points and lines are skipped."""
+    file = _open(data)
+    points, sizes, corners, n_points = [], [], [], 0
+    for piece in file.pieces:
+        points.append(file.points(piece))
+        found = file.cells(piece, "Polys", piece.count("NumberOfPolys"))
+        sizes.append(found[0])
+        corners.append(found[1] + n_points if n_points else found[1])
+        n_points += len(points[-1])
+    if not sum(map(len, sizes)):
+        raise MeshError("the VTP file has no polygons")
+    return np.concatenate(points), checked_faces(np.concatenate(sizes), np.concatenate(corners))
+
+
+def read_vtp_labels(data: Content, name: str = "label") -> Array:
+    """The cell data of the polygons with this name, by default ``label``."""
+    labels = _labels(data, name)
+    if labels is None:
+        raise MeshError(f"the VTP file has no cell data {name}")
+    if labels.dtype.kind not in "iu":
+        raise MeshError("labels must be integers: the VTP file holds something else")
+    return labels
+
+
+def has_vtp_labels(data: Content, name: str = "label") -> bool:
+    """Whether a VTP file has cell data of that name."""
+    return _labels(data, name) is not None
+
+
+def _labels(data: Content, name: str) -> Array | None:
+    """The values of polygons: in each piece they follow those of vertices and lines."""
+    file, parts = _open(data), []
+    for piece in file.pieces:
+        n_before = piece.count("NumberOfVerts") + piece.count("NumberOfLines")
+        n_cells = n_before + piece.count("NumberOfPolys")
+        values = file.cell_data(piece, name, n_cells) if n_cells else np.empty(0, np.int8)
+        if values is None:
+            return None
+        parts.append(values[n_before:])
+    return np.concatenate(parts) if parts else None
+
+
+def _open(data: Content) -> XmlFile:
+    if not is_vtp(data):
+        raise MeshError("not a VTP file: it does not begin as a VTKFile of type PolyData")
+    file = XmlFile(data, "PolyData")
+    if any(piece.count("NumberOfStrips") for piece in file.pieces):
+        raise MeshError("the VTP file holds triangle strips: save it with polygons")
+    return file
 
 
 @dataclass(frozen=True, eq=False)
