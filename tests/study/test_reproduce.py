@@ -17,7 +17,7 @@ import shapes
 
 from superfacets import Mesh
 from superfacets.cli.main import main
-from superfacets.io.locks import locked
+from superfacets.io.atomic import locked
 from superfacets.study.reproduce import figures, measure, methods, pictures, plan, reproduction
 from superfacets.study.reproduce.gallery import GALLERY, view_of
 from superfacets.study.reproduce.measure import pack_labels, unpack_labels

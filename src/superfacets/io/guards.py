@@ -7,9 +7,9 @@ import io
 import mmap
 import os
 import stat
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,8 +28,10 @@ __all__ = [
     "check_regular",
     "checked_faces",
     "counted",
+    "fill",
     "known_ending",
     "most_bytes_of",
+    "named_errors",
     "open_regular",
     "read_content",
     "reason_of",
@@ -39,7 +41,6 @@ __all__ = [
 
 TriangleArrays = tuple[Floats, Array]
 """Vertices (V, 3) and faces (F, 3) as in the file."""
-
 
 MAX_GROWTH = 100
 """Largest ratio of the bytes of arrays to those of a file that repeats or compresses them."""
@@ -77,17 +78,23 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Content of a regular file (a pipe would block); an OSError or a MeshError if it is none.
-
-    It is a copy in memory: a file that shrinks while it is mapped would end the process.
-    """
+    """Content of a regular file, copied: one that shrinks while mapped would end the process."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
             raise MeshError(f"{path}: the file is empty")
         content = _new_memory(size)
-        _fill(content, file)
+        fill(content, file)
     return content
+
+
+@contextlib.contextmanager
+def named_errors(path: object) -> Iterator[None]:
+    """Put the name of the file before the message of each MeshError of the block."""
+    try:
+        yield
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
 
 
 def open_regular(path: Path) -> io.FileIO:
@@ -124,13 +131,13 @@ def _new_memory(size: int) -> mmap.mmap:
     return memory
 
 
-def _fill(memory: mmap.mmap, file: io.FileIO) -> None:
-    """Read until the buffer is full; systems read at most about 2 GB per call."""
-    view = memoryview(memory)
+def fill(buffer: Any, file: io.FileIO) -> None:
+    """Read until the buffer, of bytes, is full; systems read at most about 2 GB per call."""
+    view = memoryview(buffer)
     while view:
         n_bytes = file.readinto(view)
         if not n_bytes:
-            raise OSError(f"{file.name}: the file became shorter while it was read")
+            raise OSError(f"{file.name!s}: the file became shorter while it was read")
         view = view[n_bytes:]
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..._types import Array, Ints
 from ..._validate import refuse_mask
 from ...errors import MeshError
-from ..guards import Content, counted, known_ending, read_content
+from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .npy import npy_array, npy_header
 from .ply import has_ply_labels, read_ply_labels
@@ -75,12 +75,10 @@ def read_labels(
     path = Path(path)
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
-    try:
+    with named_errors(path):
         if ending in TET_ENDINGS:
             return checked_labels(read_tet_labels(data, ending, name), n_faces)
         return checked_labels(_READERS[ending](data, name), n_faces)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
@@ -90,12 +88,10 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
     if ending not in _LABEL_FINDERS and ending not in TET_ENDINGS:
         return False
     data = read_content(path)
-    try:
+    with named_errors(path):
         if ending in TET_ENDINGS:
             return has_tet_labels(data, ending, name)
         return _LABEL_FINDERS[ending](data, name)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:

@@ -15,7 +15,7 @@ from ...mesh.polygon_mesh import PolygonMesh
 from ...mesh.tet_mesh import TetMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
-from ..guards import Arrays, Content, Polygons, known_ending, read_content
+from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS, holds_cloud
 from .gltf import read_gltf
 from .obj import read_obj
@@ -120,10 +120,8 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     path = Path(path)
     ending = mesh_ending(path)
     data = read_content(path)
-    try:
+    with named_errors(path):
         return parse_mesh(data, ending, path.parent)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
@@ -170,10 +168,8 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     path = Path(path)
     ending = known_ending(path, tuple(CLOUD_READERS))
     data = read_content(path)
-    try:
+    with named_errors(path):
         return CLOUD_READERS[ending](data).cloud
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def read_cells(path: str | os.PathLike[str]) -> Cells:
@@ -181,10 +177,8 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
     path = Path(path)
     ending = cell_ending(path)
     data = read_content(path)
-    try:
+    with named_errors(path):
         return parse_cells(data, ending, path.parent)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
@@ -231,12 +225,10 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     path = Path(path)
     known_ending(path, (".ply",))
     data = read_content(path)
-    try:
+    with named_errors(path):
         if holds_cloud(data, ".ply"):
             return CLOUD_READERS[".ply"](data).attributes
         return read_ply_with_attributes(data)[1]
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def mesh_ending(path: Path) -> str:

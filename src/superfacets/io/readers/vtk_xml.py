@@ -5,6 +5,7 @@ from __future__ import annotations
 import binascii
 import lzma
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 from xml.parsers import expat
@@ -27,6 +28,9 @@ NUMBER_TYPES = {
 }
 """NumPy types by VTK's names."""
 
+_NONE = np.empty(0, np.uint8)
+"""Joined to integers of any type, it leaves them integers."""
+
 _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
 
@@ -38,17 +42,10 @@ def is_vtp(data: Content) -> bool:
 
 def read_vtp(data: Content) -> Arrays:
     """Vertices and polygons of a VTP file; single points and lines are skipped."""
-    file = _open(data)
-    points, sizes, corners, n_points = [], [], [], 0
-    for piece in file.pieces:
-        points.append(file.points(piece))
-        found = file.cells(piece, "Polys", piece.count("NumberOfPolys"))
-        sizes.append(found[0])
-        corners.append(found[1] + n_points if n_points else found[1])
-        n_points += len(points[-1])
-    if not sum(map(len, sizes)):
+    points, sizes, corners = _open(data).cells("Polys", "NumberOfPolys")
+    if not len(sizes):
         raise MeshError("the VTP file has no polygons")
-    return np.concatenate(points), checked_faces(np.concatenate(sizes), np.concatenate(corners))
+    return points, checked_faces(sizes, corners)
 
 
 def read_vtp_labels(data: Content, name: str = "label") -> Array:
@@ -67,16 +64,7 @@ def has_vtp_labels(data: Content, name: str = "label") -> bool:
 
 
 def _labels(data: Content, name: str) -> Array | None:
-    """The values of polygons: in each piece they follow those of vertices and lines."""
-    file, parts = _open(data), []
-    for piece in file.pieces:
-        n_before = piece.count("NumberOfVerts") + piece.count("NumberOfLines")
-        n_cells = n_before + piece.count("NumberOfPolys")
-        values = file.cell_data(piece, name, n_cells) if n_cells else np.empty(0, np.int8)
-        if values is None:
-            return None
-        parts.append(values[n_before:])
-    return np.concatenate(parts) if parts else None
+    return _open(data).cell_data(name, "NumberOfPolys", before=("NumberOfVerts", "NumberOfLines"))
 
 
 def _open(data: Content) -> XmlFile:
@@ -99,7 +87,7 @@ class _Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class _Piece:
     """A piece: the attributes of its tag, and its arrays by section."""
 
     attributes: dict[str, str]
@@ -111,24 +99,13 @@ class Piece:
 
 
 class XmlFile:
-    """A VTK XML file; arrays are decoded when asked for.
+    """A VTK XML file of one type; arrays are decoded when asked for.
 
     Nothing of XML is read that VTK does not write: entities and document types are refused.
-
-    Parameters
-    ----------
-    data : bytes or mmap
-        The whole file.
-    kind : str
-        ``PolyData`` or ``UnstructuredGrid``.
-
-    Attributes
-    ----------
-    pieces : list of Piece
     """
 
     def __init__(self, data: Content, kind: str) -> None:
-        self.pieces: list[Piece] = []
+        self.pieces: list[_Piece] = []
         self._path: list[str] = []
         self._attributes: dict[str, dict[str, str]] = {}
         self._left = most_bytes_of(len(data))
@@ -168,7 +145,7 @@ class XmlFile:
         if depth < 2:
             self._attributes[tag] = attributes
         elif tag == "Piece" and depth == 2:
-            self.pieces.append(Piece(attributes))
+            self.pieces.append(_Piece(attributes))
         elif tag == "DataArray" and depth == 4 and self._path[2] == "Piece":
             self.pieces[-1].sections.setdefault(self._path[3], []).append(_Array(attributes))
         self._path.append(tag)
@@ -177,8 +154,41 @@ class XmlFile:
         if len(self._path) == 5 and self._path[2] == "Piece" and self._path[4] == "DataArray":
             self.pieces[-1].sections[self._path[3]][-1].texts.append(text)
 
-    def points(self, piece: Piece) -> Floats:
-        """The vertices of a piece, (V, 3)."""
+    def cells(self, section: str, count: str) -> tuple[Floats, Array, Array]:
+        """Vertices (V, 3), sizes of cells, and their corners, flat, of all pieces."""
+        parts: list[tuple[Floats, Array, Array]] = [(np.empty((0, 3)), _NONE, _NONE)]
+        n_points = 0
+        for piece in self.pieces:
+            points = self._points(piece)
+            ends = self._integers(piece, section, "offsets", piece.count(count))
+            sizes = sizes_between(ends, section)
+            corners = self._integers(piece, section, "connectivity", int(sizes.sum()))
+            parts.append((points, sizes, corners + n_points if n_points else corners))
+            n_points += len(points)
+        points, sizes, corners = map(np.concatenate, zip(*parts, strict=True))
+        return points, sizes, corners
+
+    def kinds(self) -> Array:
+        """VTK's type of each cell of all pieces."""
+        found = [
+            self._integers(piece, "Cells", "types", piece.count("NumberOfCells"))
+            for piece in self.pieces
+        ]
+        return np.concatenate([_NONE, *found])
+
+    def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
+        """Values of the cells of all pieces, without cells `before` them; None if one has none."""
+        parts = []
+        for piece in self.pieces:
+            n_before = sum(map(piece.count, before))
+            n_cells = n_before + piece.count(count)
+            values = self._array(piece, "CellData", name, n_cells) if n_cells else _NONE
+            if values is None:
+                return None
+            parts.append(values[n_before:])
+        return np.concatenate(parts) if parts else None
+
+    def _points(self, piece: _Piece) -> Floats:
         n_points = piece.count("NumberOfPoints")
         array = next(iter(piece.sections.get("Points", [])), None)
         if not n_points:
@@ -187,23 +197,16 @@ class XmlFile:
             raise MeshError("the Points of the file need an array of 3 components")
         return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
 
-    def cells(self, piece: Piece, section: str, n_cells: int) -> tuple[Array, ...]:
-        """The sizes of cells, and their corners, flat."""
-        if not n_cells:
-            return np.empty(0, np.int64), np.empty(0, np.int64)
-        sizes = sizes_between(self.integers(piece, section, "offsets", n_cells), section)
-        return sizes, self.integers(piece, section, "connectivity", int(sizes.sum()))
-
-    def integers(self, piece: Piece, section: str, name: str, n: int) -> Array:
+    def _integers(self, piece: _Piece, section: str, name: str, n: int) -> Array:
         """An array of `n` integers; a MeshError if it is missing."""
-        found = self.cell_data(piece, name, n, section)
+        found = self._array(piece, section, name, n) if n else _NONE
         if found is None:
             raise MeshError(f"the {section} of the file have no array {name}")
         if found.dtype.kind not in "iu":
             raise MeshError(f"the array {name} must hold integers")
         return found
 
-    def cell_data(self, piece: Piece, name: str, n: int, section: str = "CellData") -> Array | None:
+    def _array(self, piece: _Piece, section: str, name: str, n: int) -> Array | None:
         """The array of this name, with `n` values; None if there is none."""
         array = next((one for one in piece.sections.get(section, []) if one.name == name), None)
         if array is None:
@@ -229,36 +232,42 @@ class XmlFile:
         stored = np.dtype(NUMBER_TYPES[word])
         form = array.attributes.get("format", "ascii")
         if form == "ascii":
-            return _check_length(_parsed("".join(array.texts).encode(), stored), n)
+            values = _parsed("".join(array.texts).encode(), stored)
+            if len(values) != n:
+                n_found = len(values)
+                raise MeshError(f"expected {counted(n, 'number')}, got {n_found}: is the file cut?")
+            return values
         if form == "binary":
-            source: _Bytes = _Encoded("".join("".join(array.texts).split()).encode())
+            data: Any = "".join("".join(array.texts).split()).encode()
+            is_base64 = True
         elif form == "appended":
             offset = as_count(array.attributes.get("offset", ""), "offsets of appended data")
-            appended = self._appended[offset:]
-            is_raw = self._attributes.get("AppendedData", {}).get("encoding") == "raw"
-            source = _Bytes(appended) if is_raw else _Encoded(appended)
+            data = self._appended[offset:]
+            is_base64 = self._attributes.get("AppendedData", {}).get("encoding") != "raw"
         else:
             raise MeshError(f"expected the format ascii, binary or appended, got {shown(form)}")
         if self._order is None:
             raise MeshError("the VTKFile has no byte_order LittleEndian or BigEndian")
-        content = self._content(source, n * stored.itemsize)
+        content = self._content(data, is_base64, n * stored.itemsize)
         return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
 
-    def _content(self, source: _Bytes, n_bytes: int) -> bytes | bytearray:
+    def _content(self, data: Any, is_base64: bool, n_bytes: int) -> bytes | bytearray:
         """The bytes of an array; a MeshError if these are not `n_bytes`."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
-        first = int(np.frombuffer(source.take(size), header)[0])
+        first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
         if not self._compressor:
             _check_size(first, n_bytes)
-            return source.take(size + first)[size:]
+            return _first_bytes(data, size + first, is_base64)[size:]
         if not first:
             _check_size(0, n_bytes)
             return b""
-        sizes = np.frombuffer(source.take(size * (3 + first)), header)[1:].tolist()
+        head = size * (3 + first)  # in base64 encoded apart from the blocks
+        sizes = np.frombuffer(_first_bytes(data, head, is_base64), header)[1:].tolist()
         full, last, packed = sizes[0], sizes[1] or sizes[0], sizes[2:]
         _check_size(full * (first - 1) + last, n_bytes)
-        blocks = memoryview(source.after(size * (3 + first)).take(sum(packed)))
+        rest = data[_stored_size(head, is_base64) :]
+        blocks = memoryview(_first_bytes(rest, sum(packed), is_base64))
         content = bytearray()
         for place, n_packed in enumerate(packed):
             block, blocks = blocks[:n_packed], blocks[n_packed:]
@@ -282,45 +291,24 @@ class XmlFile:
         return content
 
 
-class _Bytes:
-    """Raw bytes of an array of unknown length."""
-
-    def __init__(self, data: bytes | memoryview) -> None:
-        self.data = data
-
-    def take(self, n: int) -> bytes:
-        """The first `n` bytes; a MeshError, before memory is taken, if there are fewer."""
-        self._check(n)
-        return bytes(self.data[:n])
-
-    def after(self, n: int) -> _Bytes:
-        """The bytes after the first `n`."""
-        return type(self)(self.data[n:])
-
-    def _check(self, n: int) -> None:
-        if n > len(self.data):
-            raise MeshError(
-                f"{counted(n, 'byte')} are needed, {len(self.data)} are left: is it cut?"
-            )
+def _stored_size(n: int, is_base64: bool) -> int:
+    return 4 * -(-n // 3) if is_base64 else n
 
 
-class _Encoded(_Bytes):
-    """Bytes in base64. The part after the header was encoded separately."""
-
-    def take(self, n: int) -> bytes:
-        n_letters = 4 * -(-n // 3)
-        self._check(n_letters)
-        # Data may continue in the group of four characters that has the last byte.
-        try:
-            found = binascii.a2b_base64(self.data[:n_letters], strict_mode=True)[:n]
-        except binascii.Error:
-            found = b""
-        if len(found) < n:
-            raise MeshError("it is not base64")
-        return found
-
-    def after(self, n: int) -> _Bytes:
-        return _Encoded(self.data[4 * -(-n // 3) :])
+def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
+    """The first `n` bytes; a MeshError, before memory is taken, if there are fewer."""
+    size = _stored_size(n, is_base64)
+    if size > len(data):
+        raise MeshError(f"{counted(size, 'byte')} are needed, {len(data)} are left: is it cut?")
+    if not is_base64:
+        return bytes(data[:n])
+    try:  # data may continue in the group of four characters that has the last byte
+        found = binascii.a2b_base64(data[:size], strict_mode=True)[:n]
+    except binascii.Error:
+        found = b""
+    if len(found) < n:
+        raise MeshError("it is not base64")
+    return found
 
 
 def _refuse_doctype(*_: object) -> None:
@@ -333,12 +321,6 @@ def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
         return as_integers(lines.parse_integers_or_floats(), "values")
     with np.errstate(over="ignore", invalid="ignore"):
         return lines.parse(np.float64).astype(stored)
-
-
-def _check_length(values: Array, n: int) -> Array:
-    if len(values) != n:
-        raise MeshError(f"expected {counted(n, 'number')}, got {len(values)}: is the file cut?")
-    return values
 
 
 def _check_size(found: int, n_bytes: int) -> None:
