@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..._types import Array, Ints
-from ..._validate import refuse_mask
+from ..._validate import refuse_first, refuse_mask
 from ...errors import MeshError
 from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
@@ -106,9 +106,9 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:
         raise MeshError(f"labels must be integers, got {array.dtype}")
     if n_faces is not None and len(array) != n_faces:
         raise MeshError(f"there are {counted(len(array), 'label')} for {counted(n_faces, 'cell')}")
-    if array.min() < NO_REGION or array.max() > MAX_LABEL:
-        first = int(np.argmax((array < NO_REGION) | (array > MAX_LABEL)))
-        raise MeshError(f"labels[{first}] is {array[first]}; it must be {NO_REGION} to {MAX_LABEL}")
+    is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
+    must = f"it must be {NO_REGION} to {MAX_LABEL}"
+    refuse_first(is_wrong, "labels", array, must, MeshError)
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
