@@ -14,8 +14,6 @@ from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
-__all__ = ["cell_blocks", "has_blocks", "mesh_of_blocks"]
-
 _TETS = ("tetra", "tetra10")
 """meshio's names; of one with nodes on its edges the first four are its corners."""
 

@@ -19,8 +19,6 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 from .blocks import cell_blocks, has_blocks, mesh_of_blocks
 
-__all__ = ["CloudLike", "MeshLike", "as_cells", "as_cloud", "as_mesh", "as_tets", "as_triangles"]
-
 _VTK_TETRA = 10
 """Number of the kind of cell in VTK."""
 

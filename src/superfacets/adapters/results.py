@@ -11,8 +11,6 @@ import numpy as np
 from .._types import Array, Bytes, Ints
 from .blocks import cell_blocks, has_blocks
 
-__all__ = ["NO_COLOR", "Results", "first_face", "put_results"]
-
 NO_COLOR = (128, 128, 128)
 """Of cells without a label."""
 

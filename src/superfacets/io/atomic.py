@@ -11,11 +11,6 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-__all__ = [
-    "StrPath", "atomic_outputs", "checked_targets", "held", "is_left_behind", "lock_file", "locked",
-    "open_own", "remove_leftovers", "writable_folder",
-]  # fmt: skip
-
 StrPath = str | os.PathLike[str]
 
 STEM_SIZE = 40

@@ -14,8 +14,6 @@ import numpy.typing as npt
 from .._types import Array
 from .._validate import owned, refuse_mask
 
-__all__ = ["PLY_TYPES", "MeshAttributes", "is_encodable", "is_word"]
-
 PLY_TYPES = {
     "i1": "char",
     "u1": "uchar",

@@ -18,27 +18,6 @@ from .._types import Array, Floats, Longs
 from .._validate import checked_threads
 from ..errors import MeshError
 
-__all__ = [
-    "Arrays",
-    "Content",
-    "Polygons",
-    "TriangleArrays",
-    "as_doubles",
-    "check_corner_counts",
-    "check_regular",
-    "checked_faces",
-    "counted",
-    "fill",
-    "known_ending",
-    "most_bytes_of",
-    "named_errors",
-    "open_regular",
-    "read_content",
-    "reason_of",
-    "shortened",
-    "side_by_side",
-]
-
 TriangleArrays = tuple[Floats, Array]
 """Vertices (V, 3) and faces (F, 3) as in the file."""
 

@@ -14,10 +14,6 @@ from .._types import Array
 from ..errors import MeshError
 from .guards import fill
 
-__all__ = [
-    "ArrayRows", "ConvertedRows", "JoinedRows", "RecordRows", "Rows", "take_rows",
-]  # fmt: skip
-
 BLOCK_BITS = 14
 """Binary logarithm of the rows per block in lookups."""
 

@@ -21,8 +21,6 @@ from .ply_body import read_tables
 from .ply_header import parse_header
 from .text import Lines, split_lines
 
-__all__ = ["CLOUD_ENDINGS", "CLOUD_READERS", "CloudFile", "holds_cloud"]
-
 _NORMALS = ("nx", "ny", "nz")
 _COLORS = ("red", "green", "blue")
 _UNIT = 0.01

@@ -19,8 +19,6 @@ from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
 from ..guards import Content, counted, reason_of
 
-__all__ = ["read_e57"]
-
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
 _COLORS = ("colorRed", "colorGreen", "colorBlue")

@@ -13,8 +13,6 @@ from ...errors import MeshError
 from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of
 from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
 
-__all__ = ["read_gltf"]
-
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
 BYTES_PER_VERTEX, BYTES_PER_FACE = 24, 12
@@ -25,9 +23,6 @@ def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
 
     Meshes come in the order of the file, each moved by every node that shows it, in the order of
     the scene. Vertices that primitives of one mesh share stay shared. Lines and points are skipped.
-
-    lagrange is not used: it reads past the end of buffers, crashes on nodes in a circle, skips
-    sparse values, misreads quantized positions, and refuses meshes without indices.
     """
     gltf = open_gltf(data, folder)
     visits = sorted(_visit_nodes(gltf), key=lambda visit: visit[0])

@@ -24,8 +24,6 @@ from ..._types import Array, Floats
 from ...errors import MeshError
 from ..guards import Content, read_content
 
-__all__ = ["Gltf", "items", "numbers", "open_gltf", "read_accessor", "whole"]
-
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 WIDTHS = {"SCALAR": 1, "VEC3": 3}
@@ -46,21 +44,11 @@ UNSUPPORTED = (
 
 @dataclass(frozen=True, eq=False)
 class Gltf:
-    """A glTF document.
+    """A glTF document."""
 
-    Parameters
-    ----------
-    document : dict
-        The JSON.
-    buffers : list of memoryview
-        Contents of the buffers, each as long as the document declares, or longer.
-    n_bytes : int
-        Size of the file and of the files beside it that it names, each counted once.
-    """
-
-    document: dict[str, Any]
-    buffers: list[memoryview]
-    n_bytes: int
+    document: dict[str, Any]  # the JSON
+    buffers: list[memoryview]  # contents, each as long as the document declares, or longer
+    n_bytes: int  # of the file and of the files beside it that it names, each counted once
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Object ``index`` of a list of the document; a MeshError if there is none."""

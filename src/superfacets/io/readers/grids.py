@@ -13,8 +13,6 @@ from ...errors import MeshError
 from ..guards import Content, counted
 from .text import Lines, as_count, as_integers, runs, split_lines
 
-__all__ = ["Cursor", "Grid", "sizes_between"]
-
 TETS = {10: 4, 24: 10}
 """VTK's types of tetrahedra, and their numbers of nodes; the first four nodes are corners."""
 

@@ -21,8 +21,6 @@ from .tets import TET_ENDINGS, has_tet_labels, read_tet_labels
 from .text import shown, split_lines
 from .vtk_xml import has_vtp_labels, read_vtp_labels
 
-__all__ = ["LABEL_ENDINGS", "checked_labels", "has_labels", "read_labels"]
-
 MAX_LABEL = 2**31 - 1
 """Labels are int32."""
 

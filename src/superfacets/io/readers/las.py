@@ -21,8 +21,6 @@ from ...errors import MeshError, MissingExtraError
 from ..attributes import is_word
 from ..guards import Content, counted, reason_of
 
-__all__ = ["read_las"]
-
 _MOST_COMPRESSED = 1000
 _SMALL = 64 << 20
 """Points of LAZ take at most this many times the size of the file, or this many bytes.

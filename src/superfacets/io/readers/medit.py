@@ -10,8 +10,6 @@ from ..guards import Content, counted
 from .grids import Grid
 from .text import Lines, as_count, as_integers, shown, split_lines
 
-__all__ = ["read_medit"]
-
 _KINDS = {
     b"Edges": (3, 2), b"Triangles": (5, 3), b"Quadrilaterals": (9, 4), b"Tetrahedra": (10, 4),
     b"Pyramids": (14, 5), b"Prisms": (13, 6), b"Wedges": (13, 6), b"Hexahedra": (12, 8),

@@ -13,8 +13,6 @@ from ..guards import Content, as_doubles
 from .grids import Cursor, Grid
 from .text import as_count, as_integers, runs, shown
 
-__all__ = ["read_msh"]
-
 # VTK's cell type and the number of nodes of Gmsh's types 1 to 19. Higher orders are refused.
 _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23, 25, 26, 27])
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])

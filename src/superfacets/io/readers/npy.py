@@ -19,8 +19,6 @@ from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content
 
-__all__ = ["MAX_NPY_HEADER", "npy_array", "npy_header", "npz_array"]
-
 MAX_NPY_HEADER = 10_000
 """NumPy's limit of the header's text, in bytes. Headers of labels have about 60."""
 

@@ -15,8 +15,6 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
 from .text import iterate_lines
 
-__all__ = ["read_blocks", "read_file_blocks", "read_obj"]
-
 KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
 
@@ -32,9 +30,6 @@ def read_obj(data: Content) -> Arrays:
 
     Texture and normal indices do not split vertices. Lines and points are skipped. The format
     declares no counts: a file that was cut between two lines cannot be told from a whole one.
-
-    lagrange is not used: it misrounds decimals (0.348799 becomes 0.34879899999999997), reads
-    ``nan`` as 0, drops a cut last face, and refuses comments behind, and lines continued in, faces.
     """
     data = without_continuations(data)
     blocks = list(read_blocks(data))

@@ -22,18 +22,13 @@ from ..guards import (
 )
 from .text import Lines, as_integers, runs, shown, split_lines, table
 
-__all__ = ["MAGIC", "read_off", "read_tri"]
-
 # The letters announce texture coordinates, colors and normals, which follow x y z on a vertex line.
 # Some data sets (ModelNet) write the counts right behind the word.
 MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
 
 def read_off(data: Content) -> Arrays:
-    """Vertices and faces of an OFF file; colors and normals are skipped.
-
-    lagrange is not used: it hangs on a comment and rewrites indices that are out of range.
-    """
+    """Vertices and faces of an OFF file; colors and normals are skipped."""
     lines = split_lines(data, comment=b"#")
     n_vertices, n_faces, n_header = _read_header(lines)
     n_rows = len(lines) - n_header

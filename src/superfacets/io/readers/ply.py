@@ -12,20 +12,12 @@ from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
 from .text import as_integers
 
-__all__ = [
-    "attributes_of", "has_ply_labels", "read_ply", "read_ply_labels", "read_ply_with_attributes",
-]  # fmt: skip
-
 RESTART = -1
 """Stands in a list where one strip ends and the next begins."""
 
 
 def read_ply(data: Content) -> Arrays:
-    """Vertices and faces of a PLY file, ASCII or binary.
-
-    lagrange is not used: it does not notice that a binary file was cut, never returns from some
-    ASCII files that were, reads words there as 0, and takes the memory that a header claims.
-    """
+    """Vertices and faces of a PLY file, ASCII or binary."""
     return _read_arrays(parse_header(data), data)[0]
 
 

@@ -16,29 +16,17 @@ from ..guards import Content, counted
 from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
 
-__all__ = ["Column", "read_tables"]
-
 MAX_RECORD_SIZE = 2**31 - 1
 """numpy refuses larger records."""
 
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """The values of one property.
+    """The values of one property."""
 
-    Parameters
-    ----------
-    values : ndarray or None
-        Shape (R,), or for lists (R, n); None where the lists differ in length.
-    lengths : (R,) ndarray of integers, or None
-        Lengths of the lists; None if this is no list.
-    ragged : (L,) ndarray or None
-        The lists one after the other, where they differ in length.
-    """
-
-    values: Array | None
-    lengths: Array | None = None
-    ragged: Array | None = None
+    values: Array | None  # (R,), or for lists (R, n); None where lists differ in length
+    lengths: Array | None = None  # (R,) of the lists; None if this is no list
+    ragged: Array | None = None  # (L,) all lists, flat, where they differ in length
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:

@@ -13,8 +13,6 @@ from ...errors import MeshError
 from ..attributes import PLY_TYPES
 from ..guards import Content
 
-__all__ = ["INDEX_NAMES", "STRIPS", "Element", "Header", "Property", "parse_header", "read_header"]
-
 TYPES = {word: stored for stored, word in PLY_TYPES.items()} | {
     np.dtype(stored).name: stored for stored in PLY_TYPES
 }

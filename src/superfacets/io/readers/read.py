@@ -26,21 +26,6 @@ from .stl import has_binary_size, read_stl
 from .tets import TET_ENDINGS, read_tets
 from .vtk_xml import is_vtp, read_vtp
 
-__all__ = [
-    "CELL_ENDINGS",
-    "MESH_ENDINGS",
-    "cell_ending",
-    "mesh_ending",
-    "parse_cells",
-    "parse_cells_and_attributes",
-    "parse_mesh",
-    "read_attributes",
-    "read_cells",
-    "read_cloud",
-    "read_mesh",
-    "recognized_ending",
-]
-
 _READERS: dict[str, Callable[[Content], Arrays]] = {
     ".obj": read_obj,
     ".off": read_off,

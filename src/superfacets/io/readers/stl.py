@@ -13,8 +13,6 @@ from ...errors import MeshError
 from ..guards import Arrays, Content, as_doubles, counted, side_by_side
 from .text import Lines, iterate_lines, split_lines
 
-__all__ = ["has_binary_size", "read_stl"]
-
 HEADER_SIZE = 80
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -26,11 +24,7 @@ TRIANGLE_LINES = np.array([FACET, OUTER, VERTEX, VERTEX, VERTEX, ENDLOOP, ENDFAC
 
 
 def read_stl(data: Content) -> Arrays:
-    """Vertices, three per face, and faces of an STL file; the stored normals are skipped.
-
-    lagrange is not used: it returns no faces for a cut or an upper-case file, mixes up the corners
-    behind a polygon, and returns memory that was never written for a coordinate that is no number.
-    """
+    """Vertices, three per face, and faces of an STL file; the stored normals are skipped."""
     corners = _read_binary(data) if _is_binary(data) else _read_ascii(data)
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64

@@ -14,8 +14,6 @@ from .text import as_integers
 from .vtk_legacy import read_vtk
 from .vtk_xml import XmlFile
 
-__all__ = ["TET_ENDINGS", "has_tet_labels", "read_tet_labels", "read_tets"]
-
 
 def read_tets(data: Content, ending: str) -> TriangleArrays:
     """Vertices (V, 3) and tetrahedra (N, 4) in the order of the file; other cells are skipped.

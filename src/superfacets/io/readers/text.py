@@ -20,10 +20,6 @@ from ..._validate import checked_threads
 from ...errors import MeshError
 from ..guards import Content
 
-__all__ = [
-    "Lines", "as_count", "as_integers", "iterate_lines", "runs", "shown", "split_lines", "table",
-]  # fmt: skip
-
 _Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
 
 BLOCK = 1 << 23

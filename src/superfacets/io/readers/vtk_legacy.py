@@ -14,8 +14,6 @@ from .grids import Cursor, Grid, sizes_between
 from .text import as_count, shown
 from .vtk_xml import NUMBER_TYPES
 
-__all__ = ["read_vtk"]
-
 _TYPES = {
     "char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2", "int": "i4",
     "unsigned_int": "u4", "long": "i8", "unsigned_long": "u8", "float": "f4", "double": "f8",

@@ -18,8 +18,6 @@ from ..guards import Arrays, Content, as_doubles, checked_faces, counted, most_b
 from .grids import sizes_between
 from .text import as_count, as_integers, shown, split_lines
 
-__all__ = ["NUMBER_TYPES", "XmlFile", "has_vtp_labels", "is_vtp", "read_vtp", "read_vtp_labels"]
-
 NUMBER_TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
     **{f"UInt{8 * n}": f"u{n}" for n in (1, 2, 4, 8)},
