@@ -33,11 +33,11 @@ def read_vtk(data: Content, name: str) -> Grid:
     return _LegacyReader(data, name).read()
 
 
-class _LegacyReader:
+class _LegacyReader(Cursor):
     """Reads the sections of a file one after the other, to its end."""
 
     def __init__(self, data: Content, name: str) -> None:
-        self._cursor = Cursor(data)
+        super().__init__(data)
         self._name = name
         self._arrays: dict[str, Array] = {}
         self._values: Array | None = None
@@ -45,29 +45,29 @@ class _LegacyReader:
         self._n_values = 0
 
     def read(self) -> Grid:
-        version = re.fullmatch(rb"# vtk DataFile Version (\d)\.\d", self._cursor.any_line())
+        version = re.fullmatch(rb"# vtk DataFile Version (\d)\.\d", self.any_line())
         if version is None:
             raise MeshError("not a VTK file: it does not begin with # vtk DataFile Version")
         self._has_offsets = int(version[1]) >= 5
-        self._cursor.any_line()  # a title
-        form = self._cursor.line()
+        self.any_line()  # a title
+        form = self.line()
         if form not in (b"ASCII", b"BINARY"):
             raise MeshError(f"expected ASCII or BINARY, got {shown(form)}")
         words = self._words()
         if words != ["DATASET", "UNSTRUCTURED_GRID"]:
             raise MeshError(f"expected DATASET UNSTRUCTURED_GRID, got {shown(' '.join(words))}")
-        self._cursor.byte_order = ">" if form == b"BINARY" else ""
+        self.byte_order = ">" if form == b"BINARY" else ""
         while words := self._words():
             self._read_section(words)
         return self._grid()
 
     def _words(self) -> list[str]:
-        return self._cursor.line().decode("latin-1").split()
+        return self.line().decode("latin-1").split()
 
     def _read_section(self, words: list[str]) -> None:
         keyword = words[0].upper()
         if keyword == "METADATA":
-            while self._cursor.any_line():
+            while self.any_line():
                 pass
         elif keyword == "FIELD":
             for _ in range(as_count(_word(words, 2), "arrays of a field")):
@@ -110,26 +110,23 @@ class _LegacyReader:
 
     def _read_attribute(self, keyword: str, words: list[str]) -> None:
         """Read an attribute, or a lookup table."""
+        n, place = self._n_values, 2  # of the type among the words
         if keyword == "SCALARS":
-            width = self._count(words, 3) if len(words) > 3 else 1
-            begin = self._cursor.place
+            n *= self._count(words, 3) if len(words) > 3 else 1
+            begin = self.place
             if self._words()[:1] != ["LOOKUP_TABLE"]:
-                self._cursor.place = begin
-            self._keep(
-                _word(words, 1), self._numbers(width * self._n_values, _word(words, 2), keyword)
-            )
+                self.place = begin
         elif keyword == "TEXTURE_COORDINATES":
-            n = self._count(words, 2) * self._n_values
-            self._keep(_word(words, 1), self._numbers(n, _word(words, 3), keyword))
+            n, place = self._count(words, 2) * n, 3
         elif keyword in ("COLOR_SCALARS", "LOOKUP_TABLE"):
-            n = 4 if keyword == "LOOKUP_TABLE" else self._n_values
-            word = "unsigned_char" if self._cursor.byte_order else "float"
-            self._numbers(n * self._count(words, 2), word, keyword)
+            n = (4 if keyword == "LOOKUP_TABLE" else n) * self._count(words, 2)
+            self._numbers(n, "unsigned_char" if self.byte_order else "float", keyword)
+            return
         elif keyword in _WIDTHS:
-            n = _WIDTHS[keyword] * self._n_values
-            self._keep(_word(words, 1), self._numbers(n, _word(words, 2), keyword))
+            n *= _WIDTHS[keyword]
         else:
             raise MeshError(f"expected a keyword of VTK's files, got {shown(words[0])}")
+        self._keep(_word(words, 1), self._numbers(n, _word(words, place), keyword))
 
     def _count(self, words: list[str], place: int) -> int:
         return as_count(
@@ -139,7 +136,7 @@ class _LegacyReader:
     def _numbers(self, n: int, word: str, what: str) -> Array:
         if word.lower() not in _TYPES:
             raise MeshError(f"{what} must be numbers of a type like double, got {shown(word)}")
-        return self._cursor.numbers(n, _TYPES[word.lower()], what)
+        return self.numbers(n, _TYPES[word.lower()], what)
 
     def _keep(self, name: str, values: Array) -> None:
         """Keep the wanted cell data; names are percent-encoded."""
