@@ -21,7 +21,6 @@ OLD = 24 * 3600.0
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
-
 _FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 """Windows has only the first. With O_NONBLOCK a pipe is opened without waiting for a writer."""
 
@@ -41,12 +40,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     leaves its temporary files behind; the next one that writes to the same path a day later, or
     more, removes them.
 
-    Raises
-    ------
-    OSError
-        If a path cannot be written, see `checked_targets`.
-    ValueError
-        If two paths are the same file.
+    Errors are those of `checked_targets`.
     """
     targets = checked_targets(paths)
     remove_leftovers(targets)
@@ -100,15 +94,8 @@ def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
     """Return the files or links that outputs at `paths` would make or replace.
 
-    Links to folders on the way are followed, so that two names of one file are found out.
-
-    Raises
-    ------
-    OSError
-        If a folder does not exist or may not be written, if a file is write-protected, or if
-        something other than a file is there (a folder, a device).
-    ValueError
-        If two paths are the same file.
+    Links to folders on the way are followed. An OSError if a folder is missing or not writable, if
+    a file is write-protected or no file; a ValueError if two paths are the same file.
     """
     targets: dict[Path, None] = {}  # a set that keeps their order
     for path in paths:
@@ -122,22 +109,12 @@ def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
 
 
 def writable_folder(folder: Path) -> None:
-    """Make a folder for outputs, if it is not there.
-
-    Raises
-    ------
-    OSError
-        If it cannot be made, may not be written, or is a file.
-    """
+    """Make a folder for outputs, if it is not there; an OSError if it cannot be written."""
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder}: is a file, not a folder")
     folder.mkdir(parents=True, exist_ok=True)
-    if not _is_writable(folder):
+    if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder}: the folder is not writable")
-
-
-def _is_writable(folder: Path) -> bool:
-    return os.access(folder, os.W_OK | os.X_OK)
 
 
 def _check_target(path: StrPath, target: Path) -> None:
@@ -146,7 +123,7 @@ def _check_target(path: StrPath, target: Path) -> None:
         raise FileNotFoundError(f"{path}: the folder {folder} does not exist")
     if not folder.is_dir():
         raise NotADirectoryError(f"{path}: {folder} is not a folder")
-    if not _is_writable(folder):
+    if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{path}: the folder {folder} is not writable")
     if target.is_dir():
         raise IsADirectoryError(f"{path}: is a folder, not a file")
@@ -164,14 +141,9 @@ def _create(temporary: Path, target: Path) -> None:
 
 
 def open_own(path: Path, flags: int) -> int:
-    """Open a file of ours, and return its descriptor; links are not followed.
+    """Open a file of ours, and return its descriptor; an OSError if it is not a regular file.
 
-    The folder may come from somebody else, with a link to any file of the user under that name.
-
-    Raises
-    ------
-    OSError
-        If it is a link, or anything else than a regular file, or cannot be opened.
+    Links are refused: the folder may come from somebody else, with a link to any file of the user.
     """
     with contextlib.suppress(FileNotFoundError):
         mode = path.lstat().st_mode
@@ -184,15 +156,7 @@ def open_own(path: Path, flags: int) -> int:
 
 @contextlib.contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Make the folder and lock it against other starts.
-
-    Raises
-    ------
-    ValueError
-        If another start is using it.
-    OSError
-        If it cannot be made, written or locked, or is a file.
-    """
+    """Make the folder and lock it; a ValueError if another process has locked it."""
     writable_folder(folder)
     with held(folder / ".lock", f"{folder}: another run is writing there"):
         yield
@@ -230,10 +194,7 @@ def is_left_behind(path: Path) -> bool:
 def lock_file(file: int, path: Path, message: str) -> None:
     """Lock an open file until it is closed; a ValueError with the message if it is locked.
 
-    Raises
-    ------
-    OSError
-        If the file system has no locks.
+    An OSError if the file system has no locks.
     """
     try:
         is_ours = _is_locked_now(file)

@@ -17,9 +17,9 @@ from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .npy import npy_array, npy_header
 from .ply import has_ply_labels, read_ply_labels
-from .tets import TET_ENDINGS, has_tet_labels, read_tet_labels
+from .tets import TET_ENDINGS, tet_labels
 from .text import shown, split_lines
-from .vtk_xml import has_vtp_labels, read_vtp_labels
+from .vtk_xml import vtp_labels
 
 MAX_LABEL = 2**31 - 1
 """Labels are int32."""
@@ -74,8 +74,6 @@ def read_labels(
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
     with named_errors(path):
-        if ending in TET_ENDINGS:
-            return checked_labels(read_tet_labels(data, ending, name), n_faces)
         return checked_labels(_READERS[ending](data, name), n_faces)
 
 
@@ -83,13 +81,13 @@ def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
     """Whether the file of a mesh or cloud has labels, too, under this name."""
     path = Path(path)
     ending = path.suffix.lower()
-    if ending not in _LABEL_FINDERS and ending not in TET_ENDINGS:
+    if ending not in _FINDERS and ending != ".ply":
         return False
     data = read_content(path)
     with named_errors(path):
-        if ending in TET_ENDINGS:
-            return has_tet_labels(data, ending, name)
-        return _LABEL_FINDERS[ending](data, name)
+        if ending == ".ply":  # the header suffices
+            return has_ply_labels(data, name)
+        return _FINDERS[ending](data, name) is not None
 
 
 def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:
@@ -128,34 +126,35 @@ def _read_npy(data: Content, name: str) -> Array:
     return npy_array(data, "labels")
 
 
-def _read_column(data: Content, name: str, *, ending: str) -> Array:
-    """What a cloud holds under that name."""
-    found = CLOUD_READERS[ending](data).attributes.vertex
-    if name not in found:
+def _read_found(data: Content, name: str, *, ending: str) -> Array:
+    found = _FINDERS[ending](data, name)
+    if found is None and ending in _OF_CLOUDS:
         raise MeshError(f"the points have no column {name}")
-    return found[name]
+    if found is None:
+        raise MeshError(f"the {ending[1:].upper()} file has no cell data {name}")
+    return found
 
 
-def _has_column(data: Content, name: str, *, ending: str) -> bool:
-    return name in CLOUD_READERS[ending](data).attributes.vertex
+def _column_of(data: Content, name: str, *, ending: str) -> Array | None:
+    return CLOUD_READERS[ending](data).attributes.vertex.get(name)
 
 
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
 """Files of clouds; .npy and .txt are more often labels alone."""
+
+_FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
+    ".vtp": vtp_labels,
+    **{ending: partial(_column_of, ending=ending) for ending in _OF_CLOUDS},
+    **{ending: partial(tet_labels, ending=ending) for ending in TET_ENDINGS},
+}
+"""Labels of that name in files that hold more than labels; None if there are none."""
 
 _READERS: dict[str, Callable[[Content, str], Array]] = {
     ".npy": _read_npy,
     ".ply": read_ply_labels,
     ".seg": _read_text,
     ".txt": _read_text,
-    ".vtp": read_vtp_labels,
-    **{ending: partial(_read_column, ending=ending) for ending in _OF_CLOUDS},
+    **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
 }
 
-_LABEL_FINDERS: dict[str, Callable[[Content, str], bool]] = {
-    ".ply": has_ply_labels,
-    ".vtp": has_vtp_labels,
-    **{ending: partial(_has_column, ending=ending) for ending in _OF_CLOUDS},
-}
-
-LABEL_ENDINGS = (*_READERS, *TET_ENDINGS)
+LABEL_ENDINGS = tuple(_READERS)

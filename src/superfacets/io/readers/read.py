@@ -103,7 +103,7 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Mesh(4 vertices, 2 faces)
     """
     path = Path(path)
-    ending = mesh_ending(path)
+    ending = _ending_of(path, MESH_ENDINGS)
     data = read_content(path)
     with named_errors(path):
         return parse_mesh(data, ending, path.parent)
@@ -216,13 +216,8 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
         return read_ply_with_attributes(data)[1]
 
 
-def mesh_ending(path: Path) -> str:
-    """The ending of a file that is to be read as a mesh; a MeshError if no reader knows it."""
-    return _ending_of(path, MESH_ENDINGS)
-
-
 def cell_ending(path: Path) -> str:
-    """The ending of a file that is to be read as a mesh or a cloud; likewise."""
+    """The ending of a file to read as a mesh or a cloud; a MeshError if no reader knows it."""
     return _ending_of(path, CELL_ENDINGS)
 
 
@@ -245,26 +240,20 @@ def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
 
 def parse_cells(data: Content, ending: str, folder: Path | None) -> Cells:
     """The mesh in a file's content, or the point cloud where there are no faces."""
-    if holds_cloud(data, ending):
-        return CLOUD_READERS[ending](data).cloud
-    return parse_mesh(data, ending, folder)
+    return parse_cells_and_attributes(data, ending, folder, keep=False)[0]
 
 
 def parse_cells_and_attributes(
     data: Content, ending: str, folder: Path | None, *, keep: bool = True
 ) -> tuple[Cells, MeshAttributes | None]:
-    """As `parse_cells`, and the attributes of clouds, and of meshes where the format is PLY.
-
-    No attributes if they are not to be kept.
-    """
-    if not keep:
-        return parse_cells(data, ending, folder), None
+    """As `parse_cells`; and, to keep them, the attributes of clouds and of meshes in PLY."""
     if holds_cloud(data, ending):
-        return CLOUD_READERS[ending](data)
-    if ending != ".ply":
-        return parse_mesh(data, ending, folder), None
-    arrays, attributes = read_ply_with_attributes(data)
-    return _mesh_of(arrays), attributes
+        cloud, attributes = CLOUD_READERS[ending](data)
+        return cloud, attributes if keep else None
+    if keep and ending == ".ply":
+        arrays, attributes = read_ply_with_attributes(data)
+        return _mesh_of(arrays), attributes
+    return parse_mesh(data, ending, folder), None
 
 
 def _mesh_of(arrays: Arrays) -> AnyMesh:

@@ -24,17 +24,12 @@ def read_tets(data: Content, ending: str) -> TriangleArrays:
     return grid.vertices, grid.tets()
 
 
-def read_tet_labels(data: Content, ending: str, name: str = "label") -> Array:
-    """The cell data `label` of tetrahedra, or what has that name."""
+def tet_labels(data: Content, name: str, *, ending: str) -> Array | None:
+    """The cell data of tetrahedra that has this name; None if there is none."""
     grid = _read(data, ending, name)
     if grid.values is None:
-        raise MeshError(f"the file has no cell data {name}")
+        return None
     return as_integers(grid.values[grid.is_tet()], "labels")  # some formats store floats
-
-
-def has_tet_labels(data: Content, ending: str, name: str = "label") -> bool:
-    """Whether a file of tetrahedra has cell data of that name."""
-    return _read(data, ending, name).values is not None
 
 
 def _read(data: Content, ending: str, name: str) -> Grid:

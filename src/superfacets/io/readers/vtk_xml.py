@@ -46,23 +46,13 @@ def read_vtp(data: Content) -> Arrays:
     return points, checked_faces(sizes, corners)
 
 
-def read_vtp_labels(data: Content, name: str = "label") -> Array:
-    """The cell data of the polygons with this name, by default ``label``."""
-    labels = _labels(data, name)
-    if labels is None:
-        raise MeshError(f"the VTP file has no cell data {name}")
-    if labels.dtype.kind not in "iu":
+def vtp_labels(data: Content, name: str) -> Array | None:
+    """The cell data of polygons that has this name; None if there is none."""
+    before = ("NumberOfVerts", "NumberOfLines")
+    labels = _open(data).cell_data(name, "NumberOfPolys", before)
+    if labels is not None and labels.dtype.kind not in "iu":
         raise MeshError("labels must be integers: the VTP file holds something else")
     return labels
-
-
-def has_vtp_labels(data: Content, name: str = "label") -> bool:
-    """Whether a VTP file has cell data of that name."""
-    return _labels(data, name) is not None
-
-
-def _labels(data: Content, name: str) -> Array | None:
-    return _open(data).cell_data(name, "NumberOfPolys", before=("NumberOfVerts", "NumberOfLines"))
 
 
 def _open(data: Content) -> XmlFile:
