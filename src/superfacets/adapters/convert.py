@@ -23,70 +23,50 @@ _VTK_TETRA = 10
 """Number of the kind of cell in VTK."""
 
 
-class _Faces(Protocol):
-    """A mesh of trimesh: anything with vertices and faces."""
-
+class _Faces(Protocol):  # a mesh of trimesh: anything with vertices and faces
     @property
     def vertices(self) -> Any: ...
     @property
     def faces(self) -> Any: ...
 
 
-class _Triangles(Protocol):
-    """A legacy mesh of Open3D."""
-
+class _Triangles(Protocol):  # a legacy mesh of Open3D
     @property
     def vertices(self) -> Any: ...
     @property
     def triangles(self) -> Any: ...
 
 
-class _Tensors(Protocol):
-    """A tensor mesh of Open3D."""
-
+class _Tensors(Protocol):  # a tensor mesh of Open3D
     @property
     def vertex(self) -> Any: ...
     @property
     def triangle(self) -> Any: ...
 
 
-class _PolyData(Protocol):
-    """A surface of PyVista."""
-
+class _PolyData(Protocol):  # a surface of PyVista
     @property
     def points(self) -> Any: ...
     @property
     def faces(self) -> Any: ...
 
 
-class _Blocks(Protocol):
-    """A mesh of meshio."""
-
+class _Blocks(Protocol):  # a mesh of meshio
     @property
     def points(self) -> Any: ...
     @property
     def cells(self) -> Any: ...
 
 
-MeshLike: TypeAlias = (
-    Cells
-    | str
-    | os.PathLike[str]
-    | tuple[npt.ArrayLike, npt.ArrayLike]
-    | list[npt.ArrayLike]
-    | _Faces
-    | _Triangles
-    | _Tensors
-    | _PolyData
-    | _Blocks
-)
+_ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
+_Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
+
+MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
 """What functions accept as a mesh: a `Mesh` or `PolygonMesh`, a path, a (vertices, faces) pair, or
 a mesh of trimesh, PyVista, Open3D or meshio."""
 
 
-class _Points(Protocol):
-    """A point cloud of Open3D, legacy or tensor."""
-
+class _Points(Protocol):  # a point cloud of Open3D, legacy or tensor
     @property
     def point(self) -> Any: ...
 
@@ -164,16 +144,12 @@ def as_tets(source: MeshLike) -> TetMesh:
 def _cells_of_foreign(source: Any) -> Cells:
     """Cells of an object of another library."""
     if _is_grid_of_tets(source):
-        return _tets_of_grid(source)
+        return TetMesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
     if has_blocks(source) and cell_blocks(source):
         return mesh_of_blocks(source)
     if is_foreign_cloud(source):
         return as_cloud(source)
     return _mesh_of(*_arrays_of_foreign(source))
-
-
-def _tets_of_grid(grid: Any) -> TetMesh:
-    return TetMesh(grid.points, np.asarray(grid.cells).reshape(-1, 5)[:, 1:])
 
 
 def _is_grid_of_tets(source: Any) -> bool:
@@ -223,7 +199,9 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
     if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D, legacy
         return source.vertices, source.triangles
     if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D, tensor
-        return _arrays_of_tensor_mesh(source)
+        if "indices" not in source.triangle:
+            raise MeshError("the mesh has no faces")
+        return source.vertex.positions.cpu().numpy(), source.triangle.indices.cpu().numpy()
     if hasattr(source, "points") and hasattr(source, "faces"):  # PyVista PolyData
         return source.points, _faces_of_polydata(source)
     raise TypeError(
@@ -231,13 +209,6 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
         " PolygonMesh, a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista"
         " (PolyData), Open3D or meshio; of a Scene pass .to_mesh(), of a grid .extract_surface()"
     )
-
-
-def _arrays_of_tensor_mesh(source: Any) -> tuple[Any, Any]:
-    """Arrays of an Open3D tensor mesh, brought to the CPU."""
-    if "indices" not in source.triangle:
-        raise MeshError("the mesh has no faces")
-    return source.vertex.positions.cpu().numpy(), source.triangle.indices.cpu().numpy()
 
 
 def _faces_of_polydata(source: Any) -> Any:

@@ -61,7 +61,9 @@ def _read_ply(data: Content) -> CloudFile:
 
 def _read_text(data: Content) -> CloudFile:
     """Lines of numbers, between blanks, commas or semicolons; a first line may name them."""
-    lines = split_lines(_with_blanks(data), comment=b"#")
+    if data.find(b",") >= 0 or data.find(b";") >= 0:
+        data = data[:].translate(bytes.maketrans(b",;", b"  "))
+    lines = split_lines(data, comment=b"#")
     names = _names_in(lines)
     if names is not None:
         lines = lines[1:]
@@ -77,12 +79,6 @@ def _read_text(data: Content) -> CloudFile:
     if names is not None and len(names) != n_columns:
         raise MeshError(f"the first line has {len(names)} names, the next {n_columns} numbers")
     return _cloud_of_table(lines.parse(np.float64).reshape(-1, n_columns), names)
-
-
-def _with_blanks(data: Content) -> Content:
-    if data.find(b",") < 0 and data.find(b";") < 0:
-        return data
-    return data[:].translate(bytes.maketrans(b",;", b"  "))
 
 
 def _names_in(lines: Lines) -> list[str] | None:
@@ -146,18 +142,11 @@ def _meaning_of(further: Floats) -> tuple[str, ...]:
 def _read_las(data: Content) -> CloudFile:
     columns, stored = read_las(data)
     if all(name in stored for name in _COLORS):
-        columns |= {name: _las_shades(stored, name) for name in _COLORS}
+        columns |= {name: stored[name] for name in _COLORS}
+        # Colors have 16 bits, but many programs fill only 8 of them.
+        if max(int(stored[name].max(initial=0)) for name in _COLORS) <= 255:
+            columns |= {name: stored[name].astype(np.uint8) for name in _COLORS}
     return _cloud_of(columns, MeshAttributes(vertex=stored))
-
-
-def _las_shades(stored: dict[str, Array], name: str) -> Array:
-    """Colors of LAS have 16 bits, but many programs fill 8 of them only."""
-    is_short = max(int(stored[channel].max(initial=0)) for channel in _COLORS) <= 255
-    return stored[name].astype(np.uint8) if is_short else stored[name]
-
-
-def _read_e57(data: Content) -> CloudFile:
-    return CloudFile(*read_e57(data))
 
 
 def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFile:
@@ -188,7 +177,7 @@ CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {
     ".npy": _read_npy,
     ".las": _read_las,
     ".laz": _read_las,
-    ".e57": _read_e57,
+    ".e57": lambda data: CloudFile(*read_e57(data)),
 }
 
 CLOUD_ENDINGS = tuple(CLOUD_READERS)

@@ -53,9 +53,7 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
 
     A node, or a primitive, takes a few bytes of a file and repeats a mesh of any size.
     """
-    n_vertices, n_faces = (
-        (sum(numbers) for numbers in zip(*sizes, strict=True)) if sizes else (0, 0)
-    )
+    n_vertices, n_faces = (sum(size[i] for size in sizes) for i in range(2))
     if n_faces == 0:
         raise MeshError("the scene of the glTF file shows no triangles")
     if max(n_faces, n_vertices) > MAX_CELLS:

@@ -36,7 +36,7 @@ def read_tables(header: Header, data: Content) -> list[list[Column]]:
     but blanks may follow the last element. Lists of one length (all faces triangles) are read at
     once; where lengths differ, rows are visited one by one.
     """
-    return _read_text(header, data) if header.is_ascii else _read_binary(header, data)
+    return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 
 
 def _raise_cut(element: Element, what: str) -> NoReturn:

@@ -98,11 +98,6 @@ class Header:
                 return place
         return None
 
-    @property
-    def is_ascii(self) -> bool:
-        """Whether the body is text."""
-        return not self.byte_order
-
     def find(self, name: str) -> int | None:
         """Place of the element of that name."""
         places = (place for place, element in enumerate(self.elements) if element.name == name)

@@ -56,16 +56,14 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Parameters
     ----------
     path : path-like
-        The ending, in any case, tells the format. PLY (``.ply``, ASCII and binary), Wavefront
-        (``.obj``), STL (``.stl``, ASCII and binary), OFF (``.off``, ASCII), glTF 2.0 (``.glb``,
-        ``.gltf``), and ``.tri``: vertex count, a line of x y z per vertex, triangle count, a line
-        of three indices from 0 per triangle. VTP (``.vtp``), and
-        tetrahedra in VTU, VTK (legacy), MSH (Gmsh 2.2 and 4.1) and MESH (Medit, text): ``.vtu``,
-        ``.vtk``, ``.msh``, ``.mesh``. Triangle
-        strips of a PLY become their triangles. Groups and objects become one mesh. Meshes of a glTF
-        scene become one, in the order of the file, each once for every node that shows it, up to
-        100 times the size of the file (any scene may have 64 MB). A glTF file may name others in
-        its folder and below, and no others.
+        The ending, in any case, tells the format: ``.ply`` and ``.stl`` (ASCII and binary),
+        ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0), ``.vtp``, and ``.tri``
+        (vertex count, a line of x y z per vertex, triangle count, a line of three indices from 0
+        per triangle); for tetrahedra ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and
+        ``.mesh`` (Medit, text). Triangle strips of a PLY become their triangles. Groups and objects
+        become one mesh. Meshes of a glTF scene become one, in the order of the file, each once for
+        every node that shows it, up to 100 times the size of the file (any scene may have 64 MB). A
+        glTF file may name others in its folder and below, and no others.
 
     Returns
     -------
