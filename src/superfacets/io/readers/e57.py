@@ -52,7 +52,10 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     grid is without them. ``scan`` and ``record`` of the attributes say where in the file a point
     stands. Colors and intensities are kept if all scans have them.
     """
-    pye57 = _module()
+    try:
+        import pye57
+    except ModuleNotFoundError:
+        raise MissingExtraError("an .e57 file", "e57") from None
     _check_description(data)
     with _file_of(data) as path:
         try:
@@ -103,14 +106,6 @@ def _file_of(data: Content) -> Iterator[str]:
             path = Path(folder, "scans.e57")
             path.write_bytes(data)
             yield str(path)
-
-
-def _module() -> Any:
-    try:
-        import pye57
-    except ModuleNotFoundError:
-        raise MissingExtraError("an .e57 file", "e57") from None
-    return pye57
 
 
 def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:

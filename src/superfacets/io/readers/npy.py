@@ -103,14 +103,12 @@ def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
         at = found.end()
     if inner[:1] + inner[at:] != "{}" or len(fields) != 3:
         raise ValueError(f"expected descr, fortran_order and shape, got {reprlib.repr(inner)}")
-    return _shape_of(fields["shape"]), _type_of(fields["descr"]), _flag_of(fields["fortran_order"])
-
-
-def _shape_of(value: str) -> tuple[int, ...]:
-    """Parse a tuple of integers; ``(3,)`` has a comma."""
-    if not _SHAPE.fullmatch(value):
-        raise ValueError(f"its shape is {reprlib.repr(value)}; expected a tuple of integers")
-    return tuple(map(int, _COUNT.findall(value)))
+    shape, order = fields["shape"], fields["fortran_order"]
+    if not _SHAPE.fullmatch(shape):
+        raise ValueError(f"its shape is {reprlib.repr(shape)}; expected a tuple of integers")
+    if order not in ("True", "False"):
+        raise ValueError(f"its fortran_order is {reprlib.repr(order)}; expected True or False")
+    return tuple(map(int, _COUNT.findall(shape))), _type_of(fields["descr"]), order == "True"
 
 
 def _type_of(value: str) -> np.dtype[Any]:
@@ -122,9 +120,3 @@ def _type_of(value: str) -> np.dtype[Any]:
         return np.dtype(found[1])
     except TypeError:
         raise ValueError(f"numpy knows no type {value}") from None
-
-
-def _flag_of(value: str) -> bool:
-    if value not in ("True", "False"):
-        raise ValueError(f"its fortran_order is {reprlib.repr(value)}; expected True or False")
-    return value == "True"

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from ..._types import Array, Floats, Ints, Longs
+from ..._types import Array, Floats, Ints
 from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
 from .text import iterate_lines
@@ -68,7 +68,8 @@ def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
             n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
-            corners = _count_from_one(corners, np.repeat(n_before, faces.counts))
+            last = np.repeat(n_before, faces.counts)  # that -1 stands for; from 1
+            corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
         yield _Block(vertices, corners, faces.counts)
         n_vertices += len(vertices)
@@ -113,11 +114,6 @@ def _end_of_lines(text: bytes) -> int:
             break
         end = begin
     return end
-
-
-def _count_from_one(corners: Array, n_before: Longs) -> Longs:
-    """Indices from 1, where -1 was the last of the vertices so far; 0 where there is none."""
-    return np.where(corners < 0, np.maximum(corners + n_before + 1, 0), corners)
 
 
 def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices: int) -> NoReturn:
