@@ -364,7 +364,7 @@ def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
 
 
 def checked_bounds(bounds: Any, positions: Floats) -> Floats:
-    """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
+    """Low and high corner of a box, (2, 3) float64; the box of the positions if None is given."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
     array = exact_doubles(_numeric_array(bounds, "bounds"))

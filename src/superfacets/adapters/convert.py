@@ -62,8 +62,8 @@ _ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
 _Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
 
 MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
-"""What functions accept as a mesh: a `Mesh` or `PolygonMesh`, a path, a (vertices, faces) pair, or
-a mesh of trimesh, PyVista, Open3D or meshio."""
+"""Accepted as a mesh: a `Mesh` or `PolygonMesh`, a path, a (vertices, faces) pair, or a mesh of
+trimesh, PyVista, Open3D or meshio."""
 
 
 class _Points(Protocol):  # a point cloud of Open3D, legacy or tensor
@@ -75,8 +75,8 @@ Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Seq
 """Points, not `ArrayLike`, which would accept a number."""
 
 CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
-"""What functions accept as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of
-trimesh, PyVista, Open3D or meshio."""
+"""Accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
+PyVista, Open3D or meshio."""
 
 
 def as_cells(source: MeshLike | CloudLike) -> Cells:
@@ -174,7 +174,7 @@ def as_triangles(source: MeshLike) -> Mesh:
 
 
 def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
-    """Triangles where all faces are such, in a rectangular array or in lists."""
+    """A `Mesh` if all faces, in an array or in lists, are triangles, else a `PolygonMesh`."""
     shape = _shape_of(faces)
     if shape is None or (len(shape) == 2 and shape[1] > 3):
         return PolygonMesh.of_faces(vertices, faces)
@@ -225,7 +225,7 @@ def _faces_of_polydata(source: Any) -> Any:
 
 
 def _faces_in_turn(flat: Array) -> list[Array]:
-    """Faces that differ in length; each begins where the one before it ends."""
+    """Faces that differ in length, one after the other."""
     faces: list[Array] = []
     place = 0
     while place < len(flat):

@@ -27,7 +27,7 @@ class Results:
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """By name the array, and what cells have that are not among those segmented."""
+        """Arrays by name, each with its value for cells that were not segmented."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -73,7 +73,7 @@ def first_face(target: Any) -> int:
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
-    """An array of rows as those of `values`, all of which say that there is nothing."""
+    """An array of `n_rows` rows of the type of `values`, all of them `nothing`."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
     return whole
@@ -105,7 +105,7 @@ def _put_tensors(attributes: Any, results: Results) -> None:
         return type(old)(np.ascontiguousarray(array), device=old.device)
 
     attributes[results.name] = tensor(results.labels)
-    if results.colors is not None:  # what its viewers show are numbers from 0 to 1
+    if results.colors is not None:  # Open3D shows numbers from 0 to 1
         attributes["colors"] = tensor(results.colors.astype(np.float32) / 255)
 
 
@@ -144,4 +144,4 @@ _LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] =
     (("face_attributes", "vertex_attributes"), _put_on_trimesh),
     (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
-"""Attributes that tell objects of a library, and what writes results onto them."""
+"""Attributes by which objects of a library are recognized, and their writers."""

@@ -17,7 +17,7 @@ STEM_SIZE = 40
 """Characters of a name that its temporary file keeps: file systems allow 255 bytes in all."""
 
 OLD = 24 * 3600.0
-"""Seconds after which a temporary file counts as left behind: no writer takes as long."""
+"""Seconds after which a temporary file counts as left behind: no writer takes that long."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
 
@@ -70,7 +70,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
 def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
     """Remove temporary files of these outputs that were not written to for so many seconds.
 
-    Nothing else: no file of another output, no folder and no link, whatever its name.
+    Files of other outputs, folders and links stay, whatever their names.
     """
     stems: dict[Path, set[str]] = {}
     for target in targets:
@@ -166,7 +166,7 @@ def locked(folder: Path) -> Iterator[None]:
 def held(path: Path, message: str) -> Iterator[None]:
     """Hold the lock of a file, made if missing; a ValueError if another process holds it.
 
-    The file stays. The lock ends with this process, however that ends, and child processes that
+    The file stays. The lock ends with this process, however it ends, and child processes that
     run another program do not inherit it.
     """
     file = open_own(path, os.O_RDWR | os.O_CREAT)

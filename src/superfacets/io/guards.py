@@ -22,7 +22,7 @@ TriangleArrays = tuple[Floats, Array]
 """Vertices (V, 3) and faces (F, 3) as in the file."""
 
 MAX_GROWTH = 100
-"""Largest ratio of the bytes of arrays to those of a file that repeats or compresses them."""
+"""Largest ratio of array bytes to file bytes where a file repeats or compresses its arrays."""
 
 ALWAYS_ALLOWED = 64 << 20
 """Bytes that arrays may take however small the file is."""
@@ -57,7 +57,7 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Content of a regular file, copied: one that shrinks while mapped would end the process."""
+    """Copy of a regular file; mapped, a file that shrinks would end the process."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
@@ -121,10 +121,7 @@ def fill(buffer: Any, file: io.FileIO) -> None:
 
 
 def side_by_side(rows: Array) -> Array:
-    """(N, n) numbers that lie in records, of which each row is contiguous, as a contiguous array.
-
-    numpy would copy them one by one where they are not aligned.
-    """
+    """A contiguous copy of (N, n) numbers within records; numpy copies unaligned numbers slowly."""
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
@@ -138,7 +135,7 @@ def as_doubles(values: Array) -> Floats:
 
 
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
-    """The faces whose corners stand in a row; a MeshError where one has fewer than three."""
+    """Faces from their flat corners; a MeshError if a face has fewer than three."""
     check_corner_counts(corner_counts)
     if (corner_counts == 3).all():
         return corners.reshape(-1, 3)

@@ -31,7 +31,7 @@ _OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal
 
 
 class CloudFile(NamedTuple):
-    """A cloud, and what the file holds for each point, by name."""
+    """A cloud, and the attributes of its points, by name."""
 
     cloud: PointCloud
     attributes: MeshAttributes

@@ -28,7 +28,7 @@ _KINDS = {
     **dict.fromkeys((*_COLORS, "intensity"), np.float32),
     **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
 }
-"""What is read of a point, and the type that it is converted to."""
+"""Fields that are read of a point, and the types that they are converted to."""
 
 
 _PAGE = 1024
@@ -48,9 +48,9 @@ class _Scan(NamedTuple):
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     """The points of all scans in their order, without those that are declared invalid.
 
-    Invalid points have no position: no label could mean anything there, and hardly any scan on a
-    grid is without them. ``scan`` and ``record`` of the attributes say where in the file a point
-    stands. Colors and intensities are kept if all scans have them.
+    Invalid points have no position, and most scans on a grid have some. The attributes ``scan`` and
+    ``record`` say where in the file a point stands. Colors and intensities are kept if all scans
+    have them.
     """
     try:
         import pye57
@@ -146,7 +146,7 @@ def _has(header: Any, names: tuple[str, ...]) -> bool:
 
 
 def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, Array]:
-    """What a scan holds of `_KINDS`, one number per record."""
+    """Fields of `_KINDS` that a scan has, with one number per record."""
     header = file.get_header(place)
     n_records = header.point_count
     if n_records > 8 * n_bytes:  # of points in different places, each takes a bit at least

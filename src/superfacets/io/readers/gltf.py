@@ -81,7 +81,6 @@ def _join(parts: list[TriangleArrays]) -> TriangleArrays:
 
 
 def _moved_on(faces: Array, first_vertex: int) -> Array:
-    """Faces whose vertices follow others."""
     return faces + np.int64(first_vertex) if first_vertex else faces
 
 
@@ -118,14 +117,14 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
 
 
 def _product(left: Floats, right: Floats) -> Floats:
-    """Floats product in a fixed order of additions, so that every machine rounds alike."""
+    """Matrix product in a fixed order of additions, so that every machine rounds alike."""
     with np.errstate(over="ignore", invalid="ignore"):  # for the checks of Mesh to find
         result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
     return result
 
 
 def _local_matrix(node: dict[str, Any]) -> Floats:
-    """The node's own matrix, which is stored by columns, or is made of its parts."""
+    """Matrix of a node: stored by columns, or made of translation, rotation and scale."""
     if "matrix" in node:
         return numbers(node, "matrix", [0.0] * 16).reshape(4, 4).T
     matrix = np.eye(4)
@@ -177,7 +176,6 @@ def _triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
 
 
 def _positions_of(primitive: dict[str, Any], index: int) -> int:
-    """The accessor of a primitive's positions."""
     attributes = primitive.get("attributes")
     accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
     if type(accessor) is not int:
@@ -193,7 +191,7 @@ def _has_triangles(primitive: dict[str, Any]) -> bool:
 
 
 def _read_positions(gltf: Gltf, index: int) -> Floats:
-    """Positions as (V, 3); quantized ones (KHR_mesh_quantization) become what they stand for."""
+    """Positions as (V, 3); quantized integers (KHR_mesh_quantization) are scaled."""
     stored = read_accessor(gltf, index, "VEC3")
     positions = as_doubles(stored)
     if stored.dtype.kind == "f" or gltf.item("accessors", index).get("normalized") is not True:
@@ -221,7 +219,7 @@ def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Arr
 
 
 def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
-    """A mesh moved by a matrix; where that mirrors, faces turn so that they still face outward."""
+    """A mesh moved by a matrix; faces of a mirrored mesh are flipped, to face outward again."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces
     axes = matrix[:3, :3]

@@ -27,7 +27,7 @@ from ..guards import Content, read_content
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 WIDTHS = {"SCALAR": 1, "VEC3": 3}
-"""Of all accessor types, those of indices and positions."""
+"""Numbers per row, by accessor type: of indices, and of positions."""
 
 LARGEST = sys.float_info.max
 
@@ -177,7 +177,7 @@ def _view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
 def _read_buffers(
     document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
 ) -> list[memoryview]:
-    """Contents of the buffers: the binary chunk, or what an address holds or points to."""
+    """Contents of the buffers: the binary chunk, or the bytes at an address."""
     contents: list[memoryview] = []
     for index, buffer in enumerate(items(document, "buffers")):
         address = buffer.get("uri")

@@ -44,7 +44,7 @@ def read_labels(
     n_faces : int, optional
         Faces of the mesh that the labels are for; checked where given.
     name : str, default "label"
-        What to read in files that hold more than labels, as meshes and clouds do, instead of
+        Name of the labels in files that hold more than labels, as meshes and clouds do, instead of
         ``label``: ``"Label"``, ``"classification"``.
 
     Returns

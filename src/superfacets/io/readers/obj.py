@@ -45,13 +45,13 @@ def read_obj(data: Content) -> Arrays:
 
 
 def without_continuations(data: Content) -> Content:
-    """The text with lines that are continued in the next one, by a backslash, as one."""
+    """The text with lines that end in a backslash joined to the next line."""
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """What some lines of the file hold."""
+    """Vertices and faces in a block of lines."""
 
     vertices: Floats  # (V, 3) of the `v` lines
     corners: Array  # (C,) vertices of the `f` lines, from 0; below 0 where there is none
@@ -59,7 +59,7 @@ class _Block:
 
 
 def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
-    """What whole lines of a file hold, some of them at a time; `n_vertices` came before these."""
+    """Yield blocks of lines of a text; `n_vertices` vertices came before it in the file."""
     for lines in iterate_lines(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE

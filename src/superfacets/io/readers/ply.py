@@ -138,7 +138,7 @@ def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
 
 
 def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dict[str, Array]:
-    """The columns by name but for the mesh's own; what cannot be kept is added to `left_out`."""
+    """Columns by name, without positions and corners; `left_out` gets the columns not kept."""
     is_vertex = element.name == "vertex"
     own = [element.find(axis) for axis in "xyz"] if is_vertex else [element.find(*INDEX_NAMES)]
     copies: dict[str, Array] = {}

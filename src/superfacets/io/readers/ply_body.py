@@ -1,4 +1,4 @@
-"""The tables of a PLY file, as columns, whatever elements and properties they have."""
+"""The tables of a PLY file, as columns, with any elements and properties."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ class Column:
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
     """Columns of all elements, in the order of the header.
 
-    No array is made before its declared size was compared with what the file holds, and nothing
-    but blanks may follow the last element. Lists of one length (all faces triangles) are read at
+    Declared sizes are compared with the size of the file before memory is taken, and only blanks
+    may follow the last element. Lists of one length (all faces triangles) are read at
     once; where lengths differ, rows are visited one by one.
     """
     return _read_binary(header, data) if header.byte_order else _read_text(header, data)

@@ -1,4 +1,4 @@
-"""The header of a PLY file: what it declares, checked, with no array made."""
+"""The header of a PLY file, checked before any array is made."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class Element:
 
 @dataclass(frozen=True)
 class Header:
-    """What a PLY file declares."""
+    """The declarations of a PLY file."""
 
     byte_order: str  # "<" or ">" in a binary file; empty in an ASCII file
     elements: list[Element]  # in the order of the file
@@ -145,7 +145,7 @@ def _parse_format(words: list[str]) -> str:
 
 
 def _parse_line(line: str, byte_order: str, elements: list[Element]) -> None:
-    """Add what a line of the header declares to `elements`."""
+    """Add the declaration in a line of the header to `elements`."""
     words = line.split()
     if not words or words[0] in COMMENT_WORDS:
         return

@@ -23,7 +23,7 @@ from ..guards import Content
 _Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
 
 BLOCK = 1 << 23
-"""Bytes of text that `iterate_lines` takes at a time: memory for what is found stays small."""
+"""Bytes of text that `iterate_lines` takes at a time, to keep memory small."""
 
 EXACT = 2.0**53
 """Beyond this float64 skips integers."""
@@ -56,7 +56,7 @@ class Lines:
         return 1 + int(np.count_nonzero(self.text[: self.starts[line]] == ord("\n")))
 
     def refuse(self, is_wrong: Bools, expected: str) -> None:
-        """Raise a MeshError at the first wrong line; its number of tokens is what came."""
+        """Raise a MeshError at the first wrong line; the message ends in its number of tokens."""
         if is_wrong.any():
             line = int(np.argmax(is_wrong))
             raise MeshError(f"line {self.number(line)}: {expected}, got {self.counts[line]}")
@@ -94,12 +94,12 @@ class Lines:
     def parse_corners(self) -> Array:
         """The vertex index of each corner, flat: the 7 in ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
 
-        Integers as those of `parse`; a MeshError names the line if a token is something else.
+        Integers have the types of `parse`; a MeshError names the line if a token is something else.
         """
         return self._parse([_core.parse_corners, _core.parse_long_corners], _read_corner)
 
     def parse_integers_or_floats(self) -> Array:
-        """All numbers, flat: integers if all are written as such, else float64."""
+        """All numbers, flat: integers if all are written as integers, else float64."""
         if len(self) and b"." in self.content(0):
             return self.parse(np.float64)
         try:
