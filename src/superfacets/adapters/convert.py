@@ -82,23 +82,12 @@ PyVista, Open3D or meshio."""
 def as_cells(source: MeshLike | CloudLike) -> Cells:
     """Return `source` as one of the classes that `cells.kinds` knows, as `segment` takes it.
 
-    Parameters
-    ----------
-    source : Mesh, PolygonMesh, TetMesh, (vertices, faces) pair, path, or mesh of another library
-        None of the classes is made into another. A path is read by `read_mesh`. Faces of a pair
-        are an (F, n) array, or lists of vertices that may differ in length: a `Mesh` if all are
-        triangles, else a `PolygonMesh`. Meshes of trimesh, PyVista (``PolyData``, and
-        ``UnstructuredGrid`` of tetrahedra), Open3D (legacy and tensor) and meshio (the tetrahedra,
-        or the faces where there are none, of all blocks) are recognized by their attributes; none
-        of these is imported. A `PointCloud`, an (N, 3) array, a file without faces and clouds of
-        these libraries are point clouds; see `as_cloud`.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is not valid.
-    TypeError
-        If `source` does not look like a mesh.
+    A path is read by `read_cells`. Faces of a pair are an (F, n) array, or lists of vertices that
+    may differ in length: a `Mesh` if all are triangles, else a `PolygonMesh`. Meshes of trimesh,
+    PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra), Open3D (legacy and tensor) and
+    meshio (the tetrahedra of all blocks, else their faces) are recognized by their attributes; none
+    of these is imported. An (N, 3) array is a point cloud, as are clouds of these libraries. A
+    MeshError if the mesh is not valid, a TypeError if `source` does not look like a mesh.
     """
     if isinstance(source, Cells):
         return source
@@ -238,22 +227,11 @@ def _faces_in_turn(flat: Array) -> list[Array]:
 
 
 def as_cloud(source: CloudLike) -> PointCloud:
-    """Return `source` as a `PointCloud`.
+    """Return `source` as a `PointCloud`; a path is read by `read_cloud`.
 
-    Parameters
-    ----------
-    source : PointCloud, (N, 3) array, path, or cloud of another library
-        A path is read by `read_cloud`. Clouds of trimesh (``PointCloud``), PyVista (``PolyData``
-        without faces), Open3D (legacy and tensor) and meshio (without faces) are recognized
-        by their attributes, of which points, normals and colors are taken; none of these is
-        imported.
-
-    Raises
-    ------
-    MeshError
-        If the cloud is not valid.
-    TypeError
-        If `source` does not look like a cloud.
+    Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
+    tensor) and meshio (without faces) are recognized by their attributes, of which points, normals
+    and colors are taken. A MeshError if the cloud is not valid, a TypeError if it is no cloud.
     """
     if isinstance(source, PointCloud):
         return source

@@ -37,12 +37,7 @@ class Results:
 def put_results(target: Any, results: Results) -> None:
     """Write results onto an object of trimesh, PyVista, Open3D or meshio, in place.
 
-    The arrays have one row per cell or point: this is not checked here.
-
-    Raises
-    ------
-    TypeError
-        If the target has no place for labels.
+    The number of rows is not checked here. A TypeError if the target has no place for labels.
     """
     if has_blocks(target):
         return _put_on_meshio(target, results)

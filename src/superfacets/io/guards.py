@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from .. import _core
 from .._types import Array, Floats, Longs
@@ -132,6 +133,15 @@ def as_doubles(values: Array) -> Floats:
     """The values as float64, without the warning that numpy gives for some kinds of NaN."""
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64, copy=False)
+
+
+def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
+    """Columns as an (N, n) array, without the warning that numpy gives for some kinds of NaN."""
+    rows = np.empty((len(columns[0]), len(columns)), dtype)
+    with np.errstate(invalid="ignore"):
+        for place, column in enumerate(columns):
+            rows[:, place] = column
+    return rows
 
 
 def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:

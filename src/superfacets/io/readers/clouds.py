@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._types import Array, Floats
 from ...errors import MeshError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes, is_word
-from ..guards import Content, as_doubles
+from ..guards import Content, as_doubles, as_rows
 from .e57 import read_e57
 from .las import read_las
 from .npy import npy_array
@@ -141,7 +142,7 @@ def _meaning_of(further: Floats) -> tuple[str, ...]:
 
 def _read_las(data: Content) -> CloudFile:
     columns, stored = read_las(data)
-    if all(name in stored for name in _COLORS):
+    if {*_COLORS} <= stored.keys():
         columns |= {name: stored[name] for name in _COLORS}
         # Colors have 16 bits, but many programs fill only 8 of them.
         if max(int(stored[name].max(initial=0)) for name in _COLORS) <= 255:
@@ -150,23 +151,17 @@ def _read_las(data: Content) -> CloudFile:
 
 
 def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFile:
-    points = _beside_each_other(columns, "xyz", np.float64)
-    has_normals = all(name in columns for name in _NORMALS)
-    normals = _beside_each_other(columns, _NORMALS, np.float64) if has_normals else None
+    def rows(names: Sequence[str], dtype: npt.DTypeLike) -> Array:
+        return as_rows([columns[name] for name in names], dtype)
+
+    points = rows("xyz", np.float64)
+    normals = rows(_NORMALS, np.float64) if {*_NORMALS} <= columns.keys() else None
     colors = None
-    if all(name in columns for name in _COLORS):
+    if {*_COLORS} <= columns.keys():
         kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in _COLORS}
         if len(kinds) == 1 and kinds <= {"u1", "u2", "f4", "f8"}:
-            colors = _beside_each_other(columns, _COLORS, columns["red"].dtype)
+            colors = rows(_COLORS, columns["red"].dtype)
     return CloudFile(PointCloud(points, normals, colors), attributes)
-
-
-def _beside_each_other(columns: dict[str, Array], names: Any, dtype: Any) -> Any:
-    rows = np.empty((len(columns[names[0]]), len(names)), dtype=dtype)
-    with np.errstate(invalid="ignore"):  # of some kinds of NaN, which PointCloud refuses
-        for place, name in enumerate(names):
-            rows[:, place] = columns[name]
-    return rows
 
 
 CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {

@@ -7,7 +7,7 @@ import numpy as np
 from ..._types import Array, Longs
 from ...errors import MeshError
 from ..attributes import MeshAttributes, is_word
-from ..guards import Arrays, Content, checked_faces, side_by_side
+from ..guards import Arrays, Content, as_rows, checked_faces, side_by_side
 from .ply_body import Column, read_tables
 from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
 from .text import as_integers
@@ -42,10 +42,8 @@ def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Colum
         raise MeshError(f"the PLY list {INDEX_NAMES[0]} must hold integers")
     tables = read_tables(header, data)
     indices = tables[face][column]
-    positions = np.empty((header.elements[vertex].n_rows, 3))
-    with np.errstate(invalid="ignore"):  # numpy warns of some kinds of NaN; `Mesh` refuses them
-        for axis, place in enumerate(xyz):
-            positions[:, axis] = _present(tables[vertex][place].values)
+    axes = [_present(tables[vertex][place].values) for place in xyz]
+    positions = as_rows(axes, np.float64)
     is_ragged = indices.values is None
     flat = _present(indices.ragged) if is_ragged else side_by_side(_present(indices.values)).ravel()
     corners, lengths = as_integers(flat, "vertex indices"), _present(indices.lengths)
