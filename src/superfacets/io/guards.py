@@ -174,11 +174,6 @@ def most_bytes_of(n_bytes: int) -> int:
     return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)
 
 
-def reason_of(error: BaseException) -> str:
-    """Class and message of another library's error in one line of at most 200 characters."""
-    return shortened(f"{type(error).__name__}: {error}")
-
-
 def shortened(message: str) -> str:
     """The message as one line of at most 200 characters."""
     line = " ".join(message.split())

@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Floats, Ints, Singles
-from ...errors import MeshError, MissingExtraError
+from ...errors import MeshError, MissingExtraError, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..guards import Content, counted, reason_of
+from ..guards import Content, counted, shortened
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -64,7 +64,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
         except (MemoryError, MeshError):
             raise
         except Exception as error:  # pye57 raises many kinds on damaged files
-            raise MeshError(f"the E57 file cannot be read: {reason_of(error)}") from None
+            raise MeshError(f"the E57 file cannot be read: {shortened(reason_of(error))}") from None
     if not scans:
         raise MeshError("the E57 file has no scans")
     return _joined(scans)

@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._types import Array, Bytes
-from ...errors import MeshError, MissingExtraError
+from ...errors import MeshError, MissingExtraError, reason_of
 from ..attributes import is_word
-from ..guards import Content, counted, reason_of
+from ..guards import Content, counted, shortened
 
 _MOST_COMPRESSED = 1000
 _SMALL = 64 << 20
@@ -231,7 +231,7 @@ def _decompressed(data: Content, header: _Header) -> Bytes:
         lazrs.decompress_points_with_chunk_table(content, description, records, table)
     except BaseException as error:  # PanicException of Rust is no Exception, and has no module
         if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
-            raise MeshError(f"the LAZ file cannot be read: {reason_of(error)}") from None
+            raise MeshError(f"the LAZ file cannot be read: {shortened(reason_of(error))}") from None
         raise
     return records
 
