@@ -52,15 +52,11 @@ def exact_doubles(array: Array) -> Floats:
     # Later checks find a signaling NaN, or a longdouble beyond float64.
     with np.errstate(over="ignore", invalid="ignore"):
         doubles: Floats = exact_array(array, np.float64)
-    return doubles.copy() if _is_mapped(doubles) else doubles
-
-
-def _is_mapped(array: Array) -> bool:
-    """Whether the memory of an array is known to be mapped from a file."""
-    owner: Any = array
+    owner: Any = doubles
     while isinstance(owner, np.ndarray):
         owner = owner.base
-    return isinstance(owner.obj if isinstance(owner, memoryview) else owner, mmap.mmap)
+    is_mapped = isinstance(owner.obj if isinstance(owner, memoryview) else owner, mmap.mmap)
+    return doubles.copy() if is_mapped else doubles
 
 
 def owned(array: Array, dtype: Any) -> Array:
@@ -107,13 +103,12 @@ def checked_mesh(
     Arrays that are new, as from a reader, are not copied.
     """
     points = _point_array(vertices)
-    corners = _corner_rows(faces, "faces", 3)
-    is_ours = are_new and corners.dtype == np.int32
-    triangles = exact_array(corners, np.int32) if is_ours else owned_indices(corners)
-    place, box = _checked_corners(points, triangles.ravel())
+    given = _corner_rows(faces, "faces", 3)
+    corners = _int32_corners(given, are_new)
+    place, box = _checked_corners(points, corners.ravel())
     if place is not None:
-        raise_index_error(place // 3, corners.ravel()[place], len(points))
-    return points, triangles, box
+        raise_index_error(place // 3, given.ravel()[place], len(points))
+    return points, corners, box
 
 
 def checked_polygons(
@@ -122,8 +117,7 @@ def checked_polygons(
     """Vertices, offsets, corners and the bounding box as `checked_mesh`; a MeshError if wrong."""
     points = _point_array(vertices)
     given = _row_of_integers(indices, "indices")
-    is_ours = are_new and given.dtype == np.int32
-    corners = exact_array(given, np.int32) if is_ours else owned_indices(given)
+    corners = _int32_corners(given, are_new)
     starts = owned(_row_of_integers(offsets, "offsets"), np.int64)
     _check_offsets(starts, len(corners))
     place, box = _checked_corners(points, corners)
@@ -140,11 +134,13 @@ def checked_tets(vertices: Any, tets: Any) -> tuple[Floats, Ints, Floats]:
     corners = owned_indices(given)
     place, box = _checked_corners(points, corners.ravel())
     if place is not None:
-        raise MeshError(
-            f"tets[{place // 4}] refers to vertex {given.ravel()[place]}"
-            f" but the mesh has {len(points)} vertices"
-        )
+        raise_index_error(place // 4, given.ravel()[place], len(points), "tets")
     return points, corners, box
+
+
+def _int32_corners(given: Array, are_new: bool) -> Ints:
+    is_ours = are_new and given.dtype == np.int32
+    return exact_array(given, np.int32) if is_ours else owned_indices(given)
 
 
 def checked_mask(mask: Any, n_cells: int, name: str) -> Bools:
@@ -187,8 +183,7 @@ def _check_offsets(offsets: Longs, n_corners: int) -> None:
     """Raise a MeshError unless offsets cut the corners into faces of three and more."""
     if len(offsets) < 2:
         raise MeshError("the mesh has no faces")
-    if len(offsets) - 1 > MAX_CELLS:
-        raise MeshError(f"the mesh has {len(offsets) - 1} faces; at most {MAX_CELLS} are supported")
+    _check_size(len(offsets) - 1, "the mesh", "faces")
     if offsets[0] != 0 or offsets[-1] != n_corners:
         raise MeshError(
             f"offsets must run from 0 to the number of corners, {n_corners},"
@@ -204,8 +199,7 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
     """Index of the first invalid corner, or None, and the box of the used vertices."""
     is_finite, is_in_range, *bounds = _core.check_mesh(points, corners, checked_threads(None))
     if not is_finite:
-        first = int(np.argmin(np.isfinite(points).all(axis=1)))
-        raise MeshError(f"vertices[{first}] is not finite: {points[first].tolist()}")
+        _raise_not_finite(points, "vertices")
     box = np.array(bounds)
     if not is_in_range:
         return int(np.argmax((corners < 0) | (corners >= len(points)))), box
@@ -215,20 +209,20 @@ def _checked_corners(points: Floats, corners: Ints) -> tuple[int | None, Floats]
 
 def _point_array(vertices: Any) -> Floats:
     """Vertex positions as a contiguous (V, 3) float64 array; a MeshError if they are not valid."""
-    array = _numeric_array(vertices, "vertices")
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise MeshError(f"vertices must have shape (V, 3), got {array.shape}")
-    if len(array) > MAX_CELLS:
-        raise MeshError(f"the mesh has {len(array)} vertices; at most {MAX_CELLS} are supported")
+    array = _rows(vertices, "vertices", count="V")
+    _check_size(len(array), "the mesh", "vertices")
     return exact_doubles(array)
+
+
+def _check_size(n: int, whole: str, things: str, most: int = MAX_CELLS) -> None:
+    if n > most:
+        raise MeshError(f"{whole} has {n} {things}; at most {most} are supported")
 
 
 def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
     """Triangles or tetrahedra, one row of integers each, in the type given."""
     array = _numeric_array(value, name)
-    noun, count, most = "faces", "F", MAX_CELLS
-    if n_corners == 4:
-        noun, count, most = "tetrahedra", "N", MAX_CELLS // 4
+    noun, count = ("faces", "F") if n_corners == 3 else ("tetrahedra", "N")
     if array.size == 0:
         raise MeshError(f"the mesh has no {noun}")
     if n_corners == 3 and array.ndim == 2 and array.shape[1] > 3:
@@ -239,16 +233,24 @@ def _corner_rows(value: Any, name: str, n_corners: int) -> Array:
         raise MeshError(f"{name} must have shape ({count}, {n_corners}), got {array.shape}")
     if array.dtype.kind not in "iu":
         raise MeshError(f"{name} must be integers, got {array.dtype}")
-    if len(array) > most:
-        raise MeshError(f"the mesh has {len(array)} {noun}; at most {most} are supported")
+    _check_size(len(array), "the mesh", noun, MAX_CELLS if n_corners == 3 else MAX_CELLS // 4)
     return array
 
 
-def raise_index_error(face: int, vertex: int, n_vertices: int) -> None:
+def raise_index_error(cell: int, vertex: int, n_vertices: int, name: str = "faces") -> None:
     """Raise the MeshError for a corner that is no vertex of the mesh."""
     raise MeshError(
-        f"faces[{face}] refers to vertex {vertex} but the mesh has {n_vertices} vertices"
+        f"{name}[{cell}] refers to vertex {vertex} but the mesh has {n_vertices} vertices"
     )
+
+
+def refuse_first(
+    is_wrong: Bools, name: str, values: Array, must: str, error: type[ValueError] = ValueError
+) -> None:
+    """Raise an error that names the first wrong value, and says how it must be."""
+    if is_wrong.any():
+        place = int(np.argmax(is_wrong))
+        raise error(f"{name}[{place}] is {values[place]}; {must}")
 
 
 def check_extent(low: Floats, high: Floats, what: str = "faces lie", whole: str = "mesh") -> None:
@@ -287,15 +289,14 @@ def checked_points(points: Any) -> tuple[Floats, Floats]:
     given = _rows(points, "points")
     if not len(given):
         raise MeshError("the cloud has no points")
-    if len(given) > MAX_CELLS:
-        raise MeshError(f"the cloud has {len(given)} points; at most {MAX_CELLS} are supported")
+    _check_size(len(given), "the cloud", "points")
     array = exact_doubles(given)
     # Column by column: a tenth of the time of min(axis=0).
     box = np.array([[axis.min() for axis in array.T], [axis.max() for axis in array.T]])
     if not np.isfinite(box).all():
         _raise_not_finite(array, "points")
     if not np.array_equal(*box):  # stages that need a size call `check_spread`
-        check_extent(box[0], box[1], "points lie", "cloud")
+        check_spread(box)
     return array, box
 
 
@@ -348,11 +349,11 @@ def checked_colors(colors: Any, n_points: int) -> Singles:
     return shades
 
 
-def _rows(value: Any, name: str, n_rows: int | None = None) -> Array:
+def _rows(value: Any, name: str, n_rows: int | None = None, *, count: str = "N") -> Array:
     """An array of numbers of shape (N, 3)."""
     array = _numeric_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or n_rows not in (None, len(array)):
-        count = "N" if n_rows is None else n_rows
+        count = count if n_rows is None else str(n_rows)
         raise MeshError(f"{name} must have shape ({count}, 3), got {array.shape}")
     return array
 
@@ -363,7 +364,7 @@ def _raise_not_finite(rows: Floats, name: str, first: int = 0) -> None:
 
 
 def checked_bounds(bounds: Any, positions: Floats) -> Floats:
-    """Low and high corner of a box, (2, 3) float64; that of the positions where None is given."""
+    """Low and high corner of a box, (2, 3) float64; the box of the positions if None is given."""
     if bounds is None:
         return np.array([positions.min(axis=0), positions.max(axis=0)])
     array = exact_doubles(_numeric_array(bounds, "bounds"))
@@ -400,8 +401,8 @@ def checked_nonnegative_array(value: Any, n: int, name: str, per: str, n_threads
         raise ValueError(f"{name} must have one value per {per}, shape ({n},), got {array.shape}")
     is_valid, largest = _core.check_numbers(array, n_threads)
     if not is_valid:
-        first = int(np.argmin(np.isfinite(array) & (array >= 0)))
-        raise ValueError(f"{name}[{first}] is {array[first]}; it must be finite and not negative")
+        is_wrong = ~(np.isfinite(array) & (array >= 0))
+        refuse_first(is_wrong, name, array, "it must be finite and not negative")
     if largest and not VALUE_RANGE[0] <= largest <= VALUE_RANGE[1]:
         raise ValueError(
             f"{name} are at most {largest:.3g}: rescale them to between"
@@ -431,9 +432,7 @@ def checked_angles(angles: Any, n_arcs: int) -> Floats:
             f"angles must have one value per arc, shape ({n_arcs},), got {array.shape}"
         )
     is_wrong = ~(np.abs(array) <= math.pi)  # also where it is NaN
-    if is_wrong.any():
-        first = int(np.argmax(is_wrong))
-        raise ValueError(f"angles[{first}] is {array[first]}; it must be from -pi to pi")
+    refuse_first(is_wrong, "angles", array, "it must be from -pi to pi")
     return array
 
 
@@ -456,9 +455,8 @@ def checked_seeds(seeds: Any, n_cells: int, name: str = "centers") -> Ints:
     array = owned_indices(given)
     if not len(array) >= 1:
         raise ValueError(f"{name} must hold at least one face")
-    if array.min() < 0 or array.max() >= n_cells:
-        place = int(np.argmax((array < 0) | (array >= n_cells)))
-        raise ValueError(f"{name}[{place}] is {given[place]}; it must be 0 to {n_cells - 1}")
+    is_wrong = (array < 0) | (array >= n_cells)
+    refuse_first(is_wrong, name, given, f"it must be 0 to {n_cells - 1}")
     values, counts = np.unique(array, return_counts=True)
     if len(values) < len(array):
         raise ValueError(f"{name} holds {values[np.argmax(counts > 1)]} more than once")
@@ -501,10 +499,7 @@ def checked_partial_labels(
     """
     given = _row_of_labels(labels, n_cells, name)
     is_wrong = (given < least) | (given >= n_cells)
-    if is_wrong.any():
-        place = int(np.argmax(is_wrong))
-        allowed = f"labels are {least}..K-1, K <= {n_cells}"
-        raise ValueError(f"{name}[{place}] is {given[place]}; {allowed}")
+    refuse_first(is_wrong, name, given, f"labels are {least}..K-1, K <= {n_cells}")
     array = owned_indices(given)
     counts = np.bincount(array + 1)[1:]
     if not counts.all():
@@ -525,9 +520,7 @@ def checked_classes(labels: Any, n_cells: int, name: str) -> Ints:
     given = _row_of_labels(labels, n_cells, name)
     array = given.astype(np.int32, order="C")  # a copy
     is_wrong = (array < -1) | (array != given)
-    if is_wrong.any():
-        place = int(np.argmax(is_wrong))
-        raise ValueError(f"{name}[{place}] is {given[place]}; it must be -1 to {MAX_CELLS}")
+    refuse_first(is_wrong, name, given, f"it must be -1 to {MAX_CELLS}")
     return array
 
 
@@ -558,11 +551,7 @@ def compact_complete(labels: Any, n_cells: int, name: str = "labels") -> tuple[I
     For metrics, which would count cells in no region as one more region.
     """
     array = checked_any_labels(labels, n_cells)
-    if array.min() < 0:
-        place = int(np.argmax(array < 0))
-        raise MeshError(
-            f"{name}[{place}] is {array[place]}; metrics need each cell in a region, 0 and up"
-        )
+    refuse_first(array < 0, name, array, "metrics need each cell in a region, 0 and up", MeshError)
     ranks, names = ranked_labels(array)
     return ranks, len(names)
 

@@ -15,8 +15,7 @@ from . import _core
 from ._options import ISLANDS, Islands
 from ._types import Floats, Ints
 from ._validate import VALUE_RANGE, checked_choice, checked_count, checked_threads
-from .adapters.clouds import CloudLike
-from .adapters.convert import MeshLike, as_cells
+from .adapters.convert import CloudLike, MeshLike, as_cells
 from .cells.cell_graph import CellGraph
 from .cells.constraints import ANY_GROUP, ConstraintOptions
 from .cells.features import FeatureOptions

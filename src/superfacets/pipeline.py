@@ -18,8 +18,7 @@ from ._options import INITS, CleanupOptions, Init, Islands, LoopOptions, Progres
 from ._timing import OnStage, timed
 from ._types import Ints
 from ._validate import checked_choice
-from .adapters.clouds import CloudLike
-from .adapters.convert import MeshLike, as_cells
+from .adapters.convert import CloudLike, MeshLike, as_cells
 from .cells.cell_graph import checked_weights
 from .cells.constraints import ConstraintOptions
 from .cells.features import FEATURE_WEIGHT, FeatureOptions, FeatureSteps

@@ -16,7 +16,7 @@ from batch_folders import lines_of, records_of, results_in
 
 import superfacets as sf
 from superfacets.batches import batching, files, jobs
-from superfacets.io.locks import locked
+from superfacets.io.atomic import locked
 from superfacets.workers import calls
 
 

@@ -12,7 +12,7 @@ from command_line import COMMAND
 from superfacets import MeshError, read_labels, read_mesh, segment, write_mesh
 from superfacets.cli.inputs import load_cells
 from superfacets.io.readers.gltf import read_gltf
-from superfacets.io.readers.recognize import recognized_ending
+from superfacets.io.readers.read import recognized_ending
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ import shapes
 
 from superfacets import Mesh
 from superfacets.cli.main import main
-from superfacets.io.locks import locked
+from superfacets.io.atomic import locked
 from superfacets.study.reproduce import figures, gallery, measure, methods, plan, reproduction
 from superfacets.study.reproduce.gallery import GALLERY, Drawing, is_drawn, picture_path, view_of
 from superfacets.study.reproduce.measure import Run, pack_labels, unpack_labels

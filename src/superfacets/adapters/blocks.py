@@ -1,4 +1,4 @@
-"""Meshes of meshio: blocks of cells of one type each, some of which are what is segmented."""
+"""Meshes of meshio: blocks of cells of one type each, some of which are segmented."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 
 _TETS = ("tetra", "tetra10")
-"""meshio's names; of one with nodes on its edges the first four are its corners."""
+"""meshio's names; the first four nodes are corners, and others lie on the edges."""
 
 _FACES = {"triangle": 3, "triangle6": 3, "quad": 4, "quad8": 4, "quad9": 4, "polygon": None}
 """Corners of each type of face, which come before the nodes on its edges; None where they vary."""
@@ -34,13 +34,8 @@ def has_blocks(source: Any) -> bool:
 def cell_blocks(source: Any) -> list[int]:
     """Return the blocks that are segmented: the tetrahedra, or the faces where there are none.
 
-    Their cells, one block after the other, are the cells that have labels. No block: the points
-    are a cloud.
-
-    Raises
-    ------
-    MeshError
-        If other cells are among them, of a volume or of a kind that is not known.
+    Labels belong to their cells, one block after the other. If no block is returned, the points
+    are a cloud. A MeshError if a block has other cells, of a volume or of an unknown type.
     """
     filled = [i for i, block in enumerate(source.cells) if len(block.data)]
     kinds = {i: source.cells[i].type for i in filled}

@@ -1,8 +1,9 @@
-"""Stage 0: a mesh from anything that looks like one."""
+"""Stage 0: a mesh or a point cloud from anything that looks like one."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
@@ -17,93 +18,76 @@ from ..mesh.polygon_mesh import PolygonMesh
 from ..mesh.tet_mesh import TetMesh
 from ..mesh.triangle_mesh import Mesh
 from .blocks import cell_blocks, has_blocks, mesh_of_blocks
-from .clouds import CloudLike, as_cloud, is_foreign_cloud
 
 _VTK_TETRA = 10
 """Number of the kind of cell in VTK."""
 
 
-class _Faces(Protocol):
-    """A mesh of trimesh: anything with vertices and faces."""
-
+class _Faces(Protocol):  # a mesh of trimesh: anything with vertices and faces
     @property
     def vertices(self) -> Any: ...
     @property
     def faces(self) -> Any: ...
 
 
-class _Triangles(Protocol):
-    """A legacy mesh of Open3D."""
-
+class _Triangles(Protocol):  # a legacy mesh of Open3D
     @property
     def vertices(self) -> Any: ...
     @property
     def triangles(self) -> Any: ...
 
 
-class _Tensors(Protocol):
-    """A tensor mesh of Open3D."""
-
+class _Tensors(Protocol):  # a tensor mesh of Open3D
     @property
     def vertex(self) -> Any: ...
     @property
     def triangle(self) -> Any: ...
 
 
-class _PolyData(Protocol):
-    """A surface of PyVista."""
-
+class _PolyData(Protocol):  # a surface of PyVista
     @property
     def points(self) -> Any: ...
     @property
     def faces(self) -> Any: ...
 
 
-class _Blocks(Protocol):
-    """A mesh of meshio."""
-
+class _Blocks(Protocol):  # a mesh of meshio
     @property
     def points(self) -> Any: ...
     @property
     def cells(self) -> Any: ...
 
 
-MeshLike: TypeAlias = (
-    Cells
-    | str
-    | os.PathLike[str]
-    | tuple[npt.ArrayLike, npt.ArrayLike]
-    | list[npt.ArrayLike]
-    | _Faces
-    | _Triangles
-    | _Tensors
-    | _PolyData
-    | _Blocks
-)
-"""What functions accept as a mesh: a `Mesh` or `PolygonMesh`, a path, a (vertices, faces) pair, or
-a mesh of trimesh, PyVista, Open3D or meshio."""
+_ForeignMesh: TypeAlias = _Faces | _Triangles | _Tensors | _PolyData | _Blocks
+_Pair: TypeAlias = tuple[npt.ArrayLike, npt.ArrayLike] | list[npt.ArrayLike]
+
+MeshLike: TypeAlias = Cells | str | os.PathLike[str] | _Pair | _ForeignMesh
+"""Accepted as a mesh: a `Mesh` or `PolygonMesh`, a path, a (vertices, faces) pair, or a mesh of
+trimesh, PyVista, Open3D or meshio."""
+
+
+class _Points(Protocol):  # a point cloud of Open3D, legacy or tensor
+    @property
+    def point(self) -> Any: ...
+
+
+Rows: TypeAlias = npt.NDArray[np.floating[Any] | np.integer[Any]] | Sequence[Sequence[float]]
+"""Points, not `ArrayLike`, which would accept a number."""
+
+CloudLike: TypeAlias = PointCloud | str | os.PathLike[str] | Rows | _Points
+"""Accepted as a point cloud: a `PointCloud`, a path, an (N, 3) array, or a cloud of trimesh,
+PyVista, Open3D or meshio."""
 
 
 def as_cells(source: MeshLike | CloudLike) -> Cells:
     """Return `source` as one of the classes that `cells.kinds` knows, as `segment` takes it.
 
-    Parameters
-    ----------
-    source : Mesh, PolygonMesh, TetMesh, (vertices, faces) pair, path, or mesh of another library
-        None of the classes is made into another. A path is read by `read_mesh`. Faces of a pair
-        are an (F, n) array, or lists of vertices that may differ in length: a `Mesh` if all are
-        triangles, else a `PolygonMesh`. Meshes of trimesh, PyVista (``PolyData``, and
-        ``UnstructuredGrid`` of tetrahedra), Open3D (legacy and tensor) and meshio (the tetrahedra,
-        or the faces where there are none, of all blocks) are recognized by their attributes; none
-        of these is imported. A `PointCloud`, an (N, 3) array, a file without faces and clouds of
-        these libraries are point clouds; see `as_cloud`.
-
-    Raises
-    ------
-    MeshError
-        If the mesh is not valid.
-    TypeError
-        If `source` does not look like a mesh.
+    A path is read by `read_cells`. Faces of a pair are an (F, n) array, or lists of vertices that
+    may differ in length: a `Mesh` if all are triangles, else a `PolygonMesh`. Meshes of trimesh,
+    PyVista (``PolyData``, and ``UnstructuredGrid`` of tetrahedra), Open3D (legacy and tensor) and
+    meshio (the tetrahedra of all blocks, else their faces) are recognized by their attributes; none
+    of these is imported. An (N, 3) array is a point cloud, as are clouds of these libraries. A
+    MeshError if the mesh is not valid, a TypeError if `source` does not look like a mesh.
     """
     if isinstance(source, Cells):
         return source
@@ -149,16 +133,12 @@ def as_tets(source: MeshLike) -> TetMesh:
 def _cells_of_foreign(source: Any) -> Cells:
     """Cells of an object of another library."""
     if _is_grid_of_tets(source):
-        return _tets_of_grid(source)
+        return TetMesh(source.points, np.asarray(source.cells).reshape(-1, 5)[:, 1:])
     if has_blocks(source) and cell_blocks(source):
         return mesh_of_blocks(source)
     if is_foreign_cloud(source):
         return as_cloud(source)
     return _mesh_of(*_arrays_of_foreign(source))
-
-
-def _tets_of_grid(grid: Any) -> TetMesh:
-    return TetMesh(grid.points, np.asarray(grid.cells).reshape(-1, 5)[:, 1:])
 
 
 def _is_grid_of_tets(source: Any) -> bool:
@@ -183,7 +163,7 @@ def as_triangles(source: MeshLike) -> Mesh:
 
 
 def _mesh_of(vertices: Any, faces: Any) -> FaceMesh:
-    """Triangles where all faces are such, in a rectangular array or in lists."""
+    """A `Mesh` if all faces, in an array or in lists, are triangles, else a `PolygonMesh`."""
     shape = _shape_of(faces)
     if shape is None or (len(shape) == 2 and shape[1] > 3):
         return PolygonMesh.of_faces(vertices, faces)
@@ -208,7 +188,9 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
     if hasattr(source, "vertices") and hasattr(source, "triangles"):  # Open3D, legacy
         return source.vertices, source.triangles
     if hasattr(source, "vertex") and hasattr(source, "triangle"):  # Open3D, tensor
-        return _arrays_of_tensor_mesh(source)
+        if "indices" not in source.triangle:
+            raise MeshError("the mesh has no faces")
+        return source.vertex.positions.cpu().numpy(), source.triangle.indices.cpu().numpy()
     if hasattr(source, "points") and hasattr(source, "faces"):  # PyVista PolyData
         return source.points, _faces_of_polydata(source)
     raise TypeError(
@@ -216,13 +198,6 @@ def _arrays_of_foreign(source: Any) -> tuple[Any, Any]:
         " PolygonMesh, a (vertices, faces) pair, a path, or a mesh of trimesh, PyVista"
         " (PolyData), Open3D or meshio; of a Scene pass .to_mesh(), of a grid .extract_surface()"
     )
-
-
-def _arrays_of_tensor_mesh(source: Any) -> tuple[Any, Any]:
-    """Arrays of an Open3D tensor mesh, brought to the CPU."""
-    if "indices" not in source.triangle:
-        raise MeshError("the mesh has no faces")
-    return source.vertex.positions.cpu().numpy(), source.triangle.indices.cpu().numpy()
 
 
 def _faces_of_polydata(source: Any) -> Any:
@@ -239,7 +214,7 @@ def _faces_of_polydata(source: Any) -> Any:
 
 
 def _faces_in_turn(flat: Array) -> list[Array]:
-    """Faces that differ in length; each begins where the one before it ends."""
+    """Faces that differ in length, one after the other."""
     faces: list[Array] = []
     place = 0
     while place < len(flat):
@@ -249,3 +224,56 @@ def _faces_in_turn(flat: Array) -> list[Array]:
         faces.append(flat[place + 1 : end])
         place = end
     return faces
+
+
+def as_cloud(source: CloudLike) -> PointCloud:
+    """Return `source` as a `PointCloud`; a path is read by `read_cloud`.
+
+    Clouds of trimesh (``PointCloud``), PyVista (``PolyData`` without faces), Open3D (legacy and
+    tensor) and meshio (without faces) are recognized by their attributes, of which points, normals
+    and colors are taken. A MeshError if the cloud is not valid, a TypeError if it is no cloud.
+    """
+    if isinstance(source, PointCloud):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        from ..io.readers.read import read_cloud
+
+        return read_cloud(source)
+    if isinstance(source, (np.ndarray, list, tuple)):
+        return PointCloud(source)  # type: ignore[arg-type]  # checked there
+    if not is_foreign_cloud(source):
+        raise TypeError(f"expected a point cloud, got {type(source).__name__}")
+    return PointCloud(*_arrays_of_foreign_cloud(source))
+
+
+def is_foreign_cloud(source: Any) -> bool:
+    """Whether an object has points, and nothing that could be faces."""
+    if has_blocks(source):
+        return not cell_blocks(source)
+    if hasattr(source, "n_points") and hasattr(source, "n_cells"):  # PyVista
+        has_faces = np.size(getattr(source, "faces", 0)) or getattr(source, "n_strips", 0)
+        return hasattr(source, "verts") and source.n_points > 0 and not has_faces
+    if hasattr(source, "point") and not hasattr(source, "triangle"):  # Open3D, tensor
+        return "positions" in source.point
+    if hasattr(source, "points"):  # Open3D, legacy
+        return not hasattr(source, "faces") and not hasattr(source, "triangles")
+    has_faces = hasattr(source, "faces") or hasattr(source, "triangles")  # trimesh
+    return hasattr(source, "vertices") and not has_faces
+
+
+def _arrays_of_foreign_cloud(source: Any) -> tuple[Any, Any, Any]:
+    """Points, normals and colors of a cloud of another library; None where it has none."""
+    if has_blocks(source):
+        return source.points, None, None
+    if hasattr(source, "n_cells"):
+        data = source.point_data
+        return source.points, data.get("Normals"), data.get("RGB", data.get("RGBA"))
+    if hasattr(source, "point"):
+        data = {name: tensor.cpu().numpy() for name, tensor in source.point.items()}
+        return data["positions"], data.get("normals"), data.get("colors")
+    if hasattr(source, "points"):
+        normals = np.asarray(source.normals) if source.has_normals() else None
+        colors = np.asarray(source.colors) if source.has_colors() else None
+        return np.asarray(source.points), normals, colors
+    colors = np.asarray(getattr(source, "colors", ()))
+    return source.vertices, None, colors if colors.size else None

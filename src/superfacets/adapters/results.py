@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ class Results:
 
     @property
     def arrays(self) -> dict[str, tuple[Array, Any]]:
-        """By name the array, and what cells have that are not among those segmented."""
+        """Arrays by name, each with its value for cells that were not segmented."""
         named: dict[str, tuple[Array, Any]] = {self.name: (self.labels, -1)}
         if self.colors is not None:
             named[f"{self.name}_colors"] = (self.colors, NO_COLOR)
@@ -36,25 +37,18 @@ class Results:
 def put_results(target: Any, results: Results) -> None:
     """Write results onto an object of trimesh, PyVista, Open3D or meshio, in place.
 
-    The arrays have one row per cell or point: this is not checked here.
-
-    Raises
-    ------
-    TypeError
-        If the target has no place for labels.
+    The number of rows is not checked here. A TypeError if the target has no place for labels.
     """
-    for is_of_library, put in _LIBRARIES:
-        if is_of_library(target):
+    if has_blocks(target):
+        return _put_on_meshio(target, results)
+    for names, put in _LIBRARIES:
+        if _has(target, names):
             return put(target, results)
     raise TypeError(
         f"{type(target).__name__} has no place for labels: expected a mesh or point cloud of"
         " trimesh, PyVista, meshio or Open3D (of its legacy classes make a tensor one:"
         " open3d.t.geometry.TriangleMesh.from_legacy)"
     )
-
-
-def _is_pyvista(target: Any) -> bool:
-    return hasattr(target, "cell_data") and hasattr(target, "n_cells")
 
 
 def _put_on_pyvista(target: Any, results: Results) -> None:
@@ -74,7 +68,7 @@ def first_face(target: Any) -> int:
 
 
 def _filled(n_rows: int, values: Array, nothing: Any) -> Array:
-    """An array of rows as those of `values`, all of which say that there is nothing."""
+    """An array of `n_rows` rows of the type of `values`, all of them `nothing`."""
     whole = np.empty((n_rows, *values.shape[1:]), dtype=values.dtype)
     whole[:] = nothing
     return whole
@@ -94,16 +88,8 @@ def _put_on_meshio(target: Any, results: Results) -> None:
         target.cell_data[name] = stored
 
 
-def _is_tensor_mesh(target: Any) -> bool:
-    return hasattr(target, "vertex") and hasattr(target, "triangle")
-
-
 def _put_on_tensor_mesh(target: Any, results: Results) -> None:
     _put_tensors(target.vertex if results.on_points else target.triangle, results)
-
-
-def _is_tensor_cloud(target: Any) -> bool:
-    return hasattr(target, "point") and hasattr(target.point, "positions")
 
 
 def _put_tensors(attributes: Any, results: Results) -> None:
@@ -114,12 +100,8 @@ def _put_tensors(attributes: Any, results: Results) -> None:
         return type(old)(np.ascontiguousarray(array), device=old.device)
 
     attributes[results.name] = tensor(results.labels)
-    if results.colors is not None:  # what its viewers show are numbers from 0 to 1
+    if results.colors is not None:  # Open3D shows numbers from 0 to 1
         attributes["colors"] = tensor(results.colors.astype(np.float32) / 255)
-
-
-def _is_trimesh(target: Any) -> bool:
-    return hasattr(target, "face_attributes") and hasattr(target, "vertex_attributes")
 
 
 def _put_on_trimesh(target: Any, results: Results) -> None:
@@ -135,10 +117,6 @@ def _put_on_trimesh(target: Any, results: Results) -> None:
         target.visual.face_colors = results.colors
 
 
-def _is_trimesh_cloud(target: Any) -> bool:
-    return all(hasattr(target, name) for name in ("vertices", "metadata", "colors"))
-
-
 def _put_on_trimesh_cloud(target: Any, results: Results) -> None:
     """Its points have no attributes but a color."""
     target.metadata[results.name] = results.labels
@@ -146,11 +124,19 @@ def _put_on_trimesh_cloud(target: Any, results: Results) -> None:
         target.colors = results.colors
 
 
-_LIBRARIES: tuple[tuple[Callable[[Any], bool], Callable[[Any, Results], None]], ...] = (
-    (has_blocks, _put_on_meshio),
-    (_is_pyvista, _put_on_pyvista),
-    (_is_tensor_mesh, _put_on_tensor_mesh),
-    (_is_tensor_cloud, lambda target, results: _put_tensors(target.point, results)),
-    (_is_trimesh, _put_on_trimesh),
-    (_is_trimesh_cloud, _put_on_trimesh_cloud),
+def _has(target: Any, names: tuple[str, ...]) -> bool:
+    try:
+        attrgetter(*names)(target)
+    except AttributeError:
+        return False
+    return True
+
+
+_LIBRARIES: tuple[tuple[tuple[str, ...], Callable[[Any, Results], None]], ...] = (
+    (("cell_data", "n_cells"), _put_on_pyvista),
+    (("vertex", "triangle"), _put_on_tensor_mesh),
+    (("point.positions",), lambda target, results: _put_tensors(target.point, results)),
+    (("face_attributes", "vertex_attributes"), _put_on_trimesh),
+    (("vertices", "metadata", "colors"), _put_on_trimesh_cloud),
 )
+"""Attributes by which objects of a library are recognized, and their writers."""

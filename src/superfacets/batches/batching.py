@@ -14,8 +14,7 @@ from .. import __version__
 from .._validate import checked_callable, checked_count, checked_threads
 from ..errors import reason_of
 from ..export.write import ENDING_OF_FORMAT
-from ..io.atomic import StrPath, remove_leftovers
-from ..io.locks import locked
+from ..io.atomic import StrPath, locked, remove_leftovers
 from ..workers.calls import Done, Killed, Team
 from ..workers.pool import open_pool
 from .files import FileOptions

@@ -7,8 +7,7 @@ import os
 from pathlib import Path
 from types import TracebackType
 
-from ..io.atomic import atomic_outputs
-from ..io.locks import open_own
+from ..io.atomic import atomic_outputs, open_own
 from .jobs import Record
 
 

@@ -11,8 +11,7 @@ import numpy as np
 from .. import _core
 from .._types import Floats
 from .._validate import checked_threads
-from ..adapters.clouds import CloudLike, as_cloud
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells, as_cloud
 from ..errors import MeshError
 from ..mesh.cells import Cells
 from ..mesh.faces import FaceMesh, count_degenerate

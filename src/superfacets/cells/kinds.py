@@ -15,8 +15,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import ArcLists, Bools, Floats, Ints, Longs
 from .._validate import checked_threads
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..errors import MeshError
 from ..mesh.cells import Cells
 from ..mesh.faces import (

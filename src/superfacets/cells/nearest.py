@@ -9,8 +9,7 @@ import numpy as np
 
 from .._types import Floats, Ints
 from .._validate import checked_number, checked_queries, checked_threads
-from ..adapters.clouds import CloudLike, as_cloud
-from ..adapters.convert import MeshLike, as_mesh
+from ..adapters.convert import CloudLike, MeshLike, as_cloud, as_mesh
 from .kinds import kind_of
 
 

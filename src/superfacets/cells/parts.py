@@ -15,8 +15,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import ArcLists, Floats, Ints, Singles
 from .._validate import checked_count, checked_threads
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells
 from .cell_graph import checked_weights
 from .kinds import kind_of
 from .size import DEFAULT_N_SEGMENTS, radius_of

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Array, Floats, Ints, Longs
 from .._validate import check_spread, checked_count, checked_number, checked_threads
-from ..adapters.clouds import CloudLike, as_cloud
+from ..adapters.convert import CloudLike, as_cloud
 from ..mesh.point_cloud import PointCloud
 from .cell_graph import ArcMeasures, Arcs, CellGraph
 from .surface import Surface

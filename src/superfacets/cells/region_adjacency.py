@@ -16,8 +16,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Array, Bools, Floats, Ints, Longs, Singles
 from .._validate import checked_choice, checked_region_centers, checked_regions, freeze
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike
+from ..adapters.convert import CloudLike, MeshLike
 from ..errors import MissingExtraError
 from .cell_graph import CellGraph
 from .kinds import as_surface

@@ -10,8 +10,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import ArcLists, Floats, Ints
 from .._validate import checked_count, checked_number, checked_threads
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..mesh.faces import FaceMesh, area_vectors, cut_into_triangles
 from .face_graph import FaceGraph
 from .kinds import graph_and_surface, kind_of

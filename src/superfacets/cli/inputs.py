@@ -15,8 +15,7 @@ from ..io.attributes import MeshAttributes
 from ..io.guards import Content, known_ending, read_content
 from ..io.readers.labels import LABEL_ENDINGS, checked_labels, has_labels, read_labels
 from ..io.readers.npy import npy_array
-from ..io.readers.read import cell_ending, parse_cells_and_attributes
-from ..io.readers.recognize import recognized_ending
+from ..io.readers.read import cell_ending, parse_cells_and_attributes, recognized_ending
 from ..mesh.cells import Cells
 from .options import FILE, STANDARD_STREAM
 

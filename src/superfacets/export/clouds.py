@@ -10,9 +10,9 @@ from typing import IO
 import numpy as np
 
 from .._types import Array, Bytes, Floats, Ints
-from ..errors import MeshError, MissingExtraError
+from ..errors import MeshError, MissingExtraError, reason_of
 from ..io.attributes import MeshAttributes
-from ..io.guards import reason_of
+from ..io.guards import shortened
 from ..mesh.point_cloud import PointCloud
 from .ply import write_cloud_ply
 from .text import write_rows
@@ -79,7 +79,8 @@ def _write_las(
     try:
         las.write(written, do_compress=ending == ".laz")
     except Exception as error:  # laspy raises many kinds
-        raise MeshError(f"the cloud cannot be written as {ending}: {reason_of(error)}") from None
+        reason = shortened(reason_of(error))
+        raise MeshError(f"the cloud cannot be written as {ending}: {reason}") from None
     file.write(written.getbuffer())
 
 

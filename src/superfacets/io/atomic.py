@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Files of ours in users' folders: they appear whole or not at all, and are locked."""
 
 from __future__ import annotations
 
@@ -17,9 +17,12 @@ STEM_SIZE = 40
 """Characters of a name that its temporary file keeps: file systems allow 255 bytes in all."""
 
 OLD = 24 * 3600.0
-"""Seconds after which a temporary file counts as left behind: no writer takes as long."""
+"""Seconds after which a temporary file counts as left behind: no writer takes that long."""
 
 _TEMPORARY = re.compile(r"\.(.*)\.[0-9a-f]{12}\.tmp", re.DOTALL)
+
+_FLAGS = getattr(os, "O_BINARY", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+"""Windows has only the first. With O_NONBLOCK a pipe is opened without waiting for a writer."""
 
 
 @contextlib.contextmanager
@@ -37,12 +40,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
     leaves its temporary files behind; the next one that writes to the same path a day later, or
     more, removes them.
 
-    Raises
-    ------
-    OSError
-        If a path cannot be written, see `checked_targets`.
-    ValueError
-        If two paths are the same file.
+    Errors are those of `checked_targets`.
     """
     targets = checked_targets(paths)
     remove_leftovers(targets)
@@ -72,7 +70,7 @@ def atomic_outputs(paths: Sequence[StrPath]) -> Iterator[list[Path]]:
 def remove_leftovers(targets: Iterable[Path], *, older_than: float = OLD) -> None:
     """Remove temporary files of these outputs that were not written to for so many seconds.
 
-    Nothing else: no file of another output, no folder and no link, whatever its name.
+    Files of other outputs, folders and links stay, whatever their names.
     """
     stems: dict[Path, set[str]] = {}
     for target in targets:
@@ -96,15 +94,8 @@ def _remove_if_old(entry: os.DirEntry[str], newest: float) -> None:
 def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
     """Return the files or links that outputs at `paths` would make or replace.
 
-    Links to folders on the way are followed, so that two names of one file are found out.
-
-    Raises
-    ------
-    OSError
-        If a folder does not exist or may not be written, if a file is write-protected, or if
-        something other than a file is there (a folder, a device).
-    ValueError
-        If two paths are the same file.
+    Links to folders on the way are followed. An OSError if a folder is missing or not writable, if
+    a file is write-protected or no file; a ValueError if two paths are the same file.
     """
     targets: dict[Path, None] = {}  # a set that keeps their order
     for path in paths:
@@ -118,22 +109,12 @@ def checked_targets(paths: Sequence[StrPath]) -> list[Path]:
 
 
 def writable_folder(folder: Path) -> None:
-    """Make a folder for outputs, if it is not there.
-
-    Raises
-    ------
-    OSError
-        If it cannot be made, may not be written, or is a file.
-    """
+    """Make a folder for outputs, if it is not there; an OSError if it cannot be written."""
     if folder.exists() and not folder.is_dir():
         raise NotADirectoryError(f"{folder}: is a file, not a folder")
     folder.mkdir(parents=True, exist_ok=True)
-    if not _is_writable(folder):
+    if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{folder}: the folder is not writable")
-
-
-def _is_writable(folder: Path) -> bool:
-    return os.access(folder, os.W_OK | os.X_OK)
 
 
 def _check_target(path: StrPath, target: Path) -> None:
@@ -142,7 +123,7 @@ def _check_target(path: StrPath, target: Path) -> None:
         raise FileNotFoundError(f"{path}: the folder {folder} does not exist")
     if not folder.is_dir():
         raise NotADirectoryError(f"{path}: {folder} is not a folder")
-    if not _is_writable(folder):
+    if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(f"{path}: the folder {folder} is not writable")
     if target.is_dir():
         raise IsADirectoryError(f"{path}: is a folder, not a file")
@@ -157,3 +138,74 @@ def _create(temporary: Path, target: Path) -> None:
     temporary.touch(exist_ok=False)
     if target.exists() and not target.is_symlink():
         temporary.chmod(stat.S_IMODE(target.stat().st_mode))
+
+
+def open_own(path: Path, flags: int) -> int:
+    """Open a file of ours, and return its descriptor; an OSError if it is not a regular file.
+
+    Links are refused: the folder may come from somebody else, with a link to any file of the user.
+    """
+    with contextlib.suppress(FileNotFoundError):
+        mode = path.lstat().st_mode
+        if stat.S_ISLNK(mode):
+            raise OSError(f"{path}: expected a file, got a link: remove it")
+        if not stat.S_ISREG(mode):
+            raise OSError(f"{path}: is not a regular file")
+    return os.open(path, flags | _FLAGS, 0o666)
+
+
+@contextlib.contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Make the folder and lock it; a ValueError if another process has locked it."""
+    writable_folder(folder)
+    with held(folder / ".lock", f"{folder}: another run is writing there"):
+        yield
+
+
+@contextlib.contextmanager
+def held(path: Path, message: str) -> Iterator[None]:
+    """Hold the lock of a file, made if missing; a ValueError if another process holds it.
+
+    The file stays. The lock ends with this process, however it ends, and child processes that
+    run another program do not inherit it.
+    """
+    file = open_own(path, os.O_RDWR | os.O_CREAT)
+    try:
+        lock_file(file, path, message)
+        yield
+    finally:
+        os.close(file)
+
+
+def is_left_behind(path: Path) -> bool:
+    """Whether the lock file exists and no process holds it."""
+    try:
+        file = open_own(path, os.O_RDWR)
+    except OSError:
+        return False
+    try:
+        return _is_locked_now(file)
+    except OSError:
+        return False
+    finally:
+        os.close(file)
+
+
+def lock_file(file: int, path: Path, message: str) -> None:
+    """Lock an open file until it is closed; a ValueError with the message if it is locked.
+
+    An OSError if the file system has no locks.
+    """
+    try:
+        is_ours = _is_locked_now(file)
+    except OSError as error:
+        raise OSError(error.errno, f"cannot be locked: {error.strerror}", str(path)) from None
+    if not is_ours:
+        raise ValueError(message)
+
+
+def _is_locked_now(file: int) -> bool:
+    """Try to lock an open file; return whether it is locked now."""
+    from filelock import lock_descriptor
+
+    return lock_descriptor(file, blocking=False)

@@ -1,4 +1,4 @@
-"""What a PLY file stores with vertices and faces besides positions and corners."""
+"""Attributes of vertices and faces, besides positions and corners, as a PLY file stores them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._types import Array
 from .._validate import owned, refuse_mask
 
 PLY_TYPES = {
@@ -44,14 +45,14 @@ class MeshAttributes:
     comments : sequence of str, optional
         Lines of the header that begin with ``comment`` or ``obj_info``, in their order.
     left_out : sequence of str, optional
-        What the file holds and these attributes do not, in words: elements other than vertices and
-        faces, and lists that differ in length from row to row.
+        Contents of the file that are not kept, in words: elements other than vertices and faces,
+        and lists that differ in length from row to row.
 
     Raises
     ------
     ValueError
-        If a name is no word of printable ASCII, an array has another shape, an integer does not
-        fit in any type that PLY has, or a comment is not one such line.
+        If a name is not one word of printable ASCII, an array has another shape, an integer fits
+        in no type of PLY, or a comment is not one line of that kind.
     TypeError
         If an array does not hold real numbers.
 
@@ -64,8 +65,8 @@ class MeshAttributes:
     dtype('int32')
     """
 
-    vertex: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
-    face: Mapping[str, npt.NDArray[Any]] = field(default_factory=dict)
+    vertex: Mapping[str, Array] = field(default_factory=dict)
+    face: Mapping[str, Array] = field(default_factory=dict)
     comments: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
 
@@ -88,7 +89,7 @@ class MeshAttributes:
         return f"MeshAttributes(vertex: {vertex}; face: {face}; {len(self.comments)} comments)"
 
 
-def _checked(values: Any, name: str, owner: str) -> npt.NDArray[Any]:
+def _checked(values: Any, name: str, owner: str) -> Array:
     """A contiguous array of a type that PLY has, of one or two dimensions."""
     what = f"{owner} property {reprlib.repr(name)}"
     if not is_word(name):
@@ -104,8 +105,8 @@ def _checked(values: Any, name: str, owner: str) -> npt.NDArray[Any]:
     return stored
 
 
-def _stored_type(array: npt.NDArray[Any], what: str) -> npt.DTypeLike:
-    """The type of an array in native byte order, or the one that holds it in a PLY file."""
+def _stored_type(array: Array, what: str) -> npt.DTypeLike:
+    """The type of PLY that holds an array, in native byte order."""
     if array.dtype.str[1:] in PLY_TYPES:
         return array.dtype.newbyteorder("=")
     if array.dtype.kind == "b":

@@ -7,7 +7,7 @@ import io
 import mmap
 import os
 import stat
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,15 +15,15 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import _core
+from .._types import Array, Floats, Longs
 from .._validate import checked_threads
 from ..errors import MeshError
 
-TriangleArrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any]]
+TriangleArrays = tuple[Floats, Array]
 """Vertices (V, 3) and faces (F, 3) as in the file."""
 
-
 MAX_GROWTH = 100
-"""Largest ratio of the bytes of arrays to those of a file that repeats or compresses them."""
+"""Largest ratio of array bytes to file bytes where a file repeats or compresses its arrays."""
 
 ALWAYS_ALLOWED = 64 << 20
 """Bytes that arrays may take however small the file is."""
@@ -32,11 +32,11 @@ ALWAYS_ALLOWED = 64 << 20
 class Polygons(NamedTuple):
     """Faces that differ in their number of corners, or have more than three."""
 
-    offsets: npt.NDArray[np.int64]  # (F + 1,)
-    indices: npt.NDArray[Any]  # (C,)
+    offsets: Longs  # (F + 1,)
+    indices: Array  # (C,)
 
 
-Arrays = tuple[npt.NDArray[np.float64], npt.NDArray[Any] | Polygons]
+Arrays = tuple[Floats, Array | Polygons]
 """Vertices (V, 3) and faces as in the file, (F, 3) if all are triangles; `Mesh` and `PolygonMesh`
 check indices and coordinates."""
 
@@ -58,17 +58,23 @@ def known_ending(path: Path, endings: Sequence[str]) -> str:
 
 
 def read_content(path: Path) -> mmap.mmap:
-    """Content of a regular file (a pipe would block); an OSError or a MeshError if it is none.
-
-    It is a copy in memory: a file that shrinks while it is mapped would end the process.
-    """
+    """Copy of a regular file; mapped, a file that shrinks would end the process."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         if not size:
             raise MeshError(f"{path}: the file is empty")
         content = _new_memory(size)
-        _fill(content, file)
+        fill(content, file)
     return content
+
+
+@contextlib.contextmanager
+def named_errors(path: object) -> Iterator[None]:
+    """Put the name of the file before the message of each MeshError of the block."""
+    try:
+        yield
+    except MeshError as error:
+        raise MeshError(f"{path}: {error}") from None
 
 
 def open_regular(path: Path) -> io.FileIO:
@@ -105,37 +111,41 @@ def _new_memory(size: int) -> mmap.mmap:
     return memory
 
 
-def _fill(memory: mmap.mmap, file: io.FileIO) -> None:
-    """Read until the buffer is full; systems read at most about 2 GB per call."""
-    view = memoryview(memory)
+def fill(buffer: Any, file: io.FileIO) -> None:
+    """Read until the buffer, of bytes, is full; systems read at most about 2 GB per call."""
+    view = memoryview(buffer)
     while view:
         n_bytes = file.readinto(view)
         if not n_bytes:
-            raise OSError(f"{file.name}: the file became shorter while it was read")
+            raise OSError(f"{file.name!s}: the file became shorter while it was read")
         view = view[n_bytes:]
 
 
-def side_by_side(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """(N, n) numbers that lie in records, of which each row is contiguous, as a contiguous array.
-
-    numpy would copy them one by one where they are not aligned.
-    """
+def side_by_side(rows: Array) -> Array:
+    """A contiguous copy of (N, n) numbers within records; numpy copies unaligned numbers slowly."""
     if rows.flags.c_contiguous or not rows.size:
         return rows
     copied = _core.copy_rows(rows.view(np.uint8), checked_threads(None))
     return copied.view(rows.dtype).reshape(rows.shape)
 
 
-def as_doubles(values: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+def as_doubles(values: Array) -> Floats:
     """The values as float64, without the warning that numpy gives for some kinds of NaN."""
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64, copy=False)
 
 
-def checked_faces(
-    corner_counts: npt.NDArray[Any], corners: npt.NDArray[Any]
-) -> npt.NDArray[Any] | Polygons:
-    """The faces whose corners stand in a row; a MeshError where one has fewer than three."""
+def as_rows(columns: Sequence[Array], dtype: npt.DTypeLike) -> Array:
+    """Columns as an (N, n) array, without the warning that numpy gives for some kinds of NaN."""
+    rows = np.empty((len(columns[0]), len(columns)), dtype)
+    with np.errstate(invalid="ignore"):
+        for place, column in enumerate(columns):
+            rows[:, place] = column
+    return rows
+
+
+def checked_faces(corner_counts: Array, corners: Array) -> Array | Polygons:
+    """Faces from their flat corners; a MeshError if a face has fewer than three."""
     check_corner_counts(corner_counts)
     if (corner_counts == 3).all():
         return corners.reshape(-1, 3)
@@ -144,7 +154,7 @@ def checked_faces(
     return Polygons(offsets, corners.ravel())
 
 
-def check_corner_counts(corner_counts: npt.NDArray[Any]) -> None:
+def check_corner_counts(corner_counts: Array) -> None:
     """Raise a MeshError that names the first face with fewer than three corners."""
     if corner_counts.min(initial=3) < 3:
         first = int(np.argmax(corner_counts < 3))
@@ -162,11 +172,6 @@ def counted(n: int, thing: str) -> str:
 def most_bytes_of(n_bytes: int) -> int:
     """Upper bound of the memory for arrays that a file of this size repeats or compresses."""
     return max(ALWAYS_ALLOWED, MAX_GROWTH * n_bytes)
-
-
-def reason_of(error: BaseException) -> str:
-    """Class and message of another library's error in one line of at most 200 characters."""
-    return shortened(f"{type(error).__name__}: {error}")
 
 
 def shortened(message: str) -> str:

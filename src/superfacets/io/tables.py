@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,11 +9,10 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from .._types import Array
 from ..errors import MeshError
-
-Array = npt.NDArray[Any]
+from .guards import fill
 
 BLOCK_BITS = 14
 """Binary logarithm of the rows per block in lookups."""
@@ -51,34 +49,21 @@ class ArrayRows:
 
 @dataclass(frozen=True)
 class RecordRows:
-    """Columns of records of equal size in a binary file.
-
-    Parameters
-    ----------
-    path : Path
-    begin : int
-        First byte.
-    n_rows : int
-    record : numpy dtype
-    columns : tuple of str
-        Fields of the record that hold numbers; one that holds several stands for all of these.
-    length : str or None
-        A field that must be 3 in every record: the number of corners.
-    """
+    """Columns of records of equal size in a binary file."""
 
     path: Path
-    begin: int
+    begin: int  # first byte
     n_rows: int
     record: np.dtype[Any]
-    columns: tuple[str, ...]
-    length: str | None = None
+    columns: tuple[str, ...]  # fields that hold numbers, or one that holds several
+    length: str | None = None  # a field that must be 3 in every record: the number of corners
 
     def read(self, begin: int, end: int) -> Array:
         """Rows begin to end - 1; a MeshError if a row does not have three corners."""
         records = np.empty(end - begin, self.record)
         with self.path.open("rb", buffering=0) as file:
             file.seek(self.begin + begin * self.record.itemsize)
-            read_all(file, records)
+            fill(records.view(np.uint8), file)
         if self.length is not None and np.any(records[self.length] != 3):
             first = int(np.argmax(records[self.length] != 3))
             raise MeshError(
@@ -171,15 +156,3 @@ def _taken(rows: Rows, wanted: Array, blocks: Array, used: Array) -> Array:
         rows.read(int(run[0]) * size, min((int(run[-1]) + 1) * size, rows.n_rows)) for run in runs
     ]
     return np.concatenate(parts).take(slots[blocks] + (wanted & (size - 1)), axis=0)
-
-
-def read_all(file: Any, array: Array) -> None:
-    """Fill a contiguous array from an unbuffered file; an OSError if the file ends before."""
-    data: Any = array.reshape(-1).view(np.uint8)
-    view = memoryview(data)
-    while view:
-        n_bytes = file.readinto(view)
-        if not n_bytes:
-            name = os.fspath(file.name)
-            raise OSError(f"{name}: the file became shorter while it was read")
-        view = view[n_bytes:]

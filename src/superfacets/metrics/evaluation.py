@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from .._types import Ints
 from .._validate import checked_number, compact_complete
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import as_surface, kind_of
 from ..cells.sums import positive_total
 from ..cells.surface import Surface

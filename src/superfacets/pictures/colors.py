@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from .._types import ArcLists, Bytes, Floats, Ints, Longs
 from .._validate import checked_partial_labels, checked_threads, compact_partial_labels
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike
+from ..adapters.convert import CloudLike, MeshLike
 from ..adapters.results import NO_COLOR
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, kind_of

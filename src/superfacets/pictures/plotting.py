@@ -15,8 +15,7 @@ import numpy.typing as npt
 from .._options import Clip
 from .._types import Array, Floats
 from .._validate import checked_choice, checked_count, compact_partial_labels
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.region_adjacency import region_graph
 from ..io.atomic import atomic_outputs
 from ..mesh.cells import Cells

@@ -15,8 +15,7 @@ import numpy.typing as npt
 from .._options import CLIPS, Clip
 from .._types import Array, Bools
 from .._validate import checked_choice, checked_count, checked_number, compact_partial_labels
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..io.atomic import atomic_outputs, checked_targets
 from ..mesh.cells import Cells

@@ -11,8 +11,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Floats, Ints, Singles
 from .._validate import checked_partial_labels
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike
+from ..adapters.convert import CloudLike, MeshLike
 from ..cells.cell_graph import CellGraph, checked_weights
 from ..cells.constraints import NO_GROUPS, Cut
 from ..cells.kinds import as_surface

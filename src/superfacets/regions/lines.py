@@ -10,8 +10,7 @@ import numpy.typing as npt
 from .. import _core
 from .._types import Bools, Floats, Ints, Longs
 from .._validate import checked_regions, checked_threads, freeze
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_mesh
+from ..adapters.convert import CloudLike, MeshLike, as_mesh
 from ..cells.cell_graph import CellGraph
 from ..cells.face_graph import FaceGraph, build_face_graph
 from ..cells.kinds import as_known, kind_of

@@ -9,8 +9,7 @@ import numpy.typing as npt
 
 from .._types import Floats, Ints
 from .._validate import checked_classes, checked_threads
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike
+from ..adapters.convert import CloudLike, MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, kind_of
 from ..cells.nearest import checked_distance, query_points

@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from .._types import Ints, Longs
 from .._validate import checked_regions, is_extent_valid
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import kind_of
 from ..errors import MeshError
 from ..mesh.cells import Cells

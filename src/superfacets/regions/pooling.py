@@ -18,8 +18,7 @@ from .._validate import (
     checked_threads,
     refuse_mask,
 )
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike
+from ..adapters.convert import CloudLike, MeshLike
 from ..cells.cell_graph import CellGraph
 from ..cells.kinds import as_known, measures_of
 from ..cells.sums import weighted_majority

@@ -9,8 +9,7 @@ import numpy.typing as npt
 
 from .._types import Ints, Longs
 from .._validate import checked_classes, checked_threads, ranked_labels
-from ..adapters.clouds import CloudLike
-from ..adapters.convert import MeshLike, as_cells
+from ..adapters.convert import CloudLike, MeshLike, as_cells
 from ..cells.kinds import kind_of, measures_of
 from ..cells.sums import weighted_majority
 from ..errors import MeshError

@@ -213,7 +213,7 @@ def _ply_pieces(path: Path) -> Pieces | None:
     header, content = read_header(path)
     is_cloud, n_bytes = holds_cloud(content, ".ply"), path.stat().st_size
     found, begin = dict[str, tuple[int, Element, np.dtype[Any]]](), header.size
-    for element in header.elements if not header.is_ascii else ():
+    for element in header.elements if header.byte_order else ():
         record = element.record()
         if record is None:
             break

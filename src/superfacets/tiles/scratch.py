@@ -16,10 +16,10 @@ import numpy as np
 
 from .._types import Array
 from ..export.scannet import write_npy
-from ..io.atomic import writable_folder
-from ..io.locks import held, is_left_behind
+from ..io.atomic import held, is_left_behind, writable_folder
+from ..io.guards import fill
 from ..io.readers.npy import npy_header
-from ..io.tables import RecordRows, read_all
+from ..io.tables import RecordRows
 from ..workers.threads import despite_interrupts
 
 MARK = ".superfacets-tiles-"
@@ -148,7 +148,7 @@ class Scratch:
             rows = np.empty(((shape[0] if end is None else end) - begin, *shape[1:]), dtype)
             if rows.size:
                 file.seek(start + begin * rows[:1].nbytes)
-                read_all(file, rows)
+                fill(rows.reshape(-1).view(np.uint8), file)
         return rows
 
     def new_file(self) -> Path:

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ...errors import MeshError
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes, is_word
-from ..guards import Content, as_doubles
+from ..guards import Content, as_doubles, as_rows
 from .e57 import read_e57
 from .las import read_las
 from .npy import npy_array
-from .ply_attributes import attributes_of
+from .ply import attributes_of
 from .ply_body import read_tables
 from .ply_header import parse_header
-from .ply_strips import STRIPS
 from .text import Lines, split_lines
 
 _NORMALS = ("nx", "ny", "nz")
@@ -32,7 +32,7 @@ _OTHER_NAMES = {"r": "red", "g": "green", "b": "blue", "normal_x": "nx", "normal
 
 
 class CloudFile(NamedTuple):
-    """A cloud, and what the file holds for each point, by name."""
+    """A cloud, and the attributes of its points, by name."""
 
     cloud: PointCloud
     attributes: MeshAttributes
@@ -42,10 +42,7 @@ def holds_cloud(data: Content, ending: str) -> bool:
     """Whether a file of this content and ending holds points and no faces."""
     if ending != ".ply":
         return ending in CLOUD_READERS
-    header = parse_header(data)
-    return not any(
-        element.name in ("face", STRIPS) and element.n_rows for element in header.elements
-    )
+    return parse_header(data).faces is None
 
 
 def _read_ply(data: Content) -> CloudFile:
@@ -65,7 +62,9 @@ def _read_ply(data: Content) -> CloudFile:
 
 def _read_text(data: Content) -> CloudFile:
     """Lines of numbers, between blanks, commas or semicolons; a first line may name them."""
-    lines = split_lines(_with_blanks(data), comment=b"#")
+    if data.find(b",") >= 0 or data.find(b";") >= 0:
+        data = data[:].translate(bytes.maketrans(b",;", b"  "))
+    lines = split_lines(data, comment=b"#")
     names = _names_in(lines)
     if names is not None:
         lines = lines[1:]
@@ -81,12 +80,6 @@ def _read_text(data: Content) -> CloudFile:
     if names is not None and len(names) != n_columns:
         raise MeshError(f"the first line has {len(names)} names, the next {n_columns} numbers")
     return _cloud_of_table(lines.parse(np.float64).reshape(-1, n_columns), names)
-
-
-def _with_blanks(data: Content) -> Content:
-    if data.find(b",") < 0 and data.find(b";") < 0:
-        return data
-    return data[:].translate(bytes.maketrans(b",;", b"  "))
 
 
 def _names_in(lines: Lines) -> list[str] | None:
@@ -107,7 +100,7 @@ def _read_npy(data: Content) -> CloudFile:
     return _cloud_of_table(as_doubles(array), None)
 
 
-def _cloud_of_table(table: npt.NDArray[np.float64], names: list[str] | None) -> CloudFile:
+def _cloud_of_table(table: Floats, names: list[str] | None) -> CloudFile:
     """A cloud of rows x y z, and three numbers more that are colors or normals, or named ones."""
     n_columns = table.shape[1]
     if n_columns < 3:
@@ -126,7 +119,7 @@ def _cloud_of_table(table: npt.NDArray[np.float64], names: list[str] | None) -> 
     return _cloud_of(columns | others, MeshAttributes(vertex=others))
 
 
-def _narrowed(column: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
+def _narrowed(column: Floats) -> Array:
     """Whole numbers as integers: as bytes where they fit, so that 0 to 255 can be colors."""
     if not np.isfinite(column).all() or np.any(column != np.floor(column)):
         return column
@@ -137,7 +130,7 @@ def _narrowed(column: npt.NDArray[np.float64]) -> npt.NDArray[Any]:
     return column
 
 
-def _meaning_of(further: npt.NDArray[np.float64]) -> tuple[str, ...]:
+def _meaning_of(further: Floats) -> tuple[str, ...]:
     """Names of three columns behind x, y and z that have none."""
     if further.shape[1] < 3:
         return ()
@@ -149,39 +142,26 @@ def _meaning_of(further: npt.NDArray[np.float64]) -> tuple[str, ...]:
 
 def _read_las(data: Content) -> CloudFile:
     columns, stored = read_las(data)
-    if all(name in stored for name in _COLORS):
-        columns |= {name: _las_shades(stored, name) for name in _COLORS}
+    if {*_COLORS} <= stored.keys():
+        columns |= {name: stored[name] for name in _COLORS}
+        # Colors have 16 bits, but many programs fill only 8 of them.
+        if max(int(stored[name].max(initial=0)) for name in _COLORS) <= 255:
+            columns |= {name: stored[name].astype(np.uint8) for name in _COLORS}
     return _cloud_of(columns, MeshAttributes(vertex=stored))
 
 
-def _las_shades(stored: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[Any]:
-    """Colors of LAS have 16 bits, but many programs fill 8 of them only."""
-    is_short = max(int(stored[channel].max(initial=0)) for channel in _COLORS) <= 255
-    return stored[name].astype(np.uint8) if is_short else stored[name]
+def _cloud_of(columns: dict[str, Array], attributes: MeshAttributes) -> CloudFile:
+    def rows(names: Sequence[str], dtype: npt.DTypeLike) -> Array:
+        return as_rows([columns[name] for name in names], dtype)
 
-
-def _read_e57(data: Content) -> CloudFile:
-    return CloudFile(*read_e57(data))
-
-
-def _cloud_of(columns: dict[str, npt.NDArray[Any]], attributes: MeshAttributes) -> CloudFile:
-    points = _beside_each_other(columns, "xyz", np.float64)
-    has_normals = all(name in columns for name in _NORMALS)
-    normals = _beside_each_other(columns, _NORMALS, np.float64) if has_normals else None
+    points = rows("xyz", np.float64)
+    normals = rows(_NORMALS, np.float64) if {*_NORMALS} <= columns.keys() else None
     colors = None
-    if all(name in columns for name in _COLORS):
+    if {*_COLORS} <= columns.keys():
         kinds = {columns[name].dtype.kind + str(columns[name].dtype.itemsize) for name in _COLORS}
         if len(kinds) == 1 and kinds <= {"u1", "u2", "f4", "f8"}:
-            colors = _beside_each_other(columns, _COLORS, columns["red"].dtype)
+            colors = rows(_COLORS, columns["red"].dtype)
     return CloudFile(PointCloud(points, normals, colors), attributes)
-
-
-def _beside_each_other(columns: dict[str, npt.NDArray[Any]], names: Any, dtype: Any) -> Any:
-    rows = np.empty((len(columns[names[0]]), len(names)), dtype=dtype)
-    with np.errstate(invalid="ignore"):  # of some kinds of NaN, which PointCloud refuses
-        for place, name in enumerate(names):
-            rows[:, place] = columns[name]
-    return rows
 
 
 CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {
@@ -192,7 +172,7 @@ CLOUD_READERS: dict[str, Callable[[Content], CloudFile]] = {
     ".npy": _read_npy,
     ".las": _read_las,
     ".laz": _read_las,
-    ".e57": _read_e57,
+    ".e57": lambda data: CloudFile(*read_e57(data)),
 }
 
 CLOUD_ENDINGS = tuple(CLOUD_READERS)

@@ -12,12 +12,12 @@ from tempfile import TemporaryDirectory, TemporaryFile
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ...errors import MeshError, MissingExtraError
+from ..._types import Array, Floats, Ints, Singles
+from ...errors import MeshError, MissingExtraError, reason_of
 from ...mesh.point_cloud import PointCloud
 from ..attributes import MeshAttributes
-from ..guards import Content, counted, reason_of
+from ..guards import Content, counted, shortened
 
 _CARTESIAN = ("cartesianX", "cartesianY", "cartesianZ")
 _SPHERICAL = ("sphericalRange", "sphericalAzimuth", "sphericalElevation")
@@ -28,7 +28,7 @@ _KINDS = {
     **dict.fromkeys((*_COLORS, "intensity"), np.float32),
     **dict.fromkeys(("cartesianInvalidState", "sphericalInvalidState"), np.int8),
 }
-"""What is read of a point, and the type that it is converted to."""
+"""Fields that are read of a point, and the types that they are converted to."""
 
 
 _PAGE = 1024
@@ -39,20 +39,23 @@ _CHECKSUM = 4
 class _Scan(NamedTuple):
     """The valid points of a scan."""
 
-    points: npt.NDArray[np.float64]  # (n, 3)
-    colors: npt.NDArray[np.float32] | None  # (n, 3), 0 to 1
-    intensity: npt.NDArray[np.float32] | None  # (n,)
-    records: npt.NDArray[np.int32]  # (n,) their numbers in the scan, from 0
+    points: Floats  # (n, 3)
+    colors: Singles | None  # (n, 3), 0 to 1
+    intensity: Singles | None  # (n,)
+    records: Ints  # (n,) their numbers in the scan, from 0
 
 
 def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
     """The points of all scans in their order, without those that are declared invalid.
 
-    Invalid points have no position: no label could mean anything there, and hardly any scan on a
-    grid is without them. ``scan`` and ``record`` of the attributes say where in the file a point
-    stands. Colors and intensities are kept if all scans have them.
+    Invalid points have no position, and most scans on a grid have some. The attributes ``scan`` and
+    ``record`` say where in the file a point stands. Colors and intensities are kept if all scans
+    have them.
     """
-    pye57 = _module()
+    try:
+        import pye57
+    except ModuleNotFoundError:
+        raise MissingExtraError("an .e57 file", "e57") from None
     _check_description(data)
     with _file_of(data) as path:
         try:
@@ -61,7 +64,7 @@ def read_e57(data: Content) -> tuple[PointCloud, MeshAttributes]:
         except (MemoryError, MeshError):
             raise
         except Exception as error:  # pye57 raises many kinds on damaged files
-            raise MeshError(f"the E57 file cannot be read: {reason_of(error)}") from None
+            raise MeshError(f"the E57 file cannot be read: {shortened(reason_of(error))}") from None
     if not scans:
         raise MeshError("the E57 file has no scans")
     return _joined(scans)
@@ -105,17 +108,9 @@ def _file_of(data: Content) -> Iterator[str]:
             yield str(path)
 
 
-def _module() -> Any:
-    try:
-        import pye57
-    except ModuleNotFoundError:
-        raise MissingExtraError("an .e57 file", "e57") from None
-    return pye57
-
-
 def _joined(scans: list[_Scan]) -> tuple[PointCloud, MeshAttributes]:
     places = np.repeat(np.arange(len(scans), dtype=np.int32), [len(scan.points) for scan in scans])
-    stored: dict[str, npt.NDArray[Any]] = {
+    stored: dict[str, Array] = {
         "scan": places,
         "record": np.concatenate([scan.records for scan in scans]),
     }
@@ -150,8 +145,8 @@ def _has(header: Any, names: tuple[str, ...]) -> bool:
     return all(name in header.point_fields for name in names)
 
 
-def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, npt.NDArray[Any]]:
-    """What a scan holds of `_KINDS`, one number per record."""
+def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, Array]:
+    """Fields of `_KINDS` that a scan has, with one number per record."""
     header = file.get_header(place)
     n_records = header.point_count
     if n_records > 8 * n_bytes:  # of points in different places, each takes a bit at least
@@ -173,7 +168,7 @@ def _read_columns(pye57: Any, file: Any, place: int, n_bytes: int) -> dict[str, 
     return columns
 
 
-def _from_spherical(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _from_spherical(points: Floats) -> Floats:
     """Positions from range, azimuth and elevation, in radians."""
     range_, azimuth, elevation = points.T
     across = range_ * np.cos(elevation)
@@ -182,7 +177,7 @@ def _from_spherical(points: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     )
 
 
-def _moved(points: npt.NDArray[np.float64], header: Any, place: int) -> npt.NDArray[np.float64]:
+def _moved(points: Floats, header: Any, place: int) -> Floats:
     """Points of a scan in the coordinates of the file: turned, then moved."""
     if not header.has_pose():
         return points
@@ -198,16 +193,14 @@ def _moved(points: npt.NDArray[np.float64], header: Any, place: int) -> npt.NDAr
     return points
 
 
-def _rotation_of(quaternion: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+def _rotation_of(quaternion: Floats) -> Floats:
     """The matrix of a quaternion w, x, y, z of length 1."""
     w, axis = quaternion[0], quaternion[1:]
     crossed = np.cross(np.eye(3), axis)  # times a vector: axis x vector
     return np.asarray(np.eye(3) + 2 * (w * crossed + crossed @ crossed))
 
 
-def _colors_of(
-    pye57: Any, header: Any, columns: dict[str, npt.NDArray[Any]]
-) -> npt.NDArray[np.float32] | None:
+def _colors_of(pye57: Any, header: Any, columns: dict[str, Array]) -> Singles | None:
     """Colors from 0 to 1 by the limits that the scan declares; None where these are no range."""
     shades = np.empty((len(columns[_COLORS[0]]), 3), np.float32)
     for place, name in enumerate(_COLORS):

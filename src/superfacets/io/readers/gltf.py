@@ -6,14 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
 from ..guards import MAX_GROWTH, Content, TriangleArrays, as_doubles, most_bytes_of
 from .gltf_file import Gltf, items, numbers, open_gltf, read_accessor, whole
-
-Matrix = npt.NDArray[np.float64]
 
 TRIANGLES, TRIANGLE_STRIP, TRIANGLE_FAN = 4, 5, 6
 
@@ -25,9 +23,6 @@ def read_gltf(data: Content, folder: Path | None) -> TriangleArrays:
 
     Meshes come in the order of the file, each moved by every node that shows it, in the order of
     the scene. Vertices that primitives of one mesh share stay shared. Lines and points are skipped.
-
-    lagrange is not used: it reads past the end of buffers, crashes on nodes in a circle, skips
-    sparse values, misreads quantized positions, and refuses meshes without indices.
     """
     gltf = open_gltf(data, folder)
     visits = sorted(_visit_nodes(gltf), key=lambda visit: visit[0])
@@ -58,9 +53,7 @@ def _check_size(gltf: Gltf, sizes: list[tuple[int, int]]) -> None:
 
     A node, or a primitive, takes a few bytes of a file and repeats a mesh of any size.
     """
-    n_vertices, n_faces = (
-        (sum(numbers) for numbers in zip(*sizes, strict=True)) if sizes else (0, 0)
-    )
+    n_vertices, n_faces = (sum(size[i] for size in sizes) for i in range(2))
     if n_faces == 0:
         raise MeshError("the scene of the glTF file shows no triangles")
     if max(n_faces, n_vertices) > MAX_CELLS:
@@ -87,17 +80,16 @@ def _join(parts: list[TriangleArrays]) -> TriangleArrays:
     return _concatenated([positions for positions, _ in parts]), _concatenated(faces)
 
 
-def _moved_on(faces: npt.NDArray[Any], first_vertex: int) -> npt.NDArray[Any]:
-    """Faces whose vertices follow others."""
+def _moved_on(faces: Array, first_vertex: int) -> Array:
     return faces + np.int64(first_vertex) if first_vertex else faces
 
 
-def _concatenated(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
+def _concatenated(parts: list[Array]) -> Array:
     """The parts as one array, which is no copy of a single one."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
-def _visit_nodes(gltf: Gltf) -> list[tuple[int, Matrix]]:
+def _visit_nodes(gltf: Gltf) -> list[tuple[int, Floats]]:
     """Mesh and global matrix of each node of the scene that shows a mesh, depth first."""
     scene = gltf.item("scenes", gltf.document.get("scene", 0))
     stack = [(root, np.eye(4)) for root in reversed(_indices(scene, "nodes"))]
@@ -124,15 +116,15 @@ def _indices(item: dict[str, Any], key: str) -> list[Any]:
     return values
 
 
-def _product(left: Matrix, right: Matrix) -> Matrix:
+def _product(left: Floats, right: Floats) -> Floats:
     """Matrix product in a fixed order of additions, so that every machine rounds alike."""
     with np.errstate(over="ignore", invalid="ignore"):  # for the checks of Mesh to find
-        result: Matrix = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
+        result: Floats = (left[:, :, np.newaxis] * right[np.newaxis]).sum(axis=1)
     return result
 
 
-def _local_matrix(node: dict[str, Any]) -> Matrix:
-    """The node's own matrix, which is stored by columns, or is made of its parts."""
+def _local_matrix(node: dict[str, Any]) -> Floats:
+    """Matrix of a node: stored by columns, or made of translation, rotation and scale."""
     if "matrix" in node:
         return numbers(node, "matrix", [0.0] * 16).reshape(4, 4).T
     matrix = np.eye(4)
@@ -142,7 +134,7 @@ def _local_matrix(node: dict[str, Any]) -> Matrix:
     return matrix
 
 
-def _rotation(quaternion: npt.NDArray[np.float64]) -> Matrix:
+def _rotation(quaternion: Floats) -> Floats:
     """Rotation matrix of x, y, z, w, which need not have length 1."""
     length = np.abs(quaternion).max()
     if length == 0:
@@ -160,8 +152,8 @@ def _rotation(quaternion: npt.NDArray[np.float64]) -> Matrix:
 
 def _read_mesh(gltf: Gltf, index: int) -> TriangleArrays:
     """The triangles of all primitives of a mesh."""
-    positions: dict[int, npt.NDArray[np.float64]] = {}  # of each accessor, in order of first use
-    faces: list[npt.NDArray[Any]] = []
+    positions: dict[int, Floats] = {}  # of each accessor, in order of first use
+    faces: list[Array] = []
     first_vertices: dict[int, int] = {}
     n_vertices = 0
     for primitive in _triangle_primitives(gltf, index):
@@ -184,7 +176,6 @@ def _triangle_primitives(gltf: Gltf, index: int) -> list[dict[str, Any]]:
 
 
 def _positions_of(primitive: dict[str, Any], index: int) -> int:
-    """The accessor of a primitive's positions."""
     attributes = primitive.get("attributes")
     accessor = attributes.get("POSITION") if isinstance(attributes, dict) else None
     if type(accessor) is not int:
@@ -199,8 +190,8 @@ def _has_triangles(primitive: dict[str, Any]) -> bool:
     return mode == TRIANGLES
 
 
-def _read_positions(gltf: Gltf, index: int) -> npt.NDArray[np.float64]:
-    """Positions as (V, 3); quantized ones (KHR_mesh_quantization) become what they stand for."""
+def _read_positions(gltf: Gltf, index: int) -> Floats:
+    """Positions as (V, 3); quantized integers (KHR_mesh_quantization) are scaled."""
     stored = read_accessor(gltf, index, "VEC3")
     positions = as_doubles(stored)
     if stored.dtype.kind == "f" or gltf.item("accessors", index).get("normalized") is not True:
@@ -208,7 +199,7 @@ def _read_positions(gltf: Gltf, index: int) -> npt.NDArray[np.float64]:
     return np.maximum(positions / np.iinfo(stored.dtype).max, -1.0)
 
 
-def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> npt.NDArray[Any]:
+def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> Array:
     """Vertex index of each corner, flat: without indices, vertices are corners in their order."""
     if "indices" in primitive:
         stored = read_accessor(gltf, primitive["indices"], "SCALAR")
@@ -227,10 +218,8 @@ def _read_corners(gltf: Gltf, primitive: dict[str, Any], n_vertices: int) -> npt
     return corners
 
 
-def _place(
-    positions: npt.NDArray[np.float64], faces: npt.NDArray[Any], matrix: Matrix
-) -> TriangleArrays:
-    """A mesh moved by a matrix; where that mirrors, faces turn so that they still face outward."""
+def _place(positions: Floats, faces: Array, matrix: Floats) -> TriangleArrays:
+    """A mesh moved by a matrix; faces of a mirrored mesh are flipped, to face outward again."""
     if np.array_equal(matrix, np.eye(4)):
         return positions, faces
     axes = matrix[:3, :3]

@@ -19,15 +19,15 @@ from typing import Any, NoReturn
 from urllib.parse import unquote
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ...errors import MeshError
 from ..guards import Content, read_content
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
 WIDTHS = {"SCALAR": 1, "VEC3": 3}
-"""Of all accessor types, those of indices and positions."""
+"""Numbers per row, by accessor type: of indices, and of positions."""
 
 LARGEST = sys.float_info.max
 
@@ -44,21 +44,11 @@ UNSUPPORTED = (
 
 @dataclass(frozen=True, eq=False)
 class Gltf:
-    """A glTF document.
+    """A glTF document."""
 
-    Parameters
-    ----------
-    document : dict
-        The JSON.
-    buffers : list of memoryview
-        Contents of the buffers, each as long as the document declares, or longer.
-    n_bytes : int
-        Size of the file and of the files beside it that it names, each counted once.
-    """
-
-    document: dict[str, Any]
-    buffers: list[memoryview]
-    n_bytes: int
+    document: dict[str, Any]  # the JSON
+    buffers: list[memoryview]  # contents, each as long as the document declares, or longer
+    n_bytes: int  # of the file and of the files beside it that it names, each counted once
 
     def item(self, kind: str, index: object) -> dict[str, Any]:
         """Object ``index`` of a list of the document; a MeshError if there is none."""
@@ -87,9 +77,9 @@ def open_gltf(data: Content, folder: Path | None) -> Gltf:
     used = [name for name in UNSUPPORTED if isinstance(required, list) and name in required]
     if used:
         raise MeshError(f"the glTF extension {used[0]} is not supported: save the file without it")
-    files = BufferFiles(folder)
-    buffers = _read_buffers(document, binary, files)
-    return Gltf(document, buffers, len(data) + files.n_bytes)
+    files: dict[Path, memoryview] = {}
+    buffers = _read_buffers(document, binary, folder, files)
+    return Gltf(document, buffers, len(data) + sum(map(len, files.values())))
 
 
 def _refuse_constant(name: str) -> NoReturn:
@@ -136,7 +126,7 @@ def whole(item: dict[str, Any], key: str, default: int | None = None) -> int:
     return value
 
 
-def numbers(item: dict[str, Any], key: str, default: list[float]) -> npt.NDArray[np.float64]:
+def numbers(item: dict[str, Any], key: str, default: list[float]) -> Floats:
     """As many finite numbers as `default` has, out of an object of the document."""
     values = item.get(key, default)
     is_list = isinstance(values, list) and len(values) == len(default)
@@ -147,7 +137,7 @@ def numbers(item: dict[str, Any], key: str, default: list[float]) -> npt.NDArray
     return np.array(values, dtype=np.float64)
 
 
-def read_accessor(gltf: Gltf, index: object, kind: str) -> npt.NDArray[Any]:
+def read_accessor(gltf: Gltf, index: object, kind: str) -> Array:
     """The (n,) or (n, 3) array that an accessor of type `kind` describes, as it is stored."""
     accessor = gltf.item("accessors", index)
     where = f"accessors[{index}]"
@@ -185,16 +175,16 @@ def _view_content(gltf: Gltf, view: dict[str, Any]) -> memoryview:
 
 
 def _read_buffers(
-    document: dict[str, Any], binary: memoryview, files: BufferFiles
+    document: dict[str, Any], binary: memoryview, folder: Path | None, files: dict[Path, memoryview]
 ) -> list[memoryview]:
-    """Contents of the buffers: the binary chunk, or what an address holds or points to."""
+    """Contents of the buffers: the binary chunk, or the bytes at an address."""
     contents: list[memoryview] = []
     for index, buffer in enumerate(items(document, "buffers")):
         address = buffer.get("uri")
         if address is None and index == 0:
             content = binary
         elif isinstance(address, str):
-            content = _fetch(address, files)
+            content = _fetch(address, folder, files)
         else:
             raise MeshError(f"broken glTF: buffers[{index}] has no data")
         declared = whole(buffer, "byteLength")
@@ -207,51 +197,34 @@ def _read_buffers(
     return contents
 
 
-def _fetch(address: str, files: BufferFiles) -> memoryview:
-    """Bytes of a data address, or of a file beside the document."""
-    if not address.startswith("data:"):
-        return files.read(address)
-    _, marker, encoded = address.partition(";base64,")
-    try:
-        return memoryview(base64.b64decode(encoded if marker else "*", validate=True))
-    except ValueError:
-        raise MeshError(f"broken glTF: {reprlib.repr(address)} is not base64") from None
-
-
-class BufferFiles:
-    """Files in the folder of a glTF document, or below it, each read once; no others.
-
-    A document is not to show what lies elsewhere on the machine: an address counts as what it
-    resolves to, with escapes decoded, ``..`` applied and symbolic links followed. Without a folder,
-    as for a document that is in no file, there are none.
-    """
-
-    def __init__(self, folder: Path | None) -> None:
-        self._folder = folder
-        self._contents: dict[Path, memoryview] = {}
-
-    @property
-    def n_bytes(self) -> int:
-        """Size of all that was read."""
-        return sum(map(len, self._contents.values()))
-
-    def read(self, address: str) -> memoryview:
-        """Return the bytes of the file at a relative address."""
-        shown = reprlib.repr(address)
+def _fetch(address: str, folder: Path | None, files: dict[Path, memoryview]) -> memoryview:
+    """Bytes of a data address, or of a file beside the document, which is kept in `files`."""
+    shown = reprlib.repr(address)
+    if address.startswith("data:"):
+        _, marker, encoded = address.partition(";base64,")
         try:
-            path = self._resolve(address)
-            if path is None:
-                raise MeshError(f"the buffer {shown} is not a file beside the glTF file")
-            if path not in self._contents:
-                self._contents[path] = memoryview(read_content(path))
-        except (OSError, UnicodeError):
-            raise MeshError(f"the buffer {shown} cannot be read beside the glTF file") from None
-        return self._contents[path]
+            return memoryview(base64.b64decode(encoded if marker else "*", validate=True))
+        except ValueError:
+            raise MeshError(f"broken glTF: {shown} is not base64") from None
+    try:
+        path = _resolve(address, folder)
+        if path is None:
+            raise MeshError(f"the buffer {shown} is not a file beside the glTF file")
+        if path not in files:
+            files[path] = memoryview(read_content(path))
+    except (OSError, UnicodeError):
+        raise MeshError(f"the buffer {shown} cannot be read beside the glTF file") from None
+    return files[path]
 
-    def _resolve(self, address: str) -> Path | None:
-        """The file that an address stands for; None where that is not in the folder."""
-        name = unquote(address, errors="strict")
-        if self._folder is None or re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in name:
-            return None
-        path = Path(os.path.realpath(self._folder / name))
-        return path if path.is_relative_to(os.path.realpath(self._folder)) else None
+
+def _resolve(address: str, folder: Path | None) -> Path | None:
+    """The file that an address stands for; None if it is not in the folder, or below it.
+
+    A document must not show files from elsewhere on the machine: escapes are decoded, ``..`` is
+    applied and symbolic links are followed before the path is compared with the folder.
+    """
+    name = unquote(address, errors="strict")
+    if folder is None or re.match(r"[\w+.-]*:|[/\\]", address) or "\0" in name:
+        return None
+    path = Path(os.path.realpath(folder / name))
+    return path if path.is_relative_to(os.path.realpath(folder)) else None

@@ -1,16 +1,17 @@
-"""`Grid`: the cells of several types in a file of volumes."""
+"""Shared by readers of volumes: the reading position in a file, and the cells found in it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Bools, Floats, Longs
 from ...errors import MeshError
-from ..guards import counted
-from .text import runs
+from ..guards import Content, counted
+from .text import Lines, as_count, as_integers, runs, split_lines
 
 TETS = {10: 4, 24: 10}
 """VTK's types of tetrahedra, and their numbers of nodes; the first four nodes are corners."""
@@ -32,28 +33,15 @@ _NAMES = {
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Vertices and cells in the order of a file.
+    """Vertices and cells in the order of a file."""
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-    kinds : (C,) integers
-        What each cell is, as VTK numbers kinds.
-    sizes : (C,) integers
-        Corners of each cell.
-    corners : (S,) integers
-        The corners of all cells in a row; S is the sum of `sizes`.
-    values : ndarray or None
-        The value of each cell that was asked for by name; None if there are none of that name.
-    """
+    vertices: Floats  # (V, 3)
+    kinds: Array  # (C,) what each cell is, as VTK numbers kinds
+    sizes: Array  # (C,) corners of each cell
+    corners: Array  # (S,) corners of all cells; S is the sum of `sizes`
+    values: Array | None  # of each cell, asked for by name; None if there are none of that name
 
-    vertices: npt.NDArray[np.float64]
-    kinds: npt.NDArray[Any]
-    sizes: npt.NDArray[Any]
-    corners: npt.NDArray[Any]
-    values: npt.NDArray[Any] | None
-
-    def tets(self) -> npt.NDArray[Any]:
+    def tets(self) -> Array:
         """The corners of tetrahedra, (N, 4); a MeshError if there are none, or other volumes."""
         kinds = np.unique(self.kinds).tolist()
         others = [kind for kind in kinds if kind not in (*TETS, *_FLAT)]
@@ -74,7 +62,7 @@ class Grid:
         starts = np.cumsum(self.sizes, dtype=np.int64) - self.sizes
         return self.corners[runs(starts[chosen], np.full(int(chosen.sum()), 4))].reshape(-1, 4)
 
-    def is_tet(self) -> npt.NDArray[np.bool_]:
+    def is_tet(self) -> Bools:
         """Which cells are tetrahedra."""
         return np.isin(self.kinds, list(TETS))
 
@@ -83,10 +71,97 @@ def _named(kinds: list[int]) -> str:
     return ", ".join(sorted(_NAMES.get(kind, f"kind {kind} of VTK") for kind in kinds[:10]))
 
 
-def sizes_between(offsets: npt.NDArray[Any], what: str) -> npt.NDArray[np.int64]:
+def sizes_between(offsets: Array, what: str) -> Longs:
     """Sizes of lists from their end offsets."""
     offsets = offsets.astype(np.int64, copy=False)
     sizes = np.diff(offsets, prepend=0)
     if (offsets < 0).any() or (sizes < 0).any():
         raise MeshError(f"the offsets of {what} must be whole numbers that do not fall")
     return sizes
+
+
+class Cursor:
+    """Reading position in a file of header lines and blocks of numbers, text or binary."""
+
+    def __init__(self, data: Content) -> None:
+        self.data = data  # the whole file
+        self.place = 0  # the byte that is read next
+        self.byte_order: Literal["", "<", ">"] = ""  # of numbers; empty where they are text
+
+    @cached_property
+    def _lines(self) -> tuple[Lines, Longs]:
+        """Lines of a text, and the cumulative number of tokens."""
+        lines = split_lines(self.data)
+        return lines, np.cumsum(lines.counts, dtype=np.int64)
+
+    def any_line(self) -> bytes:
+        """The next line, perhaps blank, stripped. The last one need not end in a newline."""
+        newline = self.data.find(b"\n", self.place)
+        end = newline if newline >= 0 else len(self.data)
+        line, self.place = self.data[self.place : end], min(end + 1, len(self.data))
+        return line.strip()
+
+    def line(self) -> bytes:
+        """The next line that is not blank; empty at the end of the file."""
+        while self.place < len(self.data):
+            if line := self.any_line():
+                return line
+        return b""
+
+    def counts(self, n: int, what: str) -> list[int]:
+        """The first `n` numbers of the next line; a MeshError if there are fewer."""
+        tokens = self.line().split()
+        if len(tokens) < n:
+            raise MeshError(f"{what} are missing: is the file cut?")
+        return [as_count(token, what) for token in tokens]
+
+    def numbers(self, n: int, dtype: str, what: str, unit: str = "number") -> Array:
+        """The next `n` numbers; a MeshError, before memory is taken, if the file has fewer.
+
+        Text gives float64, rounded to the declared type, or integers that are not.
+        """
+        stored = np.dtype(dtype)
+        if not self.byte_order:
+            return self._parsed(n, stored, what)
+        n_left = (len(self.data) - self.place) // stored.itemsize
+        if n > n_left:
+            raise _too_few(n, n_left, what, unit)
+        found = np.frombuffer(self.data, stored.newbyteorder(self.byte_order), n, self.place)
+        self.place += n * stored.itemsize
+        return found.astype(stored)
+
+    def rows(self, n: int, what: str) -> Lines:
+        """The next `n` lines."""
+        lines, _ = self._lines
+        first = int(np.searchsorted(lines.starts, self.place))
+        if n > len(lines) - first:
+            raise MeshError(
+                f"{counted(n, 'line')} of {what} are declared, but {len(lines) - first} are there:"
+                " is the file cut?"
+            )
+        found = lines[first : first + n]
+        if n:
+            self.place = int(found.ends[-1])
+        return found
+
+    def _parsed(self, n: int, stored: np.dtype[Any], what: str) -> Array:
+        lines, totals = self._lines
+        first = int(np.searchsorted(lines.starts, self.place))
+        before = int(totals[first - 1]) if first else 0
+        last = int(np.searchsorted(totals, before + n))
+        if n and last == len(lines):
+            raise _too_few(n, int(totals[-1]) - before, what)
+        if n and totals[last] != before + n:
+            raise MeshError(f"line {lines.number(last)}: something follows the last of {what}")
+        part = self.rows(last + 1 - first if n else 0, what)
+        if stored.kind != "f":
+            return as_integers(part.parse_integers_or_floats(), what)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return part.parse(np.float64).astype(stored)
+
+
+def _too_few(n: int, n_left: int, what: str, unit: str = "number") -> MeshError:
+    return MeshError(
+        f"{counted(n, unit)} of {what} are declared, but at most {n_left} are there:"
+        " is the file cut?"
+    )

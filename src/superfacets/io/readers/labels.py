@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import os
-import reprlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..._validate import refuse_mask
+from ..._types import Array, Ints
+from ..._validate import refuse_first, refuse_mask
 from ...errors import MeshError
-from ..guards import Content, counted, known_ending, read_content
+from ..guards import Content, counted, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS
 from .npy import npy_array, npy_header
-from .ply import read_ply_labels
-from .ply_header import parse_header
-from .tets import TET_ENDINGS, has_tet_labels, read_tet_labels
-from .text import split_lines
-from .vtp import has_vtp_labels, read_vtp_labels
+from .ply import has_ply_labels, read_ply_labels
+from .tets import TET_ENDINGS, tet_labels
+from .text import shown, split_lines
+from .vtk_xml import vtp_labels
 
 MAX_LABEL = 2**31 - 1
 """Labels are int32."""
@@ -32,7 +30,7 @@ NO_REGION = -1
 
 def read_labels(
     path: str | os.PathLike[str], n_faces: int | None = None, *, name: str = "label"
-) -> npt.NDArray[np.int32]:
+) -> Ints:
     r"""Return the label of each face, in face order, that a file holds.
 
     Parameters
@@ -46,7 +44,7 @@ def read_labels(
     n_faces : int, optional
         Faces of the mesh that the labels are for; checked where given.
     name : str, default "label"
-        What to read in files that hold more than labels, as meshes and clouds do, instead of
+        Name of the labels in files that hold more than labels, as meshes and clouds do, instead of
         ``label``: ``"Label"``, ``"classification"``.
 
     Returns
@@ -75,38 +73,24 @@ def read_labels(
     path = Path(path)
     ending = known_ending(path, LABEL_ENDINGS)
     data = read_content(path)
-    try:
-        if ending in TET_ENDINGS:
-            return checked_labels(read_tet_labels(data, ending, name), n_faces)
+    with named_errors(path):
         return checked_labels(_READERS[ending](data, name), n_faces)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def has_labels(path: str | os.PathLike[str], *, name: str = "label") -> bool:
     """Whether the file of a mesh or cloud has labels, too, under this name."""
     path = Path(path)
     ending = path.suffix.lower()
-    if ending not in _LABEL_FINDERS and ending not in TET_ENDINGS:
+    if ending not in _FINDERS and ending != ".ply":
         return False
     data = read_content(path)
-    try:
-        if ending in TET_ENDINGS:
-            return has_tet_labels(data, ending, name)
-        return _LABEL_FINDERS[ending](data, name)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
+    with named_errors(path):
+        if ending == ".ply":  # the header suffices
+            return has_ply_labels(data, name)
+        return _FINDERS[ending](data, name) is not None
 
 
-def _has_ply_labels(data: Content, name: str) -> bool:
-    header = parse_header(data)
-    place = header.find("face")
-    if place is None or not header.elements[place].n_rows:
-        place = header.find("vertex")
-    return place is not None and header.elements[place].find(name) is not None
-
-
-def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.int32]:
+def checked_labels(labels: Any, n_faces: int | None = None) -> Ints:
     """Labels as a contiguous (F,) int32 array; a MeshError if they are not one >= -1 per face."""
     refuse_mask(labels, "labels", MeshError)
     array = np.asarray(labels)
@@ -118,23 +102,22 @@ def checked_labels(labels: Any, n_faces: int | None = None) -> npt.NDArray[np.in
         raise MeshError(f"labels must be integers, got {array.dtype}")
     if n_faces is not None and len(array) != n_faces:
         raise MeshError(f"there are {counted(len(array), 'label')} for {counted(n_faces, 'cell')}")
-    if array.min() < NO_REGION or array.max() > MAX_LABEL:
-        first = int(np.argmax((array < NO_REGION) | (array > MAX_LABEL)))
-        raise MeshError(f"labels[{first}] is {array[first]}; it must be {NO_REGION} to {MAX_LABEL}")
+    is_wrong = (array < NO_REGION) | (array > MAX_LABEL)
+    must = f"it must be {NO_REGION} to {MAX_LABEL}"
+    refuse_first(is_wrong, "labels", array, must, MeshError)
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-def _read_text(data: Content, name: str) -> npt.NDArray[Any]:
+def _read_text(data: Content, name: str) -> Array:
     lines = split_lines(data)
     crowded = np.flatnonzero(lines.counts != 1)
     if len(crowded):
-        line = int(crowded[0])
-        shown = reprlib.repr(lines.content(line).decode("latin-1").strip())
-        raise MeshError(f"line {lines.number(line)}: expected one integer, got {shown}")
+        line, found = lines.number(crowded[0]), shown(lines.content(crowded[0]).strip())
+        raise MeshError(f"line {line}: expected one integer, got {found}")
     return lines.parse(np.int64)
 
 
-def _read_npy(data: Content, name: str) -> npt.NDArray[Any]:
+def _read_npy(data: Content, name: str) -> Array:
     shape, dtype, _, _ = npy_header(data)
     if dtype.kind not in "iu":
         raise MeshError(f"labels must be integers: the .npy header declares {dtype}")
@@ -143,34 +126,35 @@ def _read_npy(data: Content, name: str) -> npt.NDArray[Any]:
     return npy_array(data, "labels")
 
 
-def _read_column(data: Content, name: str, *, ending: str) -> npt.NDArray[Any]:
-    """What a cloud holds under that name."""
-    found = CLOUD_READERS[ending](data).attributes.vertex
-    if name not in found:
+def _read_found(data: Content, name: str, *, ending: str) -> Array:
+    found = _FINDERS[ending](data, name)
+    if found is None and ending in _OF_CLOUDS:
         raise MeshError(f"the points have no column {name}")
-    return found[name]
+    if found is None:
+        raise MeshError(f"the {ending[1:].upper()} file has no cell data {name}")
+    return found
 
 
-def _has_column(data: Content, name: str, *, ending: str) -> bool:
-    return name in CLOUD_READERS[ending](data).attributes.vertex
+def _column_of(data: Content, name: str, *, ending: str) -> Array | None:
+    return CLOUD_READERS[ending](data).attributes.vertex.get(name)
 
 
 _OF_CLOUDS = tuple(sorted({*CLOUD_READERS} - {".ply", ".npy", ".txt"}))
 """Files of clouds; .npy and .txt are more often labels alone."""
 
-_READERS: dict[str, Callable[[Content, str], npt.NDArray[Any]]] = {
+_FINDERS: dict[str, Callable[[Content, str], Array | None]] = {
+    ".vtp": vtp_labels,
+    **{ending: partial(_column_of, ending=ending) for ending in _OF_CLOUDS},
+    **{ending: partial(tet_labels, ending=ending) for ending in TET_ENDINGS},
+}
+"""Labels of that name in files that hold more than labels; None if there are none."""
+
+_READERS: dict[str, Callable[[Content, str], Array]] = {
     ".npy": _read_npy,
     ".ply": read_ply_labels,
     ".seg": _read_text,
     ".txt": _read_text,
-    ".vtp": read_vtp_labels,
-    **{ending: partial(_read_column, ending=ending) for ending in _OF_CLOUDS},
+    **{ending: partial(_read_found, ending=ending) for ending in _FINDERS},
 }
 
-_LABEL_FINDERS: dict[str, Callable[[Content, str], bool]] = {
-    ".ply": _has_ply_labels,
-    ".vtp": has_vtp_labels,
-    **{ending: partial(_has_column, ending=ending) for ending in _OF_CLOUDS},
-}
-
-LABEL_ENDINGS = (*_READERS, *TET_ENDINGS)
+LABEL_ENDINGS = tuple(_READERS)

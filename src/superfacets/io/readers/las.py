@@ -15,11 +15,11 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ...errors import MeshError, MissingExtraError
+from ..._types import Array, Bytes
+from ...errors import MeshError, MissingExtraError, reason_of
 from ..attributes import is_word
-from ..guards import Content, counted, reason_of
+from ..guards import Content, counted, shortened
 
 _MOST_COMPRESSED = 1000
 _SMALL = 64 << 20
@@ -87,7 +87,7 @@ class _Header(NamedTuple):
     records: dict[tuple[bytes, int], bytes]  # variable length records by user and id
 
 
-def read_las(data: Content) -> tuple[dict[str, npt.NDArray[Any]], dict[str, npt.NDArray[Any]]]:
+def read_las(data: Content) -> tuple[dict[str, Array], dict[str, Array]]:
     """Columns x, y and z in the units of the file; and all other fields by name.
 
     The names are laspy's. Numbers without a name, lists and waves are left out.
@@ -153,9 +153,7 @@ def _records(content: bytes, n_records: int) -> dict[tuple[bytes, int], bytes]:
     return found
 
 
-def _columns(
-    records: npt.NDArray[np.uint8], header: _Header
-) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+def _columns(records: Bytes, header: _Header) -> Iterator[tuple[str, Array]]:
     """Fields of all points by name."""
     fields = [field for part in _FORMATS[header.point_format] for field in _PARTS[part].fields]
     place = 0
@@ -172,15 +170,11 @@ def _columns(
     yield from _extra_columns(records, header, place)
 
 
-def _column(
-    records: npt.NDArray[np.uint8], header: _Header, kind: str, place: int
-) -> npt.NDArray[Any]:
+def _column(records: Bytes, header: _Header, kind: str, place: int) -> Array:
     return np.ndarray(header.n_points, kind, records, place, header.size)
 
 
-def _extra_columns(
-    records: npt.NDArray[np.uint8], header: _Header, place: int
-) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+def _extra_columns(records: Bytes, header: _Header, place: int) -> Iterator[tuple[str, Array]]:
     """Extra dimensions of the points, with the scale and offset that they declare."""
     described = header.records.get((b"LASF_Spec", 4), b"")
     for begin in range(0, len(described) - 191 if place < header.size else 0, 192):
@@ -203,7 +197,7 @@ def _size_of_numbers(kind: int) -> int:
     return np.dtype(_EXTRA_TYPES[(kind - 1) % 10 + 1]).itemsize * ((kind - 1) // 10 + 1)
 
 
-def _scaled(column: npt.NDArray[Any], options: int, description: bytes) -> npt.NDArray[Any]:
+def _scaled(column: Array, options: int, description: bytes) -> Array:
     (scale,), (offset,) = (struct.unpack_from("<d", description, place) for place in (112, 136))
     if options & 24:
         with np.errstate(over="ignore", invalid="ignore"):
@@ -214,7 +208,7 @@ def _scaled(column: npt.NDArray[Any], options: int, description: bytes) -> npt.N
     return column
 
 
-def _decompressed(data: Content, header: _Header) -> npt.NDArray[np.uint8]:
+def _decompressed(data: Content, header: _Header) -> Bytes:
     try:
         import lazrs
     except ModuleNotFoundError:
@@ -237,7 +231,7 @@ def _decompressed(data: Content, header: _Header) -> npt.NDArray[np.uint8]:
         lazrs.decompress_points_with_chunk_table(content, description, records, table)
     except BaseException as error:  # PanicException of Rust is no Exception, and has no module
         if isinstance(error, lazrs.LazrsError) or type(error).__name__ == "PanicException":
-            raise MeshError(f"the LAZ file cannot be read: {reason_of(error)}") from None
+            raise MeshError(f"the LAZ file cannot be read: {shortened(reason_of(error))}") from None
         raise
     return records
 

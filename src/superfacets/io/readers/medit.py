@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, counted
-from .cursor import as_count, shown
 from .grids import Grid
-from .text import Lines, as_integers, split_lines
+from .text import Lines, as_count, as_integers, shown, split_lines
 
 _KINDS = {
     b"Edges": (3, 2), b"Triangles": (5, 3), b"Quadrilaterals": (9, 4), b"Tetrahedra": (10, 4),
@@ -26,7 +23,8 @@ def read_medit(data: Content, name: str) -> Grid:
     lines = split_lines(data, comment=b"#")
     letters = lines.text[lines.starts] | 0x20
     heads = np.flatnonzero((letters >= ord("a")) & (letters <= ord("z")))
-    vertices, kinds, rows = None, [], []
+    none = np.empty(0, np.int64)
+    vertices, parts = None, [(none, none, none, none)]
     words = [lines.content(int(head)).split() for head in heads]
     if not words or heads[0] or words[0][0] != b"MeshVersionFormatted":
         raise MeshError("not a MESH file: it does not begin with MeshVersionFormatted")
@@ -34,46 +32,26 @@ def read_medit(data: Content, name: str) -> Grid:
     for head, end, tokens in zip(heads, ends, words, strict=True):
         section = lines[head + 1 : end]
         if tokens[0] == b"Dimension":
-            _check_dimension(tokens, section)
+            given = tokens[1:] or (section.content(0).split() if len(section) else [])
+            if given != [b"3"]:
+                raise MeshError(f"expected the Dimension 3, got {shown(b' '.join(given))}")
         elif tokens[0] == b"Vertices":
             vertices = _rows_of(tokens, section, 4, np.float64)
         elif tokens[0] in _KINDS:
             kind, n_corners = _KINDS[tokens[0]]
-            rows.append(as_integers(_rows_of(tokens, section, n_corners + 1, np.int64), "corners"))
-            kinds.append(np.full(len(rows[-1]), kind))
+            rows = as_integers(_rows_of(tokens, section, n_corners + 1, np.int64), "corners")
+            sizes, corners = np.full(len(rows), n_corners), rows[:, :-1].ravel() - 1
+            parts.append((np.full(len(rows), kind), sizes, corners, rows[:, -1]))
     if vertices is None:
         raise MeshError("the file has no Vertices")
-    return _grid(vertices[:, :3], kinds, rows, name)
-
-
-def _grid(
-    vertices: npt.NDArray[np.float64],
-    kinds: list[npt.NDArray[Any]],
-    rows: list[npt.NDArray[Any]],
-    name: str,
-) -> Grid:
-    none = np.empty(0, np.int64)
-    sizes = [np.full(len(part), part.shape[1] - 1) for part in rows]
-    corners = [part[:, :-1].ravel() - 1 for part in rows]
-    values = np.concatenate([none, *(part[:, -1] for part in rows)])
-    return Grid(
-        np.ascontiguousarray(vertices),
-        np.concatenate([none, *kinds]),
-        np.concatenate([none, *sizes]),
-        np.concatenate([none, *corners]),
-        values if name == "medit:ref" else None,
-    )
-
-
-def _check_dimension(tokens: list[bytes], section: Lines) -> None:
-    given = tokens[1:] or (section.content(0).split() if len(section) else [])
-    if given != [b"3"]:
-        raise MeshError(f"expected the Dimension 3, got {shown(b' '.join(given))}")
+    kinds, sizes, corners, references = map(np.concatenate, zip(*parts, strict=True))
+    points = np.ascontiguousarray(vertices[:, :3])
+    return Grid(points, kinds, sizes, corners, references if name == "medit:ref" else None)
 
 
 def _rows_of(
     tokens: list[bytes], section: Lines, width: int, dtype: type[np.float64] | type[np.int64]
-) -> npt.NDArray[Any]:
+) -> Array:
     """The numbers of a section. The count follows the keyword on its line or on the next."""
     what = tokens[0].decode("ascii")
     if len(tokens) == 1 and len(section):

@@ -6,19 +6,18 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, as_doubles
-from .cursor import Cursor, as_count, shown
-from .grids import Grid
-from .text import as_integers, runs
+from .grids import Cursor, Grid
+from .text import as_count, as_integers, runs, shown
 
 # VTK's cell type and the number of nodes of Gmsh's types 1 to 19. Higher orders are refused.
 _KINDS = np.array([0, 3, 5, 9, 10, 12, 13, 14, 21, 22, 28, 24, 29, 32, 14, 1, 23, 25, 26, 27])
 _N_NODES = np.array([0, 2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13])
 
-Parts = tuple[npt.NDArray[Any], ...]
+Parts = tuple[Array, ...]
 """A block of elements: tags, types, physical tags, second tags, nodes (flat)."""
 
 
@@ -30,23 +29,23 @@ def read_msh(data: Content, name: str) -> Grid:
     return _MshReader(data, name).read()
 
 
-class _MshReader:
+class _MshReader(Cursor):
     """Reads the sections of a file one after the other, to its end."""
 
     def __init__(self, data: Content, name: str) -> None:
-        self._cursor = Cursor(data)
+        super().__init__(data)
         self._name = name
-        self._nodes: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None = None
+        self._nodes: tuple[Array, Array] | None = None
         self._elements: list[Parts] = []
         self._physical: dict[int, int] = {}  # physical tag of each entity of dimension 3
-        self._values: tuple[npt.NDArray[Any], npt.NDArray[Any]] | None = None
+        self._values: tuple[Array, Array] | None = None
 
     def read(self) -> Grid:
-        if self._cursor.line() != b"$MeshFormat":
+        if self.line() != b"$MeshFormat":
             raise MeshError("not an MSH file of Gmsh: it does not begin with $MeshFormat")
         sections = self._read_format()
         self._close(b"MeshFormat")
-        while head := self._cursor.line():
+        while head := self.line():
             section = head[1:]
             if head[:1] != b"$":
                 raise MeshError(f"expected the name of a section, got {shown(head)}")
@@ -57,15 +56,15 @@ class _MshReader:
 
     def _read_format(self) -> dict[bytes, Callable[[], bool]]:
         """Reader of each section; it returns whether the section was read."""
-        words = self._cursor.line().split()
+        words = self.line().split()
         if len(words) != 3 or words[0] not in (b"2.2", b"2.1", b"2", b"4.1"):
             raise MeshError(f"expected version 2.2 or 4.1 of MSH, got {shown(b' '.join(words))}")
         if words[1:] not in ([b"0", b"8"], [b"1", b"8"]):
             raise MeshError(f"expected numbers of 8 bytes, got {shown(b' '.join(words[1:]))}")
         if words[1] == b"1":
-            one = self._cursor.data[self._cursor.place : self._cursor.place + 4]
-            self._cursor.place += 4
-            self._cursor.byte_order = "<" if one == b"\1\0\0\0" else ">"
+            one = self.data[self.place : self.place + 4]
+            self.place += 4
+            self.byte_order = "<" if one == b"\1\0\0\0" else ">"
         if words[0] == b"4.1":
             return {
                 b"Entities": self._read_entities,
@@ -73,48 +72,50 @@ class _MshReader:
                 b"Elements": self._read_element_blocks,
                 b"ElementData": self._read_data,
             }
-        elements = self._read_binary_elements if self._cursor.byte_order else self._read_elements
+        elements = self._read_binary_elements if self.byte_order else self._read_elements
         return {b"Nodes": self._read_nodes, b"Elements": elements, b"ElementData": self._read_data}
 
     def _skip(self, section: bytes) -> None:
-        end = self._cursor.data.find(b"$End" + section, self._cursor.place)
+        end = self.data.find(b"$End" + section, self.place)
         if end < 0:
             raise MeshError(f"the section {shown(section)} does not end: is the file cut?")
-        self._cursor.place = end
+        self.place = end
 
     def _close(self, section: bytes) -> None:
-        line = self._cursor.line()
+        line = self.line()
         if line != b"$End" + section:
             raise MeshError(f"expected the end of {shown(section)}, got {shown(line)}")
 
-    def _integers(self, n: int, what: str) -> npt.NDArray[Any]:
-        return self._cursor.numbers(n, "i4", what)
+    def _integers(self, n: int, what: str) -> Array:
+        return self.numbers(n, "i4", what)
 
-    def _sizes(self, n: int, what: str) -> npt.NDArray[Any]:
+    def _sizes(self, n: int, what: str) -> Array:
         """The next `n` counts or tags: 8 bytes each in binary files."""
-        return self._cursor.numbers(n, "i8", what)
+        return self.numbers(n, "i8", what)
+
+    def _count(self, what: str) -> int:
+        """The first number of the next line."""
+        return self.counts(1, f"the number of {what}")[0]
 
     def _read_nodes(self) -> bool:
-        (n_nodes,) = self._cursor.counts(1, "the number of Nodes")[:1]
-        self._nodes = self._tagged(n_nodes, 3, "Nodes")
+        self._nodes = self._tagged(self._count("Nodes"), 3, "Nodes")
         return True
 
-    def _tagged(self, n: int, width: int, what: str) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    def _tagged(self, n: int, width: int, what: str) -> tuple[Array, Array]:
         """The next `n` rows of a tag and `width` doubles: (tags, doubles)."""
-        if not self._cursor.byte_order:
-            rows = self._cursor.numbers((1 + width) * n, "f8", what).reshape(-1, 1 + width)
+        if not self.byte_order:
+            rows = self.numbers((1 + width) * n, "f8", what).reshape(-1, 1 + width)
             return as_integers(rows[:, 0], f"tags of {what}"), np.ascontiguousarray(rows[:, 1:])
-        size, order = 4 + 8 * width, self._cursor.byte_order
-        raw = self._cursor.numbers(size * n, "u1", what, "byte").reshape(-1, size)
+        size, order = 4 + 8 * width, self.byte_order
+        raw = self.numbers(size * n, "u1", what, "byte").reshape(-1, size)
         tags, doubles = np.ascontiguousarray(raw[:, :4]), np.ascontiguousarray(raw[:, 4:])
-        return tags.view(order + "i4")[:, 0].astype(np.int64), doubles.view(order + "f8").astype(
-            "f8"
-        )
+        doubles = doubles.view(order + "f8").astype("f8")
+        return tags.view(order + "i4")[:, 0].astype(np.int64), doubles
 
     def _read_elements(self) -> bool:
         """Elements as lines: tag, type, number of further tags, these tags, nodes."""
-        (n_elements,) = self._cursor.counts(1, "the number of Elements")[:1]
-        rows = self._cursor.rows(n_elements, "Elements")
+        n_elements = self._count("Elements")
+        rows = self.rows(n_elements, "Elements")
         values = as_integers(rows.parse_integers_or_floats(), "Elements")
         if n_elements and rows.counts.min() < 3:
             raise MeshError("an element has fewer than 3 numbers: is the file cut?")
@@ -132,9 +133,9 @@ class _MshReader:
         return True
 
     def _read_binary_elements(self) -> bool:
-        (n_left,) = self._cursor.counts(1, "the number of Elements")[:1]
+        n_left = self._count("Elements")
         while n_left:
-            begin = self._cursor.place
+            begin = self.place
             head = self._integers(3, "Elements")
             _checked_types(head[:1])
             n_rows, n_tags = int(head[1]), int(head[2])
@@ -142,7 +143,7 @@ class _MshReader:
             if not 0 < n_rows <= n_left or n_tags < 0:
                 raise MeshError("a block of Elements declares a wrong number of them")
             if n_rows == 1:  # Gmsh writes one element per block
-                self._cursor.place = begin
+                self.place = begin
                 rows = self._equal_blocks(head, 3 + width, n_left)[:, 3:]
             else:
                 rows = self._integers(n_rows * width, "Elements").reshape(-1, width)
@@ -152,31 +153,31 @@ class _MshReader:
             self._elements.append((tags[0], types, *tags[1:], nodes))
         return True
 
-    def _equal_blocks(self, head: npt.NDArray[Any], width: int, n_left: int) -> npt.NDArray[Any]:
+    def _equal_blocks(self, head: Array, width: int, n_left: int) -> Array:
         """Consecutive blocks of one element with the same header as the first, read at once."""
-        begin, n_rows, n_equal = self._cursor.place, 1, 1
+        begin, n_rows, n_equal = self.place, 1, 1
         while n_equal == n_rows:  # doubling: at most half is examined in vain
-            n_fitting = (len(self._cursor.data) - begin) // (4 * width)
+            n_fitting = (len(self.data) - begin) // (4 * width)
             n_rows = max(1, min(2 * n_rows, n_left, n_fitting))
-            self._cursor.place = begin
+            self.place = begin
             rows = self._integers(n_rows * width, "Elements").reshape(-1, width)
             differs = np.flatnonzero((rows[:, :3] != head).any(axis=1))
             n_equal = int(differs[0]) if len(differs) else n_rows
             if n_rows == max(1, min(n_left, n_fitting)):
                 break
-        self._cursor.place = begin + 4 * width * n_equal
+        self.place = begin + 4 * width * n_equal
         return rows[:n_equal]
 
     def _read_data(self) -> bool:
         """Element data with one value per element; other data is skipped."""
-        begin = self._cursor.place
-        texts = [self._cursor.line() for _ in range(self._few("texts"))]
+        begin = self.place
+        texts = [self.line() for _ in range(self._few("texts"))]
         for _ in range(self._few("reals")):
-            self._cursor.line()
-        integers = [self._cursor.line() for _ in range(self._few("integers"))]
+            self.line()
+        integers = [self.line() for _ in range(self._few("integers"))]
         name = texts[0].strip(b'"').decode("utf-8", "replace") if texts else ""
         if name != self._name or len(integers) < 3 or integers[1] != b"1" or self._values:
-            self._cursor.place = begin
+            self.place = begin
             return False
         n = as_count(integers[2], "the number of ElementData")
         tags, values = self._tagged(n, 1, "ElementData")
@@ -184,24 +185,24 @@ class _MshReader:
         return True
 
     def _few(self, what: str) -> int:
-        (n,) = self._cursor.counts(1, f"the number of {what} of ElementData")[:1]
+        n = self._count(f"{what} of ElementData")
         if n > 1000:
             raise MeshError(f"there are {n} {what} of ElementData")
         return n
 
     def _read_entities(self) -> bool:
         """The first physical tag of each entity of dimension 3."""
-        cursor, what = self._cursor, "Entities"
+        what = "Entities"
         counts = [_natural(count, what) for count in self._sizes(4, what)]
         for dimension, count in enumerate(counts):
             for _ in range(count):
-                if not cursor.byte_order:
-                    words = cursor.rows(1, what).content(0).split()
+                if not self.byte_order:
+                    words = self.rows(1, what).content(0).split()
                     if dimension == 3 and len(words) > 8 and words[7] != b"0":
                         self._physical[as_count(words[0], what)] = as_count(words[8], what)
                     continue
                 tag = int(self._integers(1, what)[0])
-                cursor.numbers(6 if dimension else 3, "f8", what)
+                self.numbers(6 if dimension else 3, "f8", what)
                 physical = self._integers(_natural(self._sizes(1, what)[0], what), what)
                 if dimension == 3 and len(physical):
                     self._physical[tag] = int(physical[0])
@@ -211,7 +212,7 @@ class _MshReader:
 
     def _block(self, what: str) -> tuple[int, int, int, int]:
         """The three numbers of a block header, and its number of rows."""
-        if self._cursor.byte_order:
+        if self.byte_order:
             first, second, third = self._integers(3, what).tolist()
             return first, second, third, _natural(self._sizes(1, what)[0], what)
         first, second, third, n = self._sizes(4, what).tolist()
@@ -224,7 +225,7 @@ class _MshReader:
             if has_parameters:
                 raise MeshError("nodes with parameters are not supported: save them without")
             tags.append(self._sizes(n, "Nodes"))
-            points.append(self._cursor.numbers(3 * n, "f8", "Nodes"))
+            points.append(self.numbers(3 * n, "f8", "Nodes"))
         self._nodes = np.concatenate(tags), np.concatenate(points).reshape(-1, 3)
         return True
 
@@ -244,7 +245,7 @@ class _MshReader:
         node_tags, points = self._nodes
         tags, types, first, second, nodes = map(np.concatenate, zip(*self._elements, strict=True))
         corners = _places(node_tags, nodes, "nodes")
-        values: npt.NDArray[Any] | None = None
+        values: Array | None = None
         if self._name == "gmsh:physical":
             values = first
         elif self._name == "gmsh:geometrical":
@@ -260,14 +261,14 @@ def _natural(value: Any, what: str) -> int:
     return int(value)
 
 
-def _checked_types(types: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _checked_types(types: Array) -> Array:
     wrong = (types < 1) | (types >= len(_KINDS))
     if wrong.any():
         raise MeshError(f"elements of type {types[wrong][0]} of Gmsh are not supported")
     return types
 
 
-def _places(tags: npt.NDArray[Any], wanted: npt.NDArray[Any], what: str) -> npt.NDArray[Any]:
+def _places(tags: Array, wanted: Array, what: str) -> Array:
     """Index of each wanted tag among the tags; fast where tags count from 1."""
     if np.array_equal(tags, np.arange(1, len(tags) + 1)):
         wrong = (wanted < 1) | (wanted > len(tags))

@@ -14,8 +14,8 @@ import zipfile
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content
 
@@ -41,7 +41,7 @@ _SHAPE = re.compile(r"\(\s*(?:(?:N,\s*)+(?:N)?)?\)".replace("N", r"-?\d{1,19}L?\
 """Matches ``3L``, as Python 2 wrote integers."""
 
 
-def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
+def npy_array(data: Content, what: str = "numbers") -> Array:
     """The array of a .npy file.
 
     numpy.load would allocate the memory that a damaged header claims, and would run the code in a
@@ -60,7 +60,7 @@ def npy_array(data: Content, what: str = "numbers") -> npt.NDArray[Any]:
     return np.frombuffer(data, dtype=dtype, offset=begin).reshape(shape, order=order)
 
 
-def npz_array(data: Content, name: str) -> npt.NDArray[Any]:
+def npz_array(data: Content, name: str) -> Array:
     """Return one array of a .npz file by name.
 
     A damaged archive raises errors of zipfile, of zlib, a KeyError or a MeshError.
@@ -103,14 +103,12 @@ def _parsed(text: str) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
         at = found.end()
     if inner[:1] + inner[at:] != "{}" or len(fields) != 3:
         raise ValueError(f"expected descr, fortran_order and shape, got {reprlib.repr(inner)}")
-    return _shape_of(fields["shape"]), _type_of(fields["descr"]), _flag_of(fields["fortran_order"])
-
-
-def _shape_of(value: str) -> tuple[int, ...]:
-    """Parse a tuple of integers; ``(3,)`` has a comma."""
-    if not _SHAPE.fullmatch(value):
-        raise ValueError(f"its shape is {reprlib.repr(value)}; expected a tuple of integers")
-    return tuple(map(int, _COUNT.findall(value)))
+    shape, order = fields["shape"], fields["fortran_order"]
+    if not _SHAPE.fullmatch(shape):
+        raise ValueError(f"its shape is {reprlib.repr(shape)}; expected a tuple of integers")
+    if order not in ("True", "False"):
+        raise ValueError(f"its fortran_order is {reprlib.repr(order)}; expected True or False")
+    return tuple(map(int, _COUNT.findall(shape))), _type_of(fields["descr"]), order == "True"
 
 
 def _type_of(value: str) -> np.dtype[Any]:
@@ -122,9 +120,3 @@ def _type_of(value: str) -> np.dtype[Any]:
         return np.dtype(found[1])
     except TypeError:
         raise ValueError(f"numpy knows no type {value}") from None
-
-
-def _flag_of(value: str) -> bool:
-    if value not in ("True", "False"):
-        raise ValueError(f"its fortran_order is {reprlib.repr(value)}; expected True or False")
-    return value == "True"

@@ -6,14 +6,14 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats, Ints
 from ...errors import MeshError
 from ..guards import Arrays, Content, checked_faces
-from .text import Lines, iterate_lines, table
+from .text import iterate_lines
 
 KEYWORDS = (b"v", b"f")
 VERTEX, FACE = range(2)
@@ -30,9 +30,6 @@ def read_obj(data: Content) -> Arrays:
 
     Texture and normal indices do not split vertices. Lines and points are skipped. The format
     declares no counts: a file that was cut between two lines cannot be told from a whole one.
-
-    lagrange is not used: it misrounds decimals (0.348799 becomes 0.34879899999999997), reads
-    ``nan`` as 0, drops a cut last face, and refuses comments behind, and lines continued in, faces.
     """
     data = without_continuations(data)
     blocks = list(read_blocks(data))
@@ -48,40 +45,31 @@ def read_obj(data: Content) -> Arrays:
 
 
 def without_continuations(data: Content) -> Content:
-    """The text with lines that are continued in the next one, by a backslash, as one."""
+    """The text with lines that end in a backslash joined to the next line."""
     return _CONTINUED.sub(rb"\1 ", data) if data.find(b"\\") >= 0 else data
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """What some lines of the file hold.
+    """Vertices and faces in a block of lines."""
 
-    Parameters
-    ----------
-    vertices : (V, 3) float64
-        Of the `v` lines.
-    corners : (C,) int32 or int64
-        Vertex indices of the `f` lines, which count from 0; below 0 where there is no such vertex.
-    lengths : (F,) int32
-        Number of corners of each `f` line.
-    """
-
-    vertices: npt.NDArray[np.float64]
-    corners: npt.NDArray[Any]
-    lengths: npt.NDArray[np.int32]
+    vertices: Floats  # (V, 3) of the `v` lines
+    corners: Array  # (C,) vertices of the `f` lines, from 0; below 0 where there is none
+    lengths: Ints  # (F,) corners of each `f` line
 
 
 def read_blocks(data: Content, n_vertices: int = 0) -> Iterator[_Block]:
-    """What whole lines of a file hold, some of them at a time; `n_vertices` came before these."""
+    """Yield blocks of lines of a text; `n_vertices` vertices came before it in the file."""
     for lines in iterate_lines(data, comment=b"#"):
         keywords = lines.keywords(KEYWORDS)
         is_vertex, is_face = keywords == VERTEX, keywords == FACE
-        vertices = _read_vertices(lines.after_keyword(is_vertex, b"v"))
+        vertices = lines.after_keyword(is_vertex, b"v").parse_vertices()
         faces = lines.after_keyword(is_face, b"f")
         corners = faces.parse_corners()
         if corners.min(initial=1) < 0:
             n_before = n_vertices + np.cumsum(is_vertex, dtype=np.int64)[is_face]
-            corners = _count_from_one(corners, np.repeat(n_before, faces.counts))
+            last = np.repeat(n_before, faces.counts)  # that -1 stands for; from 1
+            corners = np.where(corners < 0, np.maximum(corners + last + 1, 0), corners)
         corners -= 1
         yield _Block(vertices, corners, faces.counts)
         n_vertices += len(vertices)
@@ -128,26 +116,7 @@ def _end_of_lines(text: bytes) -> int:
     return end
 
 
-def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:
-    """Coordinates; a weight or a color may follow them."""
-    short = np.flatnonzero(lines.counts < 3)
-    if len(short):
-        number, n_tokens = lines.number(short[0]), int(lines.counts[short[0]])
-        raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
-    vertices: npt.NDArray[np.float64] = table(lines.parse(np.float64), lines.counts, 3)
-    return vertices
-
-
-def _count_from_one(
-    corners: npt.NDArray[Any], n_before: npt.NDArray[np.int64]
-) -> npt.NDArray[np.int64]:
-    """Indices from 1, where -1 was the last of the vertices so far; 0 where there is none."""
-    return np.where(corners < 0, np.maximum(corners + n_before + 1, 0), corners)
-
-
-def _raise_index_error(
-    data: Content, lengths: npt.NDArray[Any], corners: npt.NDArray[Any], n_vertices: int
-) -> NoReturn:
+def _raise_index_error(data: Content, lengths: Array, corners: Array, n_vertices: int) -> NoReturn:
     """Raise a MeshError that names the first line with a wrong index, as it is written there."""
     place = int(np.argmax((corners < 0) | (corners >= n_vertices)))
     ends = np.cumsum(lengths, dtype=np.int64)

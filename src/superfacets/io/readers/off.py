@@ -1,14 +1,15 @@
-"""OFF: the word OFF, the counts, vertices, faces; comments and blank lines anywhere."""
+"""OFF: the word OFF, the counts, vertices, faces; comments and blank lines anywhere.
+
+And the .tri format: vertex count, a line per vertex, triangle count, a line per triangle.
+"""
 
 from __future__ import annotations
 
 import re
-import reprlib
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import (
     Arrays,
@@ -19,7 +20,7 @@ from ..guards import (
     counted,
     side_by_side,
 )
-from .text import Lines, as_integers, runs, split_lines, table
+from .text import Lines, as_integers, runs, shown, split_lines, table
 
 # The letters announce texture coordinates, colors and normals, which follow x y z on a vertex line.
 # Some data sets (ModelNet) write the counts right behind the word.
@@ -27,10 +28,7 @@ MAGIC = re.compile(rb"(?:ST)?C?N?OFF(?=[\s\d]|$)\s*")
 
 
 def read_off(data: Content) -> Arrays:
-    """Vertices and faces of an OFF file; colors and normals are skipped.
-
-    lagrange is not used: it hangs on a comment and rewrites indices that are out of range.
-    """
+    """Vertices and faces of an OFF file; colors and normals are skipped."""
     lines = split_lines(data, comment=b"#")
     n_vertices, n_faces, n_header = _read_header(lines)
     n_rows = len(lines) - n_header
@@ -43,7 +41,7 @@ def read_off(data: Content) -> Arrays:
         extra = lines.number(n_header + n_vertices + n_faces)
         raise MeshError(f"line {extra} comes after all that the header declares")
     body = lines[n_header:]
-    return _read_vertices(body[:n_vertices]), _read_faces(body[n_vertices:])
+    return body[:n_vertices].parse_vertices(), _read_faces(body[n_vertices:])
 
 
 def _read_header(lines: Lines) -> tuple[int, int, int]:
@@ -61,23 +59,15 @@ def _read_header(lines: Lines) -> tuple[int, int, int]:
         n_header = 2
     tokens = counts.split()
     if not 2 <= len(tokens) <= 3 or not all(token.isdigit() for token in tokens):
-        shown = reprlib.repr(counts.decode("latin-1").strip())
-        raise MeshError(f"expected the counts of vertices, faces and edges, got {shown}")
+        raise MeshError(
+            f"expected the counts of vertices, faces and edges, got {shown(counts.strip())}"
+        )
     # Longer than any count. For thousands of digits int() raises an error of its own.
     n_vertices, n_faces = (int(token[:30]) for token in tokens[:2])
     return n_vertices, n_faces, n_header
 
 
-def _read_vertices(lines: Lines) -> npt.NDArray[np.float64]:
-    short = np.flatnonzero(lines.counts < 3)
-    if len(short):
-        number, n_tokens = lines.number(short[0]), int(lines.counts[short[0]])
-        raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
-    vertices: npt.NDArray[np.float64] = table(lines.parse(np.float64), lines.counts, 3)
-    return vertices
-
-
-def _read_faces(lines: Lines) -> npt.NDArray[Any] | Polygons:
+def _read_faces(lines: Lines) -> Array | Polygons:
     values = lines.parse_integers_or_floats()  # floats where colors are
     n_corners = as_integers(table(values, lines.counts, 1)[:, 0], "corner counts")
     short = np.flatnonzero(lines.counts - 1 < n_corners)
@@ -88,17 +78,38 @@ def _read_faces(lines: Lines) -> npt.NDArray[Any] | Polygons:
             f" needs as many indices, got {lines.counts[line] - 1}"
         )
     check_corner_counts(n_corners)
-    is_uniform = len(n_corners) and n_corners.min() == n_corners.max()
-    if is_uniform:
+    if len(n_corners) and n_corners.min() == n_corners.max():
         corners = side_by_side(table(values, lines.counts, 1 + int(n_corners[0]))[:, 1:])
     else:
-        corners = _listed(values, lines.counts, n_corners)
+        firsts = np.cumsum(lines.counts, dtype=np.int64) - lines.counts + 1
+        corners = values[runs(firsts, n_corners)]
     return checked_faces(n_corners, as_integers(corners, "vertex indices").ravel())
 
 
-def _listed(
-    values: npt.NDArray[Any], counts: npt.NDArray[np.int32], n_corners: npt.NDArray[Any]
-) -> npt.NDArray[Any]:
-    """The corners in a row, which stand behind their number in each line."""
-    firsts = np.cumsum(counts, dtype=np.int64) - counts + 1
-    return values[runs(firsts, n_corners)]
+def read_tri(data: Content) -> Arrays:
+    """Vertices and faces of a .tri file; indices count from 0."""
+    lines = split_lines(data)
+    vertices, rest = _read_block(lines, "vertex", np.float64)
+    faces, rest = _read_block(rest, "triangle", np.int64)
+    if len(rest):
+        raise MeshError(f"line {rest.number(0)} comes after the last declared triangle")
+    return vertices, faces
+
+
+def _read_block(
+    lines: Lines, thing: str, dtype: type[np.float64] | type[np.int64]
+) -> tuple[Array, Lines]:
+    """The rows of a count and that many lines of three numbers, and the lines that follow."""
+    first = lines.content(0).strip() if len(lines) else b""
+    if not first.isdigit():
+        where = f"line {lines.number(0)}" if len(lines) else "the end of the file"
+        raise MeshError(f"expected a {thing} count at {where}: is this a .tri file, and whole?")
+    n_rows = int(first[:30])  # longer than any count: int() refuses thousands of digits
+    if len(lines) - 1 < n_rows:
+        raise MeshError(
+            f"the file declares {counted(n_rows, thing)} but only"
+            f" {counted(len(lines) - 1, 'line')} follow: is it cut?"
+        )
+    rows = lines[1 : 1 + n_rows]
+    rows.refuse(rows.counts != 3, f"a {thing} needs 3 numbers")
+    return rows.parse(dtype).reshape(-1, 3), lines[1 + n_rows :]

@@ -1,28 +1,23 @@
-"""PLY: vertices and triangles, or the labels of faces, out of a file's tables."""
+"""PLY: vertices and triangles, labels of faces, and attributes, out of a file's tables."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Longs
 from ...errors import MeshError
-from ..attributes import MeshAttributes
-from ..guards import Arrays, Content, checked_faces, side_by_side
-from .ply_attributes import attributes_of
+from ..attributes import MeshAttributes, is_word
+from ..guards import Arrays, Content, as_rows, checked_faces, side_by_side
 from .ply_body import Column, read_tables
-from .ply_header import INDEX_NAMES, Element, Header, parse_header
-from .ply_strips import STRIPS, triangles_of_strips
+from .ply_header import INDEX_NAMES, STRIPS, Element, Header, Property, parse_header
 from .text import as_integers
+
+RESTART = -1
+"""Stands in a list where one strip ends and the next begins."""
 
 
 def read_ply(data: Content) -> Arrays:
-    """Vertices and faces of a PLY file, ASCII or binary.
-
-    lagrange is not used: it does not notice that a binary file was cut, never returns from some
-    ASCII files that were, reads words there as 0, and takes the memory that a header claims.
-    """
+    """Vertices and faces of a PLY file, ASCII or binary."""
     return _read_arrays(parse_header(data), data)[0]
 
 
@@ -34,8 +29,10 @@ def read_ply_with_attributes(data: Content) -> tuple[Arrays, MeshAttributes]:
 
 
 def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Column]]]:
-    vertex, vertices = _find_element(header, "vertex")
-    xyz = [_find_scalar(vertices, name) for name in "xyz"]
+    vertex = header.find("vertex")
+    if vertex is None:
+        raise MeshError("the PLY file has no element vertex")
+    xyz = [_find_scalar(header.elements[vertex], name) for name in "xyz"]
     face, faces = _find_faces(header)
     column = faces.find(*INDEX_NAMES)
     if column is None or not faces.properties[column].is_list:
@@ -45,61 +42,13 @@ def _read_arrays(header: Header, data: Content) -> tuple[Arrays, list[list[Colum
         raise MeshError(f"the PLY list {INDEX_NAMES[0]} must hold integers")
     tables = read_tables(header, data)
     indices = tables[face][column]
-    positions = np.empty((vertices.n_rows, 3))
-    with np.errstate(invalid="ignore"):  # numpy warns of some kinds of NaN; `Mesh` refuses them
-        for axis, place in enumerate(xyz):
-            positions[:, axis] = _present(tables[vertex][place].values)
-    corners = as_integers(_corners_in_a_row(indices), "vertex indices")
-    lengths = _present(indices.lengths)
-    if faces.name == STRIPS:
-        return (positions, triangles_of_strips(lengths, corners)), tables
-    return (positions, checked_faces(lengths, corners)), tables
-
-
-def _corners_in_a_row(indices: Column) -> npt.NDArray[Any]:
-    if indices.values is None:
-        return _present(indices.ragged)
-    return side_by_side(indices.values).ravel()
-
-
-def read_ply_labels(data: Content, name: str = "label") -> npt.NDArray[Any]:
-    """The face property `label` of a PLY file, or what has that name; the faces may be polygons."""
-    header = parse_header(data)
-    face, faces = _find_labeled(header)
-    column = None if faces.name == STRIPS else faces.find(name)  # strips are not faces
-    if column is None or faces.properties[column].is_list:
-        things = "faces" if faces.name in ("face", STRIPS) else "points"
-        raise MeshError(f"the PLY {things} have no property {name}")
-    if not faces.properties[column].is_integer:
-        raise MeshError("labels must be integers: the PLY file declares another type")
-    return as_integers(_present(read_tables(header, data)[face][column].values), "labels")
-
-
-def _find_element(header: Header, name: str) -> tuple[int, Element]:
-    place = header.find(name)
-    if place is None:
-        raise MeshError(f"the PLY file has no element {name}")
-    return place, header.elements[place]
-
-
-def _find_faces(header: Header) -> tuple[int, Element]:
-    """Place and declaration of the faces, or of the strips where there are no faces."""
-    place = header.find("face")
-    if place is not None and header.elements[place].n_rows:
-        return place, header.elements[place]
-    place = header.find(STRIPS)
-    if place is not None and header.elements[place].n_rows:
-        return place, header.elements[place]
-    raise MeshError("the PLY file has no faces: is it a point cloud? read_cloud reads those")
-
-
-def _find_labeled(header: Header) -> tuple[int, Element]:
-    """Place and declaration of the faces; of the vertices where there are no faces."""
-    place = header.find("vertex")
-    faces = [element for element in header.elements if element.name in ("face", STRIPS)]
-    if place is not None and not any(element.n_rows for element in faces):
-        return place, header.elements[place]
-    return _find_faces(header)
+    axes = [_present(tables[vertex][place].values) for place in xyz]
+    positions = as_rows(axes, np.float64)
+    is_ragged = indices.values is None
+    flat = _present(indices.ragged) if is_ragged else side_by_side(_present(indices.values)).ravel()
+    corners, lengths = as_integers(flat, "vertex indices"), _present(indices.lengths)
+    read_faces = _triangles_of_strips if faces.name == STRIPS else checked_faces
+    return (positions, read_faces(lengths, corners)), tables
 
 
 def _find_scalar(element: Element, name: str) -> int:
@@ -109,6 +58,113 @@ def _find_scalar(element: Element, name: str) -> int:
     return column
 
 
-def _present(values: npt.NDArray[Any] | None) -> npt.NDArray[Any]:
+def _find_faces(header: Header) -> tuple[int, Element]:
+    if header.faces is None:
+        raise MeshError("the PLY file has no faces: is it a point cloud? read_cloud reads those")
+    return header.faces, header.elements[header.faces]
+
+
+def _present(values: Array | None) -> Array:
     assert values is not None
     return values
+
+
+def _triangles_of_strips(lengths: Array, corners: Array) -> Longs:
+    """Triangles, (F, 3), in the order of the strips: each vertex from the third on makes one.
+
+    Every other triangle of a strip is turned, so that all have the orientation of the first.
+    Triangles that name a vertex twice, by which some programs tie strips together, are kept: what
+    other programs count as the faces of the file, and labels for these, stay in step.
+    """
+    begins = np.zeros(len(corners) + 1, dtype=bool)
+    begins[np.cumsum(lengths, dtype=np.int64)] = True
+    begins = begins[:-1] if len(corners) else begins[:0]
+    is_restart = corners == RESTART
+    begins[1:] |= is_restart[:-1]
+    begins[:1] = True
+    # The place of each corner in its strip.
+    places = np.arange(len(corners))
+    places -= np.maximum.accumulate(np.where(begins, places, 0))
+    ends = np.flatnonzero((places >= 2) & ~is_restart)
+    if not len(ends):
+        raise MeshError("the PLY file has no faces: no strip has three vertices")
+    triangles = np.stack([corners[ends - 2], corners[ends - 1], corners[ends]], axis=1)
+    is_turned = places[ends] % 2 == 1
+    triangles[is_turned] = triangles[is_turned][:, [1, 0, 2]]
+    return triangles.astype(np.int64)
+
+
+def read_ply_labels(data: Content, name: str = "label") -> Array:
+    """The face property of this name of a PLY file; of the vertices where there are no faces."""
+    header = parse_header(data)
+    place, column = _find_labels(header, name)
+    element = header.elements[place]
+    if column is None or element.properties[column].is_list:
+        things = "faces" if element.name in ("face", STRIPS) else "points"
+        raise MeshError(f"the PLY {things} have no property {name}")
+    if not element.properties[column].is_integer:
+        raise MeshError("labels must be integers: the PLY file declares another type")
+    return as_integers(_present(read_tables(header, data)[place][column].values), "labels")
+
+
+def has_ply_labels(data: Content, name: str) -> bool:
+    """Whether the faces, or the vertices where there are no faces, have a property of this name."""
+    header = parse_header(data)
+    has_cells = header.faces is not None or header.find("vertex") is not None
+    return has_cells and _find_labels(header, name)[1] is not None
+
+
+def _find_labels(header: Header, name: str) -> tuple[int, int | None]:
+    """Places of the labeled element, and of its property; strips are not faces, and have none."""
+    vertex = header.find("vertex")
+    place = vertex if header.faces is None and vertex is not None else _find_faces(header)[0]
+    element = header.elements[place]
+    return place, None if element.name == STRIPS else element.find(name)
+
+
+def attributes_of(header: Header, tables: list[list[Column]]) -> MeshAttributes:
+    """Copies of all that the tables hold besides x, y, z and corners: the file can be freed."""
+    left_out: list[str] = []
+    kept: dict[str, dict[str, Array]] = {"vertex": {}, "face": {}}
+    for place, (element, columns) in enumerate(zip(header.elements, tables, strict=True)):
+        if element.name in kept:
+            kept[element.name] = _copied(element, columns, left_out)
+        elif element.n_rows and place != header.faces:
+            left_out.append(f"element {element.name}")
+    comments = tuple(map(_one_line, header.comments))
+    return MeshAttributes(kept["vertex"], kept["face"], comments, tuple(left_out))
+
+
+def _copied(element: Element, columns: list[Column], left_out: list[str]) -> dict[str, Array]:
+    """Columns by name, without positions and corners; `left_out` gets the columns not kept."""
+    is_vertex = element.name == "vertex"
+    own = [element.find(axis) for axis in "xyz"] if is_vertex else [element.find(*INDEX_NAMES)]
+    copies: dict[str, Array] = {}
+    for place, (stored, column) in enumerate(zip(element.properties, columns, strict=True)):
+        if place in own:
+            continue
+        what = f"{element.name} property {stored.name}"
+        if column.values is None:
+            left_out.append(f"{what}, whose lists differ in length")
+        elif stored.name in copies or not is_word(stored.name):
+            left_out.append(f"{what}, whose name is taken or is no word of ASCII")
+        else:
+            copies[stored.name] = _as_stored(column.values, stored)
+    return copies
+
+
+def _as_stored(values: Array, stored: Property) -> Array:
+    """A contiguous copy in the declared type; as float64 where a text file holds other numbers."""
+    declared = np.dtype(stored.dtype).newbyteorder("=")
+    with np.errstate(invalid="ignore", over="ignore"):
+        copy = np.array(values, dtype=declared, order="C")
+    may_differ = stored.is_integer and values.dtype.itemsize != declared.itemsize
+    if may_differ and not np.array_equal(copy, values):
+        return np.array(values, dtype=np.float64, order="C")
+    return copy
+
+
+def _one_line(line: str) -> str:
+    """A comment as text, without a line break of another kind than the header's."""
+    text = line.encode("latin-1").decode("utf-8", "surrogateescape")
+    return text.replace("\r", " ").replace("\n", " ").rstrip()

@@ -1,4 +1,4 @@
-"""The tables of a PLY file, as columns, whatever elements and properties they have."""
+"""The tables of a PLY file, as columns, with any elements and properties."""
 
 from __future__ import annotations
 
@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
-import numpy.typing as npt
 
 from ... import _core
+from ..._types import Array, Bools, Ints, Longs
 from ..._validate import checked_threads
 from ...errors import MeshError
 from ..guards import Content, counted
 from .ply_header import Element, Header, Property
 from .text import Lines, as_integers, runs, split_lines
-
-Index = npt.NDArray[np.int64]
 
 MAX_RECORD_SIZE = 2**31 - 1
 """numpy refuses larger records."""
@@ -24,31 +22,21 @@ MAX_RECORD_SIZE = 2**31 - 1
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """The values of one property.
+    """The values of one property."""
 
-    Parameters
-    ----------
-    values : ndarray or None
-        Shape (R,), or for lists (R, n); None where the lists differ in length.
-    lengths : (R,) ndarray of integers, or None
-        Lengths of the lists; None if this is no list.
-    ragged : (L,) ndarray or None
-        The lists one after the other, where they differ in length.
-    """
-
-    values: npt.NDArray[Any] | None
-    lengths: npt.NDArray[Any] | None = None
-    ragged: npt.NDArray[Any] | None = None
+    values: Array | None  # (R,), or for lists (R, n); None where lists differ in length
+    lengths: Array | None = None  # (R,) of the lists; None if this is no list
+    ragged: Array | None = None  # (L,) all lists, flat, where they differ in length
 
 
 def read_tables(header: Header, data: Content) -> list[list[Column]]:
     """Columns of all elements, in the order of the header.
 
-    No array is made before its declared size was compared with what the file holds, and nothing
-    but blanks may follow the last element. Lists of one length (all faces triangles) are read at
+    Declared sizes are compared with the size of the file before memory is taken, and only blanks
+    may follow the last element. Lists of one length (all faces triangles) are read at
     once; where lengths differ, rows are visited one by one.
     """
-    return _read_text(header, data) if header.is_ascii else _read_binary(header, data)
+    return _read_binary(header, data) if header.byte_order else _read_text(header, data)
 
 
 def _raise_cut(element: Element, what: str) -> NoReturn:
@@ -111,7 +99,7 @@ def _read_uniform(
     return columns, begin + row_size * element.n_rows
 
 
-def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Index, Index, int]:
+def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Longs, Longs, int]:
     """First byte and number of the values in each row and column, and where the rows end."""
     counts = [np.dtype(stored.count_dtype or "u1") for stored in element.properties]
     starts, lengths, end, n_whole = _core.walk_rows(
@@ -131,12 +119,12 @@ def _walk(element: Element, n_rows: int, data: Content, begin: int) -> tuple[Ind
     return starts.reshape(shape), lengths.reshape(shape), end
 
 
-def _check_lengths(lengths: npt.NDArray[Any]) -> None:
+def _check_lengths(lengths: Array) -> None:
     if lengths.min(initial=0) < 0:
         raise MeshError(f"the PLY file holds a list of {lengths.min()} numbers")
 
 
-def _gather(stored: Property, data: Content, starts: Index, lengths: Index) -> Column:
+def _gather(stored: Property, data: Content, starts: Longs, lengths: Longs) -> Column:
     """The column whose values begin at these bytes."""
     listed = lengths if stored.is_list else None
     content = np.frombuffer(data, dtype=np.uint8)
@@ -173,9 +161,7 @@ def _read_text_element(element: Element, lines: Lines) -> list[Column]:
     return columns or _gather_text(element, values, lines)
 
 
-def _read_uniform_text(
-    element: Element, values: npt.NDArray[Any], counts: npt.NDArray[np.int32]
-) -> list[Column] | None:
+def _read_uniform_text(element: Element, values: Array, counts: Ints) -> list[Column] | None:
     """Columns if all rows have lists of the same lengths, else None."""
     if not len(counts) or counts.min() != counts.max():
         return None
@@ -199,7 +185,7 @@ def _read_uniform_text(
     return columns if place == rows.shape[1] else None
 
 
-def _gather_text(element: Element, values: npt.NDArray[Any], lines: Lines) -> list[Column]:
+def _gather_text(element: Element, values: Array, lines: Lines) -> list[Column]:
     """Columns of rows whose lists differ in length; a MeshError where one is no row."""
     ends = np.cumsum(lines.counts, dtype=np.int64)
     places = ends - lines.counts
@@ -220,7 +206,7 @@ def _gather_text(element: Element, values: npt.NDArray[Any], lines: Lines) -> li
     return columns
 
 
-def _check_tokens(lines: Lines, is_right: npt.NDArray[np.bool_]) -> None:
+def _check_tokens(lines: Lines, is_right: Bools) -> None:
     if not is_right.all():
         line = int(np.argmin(is_right))
         raise MeshError(
@@ -229,7 +215,7 @@ def _check_tokens(lines: Lines, is_right: npt.NDArray[np.bool_]) -> None:
         )
 
 
-def _as_declared(values: npt.NDArray[Any], stored: Property) -> npt.NDArray[Any]:
+def _as_declared(values: Array, stored: Property) -> Array:
     """Values rounded as a binary file of the same header would hold them."""
     if stored.dtype[-2:] != "f4":
         return values
@@ -237,9 +223,9 @@ def _as_declared(values: npt.NDArray[Any], stored: Property) -> npt.NDArray[Any]
         return values.astype(np.float32)
 
 
-def _list_column(values: npt.NDArray[Any], places: Index, lengths: Index) -> Column:
+def _list_column(values: Array, places: Longs, lengths: Longs) -> Column:
     """Lists that begin at these places, as an array where their lengths are the same."""
     if not len(lengths) or np.any(lengths != lengths[0]):
         return Column(None, lengths, values[runs(places, lengths)])
-    listed: npt.NDArray[Any] = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]
+    listed: Array = values[places[:, np.newaxis] + np.arange(int(lengths[0]))]
     return Column(listed, lengths)

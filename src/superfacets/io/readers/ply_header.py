@@ -1,4 +1,4 @@
-"""The header of a PLY file: what it declares, checked, with no array made."""
+"""The header of a PLY file, checked before any array is made."""
 
 from __future__ import annotations
 
@@ -10,25 +10,11 @@ from typing import Any
 import numpy as np
 
 from ...errors import MeshError
+from ..attributes import PLY_TYPES
 from ..guards import Content
 
-TYPES = {
-    "char": "i1",
-    "uchar": "u1",
-    "short": "i2",
-    "ushort": "u2",
-    "int": "i4",
-    "uint": "u4",
-    "float": "f4",
-    "double": "f8",
-    "int8": "i1",
-    "uint8": "u1",
-    "int16": "i2",
-    "uint16": "u2",
-    "int32": "i4",
-    "uint32": "u4",
-    "float32": "f4",
-    "float64": "f8",
+TYPES = {word: stored for stored, word in PLY_TYPES.items()} | {
+    np.dtype(stored).name: stored for stored in PLY_TYPES
 }
 """numpy's name of each type, without the byte order."""
 
@@ -38,8 +24,10 @@ COMMENT_WORDS = ("comment", "obj_info")
 INDEX_NAMES = ("vertex_indices", "vertex_index")
 """Names of the list that holds the corners of a face."""
 
-BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+STRIPS = "tristrips"
+"""Name of the element that some files have in place of faces; each row is a list of vertices."""
 
+BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
 """Bytes in which the end of the header is searched: at first, and at most."""
@@ -47,21 +35,11 @@ _HEADER_BLOCK, _MAX_HEADER = 1 << 16, 1 << 24
 
 @dataclass(frozen=True)
 class Property:
-    """A column: one number per row, or a list of them.
-
-    Parameters
-    ----------
-    name : str
-        As in the file.
-    dtype : str
-        numpy's name of the type, with the byte order.
-    count_dtype : str or None
-        Type of a list's length; None if this is no list.
-    """
+    """A column: one number per row, or a list of them."""
 
     name: str
-    dtype: str
-    count_dtype: str | None = None
+    dtype: str  # of numpy, with the byte order
+    count_dtype: str | None = None  # type of a list's length; None if this is no list
 
     @property
     def is_list(self) -> bool:
@@ -98,44 +76,32 @@ class Element:
 
     def find(self, *names: str) -> int | None:
         """Column of the first property that has one of the names."""
-        for column, stored in enumerate(self.properties):
-            if stored.name in names:
-                return column
-        return None
+        columns = (i for i, stored in enumerate(self.properties) if stored.name in names)
+        return next(columns, None)
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a PLY file declares.
+    """The declarations of a PLY file."""
 
-    Parameters
-    ----------
-    byte_order : str
-        ``<`` or ``>`` in a binary file; empty in an ASCII file.
-    elements : list of Element
-        In the order of the file.
-    size : int
-        Bytes of the header: the body begins there.
-    comments : list of str
-        Its lines that begin with `comment` or `obj_info`.
-    """
-
-    byte_order: str
-    elements: list[Element]
-    size: int
-    comments: list[str] = field(default_factory=list)
+    byte_order: str  # "<" or ">" in a binary file; empty in an ASCII file
+    elements: list[Element]  # in the order of the file
+    size: int  # in bytes: the body begins there
+    comments: list[str] = field(default_factory=list)  # lines that begin with COMMENT_WORDS
 
     @property
-    def is_ascii(self) -> bool:
-        """Whether the body is text."""
-        return not self.byte_order
+    def faces(self) -> int | None:
+        """Place of the faces, or of the strips where there are no faces; None in a cloud."""
+        for name in ("face", STRIPS):
+            place = self.find(name)
+            if place is not None and self.elements[place].n_rows:
+                return place
+        return None
 
     def find(self, name: str) -> int | None:
         """Place of the element of that name."""
-        for place, element in enumerate(self.elements):
-            if element.name == name:
-                return place
-        return None
+        places = (place for place, element in enumerate(self.elements) if element.name == name)
+        return next(places, None)
 
 
 def read_header(path: Path) -> tuple[Header, bytes]:
@@ -179,7 +145,7 @@ def _parse_format(words: list[str]) -> str:
 
 
 def _parse_line(line: str, byte_order: str, elements: list[Element]) -> None:
-    """Add what a line of the header declares to `elements`."""
+    """Add the declaration in a line of the header to `elements`."""
     words = line.split()
     if not words or words[0] in COMMENT_WORDS:
         return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,16 +15,16 @@ from ...mesh.polygon_mesh import PolygonMesh
 from ...mesh.tet_mesh import TetMesh
 from ...mesh.triangle_mesh import Mesh
 from ..attributes import MeshAttributes
-from ..guards import Arrays, Content, Polygons, known_ending, read_content
+from ..guards import Arrays, Content, Polygons, known_ending, named_errors, read_content
 from .clouds import CLOUD_READERS, holds_cloud
 from .gltf import read_gltf
 from .obj import read_obj
-from .off import read_off
+from .off import MAGIC as OFF_MAGIC
+from .off import read_off, read_tri
 from .ply import read_ply, read_ply_with_attributes
-from .stl import read_stl
+from .stl import has_binary_size, read_stl
 from .tets import TET_ENDINGS, read_tets
-from .tri import read_tri
-from .vtp import read_vtp
+from .vtk_xml import is_vtp, read_vtp
 
 _READERS: dict[str, Callable[[Content], Arrays]] = {
     ".obj": read_obj,
@@ -40,6 +41,11 @@ MESH_ENDINGS = (*_GLTF_ENDINGS, *_READERS, *TET_ENDINGS)
 CELL_ENDINGS = (*MESH_ENDINGS, *(ending for ending in CLOUD_READERS if ending != ".ply"))
 """Of meshes and of point clouds."""
 
+# The first word of a text that is no comment.
+_FIRST_WORD = re.compile(rb"(?:\s*+#[^\n]*+\n)*+\s*+(\S{1,20})")
+
+_OBJ_WORDS = b"v vn vt vp f l p o g s mtllib usemtl".split()
+
 
 def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     r"""Return the mesh that a file holds: its vertices and faces in their order.
@@ -50,16 +56,14 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Parameters
     ----------
     path : path-like
-        The ending, in any case, tells the format. PLY (``.ply``, ASCII and binary), Wavefront
-        (``.obj``), STL (``.stl``, ASCII and binary), OFF (``.off``, ASCII), glTF 2.0 (``.glb``,
-        ``.gltf``), and ``.tri``: vertex count, a line of x y z per vertex, triangle count, a line
-        of three indices from 0 per triangle. VTP (``.vtp``), and
-        tetrahedra in VTU, VTK (legacy), MSH (Gmsh 2.2 and 4.1) and MESH (Medit, text): ``.vtu``,
-        ``.vtk``, ``.msh``, ``.mesh``. Triangle
-        strips of a PLY become their triangles. Groups and objects become one mesh. Meshes of a glTF
-        scene become one, in the order of the file, each once for every node that shows it, up to
-        100 times the size of the file (any scene may have 64 MB). A glTF file may name others in
-        its folder and below, and no others.
+        The ending, in any case, tells the format: ``.ply`` and ``.stl`` (ASCII and binary),
+        ``.obj`` (Wavefront), ``.off`` (ASCII), ``.glb`` and ``.gltf`` (2.0), ``.vtp``, and ``.tri``
+        (vertex count, a line of x y z per vertex, triangle count, a line of three indices from 0
+        per triangle); for tetrahedra ``.vtu``, ``.vtk`` (legacy), ``.msh`` (Gmsh 2.2 and 4.1) and
+        ``.mesh`` (Medit, text). Triangle strips of a PLY become their triangles. Groups and objects
+        become one mesh. Meshes of a glTF scene become one, in the order of the file, each once for
+        every node that shows it, up to 100 times the size of the file (any scene may have 64 MB). A
+        glTF file may name others in its folder and below, and no others.
 
     Returns
     -------
@@ -97,12 +101,10 @@ def read_mesh(path: str | os.PathLike[str]) -> AnyMesh:
     Mesh(4 vertices, 2 faces)
     """
     path = Path(path)
-    ending = mesh_ending(path)
+    ending = _ending_of(path, MESH_ENDINGS)
     data = read_content(path)
-    try:
+    with named_errors(path):
         return parse_mesh(data, ending, path.parent)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
@@ -149,10 +151,8 @@ def read_cloud(path: str | os.PathLike[str]) -> PointCloud:
     path = Path(path)
     ending = known_ending(path, tuple(CLOUD_READERS))
     data = read_content(path)
-    try:
+    with named_errors(path):
         return CLOUD_READERS[ending](data).cloud
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def read_cells(path: str | os.PathLike[str]) -> Cells:
@@ -160,10 +160,8 @@ def read_cells(path: str | os.PathLike[str]) -> Cells:
     path = Path(path)
     ending = cell_ending(path)
     data = read_content(path)
-    try:
+    with named_errors(path):
         return parse_cells(data, ending, path.parent)
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
 
 
 def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
@@ -210,21 +208,14 @@ def read_attributes(path: str | os.PathLike[str]) -> MeshAttributes:
     path = Path(path)
     known_ending(path, (".ply",))
     data = read_content(path)
-    try:
+    with named_errors(path):
         if holds_cloud(data, ".ply"):
             return CLOUD_READERS[".ply"](data).attributes
         return read_ply_with_attributes(data)[1]
-    except MeshError as error:
-        raise MeshError(f"{path}: {error}") from None
-
-
-def mesh_ending(path: Path) -> str:
-    """The ending of a file that is to be read as a mesh; a MeshError if no reader knows it."""
-    return _ending_of(path, MESH_ENDINGS)
 
 
 def cell_ending(path: Path) -> str:
-    """The ending of a file that is to be read as a mesh or a cloud; likewise."""
+    """The ending of a file to read as a mesh or a cloud; a MeshError if no reader knows it."""
     return _ending_of(path, CELL_ENDINGS)
 
 
@@ -247,26 +238,20 @@ def parse_mesh(data: Content, ending: str, folder: Path | None) -> AnyMesh:
 
 def parse_cells(data: Content, ending: str, folder: Path | None) -> Cells:
     """The mesh in a file's content, or the point cloud where there are no faces."""
-    if holds_cloud(data, ending):
-        return CLOUD_READERS[ending](data).cloud
-    return parse_mesh(data, ending, folder)
+    return parse_cells_and_attributes(data, ending, folder, keep=False)[0]
 
 
 def parse_cells_and_attributes(
     data: Content, ending: str, folder: Path | None, *, keep: bool = True
 ) -> tuple[Cells, MeshAttributes | None]:
-    """As `parse_cells`, and the attributes of clouds, and of meshes where the format is PLY.
-
-    No attributes if they are not to be kept.
-    """
-    if not keep:
-        return parse_cells(data, ending, folder), None
+    """As `parse_cells`; and, to keep them, the attributes of clouds and of meshes in PLY."""
     if holds_cloud(data, ending):
-        return CLOUD_READERS[ending](data)
-    if ending != ".ply":
-        return parse_mesh(data, ending, folder), None
-    arrays, attributes = read_ply_with_attributes(data)
-    return _mesh_of(arrays), attributes
+        cloud, attributes = CLOUD_READERS[ending](data)
+        return cloud, attributes if keep else None
+    if keep and ending == ".ply":
+        arrays, attributes = read_ply_with_attributes(data)
+        return _mesh_of(arrays), attributes
+    return parse_mesh(data, ending, folder), None
 
 
 def _mesh_of(arrays: Arrays) -> AnyMesh:
@@ -274,3 +259,29 @@ def _mesh_of(arrays: Arrays) -> AnyMesh:
     if isinstance(faces, Polygons):
         return PolygonMesh._of_new(vertices, *faces)
     return Mesh._of_new(vertices, faces)
+
+
+def recognized_ending(data: Content) -> str | None:
+    """The ending that files of this content have; None if it is of no known format."""
+    if data[:4] in (b"ply\n", b"ply\r"):
+        return ".ply"
+    if is_vtp(data):
+        return ".vtp"
+    if data[:4] == b"glTF":
+        return ".glb"
+    if has_binary_size(data):
+        return ".stl"
+    found = _FIRST_WORD.match(data)
+    return None if found is None else _ending_of_text(found[1])
+
+
+def _ending_of_text(word: bytes) -> str | None:
+    if word.startswith(b"{"):
+        return ".gltf"
+    if word.lower() == b"solid":
+        return ".stl"
+    if OFF_MAGIC.match(word):
+        return ".off"
+    if word in _OBJ_WORDS:
+        return ".obj"
+    return ".tri" if word.isdigit() else None

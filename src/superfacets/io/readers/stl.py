@@ -7,6 +7,7 @@ import re
 import numpy as np
 import numpy.typing as npt
 
+from ..._types import Floats, Singles
 from ..._validate import MAX_CELLS
 from ...errors import MeshError
 from ..guards import Arrays, Content, as_doubles, counted, side_by_side
@@ -23,11 +24,7 @@ TRIANGLE_LINES = np.array([FACET, OUTER, VERTEX, VERTEX, VERTEX, ENDLOOP, ENDFAC
 
 
 def read_stl(data: Content) -> Arrays:
-    """Vertices, three per face, and faces of an STL file; the stored normals are skipped.
-
-    lagrange is not used: it returns no faces for a cut or an upper-case file, mixes up the corners
-    behind a polygon, and returns memory that was never written for a coordinate that is no number.
-    """
+    """Vertices, three per face, and faces of an STL file; the stored normals are skipped."""
     corners = _read_binary(data) if _is_binary(data) else _read_ascii(data)
     vertices = as_doubles(corners).reshape(-1, 3)
     index_type = np.int32 if len(vertices) <= MAX_CELLS else np.int64
@@ -54,7 +51,7 @@ def _is_binary(data: Content) -> bool:
     )
 
 
-def _read_binary(data: Content) -> npt.NDArray[np.float32]:
+def _read_binary(data: Content) -> Singles:
     if len(data) < HEADER_SIZE + 4:
         raise MeshError(f"not an STL file: no word solid, and only {counted(len(data), 'byte')}")
     n_faces, size = _declared(data)
@@ -67,7 +64,7 @@ def _read_binary(data: Content) -> npt.NDArray[np.float32]:
     return side_by_side(triangles["corners"].reshape(n_faces, 9))
 
 
-def _read_ascii(data: Content) -> npt.NDArray[np.float64]:
+def _read_ascii(data: Content) -> Floats:
     blocks = [_read_block(lines) for lines in iterate_lines(data)]
     vertices, keywords = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     _check_solids(keywords, data)
@@ -75,14 +72,11 @@ def _read_ascii(data: Content) -> npt.NDArray[np.float64]:
     return vertices
 
 
-def _read_block(lines: Lines) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int8]]:
+def _read_block(lines: Lines) -> tuple[Floats, npt.NDArray[np.int8]]:
     """Flat coordinates of the vertex lines, and the keyword of each line."""
     keywords = lines.keywords(KEYWORDS, any_case=True)
     vertices = lines.after_keyword(keywords == VERTEX, KEYWORDS[VERTEX])
-    wrong = np.flatnonzero(vertices.counts != 3)
-    if len(wrong):
-        number, n_tokens = vertices.number(wrong[0]), int(vertices.counts[wrong[0]])
-        raise MeshError(f"line {number}: a vertex needs 3 coordinates, got {n_tokens}")
+    vertices.refuse(vertices.counts != 3, "a vertex needs 3 coordinates")
     return vertices.parse(np.float64), keywords
 
 

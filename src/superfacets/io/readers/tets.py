@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, TriangleArrays, counted
 from .grids import Grid
@@ -27,17 +24,12 @@ def read_tets(data: Content, ending: str) -> TriangleArrays:
     return grid.vertices, grid.tets()
 
 
-def read_tet_labels(data: Content, ending: str, name: str = "label") -> npt.NDArray[Any]:
-    """The cell data `label` of tetrahedra, or what has that name."""
+def tet_labels(data: Content, name: str, *, ending: str) -> Array | None:
+    """The cell data of tetrahedra that has this name; None if there is none."""
     grid = _read(data, ending, name)
     if grid.values is None:
-        raise MeshError(f"the file has no cell data {name}")
+        return None
     return as_integers(grid.values[grid.is_tet()], "labels")  # some formats store floats
-
-
-def has_tet_labels(data: Content, ending: str, name: str = "label") -> bool:
-    """Whether a file of tetrahedra has cell data of that name."""
-    return _read(data, ending, name).values is not None
 
 
 def _read(data: Content, ending: str, name: str) -> Grid:
@@ -54,23 +46,12 @@ def _read(data: Content, ending: str, name: str) -> Grid:
 
 
 def _read_vtu(data: Content, name: str) -> Grid:
-    file, parts, values, n_points = XmlFile(data, "UnstructuredGrid"), [], [], 0
-    for piece in file.pieces:
-        n_cells = piece.count("NumberOfCells")
-        points = file.points(piece)
-        sizes, corners = file.cells(piece, "Cells", n_cells)
-        none = np.empty(0, np.int8)
-        kinds = file.integers(piece, "Cells", "types", n_cells) if n_cells else none
-        parts.append((points, kinds, sizes, corners + n_points if n_points else corners))
-        if name:
-            values.append(file.cell_data(piece, name, n_cells) if n_cells else none)
-        n_points += len(points)
-    if not parts:
+    file = XmlFile(data, "UnstructuredGrid")
+    if not file.pieces:
         raise MeshError("the file has no pieces")
-    points, kinds, sizes, corners = map(np.concatenate, zip(*parts, strict=True))
-    found = [part for part in values if part is not None]
-    is_there = bool(found) and len(found) == len(values)
-    return Grid(points, kinds, sizes, corners, np.concatenate(found) if is_there else None)
+    points, sizes, corners = file.cells("Cells", "NumberOfCells")
+    values = file.cell_data(name, "NumberOfCells") if name else None
+    return Grid(points, file.kinds(), sizes, corners, values)
 
 
 _READERS: dict[str, Callable[[Content, str], Grid]] = {

@@ -1,8 +1,7 @@
 """Numbers in lines of text, found and parsed by the core, on all threads.
 
-Every text format here is read through `Lines`: where the lines that hold something begin and end,
-and how many tokens each has. The core parses decimals and integers as they are usually written;
-lines that hold anything else it leaves to Python, which knows what to say about them.
+The core parses decimals and integers as they are usually written. Lines that hold anything else
+are parsed by Python, which reports what is wrong with them.
 """
 
 from __future__ import annotations
@@ -11,25 +10,20 @@ import re
 import reprlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ... import _core
+from ..._types import Array, Bools, Bytes, Floats, Ints, Longs
 from ..._validate import checked_threads
 from ...errors import MeshError
 from ..guards import Content
 
-Index = npt.NDArray[np.int64]
-
-_Kernel = Callable[
-    [npt.NDArray[np.uint8], Index, Index, npt.NDArray[np.int32], int],
-    tuple[npt.NDArray[Any], Index],
-]
+_Kernel = Callable[[Bytes, Longs, Longs, Ints, int], tuple[Array, Longs]]
 
 BLOCK = 1 << 23
-"""Bytes of text that `iterate_lines` takes at a time: memory for what is found stays small."""
+"""Bytes of text that `iterate_lines` takes at a time, to keep memory small."""
 
 EXACT = 2.0**53
 """Beyond this float64 skips integers."""
@@ -40,28 +34,17 @@ _INTEGER = re.compile(rb"[+-]?\d+")
 
 @dataclass(frozen=True, eq=False)
 class Lines:
-    """Some lines of a text, each with at least one token.
+    """Some lines of a text, each with at least one token."""
 
-    Parameters
-    ----------
-    text : (B,) uint8
-        The whole text.
-    starts, ends : (L,) int64
-        First byte of the first token, and the byte behind the line (of a comment, of the newline),
-        for each line.
-    counts : (L,) int32
-        Tokens, which are separated by blanks.
-    """
-
-    text: npt.NDArray[np.uint8]
-    starts: Index
-    ends: Index
-    counts: npt.NDArray[np.int32]
+    text: Bytes  # (B,) the whole text
+    starts: Longs  # (L,) first byte of the first token of each line
+    ends: Longs  # (L,) end of each line, before its comment and its newline
+    counts: Ints  # (L,) tokens, which are separated by blanks
 
     def __len__(self) -> int:
         return len(self.starts)
 
-    def __getitem__(self, part: slice | npt.NDArray[np.bool_]) -> Lines:
+    def __getitem__(self, part: slice | Bools) -> Lines:
         return Lines(self.text, self.starts[part], self.ends[part], self.counts[part])
 
     def content(self, line: int) -> bytes:
@@ -71,6 +54,12 @@ class Lines:
     def number(self, line: int) -> int:
         """Line number in the file, from 1."""
         return 1 + int(np.count_nonzero(self.text[: self.starts[line]] == ord("\n")))
+
+    def refuse(self, is_wrong: Bools, expected: str) -> None:
+        """Raise a MeshError at the first wrong line; the message ends in its number of tokens."""
+        if is_wrong.any():
+            line = int(np.argmax(is_wrong))
+            raise MeshError(f"line {self.number(line)}: {expected}, got {self.counts[line]}")
 
     def keywords(self, words: Sequence[bytes], *, any_case: bool = False) -> npt.NDArray[np.int8]:
         """Which of the words is the first token of each line; ``len(words)`` where none is.
@@ -82,12 +71,12 @@ class Lines:
             self.text, self.starts, self.ends, names, any_case, checked_threads(None)
         )
 
-    def after_keyword(self, mask: npt.NDArray[np.bool_], keyword: bytes) -> Lines:
+    def after_keyword(self, mask: Bools, keyword: bytes) -> Lines:
         """The lines of `mask` without their first token, which is the keyword."""
         lines = self[mask]
         return Lines(self.text, lines.starts + len(keyword), lines.ends, lines.counts - 1)
 
-    def parse(self, dtype: type[np.float64] | type[np.int64]) -> npt.NDArray[Any]:
+    def parse(self, dtype: type[np.float64] | type[np.int64]) -> Array:
         """All numbers, flat; a MeshError that names the line if a token is not a number.
 
         Decimals are rounded to the nearest double. Integers are int32 where all fit, else int64,
@@ -97,15 +86,20 @@ class Lines:
             return self._parse([_core.parse_doubles], _read_double)
         return self._parse([_core.parse_integers, _core.parse_long_integers], _read_integer)
 
-    def parse_corners(self) -> npt.NDArray[Any]:
+    def parse_vertices(self) -> Floats:
+        """The first three numbers of each line, (L, 3); a weight or a color may follow them."""
+        self.refuse(self.counts < 3, "a vertex needs 3 coordinates")
+        return table(self.parse(np.float64), self.counts, 3)
+
+    def parse_corners(self) -> Array:
         """The vertex index of each corner, flat: the 7 in ``7``, ``7/2``, ``7//3`` and ``7/2/3``.
 
-        Integers as those of `parse`; a MeshError names the line if a token is something else.
+        Integers have the types of `parse`; a MeshError names the line if a token is something else.
         """
         return self._parse([_core.parse_corners, _core.parse_long_corners], _read_corner)
 
-    def parse_integers_or_floats(self) -> npt.NDArray[Any]:
-        """All numbers, flat: integers if all are written as such, else float64."""
+    def parse_integers_or_floats(self) -> Array:
+        """All numbers, flat: integers if all are written as integers, else float64."""
         if len(self) and b"." in self.content(0):
             return self.parse(np.float64)
         try:
@@ -113,12 +107,10 @@ class Lines:
         except MeshError:
             return self.parse(np.float64)
 
-    def _parse(
-        self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]
-    ) -> npt.NDArray[Any]:
-        """Numbers as the first kernel finds them that leaves out no line, else as the last does.
+    def _parse(self, kernels: Sequence[_Kernel], read_token: Callable[[bytes], float]) -> Array:
+        """Numbers found by the first kernel that leaves out no line.
 
-        Lines that even that one leaves out are read by `read_token`.
+        Lines that the last kernel leaves out are read by `read_token`.
         """
         for kernel in kernels:
             values, left_out = kernel(
@@ -138,14 +130,14 @@ class Lines:
 
 def _read_double(token: bytes) -> float:
     if not _NUMBER.fullmatch(token):
-        raise ValueError(f"expected a number, got {_shown(token)}")
+        raise ValueError(f"expected a number, got {shown(token)}")
     return float(token)
 
 
 def _read_integer(token: bytes) -> int:
     """The integer, or the nearest of int64. int() refuses thousands of digits."""
     if not _INTEGER.fullmatch(token):
-        raise ValueError(f"expected an integer, got {_shown(token)}")
+        raise ValueError(f"expected an integer, got {shown(token)}")
     digits = token.lstrip(b"+-").lstrip(b"0")
     size = int(digits[:20] or b"0")  # 20 digits are beyond int64, whatever follows
     return -min(size, 2**63) if token.startswith(b"-") else min(size, 2**63 - 1)
@@ -161,38 +153,46 @@ def _read_corner(token: bytes) -> int:
     return _read_integer(index)
 
 
-def _shown(token: bytes) -> str:
-    return reprlib.repr(token.decode("latin-1"))
+def as_count(token: bytes | str, what: str) -> int:
+    """A token as an integer; a MeshError if it is none, or larger than any file."""
+    if not token.isdigit() or len(token) > 18 or not token.isascii():
+        raise MeshError(f"{what} must be whole numbers, got {shown(token)}")
+    return int(token)
+
+
+def shown(token: bytes | str) -> str:
+    """Text from a file, made safe to show in a message."""
+    return reprlib.repr(token.decode("latin-1") if isinstance(token, bytes) else token)
 
 
 def split_lines(data: Content, *, begin: int = 0, comment: bytes = b"") -> Lines:
     r"""Find the lines of `data`, from byte `begin` on, that hold a token.
 
-    Lines end at ``\n``, or at ``\r`` in old files that have no ``\n``. What follows `comment`, one
-    character, on a line is left out.
+    Lines end at ``\n``, or at ``\r`` in old files that have no ``\n``. The rest of a line after
+    `comment`, one character, is left out.
     """
     return _scan(_as_text(data), begin, None, comment)
 
 
 def iterate_lines(data: Content, *, comment: bytes = b"") -> Iterator[Lines]:
-    """The same lines as of `split_lines`, block by block, so that memory stays small."""
+    """The lines of `split_lines`, block by block, so that memory stays small."""
     text = _as_text(data)
     for begin in range(0, max(1, len(text)), BLOCK):
         yield _scan(text, _next_line(text, begin), begin + BLOCK, comment)
 
 
-def _as_text(data: Content) -> npt.NDArray[np.uint8]:
-    """The bytes without what is no part of the text, with newlines at the ends of lines."""
-    if data[:3] == b"\xef\xbb\xbf":  # a byte order mark
+def _as_text(data: Content) -> Bytes:
+    """The bytes without byte order mark and padding, with newlines at the ends of lines."""
+    if data[:3] == b"\xef\xbb\xbf":
         data = data[3:]
-    if data[-1:] == b"\0":  # blocks of a disk, or of an archive
+    if data[-1:] == b"\0":  # padding to the blocks of a disk, or of an archive
         data = data[:].rstrip(b"\0")
     if data.find(b"\n") < 0:
         data = data[:].replace(b"\r", b"\n")
     return np.frombuffer(data, dtype=np.uint8)
 
 
-def _next_line(text: npt.NDArray[np.uint8], place: int) -> int:
+def _next_line(text: Bytes, place: int) -> int:
     """First byte, from `place` on, that begins a line."""
     begin = place - 1
     while 0 <= begin < len(text):
@@ -203,7 +203,7 @@ def _next_line(text: npt.NDArray[np.uint8], place: int) -> int:
     return 0 if place == 0 else len(text)
 
 
-def _scan(text: npt.NDArray[np.uint8], begin: int, end: int | None, comment: bytes) -> Lines:
+def _scan(text: Bytes, begin: int, end: int | None, comment: bytes) -> Lines:
     """The lines that begin in some of the text, at a line's begin."""
     stop = len(text) if end is None else min(end, len(text))
     character = ord(comment) if comment else 0
@@ -211,25 +211,25 @@ def _scan(text: npt.NDArray[np.uint8], begin: int, end: int | None, comment: byt
     return Lines(text, *found)
 
 
-def table(values: npt.NDArray[Any], counts: npt.NDArray[np.int32], width: int) -> npt.NDArray[Any]:
+def table(values: Array, counts: Ints, width: int) -> Array:
     """First `width` values of each row; row i has ``counts[i] >= width`` of the flat values."""
     if len(values) == 0:
         return values.reshape(0, width)
     if counts.min() == counts.max():
         return values.reshape(len(counts), -1)[:, :width]
     first = np.cumsum(counts, dtype=np.int64) - counts
-    chosen: npt.NDArray[Any] = values[first[:, np.newaxis] + np.arange(width)]
+    chosen: Array = values[first[:, np.newaxis] + np.arange(width)]
     return chosen
 
 
-def runs(starts: npt.NDArray[Any], lengths: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+def runs(starts: Array, lengths: Array) -> Longs:
     """Places of runs of values, one after the other: start, start + 1, ... of each."""
     lengths = lengths.astype(np.int64, copy=False)
     before = np.cumsum(lengths) - lengths
     return np.repeat(starts - before, lengths) + np.arange(int(lengths.sum()))
 
 
-def as_integers(values: npt.NDArray[Any], what: str) -> npt.NDArray[Any]:
+def as_integers(values: Array, what: str) -> Array:
     """`values` as integers; a MeshError that calls them `what` if one has a fraction."""
     if values.dtype.kind in "iu":
         return values

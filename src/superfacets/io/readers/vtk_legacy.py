@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import Any
 from urllib.parse import unquote_to_bytes
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array
 from ...errors import MeshError
 from ..guards import Content, as_doubles
-from .cursor import Cursor, as_count, shown
-from .grids import Grid, sizes_between
+from .grids import Cursor, Grid, sizes_between
+from .text import as_count, shown
 from .vtk_xml import NUMBER_TYPES
 
 _TYPES = {
@@ -34,41 +33,41 @@ def read_vtk(data: Content, name: str) -> Grid:
     return _LegacyReader(data, name).read()
 
 
-class _LegacyReader:
+class _LegacyReader(Cursor):
     """Reads the sections of a file one after the other, to its end."""
 
     def __init__(self, data: Content, name: str) -> None:
-        self._cursor = Cursor(data)
+        super().__init__(data)
         self._name = name
-        self._arrays: dict[str, npt.NDArray[Any]] = {}
-        self._values: npt.NDArray[Any] | None = None
+        self._arrays: dict[str, Array] = {}
+        self._values: Array | None = None
         self._owner = ""  # section of the current attributes: CELL_DATA or POINT_DATA
         self._n_values = 0
 
     def read(self) -> Grid:
-        version = re.fullmatch(rb"# vtk DataFile Version (\d)\.\d", self._cursor.any_line())
+        version = re.fullmatch(rb"# vtk DataFile Version (\d)\.\d", self.any_line())
         if version is None:
             raise MeshError("not a VTK file: it does not begin with # vtk DataFile Version")
         self._has_offsets = int(version[1]) >= 5
-        self._cursor.any_line()  # a title
-        form = self._cursor.line()
+        self.any_line()  # a title
+        form = self.line()
         if form not in (b"ASCII", b"BINARY"):
             raise MeshError(f"expected ASCII or BINARY, got {shown(form)}")
         words = self._words()
         if words != ["DATASET", "UNSTRUCTURED_GRID"]:
             raise MeshError(f"expected DATASET UNSTRUCTURED_GRID, got {shown(' '.join(words))}")
-        self._cursor.byte_order = ">" if form == b"BINARY" else ""
+        self.byte_order = ">" if form == b"BINARY" else ""
         while words := self._words():
             self._read_section(words)
         return self._grid()
 
     def _words(self) -> list[str]:
-        return self._cursor.line().decode("latin-1").split()
+        return self.line().decode("latin-1").split()
 
     def _read_section(self, words: list[str]) -> None:
         keyword = words[0].upper()
         if keyword == "METADATA":
-            while self._cursor.any_line():
+            while self.any_line():
                 pass
         elif keyword == "FIELD":
             for _ in range(as_count(_word(words, 2), "arrays of a field")):
@@ -111,38 +110,35 @@ class _LegacyReader:
 
     def _read_attribute(self, keyword: str, words: list[str]) -> None:
         """Read an attribute, or a lookup table."""
+        n, place = self._n_values, 2  # of the type among the words
         if keyword == "SCALARS":
-            width = self._count(words, 3) if len(words) > 3 else 1
-            begin = self._cursor.place
+            n *= self._count(words, 3) if len(words) > 3 else 1
+            begin = self.place
             if self._words()[:1] != ["LOOKUP_TABLE"]:
-                self._cursor.place = begin
-            self._keep(
-                _word(words, 1), self._numbers(width * self._n_values, _word(words, 2), keyword)
-            )
+                self.place = begin
         elif keyword == "TEXTURE_COORDINATES":
-            n = self._count(words, 2) * self._n_values
-            self._keep(_word(words, 1), self._numbers(n, _word(words, 3), keyword))
+            n, place = self._count(words, 2) * n, 3
         elif keyword in ("COLOR_SCALARS", "LOOKUP_TABLE"):
-            n = 4 if keyword == "LOOKUP_TABLE" else self._n_values
-            word = "unsigned_char" if self._cursor.byte_order else "float"
-            self._numbers(n * self._count(words, 2), word, keyword)
+            n = (4 if keyword == "LOOKUP_TABLE" else n) * self._count(words, 2)
+            self._numbers(n, "unsigned_char" if self.byte_order else "float", keyword)
+            return
         elif keyword in _WIDTHS:
-            n = _WIDTHS[keyword] * self._n_values
-            self._keep(_word(words, 1), self._numbers(n, _word(words, 2), keyword))
+            n *= _WIDTHS[keyword]
         else:
             raise MeshError(f"expected a keyword of VTK's files, got {shown(words[0])}")
+        self._keep(_word(words, 1), self._numbers(n, _word(words, place), keyword))
 
     def _count(self, words: list[str], place: int) -> int:
         return as_count(
             _word(words, place), f"the sizes behind {shown(words[0]) if words else 'FIELD'}"
         )
 
-    def _numbers(self, n: int, word: str, what: str) -> npt.NDArray[Any]:
+    def _numbers(self, n: int, word: str, what: str) -> Array:
         if word.lower() not in _TYPES:
             raise MeshError(f"{what} must be numbers of a type like double, got {shown(word)}")
-        return self._cursor.numbers(n, _TYPES[word.lower()], what)
+        return self.numbers(n, _TYPES[word.lower()], what)
 
-    def _keep(self, name: str, values: npt.NDArray[Any]) -> None:
+    def _keep(self, name: str, values: Array) -> None:
         """Keep the wanted cell data; names are percent-encoded."""
         stored = unquote_to_bytes(name.encode("latin-1")).decode("utf-8", "replace")
         if self._owner == "CELL_DATA" and self._values is None and stored == self._name:
@@ -164,7 +160,7 @@ def _word(words: list[str], place: int) -> str:
     return words[place]
 
 
-def _split_rows(rows: npt.NDArray[Any], n_rows: int) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+def _split_rows(rows: Array, n_rows: int) -> tuple[Array, Array]:
     """Split rows of (size, corners ...) into sizes and flat corners."""
     width = len(rows) // n_rows if n_rows else 0
     if width and len(rows) == width * n_rows and (rows[::width] == width - 1).all():

@@ -1,22 +1,22 @@
-"""VTK XML files: pieces and their arrays, inline or appended."""
+"""VTK XML files: pieces and their arrays, inline or appended; and VTP, surfaces of polygons."""
 
 from __future__ import annotations
 
 import binascii
 import lzma
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 from xml.parsers import expat
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._types import Array, Floats
 from ...errors import MeshError
-from ..guards import Content, as_doubles, counted, most_bytes_of
-from .cursor import as_count, shown
+from ..guards import Arrays, Content, as_doubles, checked_faces, counted, most_bytes_of
 from .grids import sizes_between
-from .text import as_integers, split_lines
+from .text import as_count, as_integers, shown, split_lines
 
 NUMBER_TYPES = {
     **{f"Int{8 * n}": f"i{n}" for n in (1, 2, 4, 8)},
@@ -26,13 +26,42 @@ NUMBER_TYPES = {
 }
 """NumPy types by VTK's names."""
 
+_NONE = np.empty(0, np.uint8)
+"""Joined to integers of any type, it leaves them integers."""
+
 _ORDERS: dict[str, Literal["<", ">"]] = {"LittleEndian": "<", "BigEndian": ">"}
 
 
-def is_xml_of(kind: str, data: Content) -> bool:
-    """Whether the file is a VTK XML file of this type."""
+def is_vtp(data: Content) -> bool:
+    """Whether the file is a VTK XML file of surfaces."""
     head = data[:1000]
-    return b"<VTKFile" in head and kind.encode() in head
+    return b"<VTKFile" in head and b"PolyData" in head
+
+
+def read_vtp(data: Content) -> Arrays:
+    """Vertices and polygons of a VTP file; single points and lines are skipped."""
+    points, sizes, corners = _open(data).cells("Polys", "NumberOfPolys")
+    if not len(sizes):
+        raise MeshError("the VTP file has no polygons")
+    return points, checked_faces(sizes, corners)
+
+
+def vtp_labels(data: Content, name: str) -> Array | None:
+    """The cell data of polygons that has this name; None if there is none."""
+    before = ("NumberOfVerts", "NumberOfLines")
+    labels = _open(data).cell_data(name, "NumberOfPolys", before)
+    if labels is not None and labels.dtype.kind not in "iu":
+        raise MeshError("labels must be integers: the VTP file holds something else")
+    return labels
+
+
+def _open(data: Content) -> XmlFile:
+    if not is_vtp(data):
+        raise MeshError("not a VTP file: it does not begin as a VTKFile of type PolyData")
+    file = XmlFile(data, "PolyData")
+    if any(piece.count("NumberOfStrips") for piece in file.pieces):
+        raise MeshError("the VTP file holds triangle strips: save it with polygons")
+    return file
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +75,7 @@ class _Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class _Piece:
     """A piece: the attributes of its tag, and its arrays by section."""
 
     attributes: dict[str, str]
@@ -58,24 +87,13 @@ class Piece:
 
 
 class XmlFile:
-    """A VTK XML file; arrays are decoded when asked for.
+    """A VTK XML file of one type; arrays are decoded when asked for.
 
     Nothing of XML is read that VTK does not write: entities and document types are refused.
-
-    Parameters
-    ----------
-    data : bytes or mmap
-        The whole file.
-    kind : str
-        ``PolyData`` or ``UnstructuredGrid``.
-
-    Attributes
-    ----------
-    pieces : list of Piece
     """
 
     def __init__(self, data: Content, kind: str) -> None:
-        self.pieces: list[Piece] = []
+        self.pieces: list[_Piece] = []
         self._path: list[str] = []
         self._attributes: dict[str, dict[str, str]] = {}
         self._left = most_bytes_of(len(data))
@@ -115,7 +133,7 @@ class XmlFile:
         if depth < 2:
             self._attributes[tag] = attributes
         elif tag == "Piece" and depth == 2:
-            self.pieces.append(Piece(attributes))
+            self.pieces.append(_Piece(attributes))
         elif tag == "DataArray" and depth == 4 and self._path[2] == "Piece":
             self.pieces[-1].sections.setdefault(self._path[3], []).append(_Array(attributes))
         self._path.append(tag)
@@ -124,8 +142,41 @@ class XmlFile:
         if len(self._path) == 5 and self._path[2] == "Piece" and self._path[4] == "DataArray":
             self.pieces[-1].sections[self._path[3]][-1].texts.append(text)
 
-    def points(self, piece: Piece) -> npt.NDArray[np.float64]:
-        """The vertices of a piece, (V, 3)."""
+    def cells(self, section: str, count: str) -> tuple[Floats, Array, Array]:
+        """Vertices (V, 3), sizes of cells, and their corners, flat, of all pieces."""
+        parts: list[tuple[Floats, Array, Array]] = [(np.empty((0, 3)), _NONE, _NONE)]
+        n_points = 0
+        for piece in self.pieces:
+            points = self._points(piece)
+            ends = self._integers(piece, section, "offsets", piece.count(count))
+            sizes = sizes_between(ends, section)
+            corners = self._integers(piece, section, "connectivity", int(sizes.sum()))
+            parts.append((points, sizes, corners + n_points if n_points else corners))
+            n_points += len(points)
+        points, sizes, corners = map(np.concatenate, zip(*parts, strict=True))
+        return points, sizes, corners
+
+    def kinds(self) -> Array:
+        """VTK's type of each cell of all pieces."""
+        found = [
+            self._integers(piece, "Cells", "types", piece.count("NumberOfCells"))
+            for piece in self.pieces
+        ]
+        return np.concatenate([_NONE, *found])
+
+    def cell_data(self, name: str, count: str, before: Sequence[str] = ()) -> Array | None:
+        """Values of the cells of all pieces, without cells `before` them; None if one has none."""
+        parts = []
+        for piece in self.pieces:
+            n_before = sum(map(piece.count, before))
+            n_cells = n_before + piece.count(count)
+            values = self._array(piece, "CellData", name, n_cells) if n_cells else _NONE
+            if values is None:
+                return None
+            parts.append(values[n_before:])
+        return np.concatenate(parts) if parts else None
+
+    def _points(self, piece: _Piece) -> Floats:
         n_points = piece.count("NumberOfPoints")
         array = next(iter(piece.sections.get("Points", [])), None)
         if not n_points:
@@ -134,25 +185,16 @@ class XmlFile:
             raise MeshError("the Points of the file need an array of 3 components")
         return as_doubles(self._values(array, 3 * n_points)).reshape(-1, 3)
 
-    def cells(self, piece: Piece, section: str, n_cells: int) -> tuple[npt.NDArray[Any], ...]:
-        """The sizes of cells, and their corners, flat."""
-        if not n_cells:
-            return np.empty(0, np.int64), np.empty(0, np.int64)
-        sizes = sizes_between(self.integers(piece, section, "offsets", n_cells), section)
-        return sizes, self.integers(piece, section, "connectivity", int(sizes.sum()))
-
-    def integers(self, piece: Piece, section: str, name: str, n: int) -> npt.NDArray[Any]:
+    def _integers(self, piece: _Piece, section: str, name: str, n: int) -> Array:
         """An array of `n` integers; a MeshError if it is missing."""
-        found = self.cell_data(piece, name, n, section)
+        found = self._array(piece, section, name, n) if n else _NONE
         if found is None:
             raise MeshError(f"the {section} of the file have no array {name}")
         if found.dtype.kind not in "iu":
             raise MeshError(f"the array {name} must hold integers")
         return found
 
-    def cell_data(
-        self, piece: Piece, name: str, n: int, section: str = "CellData"
-    ) -> npt.NDArray[Any] | None:
+    def _array(self, piece: _Piece, section: str, name: str, n: int) -> Array | None:
         """The array of this name, with `n` values; None if there is none."""
         array = next((one for one in piece.sections.get(section, []) if one.name == name), None)
         if array is None:
@@ -161,7 +203,7 @@ class XmlFile:
             raise MeshError(f"the array {shown(name)} has more than one number for each cell")
         return self._values(array, n)
 
-    def _values(self, array: _Array, n: int) -> npt.NDArray[Any]:
+    def _values(self, array: _Array, n: int) -> Array:
         """The `n` numbers of an array; a MeshError with its name if it has another size."""
         try:
             self._left -= 8 * n
@@ -171,43 +213,49 @@ class XmlFile:
         except MeshError as error:
             raise MeshError(f"the array {shown(array.name)}: {error}") from None
 
-    def _decoded(self, array: _Array, n: int) -> npt.NDArray[Any]:
+    def _decoded(self, array: _Array, n: int) -> Array:
         word = array.attributes.get("type", "")
         if word not in NUMBER_TYPES:
             raise MeshError(f"expected numbers of a type like Float64, got {shown(word)}")
         stored = np.dtype(NUMBER_TYPES[word])
         form = array.attributes.get("format", "ascii")
         if form == "ascii":
-            return _check_length(_parsed("".join(array.texts).encode(), stored), n)
+            values = _parsed("".join(array.texts).encode(), stored)
+            if len(values) != n:
+                n_found = len(values)
+                raise MeshError(f"expected {counted(n, 'number')}, got {n_found}: is the file cut?")
+            return values
         if form == "binary":
-            source: _Bytes = _Encoded("".join("".join(array.texts).split()).encode())
+            data: Any = "".join("".join(array.texts).split()).encode()
+            is_base64 = True
         elif form == "appended":
             offset = as_count(array.attributes.get("offset", ""), "offsets of appended data")
-            appended = self._appended[offset:]
-            is_raw = self._attributes.get("AppendedData", {}).get("encoding") == "raw"
-            source = _Bytes(appended) if is_raw else _Encoded(appended)
+            data = self._appended[offset:]
+            is_base64 = self._attributes.get("AppendedData", {}).get("encoding") != "raw"
         else:
             raise MeshError(f"expected the format ascii, binary or appended, got {shown(form)}")
         if self._order is None:
             raise MeshError("the VTKFile has no byte_order LittleEndian or BigEndian")
-        content = self._content(source, n * stored.itemsize)
+        content = self._content(data, is_base64, n * stored.itemsize)
         return np.frombuffer(content, stored.newbyteorder(self._order)).astype(stored)
 
-    def _content(self, source: _Bytes, n_bytes: int) -> bytes | bytearray:
+    def _content(self, data: Any, is_base64: bool, n_bytes: int) -> bytes | bytearray:
         """The bytes of an array; a MeshError if these are not `n_bytes`."""
         assert self._order is not None
         header, size = self._header.newbyteorder(self._order), self._header.itemsize
-        first = int(np.frombuffer(source.take(size), header)[0])
+        first = int(np.frombuffer(_first_bytes(data, size, is_base64), header)[0])
         if not self._compressor:
             _check_size(first, n_bytes)
-            return source.take(size + first)[size:]
+            return _first_bytes(data, size + first, is_base64)[size:]
         if not first:
             _check_size(0, n_bytes)
             return b""
-        sizes = np.frombuffer(source.take(size * (3 + first)), header)[1:].tolist()
+        head = size * (3 + first)  # in base64 encoded apart from the blocks
+        sizes = np.frombuffer(_first_bytes(data, head, is_base64), header)[1:].tolist()
         full, last, packed = sizes[0], sizes[1] or sizes[0], sizes[2:]
         _check_size(full * (first - 1) + last, n_bytes)
-        blocks = memoryview(source.after(size * (3 + first)).take(sum(packed)))
+        rest = data[_stored_size(head, is_base64) :]
+        blocks = memoryview(_first_bytes(rest, sum(packed), is_base64))
         content = bytearray()
         for place, n_packed in enumerate(packed):
             block, blocks = blocks[:n_packed], blocks[n_packed:]
@@ -231,63 +279,36 @@ class XmlFile:
         return content
 
 
-class _Bytes:
-    """Raw bytes of an array of unknown length."""
-
-    def __init__(self, data: bytes | memoryview) -> None:
-        self.data = data
-
-    def take(self, n: int) -> bytes:
-        """The first `n` bytes; a MeshError, before memory is taken, if there are fewer."""
-        self._check(n)
-        return bytes(self.data[:n])
-
-    def after(self, n: int) -> _Bytes:
-        """The bytes after the first `n`."""
-        return type(self)(self.data[n:])
-
-    def _check(self, n: int) -> None:
-        if n > len(self.data):
-            raise MeshError(
-                f"{counted(n, 'byte')} are needed, {len(self.data)} are left: is it cut?"
-            )
+def _stored_size(n: int, is_base64: bool) -> int:
+    return 4 * -(-n // 3) if is_base64 else n
 
 
-class _Encoded(_Bytes):
-    """Bytes in base64. The part after the header was encoded separately."""
-
-    def take(self, n: int) -> bytes:
-        n_letters = 4 * -(-n // 3)
-        self._check(n_letters)
-        # Data may continue in the group of four characters that has the last byte.
-        try:
-            found = binascii.a2b_base64(self.data[:n_letters], strict_mode=True)[:n]
-        except binascii.Error:
-            found = b""
-        if len(found) < n:
-            raise MeshError("it is not base64")
-        return found
-
-    def after(self, n: int) -> _Bytes:
-        return _Encoded(self.data[4 * -(-n // 3) :])
+def _first_bytes(data: bytes | memoryview, n: int, is_base64: bool) -> bytes:
+    """The first `n` bytes; a MeshError, before memory is taken, if there are fewer."""
+    size = _stored_size(n, is_base64)
+    if size > len(data):
+        raise MeshError(f"{counted(size, 'byte')} are needed, {len(data)} are left: is it cut?")
+    if not is_base64:
+        return bytes(data[:n])
+    try:  # data may continue in the group of four characters that has the last byte
+        found = binascii.a2b_base64(data[:size], strict_mode=True)[:n]
+    except binascii.Error:
+        found = b""
+    if len(found) < n:
+        raise MeshError("it is not base64")
+    return found
 
 
 def _refuse_doctype(*_: object) -> None:
     raise MeshError("the XML declares a document type, which files of VTK do not have")
 
 
-def _parsed(text: bytes, stored: np.dtype[Any]) -> npt.NDArray[Any]:
+def _parsed(text: bytes, stored: np.dtype[Any]) -> Array:
     lines = split_lines(text)
     if stored.kind != "f":
         return as_integers(lines.parse_integers_or_floats(), "values")
     with np.errstate(over="ignore", invalid="ignore"):
         return lines.parse(np.float64).astype(stored)
-
-
-def _check_length(values: npt.NDArray[Any], n: int) -> npt.NDArray[Any]:
-    if len(values) != n:
-        raise MeshError(f"expected {counted(n, 'number')}, got {len(values)}: is the file cut?")
-    return values
 
 
 def _check_size(found: int, n_bytes: int) -> None:

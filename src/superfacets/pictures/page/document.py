@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy.typing as npt
 
-from ...adapters.clouds import CloudLike
-from ...adapters.convert import MeshLike, as_cells
+from ...adapters.convert import CloudLike, MeshLike, as_cells
 from ...cells.kinds import kind_of
 from ...io.atomic import atomic_outputs, checked_targets
 from ..camera import View

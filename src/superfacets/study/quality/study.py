@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import MeshError, MissingExtraError
-from ...io.atomic import atomic_outputs, remove_leftovers
-from ...io.locks import locked
+from ...io.atomic import atomic_outputs, locked, remove_leftovers
 from ..princeton import Benchmark
 from ..sources import Source, find_models
 from ..table_writer import write_csv

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import MeshError, MissingExtraError
-from ...io.atomic import remove_leftovers
-from ...io.locks import locked
+from ...io.atomic import locked, remove_leftovers
 from ...pictures.rendering import check_rendering
 from ..sources import Sources, find_meshes, find_models
 from ..tasks import Piece, memory_of_tasks, run_shown, run_tasks
