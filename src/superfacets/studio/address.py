@@ -1,4 +1,4 @@
-"""Port and token of a server: remembered for the next start, and passed to a browser.
+"""Port and token of a server: opened, remembered for the next start, and passed to a browser.
 
 A page that was open when a server was killed goes on with the next server for the same work, which
 answers at the same address. The file is for its owner alone, and is removed when a server ends.
@@ -7,11 +7,13 @@ answers at the same address. The file is for its owner alone, and is removed whe
 from __future__ import annotations
 
 import contextlib
+import errno
 import html
 import json
 import os
 import re
 import secrets
+import socket
 import stat
 import tempfile
 from collections.abc import Iterator
@@ -19,16 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-__all__ = [
-    "HOST",
-    "TOKEN_VARIABLE",
-    "Address",
-    "address_file",
-    "keep",
-    "kept_address",
-    "new_token",
-    "redirection",
-]
+__all__ = ["HOST", "Address", "address_file", "keep", "kept_address", "open_again", "redirection"]
 
 HOST = "127.0.0.1"
 """The only address that the server listens at."""
@@ -54,6 +47,11 @@ class Address:
     port: int
     token: str
 
+    @property
+    def page(self) -> str:
+        """The address to open in a browser."""
+        return f"http://{HOST}:{self.port}/?token={self.token}"
+
 
 def new_token() -> str:
     """The token of the environment, or a random one; a ValueError if the former is too simple."""
@@ -63,6 +61,39 @@ def new_token() -> str:
     if not _TOKEN.fullmatch(given):
         raise ValueError(f"{TOKEN_VARIABLE} must have 16 characters or more of A-Z a-z 0-9 _ -")
     return given
+
+
+def open_socket(port: int) -> socket.socket:
+    """A socket of this machine alone; port 0 stands for any that is free.
+
+    Raises
+    ------
+    OSError
+        If something else has the port.
+    """
+    opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        if os.name != "nt":  # after a crash; on Windows it would let others listen, too
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        opened.bind((HOST, port))
+        opened.listen()
+    except OSError as error:
+        opened.close()
+        if error.errno == errno.EADDRINUSE:
+            raise OSError(f"port {port} is in use: leave --port out, or name another") from None
+        raise OSError(f"port {port}: {error.strerror or error}") from None
+    return opened
+
+
+def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, Address]:
+    """A socket and an address: the port asked for, or that of the last server if it is free."""
+    if port is None and kept is not None:
+        with contextlib.suppress(OSError):
+            return open_socket(kept.port), kept
+    opened = open_socket(port or 0)
+    number = opened.getsockname()[1]
+    is_same = kept is not None and kept.port == number
+    return opened, kept if kept is not None and is_same else Address(number, new_token())
 
 
 def address_file(work: Path) -> Path:

@@ -9,14 +9,13 @@ from urllib.parse import quote
 import numpy as np
 from starlette.responses import Response
 
-from .answers import counts_of, moved, regions_packet, state_of
+from .answers import counts_of, mesh_packet, moved, regions_packet, state_of
 from .coding import base64_of, bytes_from, cells_from
 from .document import Document
 from .exports import export, export_bytes
 from .imports import read_import
 from .replies import Body
-from .shapes import mesh_packet
-from .similar import similar_regions
+from .revisions import similar_regions
 
 __all__ = ["OPERATIONS", "READS", "Operation"]
 

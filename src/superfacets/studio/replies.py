@@ -12,7 +12,7 @@ from starlette.responses import JSONResponse, Response
 
 from ..errors import MeshError, MissingExtraError, RenderError
 from ..io.attributes import is_encodable
-from .document import NothingError
+from .history import NothingError
 from .journal import JournalError, WriteError
 from .revisions import GoneError
 from .source import ChangedError

@@ -10,9 +10,9 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from .address import HOST, Address
+from .address import HOST
 
-__all__ = ["HEADERS", "Guard", "page_address"]
+__all__ = ["HEADERS", "Guard"]
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -100,8 +100,3 @@ def _with_headers(send: Send) -> Send:
         await send(message)
 
     return send_with_headers
-
-
-def page_address(address: Address) -> str:
-    """What to open in a browser."""
-    return f"http://{HOST}:{address.port}/?token={address.token}"
