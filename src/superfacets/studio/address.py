@@ -66,10 +66,7 @@ def new_token() -> str:
 def open_socket(port: int) -> socket.socket:
     """A socket of this machine alone; port 0 stands for any that is free.
 
-    Raises
-    ------
-    OSError
-        If something else has the port.
+    Raises OSError if something else has the port.
     """
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:

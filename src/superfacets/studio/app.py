@@ -18,11 +18,10 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from ..errors import RenderError
-from .answers import counts_of
 from .document import Document
 from .folder import Files
 from .history import Partition
-from .operations import OPERATIONS, READS, Operation
+from .operations import OPERATIONS, READS, Operation, counts_of
 from .replies import Body, JsonReply, answered, body_of, failure, message_of
 from .security import Guard
 from .segmenting import Cancelled, Turn, checked_parameters
@@ -41,18 +40,10 @@ _FILE = "/api/files/{id:int}"
 
 @dataclass
 class Studio:
-    """The server's state, and the endpoints that need it.
-
-    Attributes
-    ----------
-    files : Files
-    quit : callable
-        Ends the server.
-    thumbnails : Thumbnails
-    """
+    """The server's state, and the endpoints that need it."""
 
     files: Files
-    quit: Callable[[], object]
+    quit: Callable[[], object]  # ends the server
     thumbnails: Thumbnails = field(default_factory=Thumbnails)
 
     async def list_files(self, request: Request) -> Response:

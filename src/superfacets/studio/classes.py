@@ -95,12 +95,7 @@ def _checked(entry: Any, place: int) -> dict[str, Any]:
 def read_classes(path: Path) -> ClassList:
     """Classes from a JSON list as `write_classes` writes it, or a text file with a name a line.
 
-    Raises
-    ------
-    ValueError
-        If that is not what is in the file.
-    OSError
-        If it cannot be read.
+    Raises ValueError if that is not what is in the file; OSError if it cannot be read.
     """
     try:
         text = path.read_text(encoding="utf-8")

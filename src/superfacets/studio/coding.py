@@ -93,10 +93,7 @@ def base64_of(array: npt.NDArray[Any] | bytes) -> str:
 def cells_from(text: object, n_cells: int) -> CellNumbers:
     """Cells that a client sends as uint32 in base64, ascending and each once.
 
-    Raises
-    ------
-    ValueError
-        If this is not base64, or a cell is none of `n_cells`.
+    Raises ValueError if this is not base64, or a cell is none of `n_cells`.
     """
     data = bytes_from(text, "cells")
     if len(data) % 4:

@@ -1,4 +1,4 @@
-"""One mesh that is being labeled: what is painted, its regions, and the journal of its work."""
+"""One mesh that is being labeled: its classes, its regions, and the journal of the work."""
 
 from __future__ import annotations
 
@@ -43,8 +43,7 @@ OTHER_VERSION = (
 class Document:
     """A mesh with the state of its labeling.
 
-    All changes go through the journal: they are made, written, and only then kept; a change that
-    cannot be written is taken back.
+    All changes go through the journal: a change that cannot be written is taken back.
     """
 
     source: Source
@@ -65,30 +64,17 @@ class Document:
 
     @classmethod
     def open(
-        cls, path: Path, work: Path | None = None, *, n_segments: int | None = None,
+        cls, path: Path, work: Path | None = None, n_segments: int | None = None,
         classes: ClassList = (), share_classes: Callable[[ClassList], object] | None = None,
     ) -> Document:  # fmt: skip
         """Read an input and the work on it, and find its regions.
 
-        Parameters
-        ----------
-        path : Path
-            A mesh or point cloud.
-        work : Path, optional
-            The work file; by default that beside the input.
-        n_segments : int, optional
-            Number of regions of new work.
-        classes : tuple of dict, optional
-            Classes of new work; with `share_classes`, of all work.
-        share_classes : callable, optional
-            Keeps a new list of classes for all meshes of a folder. The journal does not, then.
+        The work file is beside the input if no other is given. `n_segments` and `classes` are for
+        new work. With `share_classes`, which keeps a new list for all meshes of a folder in place
+        of the journal, `classes` are for all work.
 
-        Raises
-        ------
-        MeshError, OSError
-            If the input cannot be read.
-        JournalError
-            If the work file cannot be used, or is about another file than this one is now.
+        Raises MeshError or OSError if the input cannot be read; JournalError if the work
+        file cannot be used, or is about another file than this one is now.
         """
         source = Source.read(path)
         own = None if share_classes else list(classes or default_classes())
@@ -112,12 +98,12 @@ class Document:
 
     @property
     def cells(self) -> Cells:
-        """What is labeled."""
+        """The mesh or point cloud that is labeled."""
         return self.source.cells
 
     @property
     def state(self) -> State:
-        """What is painted, with which classes, by which regions."""
+        """The class of each cell, the list of classes, and the regions."""
         return self.history.state
 
     @property
@@ -132,7 +118,7 @@ class Document:
 
     @property
     def progress(self) -> float:
-        """Share of the area that has a class, 0 to 1; of the cells where there is no area."""
+        """Share of the area that has a class, 0 to 1; of the cells if the area is 0."""
         is_done = self.state.classes > 0
         if self._total > 0:
             return float(min(1.0, np.sum(self.areas, where=is_done) / self._total))
@@ -144,12 +130,12 @@ class Document:
 
     @property
     def class_list(self) -> ClassList:
-        """The classes, and those that cells have and the list has not."""
+        """The list of classes, with classes that cells have and the list lacks."""
         used = np.flatnonzero(np.bincount(self.state.classes, minlength=1)).tolist()
         return with_missing(self.state.class_list, used)
 
     def close(self) -> None:
-        """Let go of the work file."""
+        """End the runs, and close the work file."""
         with self.lock:
             self.segmenter.close()
             self.journal.close()
@@ -159,14 +145,8 @@ class Document:
     def paint(self, cells: CellNumbers, wanted: Any, stroke: str | None = None) -> Change | None:
         """Give cells (ascending) a class, 0 for none, or one class each; None if nothing changes.
 
-        Raises
-        ------
-        ValueError
-            If there is no such class.
-        JournalError
-            If it could not be written.
-        ChangedError
-            If the input has changed.
+        Raises ValueError if there is no such class; JournalError if it could not be
+        written; ChangedError if the input has changed.
         """
         with self.lock:
             values = np.unique(np.asarray(wanted))
@@ -180,7 +160,7 @@ class Document:
             return change
 
     def set_base(self, parameters: dict[str, Any], base: Base) -> Revision:
-        """Take regions that the segmenter has found for these parameters."""
+        """Show the regions that the segmenter has found for these parameters."""
         with self.lock:
             before, partition = self.state.partition, Partition(parameters, base.digest)
             is_new = before.digest not in ("", base.digest) or bool(before.splits)
@@ -193,14 +173,10 @@ class Document:
     ) -> CellNumbers:
         """Cut a region of this revision in two by strokes; return the cells of the new region.
 
-        That is the one with the blue stroke. Its label is the next free one.
+        The new region has the blue stroke, and the next free label.
 
-        Raises
-        ------
-        GoneError
-            If the revision is not that of the state.
-        ValueError
-            If there is no such region, or a stroke is not in it.
+        Raises GoneError if the revision is not that of the state; ValueError if there is no
+        such region, or a stroke is not in it.
         """
         with self.lock:
             if self.revisions.get(number) is not self.revision:
@@ -217,19 +193,16 @@ class Document:
             return cells
 
     def take(self, imported: Imported) -> Change | None:
-        """Paint what was imported, with its new classes; one undo takes all of it back."""
+        """Paint imported classes, and add the new ones to the list; one undo reverts both."""
         with self.lock:
             stroke = f"import {self.history.seq + 1}"
             self.set_classes(list(imported.class_list), stroke)
             return self.paint(imported.cells, imported.classes, stroke)
 
     def set_classes(self, value: object, stroke: str | None = None) -> None:
-        """Take another list of classes.
+        """Replace the list of classes.
 
-        Raises
-        ------
-        ValueError
-            If the list is wrong, or lacks a class that cells have.
+        Raises ValueError if the list is wrong, or lacks a class that cells have.
         """
         classes = checked_class_list(value)
         with self.lock:
@@ -247,17 +220,14 @@ class Document:
                 self._commit(Change("classes", self.state.class_list, classes, stroke))
 
     def undo(self) -> list[Change]:
-        """Take the last operation back, or all of the last stroke, and return what that was.
+        """Undo the last operation, or the whole last stroke, and return its changes.
 
-        Raises
-        ------
-        NothingError
-            If there is nothing to undo.
+        Raises NothingError if there is nothing to undo.
         """
         return self._move("undo")
 
     def redo(self) -> list[Change]:
-        """Do the last operation again that was undone; likewise."""
+        """Redo the last undone operation; likewise."""
         return self._move("redo")
 
     def _move(self, name: str) -> list[Change]:
@@ -269,7 +239,7 @@ class Document:
             return changes
 
     def _commit(self, change: Change) -> None:
-        """Make a new change, write it, and remember it."""
+        """Make a new change, and write it."""
         self.source.check()
         self.history.make(change, lambda seq: self._write(seq, change.line()))
 

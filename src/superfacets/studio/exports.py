@@ -59,14 +59,9 @@ def export(document: Document, what: str, format: str, *, replace: bool = False)
     One of that name is replaced where the name says that it comes from here. Names that other tools
     ask for may be those of other files.
 
-    Raises
-    ------
-    ValueError
-        If there is no such thing to export, or it has no such format, or does not fit into it.
-    FileExistsError
-        If there is a file with such a name, and it is not to be replaced.
-    OSError
-        If the file cannot be written.
+    Raises ValueError if there is no such thing to export, or it has no such format, or does not
+    fit into it; FileExistsError if there is a file with such a name, and it is not to be
+    replaced; OSError if the file cannot be written.
     """
     ending = _checked_ending(document, what, format)
     path = document.path.with_name(_name_of(document, what, ending))

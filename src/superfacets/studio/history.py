@@ -31,20 +31,11 @@ class NothingError(LookupError):
 
 @dataclass(frozen=True)
 class Partition:
-    """The regions: the parameters that give them again, and the splits since.
-
-    Attributes
-    ----------
-    parameters : dict
-    digest : str
-        Of the labels before splits, to notice other labels; empty where they are not known.
-    splits : tuple of bytes
-        Packed cells of each new region, which gets the next free label.
-    """
+    """The regions: the parameters that reproduce them, and the splits since."""
 
     parameters: dict[str, Any]
-    digest: str = ""
-    splits: tuple[bytes, ...] = ()
+    digest: str = ""  # of the labels before splits, to notice other labels; "": not known
+    splits: tuple[bytes, ...] = ()  # packed cells; each gets the next free label
 
     def with_split(self, packed: bytes, digest: str) -> Partition:
         """The same with one more split, of labels with this digest."""
@@ -85,21 +76,12 @@ class Painted:
 
 @dataclass(frozen=True)
 class Change:
-    """A step that can be done and undone.
-
-    Attributes
-    ----------
-    kind : {"paint", "split", "segment", "classes"}
-    before, after : Painted, Partition or tuple of dict
-        What it replaces, and what by.
-    stroke : str or None
-        Neighbors of the same stroke are undone together.
-    """
+    """A step that can be done and undone."""
 
     kind: Literal["paint", "split", "segment", "classes"]
-    before: Any
+    before: Any  # Painted, Partition or list of classes, by the kind
     after: Any
-    stroke: str | None = None
+    stroke: str | None = None  # consecutive changes of the same stroke are undone together
 
     @classmethod
     def painting(
@@ -173,10 +155,7 @@ class History:
     def replayed(cls, journal: Journal, n_cells: int, classes: ClassList | None) -> History:
         """Replay all lines; classes are those of the folder, if it has some.
 
-        Raises
-        ------
-        JournalError
-            If a line cannot be replayed.
+        Raises JournalError if a line cannot be replayed.
         """
         number = 1
         try:
@@ -216,10 +195,7 @@ class History:
     def move(self, name: str, record: Callable[[int], object] = _nothing) -> list[Change]:
         """Undo or redo the last stroke, by this name, and return its changes.
 
-        Raises
-        ------
-        NothingError
-            If there is nothing to undo or redo.
+        Raises NothingError if there is nothing to undo or redo.
         """
         is_undo = name == "undo"
         stacks = self.undo_stack, self.redo_stack

@@ -31,21 +31,11 @@ class GoneError(LookupError):
 
 @dataclass
 class Revision:
-    """The labels of a partition.
+    """The labels of a partition."""
 
-    Attributes
-    ----------
-    number : int
-        Unique, also among earlier runs of the server.
-    partition : Partition
-    labels : ndarray of int32, shape (N,)
-        0..K-1.
-    n_regions : int
-    """
-
-    number: int
+    number: int  # unique, also among earlier runs of the server
     partition: Partition
-    labels: Ints
+    labels: Ints  # (N,), 0..K-1
     n_regions: int
     _graph: RegionGraph | None = field(default=None, repr=False, compare=False)
 
@@ -111,17 +101,10 @@ class Revisions:
 def similar_regions(graph: RegionGraph, region: int, tolerance: float) -> list[int]:
     """Regions of nearly the same shape as one, which is among them; size and place do not count.
 
-    Parameters
-    ----------
-    graph : RegionGraph
-    region : int
-    tolerance : float
-        0 (the same) to 1 (all): upper bound of the distance of shapes, as a share of the largest.
+    The tolerance is 0 (the same) to 1 (all): it is the upper bound of the distance of shapes, as a
+    share of the largest.
 
-    Raises
-    ------
-    ValueError, TypeError
-        If there is no such region, or the tolerance is not 0 to 1.
+    Raises ValueError or TypeError if there is no such region, or the tolerance is not 0 to 1.
     """
     limit = checked_share(tolerance, "tolerance")
     if not 0 <= region < graph.n_regions:

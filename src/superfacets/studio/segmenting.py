@@ -68,10 +68,7 @@ def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int
 
     A level as fine as the finest becomes None.
 
-    Raises
-    ------
-    ValueError, TypeError
-        If one is unknown, out of range or of the wrong type.
+    Raises ValueError or TypeError if one is unknown, out of range or of the wrong type.
     """
     unknown = sorted(set(given) - set(usual))
     if unknown:
@@ -174,12 +171,8 @@ class Segmenter:
     def run(self, parameters: Parameters, turn: Turn | None = None) -> Base:
         """Return the regions for checked parameters; a newer run cancels this one.
 
-        Raises
-        ------
-        Cancelled
-            If the turn was cancelled.
-        ValueError
-            If there is no level with so few regions.
+        Raises Cancelled if the turn was cancelled; ValueError if there is no level with so
+        few regions.
         """
         turn = Turn() if turn is None else turn
         with self._lock:

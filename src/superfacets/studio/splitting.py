@@ -44,18 +44,10 @@ def split_cells(
     how far cells are from the strokes. Both sides hold together as far as their strokes do: a piece
     that no stroke is in goes to the other side.
 
-    Parameters
-    ----------
-    surface : Surface
-    cells : ndarray of uint32
-        All cells of the region, ascending.
-    red, blue : ndarray of uint32
-        Cells of the strokes, ascending; those outside of the region have no effect.
+    The cells of the region and of both strokes are ascending. Cells of strokes outside of the
+    region have no effect.
 
-    Raises
-    ------
-    ValueError
-        If a stroke has no cell in the region, or both have the same.
+    Raises ValueError if a stroke has no cell in the region, or both have the same.
     """
     places = [_places_in(cells, stroke) for stroke in (red, blue)]
     for name, found in zip(("red", "blue"), places, strict=True):

@@ -33,12 +33,8 @@ class Thumbnails:
     def png(self, path: Path) -> bytes:
         """Return the picture of a file as PNG.
 
-        Raises
-        ------
-        RenderError
-            If none can be drawn; the message says why.
-        OSError
-            If there is no such file.
+        Raises RenderError if none can be drawn; the message says why; OSError if there is
+        no such file.
         """
         status = path.stat()
         stamp = (status.st_mtime_ns, status.st_size)
