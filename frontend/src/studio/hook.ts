@@ -5,49 +5,37 @@ import type { Desk } from "./desk";
 import type { Modes } from "./modes";
 import type { Place } from "../shared/picking";
 
-export interface Hook {
-  readonly ready: boolean;
-  readonly nRegions: number;
-  readonly nWaiting: number;
-  readonly isIdle: boolean; // the page shows the state of the server
-  labels(): number[];
-  classOf(cell: number): number;
-  screenOf(cell: number): Place | null;
-  cellAt(x: number, y: number): number;
-  regionAt(x: number, y: number): number;
-  pixelAt(x: number, y: number): Rgb;
-  cursor(): number;
-  cellCursor(): number;
-  readonly desk: Desk; // for measurements and pictures
-}
+export type Hook = ReturnType<typeof makeHook>;
 
 /** Places are in pixels of the page, from the canvas's upper left corner. */
-export function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean): Hook {
+export function makeHook(desk: Desk, modes: Modes, isLoaded: () => boolean) {
   const { session, drawing } = desk;
+  const cellAt = (x: number, y: number): number => desk.picker.cellAt({ x, y });
   return {
-    get ready() {
+    desk, // for measurements and pictures
+    cellAt,
+    get ready(): boolean {
       return isLoaded() && session.classes !== undefined;
     },
-    get nRegions() {
-      return session.regions.count;
-    },
-    get nWaiting() {
-      return session.nWaiting;
-    },
-    get isIdle() {
+    /** The page shows the state of the server. */
+    get isIdle(): boolean {
       return session.online && session.isIdle;
     },
-    labels: () => [...session.regions.labels],
-    classOf: (cell) => session.classes.of[cell],
-    screenOf: (cell) => desk.picker.placeOf(cell),
-    cellAt: (x, y) => desk.picker.cellAt({ x, y }),
-    regionAt: (x, y) => desk.regionOf(desk.picker.cellAt({ x, y })),
-    pixelAt: (x, y) => {
+    get nRegions(): number {
+      return session.regions.count;
+    },
+    get nWaiting(): number {
+      return session.nWaiting;
+    },
+    labels: (): number[] => [...session.regions.labels],
+    classOf: (cell: number): number => session.classes.of[cell],
+    screenOf: (cell: number): Place | null => desk.picker.placeOf(cell),
+    regionAt: (x: number, y: number): number => desk.regionOf(cellAt(x, y)),
+    pixelAt: (x: number, y: number): Rgb => {
       drawing.draw(2);
       return drawing.pixel(x, y);
     },
-    cursor: () => desk.cursor,
-    cellCursor: () => modes.cellCursor.cell,
-    desk,
+    cursor: (): number => desk.cursor,
+    cellCursor: (): number => modes.cellCursor.cell,
   };
 }

@@ -23,9 +23,7 @@ from typing import IO
 
 __all__ = ["HOST", "Address", "address_file", "keep", "kept_address", "open_again", "redirection"]
 
-HOST = "127.0.0.1"
-"""The only address that the server listens at."""
-
+HOST = "127.0.0.1"  # the only address that the server listens at
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
 """Environment variable with the token to take, for scripts that have to know it."""
 

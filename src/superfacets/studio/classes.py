@@ -12,16 +12,12 @@ from ..io.atomic import atomic_outputs
 from ..io.attributes import is_encodable
 
 __all__ = [
-    "CLASSES_FILE", "MAX_CLASS", "checked_class_list", "default_classes", "new_class",
-    "read_classes", "with_missing", "write_classes",
+    "CLASSES_FILE", "MAX_CLASS", "checked_class_list", "default_classes",
+    "read_classes", "with_missing", "with_new", "write_classes",
 ]  # fmt: skip
 
-CLASSES_FILE = "superfacets-classes.json"
-"""In a folder: the classes of all its meshes."""
-
-MAX_CLASS = 65_535
-"""Classes are uint16; 0 is none."""
-
+CLASSES_FILE = "superfacets-classes.json"  # in a folder: the classes of all its meshes
+MAX_CLASS = 65_535  # classes are uint16; 0 is none
 _MAX_NAME = 200
 
 _COLORS = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7", "#8c6bb1")
@@ -42,6 +38,14 @@ def new_class(number: int, name: str | None = None) -> dict[str, Any]:
         "color": _COLORS[(number - 1) % len(_COLORS)],
         "key": str(number) if number < 10 else "",
     }
+
+
+def with_new(classes: ClassList, number: int, name: str | None = None) -> ClassList:
+    """The list with one more class, without a key if its key is taken."""
+    entry = new_class(number, name)
+    if any(entry["key"] == other["key"] for other in classes):
+        entry["key"] = ""
+    return (*classes, entry)
 
 
 def default_classes(names: Sequence[str] = ()) -> ClassList:

@@ -25,8 +25,7 @@ __all__ = [
     "unpack_cells",
 ]
 
-MAGIC = b"SFSTUDIO"
-"""The first bytes of a binary answer with several arrays."""
+MAGIC = b"SFSTUDIO"  # the first bytes of a binary answer with several arrays
 
 CellNumbers = npt.NDArray[np.uint32]
 

@@ -20,8 +20,7 @@ __all__ = ["Files"]
 MAX_OPEN = 3
 """Number of meshes in memory, with their graphs; others are opened again on demand."""
 
-EXPORTED = ".classes"
-"""Suffix in the names of exports, which are no inputs."""
+EXPORTED = ".classes"  # suffix in the names of exports, which are no inputs
 
 
 @dataclass

@@ -20,7 +20,7 @@ from ..io.guards import known_ending
 from ..io.readers.labels import read_labels
 from ..mesh.cells import Cells
 from ..regions.vertices import corner_groups
-from .classes import MAX_CLASS, ClassList, new_class
+from .classes import MAX_CLASS, ClassList, with_new
 from .coding import CellNumbers
 
 __all__ = ["Imported", "read_import"]
@@ -134,31 +134,23 @@ def _by_number(labels: Ints, known: ClassList) -> Imported:
     classes = np.maximum(labels, 0)
     if classes.max() > MAX_CLASS:
         raise MeshError(f"label {classes.max()} is no class: they go to {MAX_CLASS}")
-    numbers = {entry["id"] for entry in known}
-    more = [new_class(i) for i in np.unique(classes).tolist() if i and i not in numbers]
-    class_list = (*known, *({**entry, "key": _free_key(entry, known)} for entry in more))
-    return Imported(np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), class_list)
+    numbers = {0, *(entry["id"] for entry in known)}
+    for number in np.unique(classes).tolist():
+        known = known if number in numbers else with_new(known, number)
+    return Imported(np.arange(len(labels), dtype=np.uint32), classes.astype(np.uint16), known)
 
 
 def _by_group(labels: Ints, document: Any, known: ClassList) -> Imported:
-    classes = list(known)
-    number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(classes)}
+    number_of = {entry["name"].casefold(): entry["id"] for entry in reversed(known)}
     found = np.full(len(labels), -1, np.int64)
     for group in document["segGroups"]:
         name = str(group["label"]).strip()
         if name in ("", NO_CLASS):
             continue
         if name.casefold() not in number_of:
-            number = max((entry["id"] for entry in classes), default=0) + 1
-            entry = new_class(number, name)
-            classes.append({**entry, "key": _free_key(entry, tuple(classes))})
-            number_of[name.casefold()] = number
+            number_of[name.casefold()] = max((entry["id"] for entry in known), default=0) + 1
+            known = with_new(known, number_of[name.casefold()], name)
         is_in = np.isin(labels, _integers(group["segments"], "segments"))
         found[is_in] = number_of[name.casefold()]
     cells = np.flatnonzero(found >= 0)
-    return Imported(cells.astype(np.uint32), found[cells].astype(np.uint16), tuple(classes))
-
-
-def _free_key(entry: dict[str, Any], known: ClassList) -> str:
-    key: str = entry["key"]
-    return "" if key in {other["key"] for other in known} else key
+    return Imported(cells.astype(np.uint32), found[cells].astype(np.uint16), known)

@@ -25,11 +25,8 @@ VERSION = 1
 _BEGIN = json.dumps({"format": FORMAT}, separators=(",", ":"))[:-1].encode("ascii")
 """First bytes of every work file."""
 
-_SUM = b',"crc":"%08x"}'
-"""End of a line: the checksum of all bytes before."""
-
-_LAST_BYTES = 1 << 12
-"""Number of bytes in which the last line is looked for first."""
+_SUM = b',"crc":"%08x"}'  # end of a line: the checksum of all bytes before
+_LAST_BYTES = 1 << 12  # number of bytes in which the last line is looked for first
 
 Line = dict[str, Any]
 

@@ -19,11 +19,8 @@ __all__ = ["serve"]
 MAX_CONNECTIONS = 64
 """Maximum of open connections. A browser opens six; some systems allow a process 256 open files."""
 
-BACKLOG = 32
-"""Backlog: connections that are accepted before they are counted."""
-
-SECONDS = 10.0
-"""Seconds without progress of the client after which its connection is closed."""
+BACKLOG = 32  # backlog: connections that are accepted before they are counted
+SECONDS = 10.0  # seconds without progress of the client after which its connection is closed
 
 
 def serve(

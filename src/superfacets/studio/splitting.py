@@ -18,9 +18,7 @@ SHARPNESS = 12.5
 """Exponent by which a turn of pi closes an edge: exp(-12.5 / 2) = 0.002 is left of a right angle.
 It is what `hierarchy` takes (20 radii a turn, of which 1.6 count for 1/e)."""
 
-RIDGE = 0.5
-"""Weight of ridges: whoever draws strokes on both sides of one means it, too."""
-
+RIDGE = 0.5  # weight of ridges: whoever draws strokes on both sides of one means it, too
 NEARNESS = 6.0
 """How much a cell is drawn to the nearer stroke. Without it the border would be the shortest way
 around the smaller stroke. With 3 it still is on a flat square with strokes of a tenth; with 6 these
@@ -29,8 +27,7 @@ meet in the middle, and a crease at a quarter of the way wins all the same."""
 CAPACITY = 1 << 30
 """Sum of the capacities that a cut can be made of. Strokes have twice that: they are never cut."""
 
-UNCUT = (1 << 31) - 1
-"""The most that flows of 32 bits hold."""
+UNCUT = (1 << 31) - 1  # the most that flows of 32 bits hold
 
 Floats = npt.NDArray[np.float64]
 

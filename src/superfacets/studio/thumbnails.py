@@ -17,8 +17,7 @@ __all__ = ["Thumbnails"]
 
 SIZE = (320, 240)
 
-SECONDS = 120.0
-"""After which a picture is given up."""
+SECONDS = 120.0  # after which a picture is given up
 
 
 class Thumbnails:
