@@ -25,7 +25,7 @@ __all__ = ["HOST", "Address", "address_file", "keep", "kept_address", "open_agai
 
 HOST = "127.0.0.1"  # the only address that the server listens at
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
-"""Environment variable with the token to take, for scripts that have to know it."""
+"""Environment variable with the token, for scripts that have to know it."""
 
 _TOKEN = re.compile(r"[A-Za-z0-9_-]{16,200}")
 
@@ -62,10 +62,7 @@ def new_token() -> str:
 
 
 def open_socket(port: int) -> socket.socket:
-    """A socket of this machine alone; port 0 stands for any that is free.
-
-    Raises OSError if something else has the port.
-    """
+    """A socket of this machine alone, at any free port for 0; an OSError if the port is in use."""
     opened = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         if os.name != "nt":  # after a crash; on Windows it would let others listen, too
@@ -87,8 +84,9 @@ def open_again(port: int | None, kept: Address | None) -> tuple[socket.socket, A
             return open_socket(kept.port), kept
     opened = open_socket(port or 0)
     number = opened.getsockname()[1]
-    is_same = kept is not None and kept.port == number
-    return opened, kept if kept is not None and is_same else Address(number, new_token())
+    if kept is not None and kept.port == number:
+        return opened, kept
+    return opened, Address(number, new_token())
 
 
 def address_file(work: Path) -> Path:
@@ -99,10 +97,10 @@ def address_file(work: Path) -> Path:
 
 
 def kept_address(path: Path) -> Address | None:
-    """The address that a server has left behind; None if there is none that is to be trusted.
+    """The address that a server has left behind; None if there is none, or it is not to be trusted.
 
-    A file that others may read or write, or that is another user's, is not. A copy is not, either:
-    it may have come with an archive of meshes, from somebody who knows the token in it.
+    A file of another user, or that others may read or write, is not trusted. Neither is a copy: it
+    may have come with an archive of meshes, from somebody who knows the token in it.
     """
     with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
         status = path.lstat()
@@ -112,12 +110,8 @@ def kept_address(path: Path) -> Address | None:
             found = json.loads(path.read_text(encoding="ascii"))
             port, token = found["port"], found["token"]
             is_copy = found["inode"] != status.st_ino
-            if (
-                not is_copy
-                and isinstance(port, int)
-                and 0 < port < 1 << 16
-                and _TOKEN.fullmatch(token)
-            ):
+            is_port = isinstance(port, int) and 0 < port < 1 << 16
+            if is_port and _TOKEN.fullmatch(token) and not is_copy:
                 return Address(port, token)
     return None
 
@@ -136,7 +130,7 @@ def keep(path: Path, address: Address) -> Iterator[None]:
         yield
     finally:
         with contextlib.suppress(OSError):
-            if path.read_text(encoding="ascii") == text:  # not that of another server by now
+            if path.read_text(encoding="ascii") == text:  # else another server has written it
                 path.unlink()
 
 

@@ -17,9 +17,7 @@ from .journal import JournalError, Line, summary
 
 __all__ = ["Files"]
 
-MAX_OPEN = 3
-"""Number of meshes in memory, with their graphs; others are opened again on demand."""
-
+MAX_OPEN = 3  # number of meshes in memory, with their graphs; others are opened again on demand
 EXPORTED = ".classes"  # suffix in the names of exports, which are no inputs
 
 

@@ -23,8 +23,7 @@ Body = dict[str, Any]
 
 BYTES = "application/octet-stream"
 
-MAX_BODY = 1 << 29
-"""Maximum bytes of a request. Strings of browsers are no longer."""
+MAX_BODY = 1 << 29  # maximum bytes of a request; browsers have no longer strings
 
 
 class TooLargeError(ValueError):
@@ -74,8 +73,8 @@ async def answered(work: Callable[[], Any]) -> Response:
 async def body_of(request: Request) -> Body:
     """The JSON object of a request.
 
-    Raises TooLargeError if it has more than `MAX_BODY` bytes. No more than these are taken;
-    ValueError if it is no JSON object, or has text that is not valid Unicode.
+    Raises TooLargeError if it has more than `MAX_BODY` bytes, of which no more are read; ValueError
+    if it is no JSON object, or has text that is not valid Unicode.
     """
     text = await _content(request)
     try:

@@ -19,8 +19,7 @@ from .history import Partition
 
 __all__ = ["GoneError", "Revision", "Revisions", "similar_regions"]
 
-MAX_KEPT = 6
-"""Number of revisions that clients may still refer to."""
+MAX_KEPT = 6  # number of revisions that clients may still refer to
 
 Ints = npt.NDArray[np.int32]
 

@@ -29,18 +29,10 @@ from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
 __all__ = ["Base", "Cancelled", "Segmenter", "Turn", "checked_parameters", "default_parameters"]
 
-MAX_KEPT = 4
-"""Number of segmentations whose labels and merges are kept."""
-
-LEVEL_STEP = 2
-"""Ratio of the numbers of regions of two successive levels."""
-
-FEWEST_OFFERED = 4
-"""Number of regions on the coarsest level, at least."""
-
-MAX_REGIONS = 20_000
-"""Upper end of the slider; to paint by hundreds of thousands of regions is no help."""
-
+MAX_KEPT = 4  # number of segmentations whose labels and merges are kept
+LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
+FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest
+MAX_REGIONS = 20_000  # upper end of the slider; nobody paints by hundreds of thousands of regions
 MAX_ALPHA, MAX_RIDGES = 100.0, 1.0
 
 Ints = npt.NDArray[np.int32]
@@ -66,9 +58,8 @@ def ranges(n_cells: int) -> dict[str, list[float]]:
 def checked_parameters(given: Mapping[str, Any], usual: Parameters, n_cells: int) -> Parameters:
     """Check the parameters that a client sends; those that it leaves out stay as they are now.
 
-    A level as fine as the finest becomes None.
-
-    Raises ValueError or TypeError if one is unknown, out of range or of the wrong type.
+    A level as fine as the finest becomes None. Raises ValueError or TypeError if a parameter is
+    unknown, out of range or of the wrong type.
     """
     unknown = sorted(set(given) - set(usual))
     if unknown:
@@ -171,8 +162,7 @@ class Segmenter:
     def run(self, parameters: Parameters, turn: Turn | None = None) -> Base:
         """Return the regions for checked parameters; a newer run cancels this one.
 
-        Raises Cancelled if the turn was cancelled; ValueError if there is no level with so
-        few regions.
+        Raises Cancelled if the turn was cancelled; ValueError if no level has so few regions.
         """
         turn = Turn() if turn is None else turn
         with self._lock:

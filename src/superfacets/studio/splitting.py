@@ -24,8 +24,7 @@ NEARNESS = 6.0
 around the smaller stroke. With 3 it still is on a flat square with strokes of a tenth; with 6 these
 meet in the middle, and a crease at a quarter of the way wins all the same."""
 
-CAPACITY = 1 << 30
-"""Sum of the capacities that a cut can be made of. Strokes have twice that: they are never cut."""
+CAPACITY = 1 << 30  # sum of the capacities that can be cut; strokes have twice that
 
 UNCUT = (1 << 31) - 1  # the most that flows of 32 bits hold
 

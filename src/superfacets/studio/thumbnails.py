@@ -81,7 +81,7 @@ class Thumbnails:
 
 
 def main() -> None:
-    """Draw the file that the first argument names to that which the second names."""
+    """Draw the file of the first argument to the file of the second."""
     from ..io.readers.read import read_cells
     from ..pictures.rendering import render
 
