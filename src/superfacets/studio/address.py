@@ -21,8 +21,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-__all__ = ["HOST", "Address", "address_file", "keep", "kept_address", "open_again", "redirection"]
-
 HOST = "127.0.0.1"  # the only address that the server listens at
 TOKEN_VARIABLE = "SUPERFACETS_STUDIO_TOKEN"
 """Environment variable with the token, for scripts that have to know it."""

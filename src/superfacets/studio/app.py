@@ -27,8 +27,6 @@ from .security import Guard
 from .segmenting import Cancelled, Turn, checked_parameters
 from .thumbnails import Thumbnails
 
-__all__ = ["Studio", "studio_app"]
-
 NO_BUNDLE = """<!DOCTYPE html>
 <html lang="en"><meta charset="utf-8"><title>superfacets studio</title>
 <p>The server runs, but this installation has no front end: <code>static/index.html</code> is

@@ -11,11 +11,6 @@ from typing import Any
 from ..io.atomic import atomic_outputs
 from ..io.attributes import is_encodable
 
-__all__ = [
-    "CLASSES_FILE", "MAX_CLASS", "checked_class_list", "default_classes",
-    "read_classes", "with_missing", "with_new", "write_classes",
-]  # fmt: skip
-
 CLASSES_FILE = "superfacets-classes.json"  # in a folder: the classes of all its meshes
 MAX_CLASS = 65_535  # classes are uint16; 0 is none
 _MAX_NAME = 200

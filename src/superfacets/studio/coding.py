@@ -13,9 +13,6 @@ import numpy.typing as npt
 
 from ..pictures.page.coding import Arrays, little_endian
 
-__all__ = ["CellNumbers", "base64_of", "bytes_from", "cells_from", "inflated", "pack_cells"]
-__all__ += ["packet", "unpack_cells"]
-
 MAGIC = b"SFSTUDIO"  # the first bytes of a binary answer with several arrays
 
 CellNumbers = npt.NDArray[np.uint32]

@@ -25,8 +25,6 @@ from .segmenting import Base, Segmenter, default_parameters
 from .source import Source
 from .splitting import split_cells
 
-__all__ = ["Document", "work_file_of"]
-
 
 def work_file_of(path: Path) -> Path:
     """The usual work file of an input, beside it."""

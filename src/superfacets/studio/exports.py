@@ -23,8 +23,6 @@ from ..regions.vertices import vertex_labels
 from .document import Document
 from .revisions import Revision
 
-__all__ = ["class_of_regions", "export", "export_bytes", "formats_of"]
-
 _GRAY = (190, 190, 190)
 
 _LISTS = ("npy", "seg", "txt")

@@ -15,8 +15,6 @@ from .classes import CLASSES_FILE, ClassList, default_classes, read_classes, wri
 from .document import Document, work_file_of
 from .journal import JournalError, Line, summary
 
-__all__ = ["Files"]
-
 MAX_OPEN = 3  # number of meshes in memory, with their graphs; others are opened again on demand
 EXPORTED = ".classes"  # suffix in the names of exports, which are no inputs
 

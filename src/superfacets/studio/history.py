@@ -20,8 +20,6 @@ from .coding import CellNumbers, base64_of, bytes_from, inflated, pack_cells, un
 from .journal import Journal, JournalError, Line
 from .segmenting import checked_parameters, default_parameters
 
-__all__ = ["Change", "History", "NothingError", "Painted", "Partition", "State", "last_stroke"]
-
 Classes = npt.NDArray[np.uint16]
 
 

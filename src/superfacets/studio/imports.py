@@ -23,8 +23,6 @@ from ..regions.vertices import corner_groups
 from .classes import MAX_CLASS, ClassList, with_new
 from .coding import CellNumbers
 
-__all__ = ["Imported", "read_import"]
-
 GROUPS = ".aggregation.json"
 OF_VERTICES = (".segs.json",)
 LISTS = (".npy", ".seg", ".txt")

@@ -17,8 +17,6 @@ from typing import Any
 
 from ..io.locks import lock_file, open_own
 
-__all__ = ["FORMAT", "VERSION", "Journal", "JournalError", "Line", "WriteError", "summary"]
-
 FORMAT = "superfacets studio"
 VERSION = 1
 

@@ -22,8 +22,6 @@ from .replies import BYTES, Body
 from .revisions import similar_regions
 from .segmenting import levels_of, ranges
 
-__all__ = ["OPERATIONS", "READS", "Operation", "counts_of"]
-
 Operation = Callable[[Document, Body], Any]
 """Work on a document, with the query or the JSON object of a request."""
 

@@ -17,8 +17,6 @@ from .journal import JournalError, WriteError
 from .revisions import GoneError
 from .source import ChangedError
 
-__all__ = ["BYTES", "Body", "JsonReply", "answered", "body_of", "failure", "message_of"]
-
 Body = dict[str, Any]
 
 BYTES = "application/octet-stream"

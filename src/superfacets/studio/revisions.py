@@ -17,8 +17,6 @@ from ..cells.surface import Surface
 from ..io.guards import shortened
 from .history import Partition
 
-__all__ = ["GoneError", "Revision", "Revisions", "similar_regions"]
-
 MAX_KEPT = 6  # number of revisions that clients may still refer to
 
 Ints = npt.NDArray[np.int32]

@@ -27,8 +27,6 @@ from ..pipeline import Prepared, segment
 from ..regions.edit import read_regions
 from ..regions.hierarchy import MergeTree, checked_cut, merge_neighbors
 
-__all__ = ["Base", "Cancelled", "Segmenter", "Turn", "checked_parameters", "default_parameters"]
-
 MAX_KEPT = 4  # number of segmentations whose labels and merges are kept
 LEVEL_STEP = 2  # ratio of the numbers of regions of two successive levels
 FEWEST_OFFERED = 4  # minimum number of regions on a level below the finest

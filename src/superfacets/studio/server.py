@@ -14,8 +14,6 @@ from .address import Address, address_file, keep
 from .app import Studio, studio_app
 from .folder import Files
 
-__all__ = ["serve"]
-
 MAX_CONNECTIONS = 64
 """Maximum of open connections. A browser opens six; some systems allow a process 256 open files."""
 

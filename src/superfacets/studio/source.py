@@ -14,8 +14,6 @@ from ..io.readers.read import cell_ending, parse_cells
 from ..mesh.cells import Cells
 from .journal import Journal, JournalError
 
-__all__ = ["ChangedError", "Source"]
-
 
 class ChangedError(RuntimeError):
     """The input has changed since the work was begun."""

@@ -12,8 +12,6 @@ from ..cells.constraints import NO_GROUPS, Cut
 from ..cells.surface import Surface
 from .coding import CellNumbers
 
-__all__ = ["split_cells"]
-
 SHARPNESS = 12.5
 """Exponent by which a turn of pi closes an edge: exp(-12.5 / 2) = 0.002 is left of a right angle.
 It is what `hierarchy` takes (20 radii a turn, of which 1.6 count for 1/e)."""

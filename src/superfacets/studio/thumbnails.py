@@ -13,8 +13,6 @@ from pathlib import Path
 
 from ..errors import RenderError
 
-__all__ = ["Thumbnails"]
-
 SIZE = (320, 240)
 
 SECONDS = 120.0  # after which a picture is given up
